@@ -1,0 +1,250 @@
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{Pose, Skeleton, pose::slerp};
+
+/// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clip {
+    desc: ClipDesc,
+    joints: usize,
+}
+
+/// What a [`Clip`] is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClipDesc {
+    /// Unique among the clips of a set; of a file, its name.
+    pub name: String,
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// The root's place in each frame, metres.
+    pub roots: Vec<Vec3>,
+    /// The joints' rotations from their parents, frame by frame, in the skeleton's order; identity at end sites.
+    pub rotations: Vec<Quat>,
+    /// The joints' places in their parents' frames, in the layout of `rotations`, where the motion moves joints; else
+    /// empty: then the skeleton's offsets hold. The root's entries are not used.
+    pub translations: Vec<Vec3>,
+}
+
+/// Why data are no clip.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ClipError {
+    /// There is no frame.
+    #[error("clip \"{0}\" has no frames")]
+    Empty(String),
+    /// The frame rate is zero, negative, NaN or infinite.
+    #[error("clip \"{clip}\": a frame rate of {rate} is not possible")]
+    FrameRate {
+        /// Name of the clip.
+        clip: String,
+        /// Frames per second.
+        rate: f64,
+    },
+    /// An array's length is not frames × joints.
+    #[error(
+        "clip \"{clip}\": {found} {what} where {frames} frames of {joints} joints need {expected}"
+    )]
+    Length {
+        /// Name of the clip.
+        clip: String,
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length that fits.
+        expected: usize,
+        /// Frames of the clip.
+        frames: usize,
+        /// Joints of the skeleton.
+        joints: usize,
+    },
+    /// A number is NaN or infinite, or a quaternion is not of unit length.
+    #[error(
+        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a finite place and a unit rotation"
+    )]
+    NotFinite {
+        /// Name of the clip.
+        clip: String,
+        /// Zero-based.
+        frame: usize,
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+impl Clip {
+    /// Checks `desc` against `skeleton`.
+    ///
+    /// # Errors
+    /// What does not fit, with the frame and the joint.
+    pub fn new(skeleton: &Skeleton, desc: ClipDesc) -> Result<Self, ClipError> {
+        let (frames, joints) = (desc.roots.len(), skeleton.len());
+        if frames == 0 {
+            return Err(ClipError::Empty(desc.name));
+        }
+        if !(desc.frame_rate.is_finite() && desc.frame_rate > 0.0) {
+            return Err(ClipError::FrameRate {
+                clip: desc.name,
+                rate: desc.frame_rate,
+            });
+        }
+        let expected = frames * joints;
+        let lengths = [
+            ("rotations", desc.rotations.len(), false),
+            ("translations", desc.translations.len(), true),
+        ];
+        for (what, found, may_be_empty) in lengths {
+            if found != expected && !(may_be_empty && found == 0) {
+                return Err(ClipError::Length {
+                    clip: desc.name,
+                    what,
+                    found,
+                    expected,
+                    frames,
+                    joints,
+                });
+            }
+        }
+        let clip = Self { desc, joints };
+        match clip.first_bad_value() {
+            Some((frame, joint)) => {
+                let joint = skeleton.joints()[joint].name.clone();
+                Err(ClipError::NotFinite {
+                    clip: clip.desc.name,
+                    frame,
+                    joint,
+                })
+            }
+            None => Ok(clip),
+        }
+    }
+
+    fn first_bad_value(&self) -> Option<(usize, usize)> {
+        let place = |index: usize| (index / self.joints, index % self.joints);
+        let root = self
+            .desc
+            .roots
+            .iter()
+            .position(|root| !root.is_finite())
+            .map(|frame| (frame, 0));
+        // A NaN is not normalised.
+        let unit = |q: &Quat| (q.length_squared() - 1.0).abs() < 1e-3;
+        let rotation = self.desc.rotations.iter().position(|q| !unit(q)).map(place);
+        let translation = self
+            .desc
+            .translations
+            .iter()
+            .position(|t| !t.is_finite())
+            .map(place);
+        [root, rotation, translation].into_iter().flatten().min()
+    }
+
+    /// Unique among the clips of a set.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.desc.name
+    }
+
+    /// Frames per second.
+    #[must_use]
+    pub fn frame_rate(&self) -> f64 {
+        self.desc.frame_rate
+    }
+
+    /// How many frames, at least one.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.desc.roots.len()
+    }
+
+    /// From the first frame to the last, seconds; 0 for one frame.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        (self.frames() - 1) as f64 / self.desc.frame_rate
+    }
+
+    /// The data as they were given.
+    #[must_use]
+    pub fn desc(&self) -> &ClipDesc {
+        &self.desc
+    }
+
+    /// The pose of one frame into `out`.
+    pub fn pose(&self, frame: usize, out: &mut Pose) {
+        let range = frame * self.joints..(frame + 1) * self.joints;
+        out.root = self.desc.roots[frame];
+        out.rotations.clear();
+        out.rotations
+            .extend_from_slice(&self.desc.rotations[range.clone()]);
+        out.translations.clear();
+        out.translations
+            .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
+    }
+
+    /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the
+    /// rotations by slerp. Before the first and after the last frame those hold.
+    pub fn sample(&self, frame: f32, out: &mut Pose) {
+        let last = self.frames() - 1;
+        let clamped = frame.clamp(0.0, last as f32);
+        let lower = clamped.floor() as usize;
+        let weight = clamped - lower as f32;
+        self.pose(lower, out);
+        if weight > 0.0 && lower < last {
+            let next = (lower + 1) * self.joints;
+            out.root = out.root.lerp(self.desc.roots[lower + 1], weight);
+            for (rotation, &to) in out.rotations.iter_mut().zip(&self.desc.rotations[next..]) {
+                *rotation = slerp(*rotation, to, weight);
+            }
+            if !out.translations.is_empty() {
+                for (translation, &to) in out
+                    .translations
+                    .iter_mut()
+                    .zip(&self.desc.translations[next..])
+                {
+                    *translation = translation.lerp(to, weight);
+                }
+            }
+        }
+    }
+
+    /// The same motion at another frame rate. Frames stand at whole multiples of the new frame time; what is left of the
+    /// last frame time is dropped.
+    ///
+    /// # Errors
+    /// A frame rate that is not possible.
+    pub fn resampled(&self, frame_rate: f64) -> Result<Self, ClipError> {
+        if !(frame_rate.is_finite() && frame_rate > 0.0) {
+            return Err(ClipError::FrameRate {
+                clip: self.desc.name.clone(),
+                rate: frame_rate,
+            });
+        }
+        if (frame_rate / self.desc.frame_rate - 1.0).abs() < 1e-4 {
+            let mut same = self.clone();
+            same.desc.frame_rate = frame_rate;
+            return Ok(same);
+        }
+        // A capture's frame time is written with few digits: a last frame that is missed by rounding counts.
+        let frames = (self.duration() * frame_rate + 1e-3).floor() as usize + 1;
+        let mut desc = ClipDesc {
+            name: self.desc.name.clone(),
+            frame_rate,
+            roots: Vec::with_capacity(frames),
+            rotations: Vec::with_capacity(frames * self.joints),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..frames {
+            let source = frame as f64 / frame_rate * self.desc.frame_rate;
+            self.sample(source as f32, &mut pose);
+            desc.roots.push(pose.root);
+            desc.rotations.extend_from_slice(&pose.rotations);
+            desc.translations.extend_from_slice(&pose.translations);
+        }
+        Ok(Self {
+            desc,
+            joints: self.joints,
+        })
+    }
+}

@@ -1,0 +1,49 @@
+use glam::{Quat, Vec3};
+
+use crate::math::Rigid2;
+
+/// One posture: the root's place and every joint's rotation from its parent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Of the root, metres, in the space of the motion.
+    pub root: Vec3,
+    /// One for each joint of the skeleton; identity at end sites.
+    pub rotations: Vec<Quat>,
+    /// One for each joint where the motion moves joints, else empty: then the skeleton's offsets hold.
+    /// The root's entry is not used.
+    pub translations: Vec<Vec3>,
+}
+
+impl Pose {
+    /// The same posture somewhere else on the ground.
+    pub fn place(&mut self, placement: Rigid2) {
+        self.root = placement.point(self.root);
+        if let Some(rotation) = self.rotations.first_mut() {
+            *rotation = (placement.rotation() * *rotation).normalize();
+        }
+    }
+
+    /// Moves this posture towards `other`: all `self` at 0, all `other` at 1. The root and the translations go in a
+    /// straight line, rotations by slerp along the shorter arc.
+    ///
+    /// Where only one of the two has translations, the result has none of its own.
+    pub fn blend(&mut self, other: &Self, weight: f32) {
+        self.root = self.root.lerp(other.root, weight);
+        for (mine, theirs) in self.rotations.iter_mut().zip(&other.rotations) {
+            *mine = slerp(*mine, *theirs, weight);
+        }
+        if self.translations.len() == other.translations.len() {
+            for (mine, theirs) in self.translations.iter_mut().zip(&other.translations) {
+                *mine = mine.lerp(*theirs, weight);
+            }
+        } else {
+            self.translations.clear();
+        }
+    }
+}
+
+/// Slerp along the shorter arc, normalised.
+pub(crate) fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
+    let b = if a.dot(b) < 0.0 { -b } else { b };
+    a.slerp(b, weight).normalize()
+}

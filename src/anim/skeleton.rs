@@ -1,0 +1,253 @@
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Index of a joint in its [`Skeleton`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct JointId(pub u16);
+
+impl JointId {
+    /// The root of every skeleton.
+    pub const ROOT: Self = Self(0);
+
+    /// As a position in per-joint arrays.
+    #[must_use]
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+/// Whether a joint moves of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum JointKind {
+    /// It has a rotation in every frame.
+    Moving,
+    /// The tip of a bone (BVH's End Site): a place without a rotation of its own.
+    EndSite,
+}
+
+/// One joint of a [`Skeleton`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Joint {
+    /// Unique in its skeleton. End sites are named after their parent with `_End`.
+    pub name: String,
+    /// `None` for the root alone.
+    pub parent: Option<JointId>,
+    /// From the parent, in the parent's frame, metres.
+    pub offset: Vec3,
+    /// Whether it moves of its own.
+    pub kind: JointKind,
+}
+
+/// A tree of joints, parents before children, the root first. Immutable once made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Joint>", into = "Vec<Joint>")]
+pub struct Skeleton {
+    joints: Vec<Joint>,
+}
+
+/// Why a list of joints is no skeleton.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum SkeletonError {
+    /// There is no joint at all.
+    #[error("the skeleton has no joints")]
+    Empty,
+    /// More joints than an index can name.
+    #[error("the skeleton has {0} joints; {max} is the most", max = Skeleton::MAX_JOINTS)]
+    TooMany(usize),
+    /// The first joint has a parent, or a later one has none.
+    #[error("joint \"{0}\": the first joint, and no other, must be without a parent")]
+    Root(String),
+    /// A parent does not stand before its child.
+    #[error("joint \"{0}\" stands before its parent")]
+    Order(String),
+    /// Two joints share a name.
+    #[error("two joints are named \"{0}\"")]
+    Duplicate(String),
+    /// An offset is NaN or infinite.
+    #[error("joint \"{0}\" has an offset that is not finite")]
+    NotFinite(String),
+}
+
+impl Skeleton {
+    /// The most joints that a skeleton may have.
+    pub const MAX_JOINTS: usize = 4096;
+
+    /// Checks that `joints` form a tree with parents before children.
+    ///
+    /// # Errors
+    /// The first joint that breaks a rule, by name.
+    pub fn new(joints: Vec<Joint>) -> Result<Self, SkeletonError> {
+        if joints.is_empty() {
+            return Err(SkeletonError::Empty);
+        }
+        if joints.len() > Self::MAX_JOINTS {
+            return Err(SkeletonError::TooMany(joints.len()));
+        }
+        let mut names = std::collections::HashSet::new();
+        for (index, joint) in joints.iter().enumerate() {
+            let name = || joint.name.clone();
+            if (index == 0) != joint.parent.is_none() {
+                return Err(SkeletonError::Root(name()));
+            }
+            if joint.parent.is_some_and(|parent| parent.index() >= index) {
+                return Err(SkeletonError::Order(name()));
+            }
+            if !joint.offset.is_finite() {
+                return Err(SkeletonError::NotFinite(name()));
+            }
+            if !names.insert(joint.name.as_str()) {
+                return Err(SkeletonError::Duplicate(name()));
+            }
+        }
+        Ok(Self { joints })
+    }
+
+    /// All joints, parents before children.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// How many joints, end sites included.
+    #[must_use]
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a skeleton has at least its root"
+    )]
+    pub fn len(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The ids of all joints, parents before children.
+    pub fn ids(&self) -> impl DoubleEndedIterator<Item = JointId> + use<> {
+        (0..self.joints.len() as u16).map(JointId)
+    }
+
+    /// One joint.
+    #[must_use]
+    pub fn joint(&self, id: JointId) -> &Joint {
+        &self.joints[id.index()]
+    }
+
+    /// The joint of that name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<JointId> {
+        self.ids().find(|&id| self.joint(id).name == name)
+    }
+
+    /// The joints that hang from `id`.
+    pub fn children(&self, id: JointId) -> impl Iterator<Item = JointId> + '_ {
+        self.ids()
+            .filter(move |&child| self.joint(child).parent == Some(id))
+    }
+
+    /// From `id` up to the root, both included.
+    pub fn ancestry(&self, id: JointId) -> impl Iterator<Item = JointId> + '_ {
+        std::iter::successors(Some(id), |&joint| self.joint(joint).parent)
+    }
+
+    /// Length of the bones from the root to `id`, metres.
+    #[must_use]
+    pub fn chain_length(&self, id: JointId) -> f32 {
+        self.ancestry(id)
+            .filter(|&joint| joint != JointId::ROOT)
+            .map(|joint| self.joint(joint).offset.length())
+            .sum()
+    }
+
+    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔ `hand.r`.
+    #[must_use]
+    pub fn mirror(&self, id: JointId) -> Option<JointId> {
+        const PAIRS: [(&str, &str); 3] = [("Left", "Right"), ("left", "right"), ("LEFT", "RIGHT")];
+        const ENDS: [(&str, &str); 8] = [
+            (".L", ".R"),
+            (".l", ".r"),
+            ("_L", "_R"),
+            ("_l", "_r"),
+            ("-L", "-R"),
+            ("-l", "-r"),
+            (" L", " R"),
+            (" l", " r"),
+        ];
+        let name = self.joint(id).name.as_str();
+        let (stem, tail) = name
+            .strip_suffix("_End")
+            .map_or((name, ""), |stem| (stem, "_End"));
+        let both_ways =
+            |pairs: &[(&'static str, &'static str)]| -> Vec<(&'static str, &'static str)> {
+                pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect()
+            };
+        let within = both_ways(&PAIRS)
+            .into_iter()
+            .filter(|(a, _)| stem.contains(a))
+            .map(|(a, b)| stem.replacen(a, b, 1));
+        let at_end = both_ways(&ENDS)
+            .into_iter()
+            .filter_map(|(a, b)| stem.strip_suffix(a).map(|rest| format!("{rest}{b}")));
+        let first = [("L", "R"), ("l", "r")];
+        let at_start = both_ways(&first).into_iter().filter_map(|(a, b)| {
+            let rest = stem.strip_prefix(a)?;
+            let marks_a_side = rest.starts_with(|c: char| c.is_uppercase() || c == '_');
+            marks_a_side.then(|| format!("{b}{rest}"))
+        });
+        within
+            .chain(at_end)
+            .chain(at_start)
+            .find_map(|mirrored| self.find(&(mirrored + tail)))
+    }
+
+    /// Whether `other` has the same joints in the same tree; where not, the names that differ.
+    ///
+    /// Offsets may differ: captures of one person differ by calibration.
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> Vec<String> {
+        let parent_name =
+            |skeleton: &Self, joint: &Joint| joint.parent.map(|p| skeleton.joint(p).name.clone());
+        let missing = |from: &Self, to: &Self| -> Vec<String> {
+            from.joints
+                .iter()
+                .filter(|joint| {
+                    to.find(&joint.name).is_none_or(|twin| {
+                        let twin = to.joint(twin);
+                        parent_name(from, joint) != parent_name(to, twin) || joint.kind != twin.kind
+                    })
+                })
+                .map(|joint| joint.name.clone())
+                .collect()
+        };
+        let mut names = missing(self, other);
+        names.extend(missing(other, self));
+        names.sort();
+        names.dedup();
+        if names.is_empty()
+            && self
+                .joints
+                .iter()
+                .zip(&other.joints)
+                .any(|(a, b)| a.name != b.name)
+        {
+            names = self
+                .joints
+                .iter()
+                .zip(&other.joints)
+                .filter(|(a, b)| a.name != b.name)
+                .map(|(a, _)| a.name.clone())
+                .collect();
+        }
+        names
+    }
+}
+
+impl TryFrom<Vec<Joint>> for Skeleton {
+    type Error = SkeletonError;
+    fn try_from(joints: Vec<Joint>) -> Result<Self, SkeletonError> {
+        Self::new(joints)
+    }
+}
+
+impl From<Skeleton> for Vec<Joint> {
+    fn from(skeleton: Skeleton) -> Self {
+        skeleton.joints
+    }
+}

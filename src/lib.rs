@@ -1,0 +1,48 @@
+//! **sabaki** — dodging by a hair's breadth, for people who write their own renderer.
+//!
+//! From motion capture it builds a motion graph; when an attack comes, it finds the path through
+//! the graph, and the playback rates, that avoid it. The candidates are culled on the device with
+//! height-slab maps, the stencil buffer and occlusion queries, or by the same maps on the CPU.
+//!
+//! # The way that data flows
+//! ```text
+//! clips + events ─▶ graph ─▶ region maps, rates ─▶ one immutable BakedGraph (a file, or memory)
+//!                                                    │
+//! where the character is now + attack ─▶ enumerate ─▶ retime ─▶ cull ─▶ score ─▶ choose ─▶ play
+//!                                                                ▲
+//!                                         cpu │ stencil: same maps in, same counts out
+//! ```
+//!
+//! # The rooms
+//! Arrows go down only: a module uses those below it, never those above or beside it.
+//!
+//! | room | what stands in it |
+//! | --- | --- |
+//! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
+//! | [`avoid`] | attack, enumerate, retime, cull, score, answer |
+//! | [`region`] | spheres, slabs, the rasterizer that the shaders mirror, the baked graph |
+//! | [`graph`] | distance map, transitions, prune, events, playback |
+//! | [`anim`] | skeleton, clip, pose, forward kinematics |
+//! | [`math`] | rigid transforms of the ground plane |
+//!
+//! # Invariants
+//! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data (maps and
+//!   candidates) and takes plain data back (counts).
+//! - Architecture invariant: `vk::` and `ash` stand in `gpu` alone; `unsafe` too.
+//! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers can differ.
+//!
+//! # Units
+//! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+pub mod anim;
+pub mod avoid;
+#[cfg(feature = "demo")]
+pub mod demo;
+#[cfg(feature = "vulkan")]
+pub mod gpu;
+pub mod graph;
+pub mod io;
+pub mod math;
+pub mod region;

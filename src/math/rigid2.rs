@@ -1,0 +1,161 @@
+use glam::{Quat, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A rotation about +Y followed by a translation on the ground: where a character stands and which way it faces.
+///
+/// A heading of 0 faces +Z, π/2 faces +X. Applying `Rigid2` to a point in the character's frame (root on the
+/// ground, facing +Z) gives the point in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rigid2 {
+    /// Cosine and sine of the heading; always of unit length.
+    cos: f32,
+    sin: f32,
+    /// Translation on the ground, metres.
+    pub x: f32,
+    /// Translation on the ground, metres.
+    pub z: f32,
+}
+
+impl Rigid2 {
+    /// Standing at the origin, facing +Z.
+    pub const IDENTITY: Self = Self {
+        cos: 1.0,
+        sin: 0.0,
+        x: 0.0,
+        z: 0.0,
+    };
+
+    /// A heading in radians and a translation in metres.
+    #[must_use]
+    pub fn new(heading: f32, x: f32, z: f32) -> Self {
+        let (sin, cos) = heading.sin_cos();
+        Self { cos, sin, x, z }
+    }
+
+    /// Faces the way that `forward` points on the ground; +Z where it points nowhere.
+    #[must_use]
+    pub fn facing(forward: Vec2, x: f32, z: f32) -> Self {
+        let direction = forward.normalize_or(Vec2::Y);
+        Self {
+            cos: direction.y,
+            sin: direction.x,
+            x,
+            z,
+        }
+    }
+
+    /// Heading in radians, in (-π, π].
+    #[must_use]
+    pub fn heading(self) -> f32 {
+        self.sin.atan2(self.cos)
+    }
+
+    /// Cosine of the heading.
+    #[must_use]
+    pub fn cos(self) -> f32 {
+        self.cos
+    }
+
+    /// Sine of the heading.
+    #[must_use]
+    pub fn sin(self) -> f32 {
+        self.sin
+    }
+
+    /// The translation as a point on the ground.
+    #[must_use]
+    pub fn ground(self) -> Vec2 {
+        Vec2::new(self.x, self.z)
+    }
+
+    /// `self` after `inner`: a point goes through `inner` first.
+    #[must_use]
+    pub fn then_inner(self, inner: Self) -> Self {
+        let (cos, sin) = (
+            self.cos * inner.cos - self.sin * inner.sin,
+            self.sin * inner.cos + self.cos * inner.sin,
+        );
+        let length = (cos * cos + sin * sin).sqrt();
+        let moved = self.point(Vec3::new(inner.x, 0.0, inner.z));
+        Self {
+            cos: cos / length,
+            sin: sin / length,
+            x: moved.x,
+            z: moved.z,
+        }
+    }
+
+    /// The transform that undoes this one.
+    #[must_use]
+    pub fn inverse(self) -> Self {
+        let turned = Self {
+            cos: self.cos,
+            sin: -self.sin,
+            x: 0.0,
+            z: 0.0,
+        };
+        let back = turned.point(Vec3::new(-self.x, 0.0, -self.z));
+        Self {
+            x: back.x,
+            z: back.z,
+            ..turned
+        }
+    }
+
+    /// Transforms a point; its height stays.
+    #[must_use]
+    pub fn point(self, point: Vec3) -> Vec3 {
+        self.vector(point) + Vec3::new(self.x, 0.0, self.z)
+    }
+
+    /// Turns a direction, without moving it.
+    #[must_use]
+    pub fn vector(self, v: Vec3) -> Vec3 {
+        Vec3::new(
+            self.cos * v.x + self.sin * v.z,
+            v.y,
+            self.cos * v.z - self.sin * v.x,
+        )
+    }
+
+    /// The rotation about +Y as a quaternion.
+    #[must_use]
+    pub fn rotation(self) -> Quat {
+        Quat::from_rotation_y(self.heading())
+    }
+}
+
+impl std::ops::Mul for Rigid2 {
+    type Output = Self;
+    /// `a * b` applies `b` first, as matrices do.
+    fn mul(self, inner: Self) -> Self {
+        self.then_inner(inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::FRAC_PI_2;
+
+    #[test]
+    fn a_quarter_turn_takes_forward_to_the_left() {
+        let turned = Rigid2::new(FRAC_PI_2, 0.0, 0.0).vector(Vec3::Z);
+        assert!((turned - Vec3::X).length() < 1e-6);
+    }
+
+    #[test]
+    fn agrees_with_the_quaternion() {
+        let placement = Rigid2::new(0.7, 1.0, -2.0);
+        let point = Vec3::new(0.3, 1.1, -0.4);
+        let by_quaternion = placement.rotation() * point + Vec3::new(1.0, 0.0, -2.0);
+        assert!((placement.point(point) - by_quaternion).length() < 1e-6);
+    }
+
+    #[test]
+    fn the_inverse_undoes() {
+        let placement = Rigid2::new(2.1, 1.0, -2.0);
+        let there_and_back = placement * placement.inverse();
+        assert!(there_and_back.ground().length() < 1e-6 && there_and_back.heading().abs() < 1e-6);
+    }
+}

@@ -1,0 +1,203 @@
+use serde::{Deserialize, Serialize};
+
+use super::{Disc, SUB_TEXELS};
+
+/// A rectangle of texels in the frame that a map is drawn in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MapRect {
+    /// First column, texels along x.
+    pub u: i32,
+    /// First row, texels along z.
+    pub v: i32,
+    /// Columns; 0 for an empty map.
+    pub width: u32,
+    /// Rows; 0 for an empty map.
+    pub height: u32,
+}
+
+impl MapRect {
+    /// The smallest rectangle that holds every texel which `discs` may cover.
+    #[must_use]
+    pub fn around(discs: &[Disc]) -> Self {
+        let Some(first) = discs.first() else {
+            return Self::default();
+        };
+        let mut low = (first.x - first.radius, first.z - first.radius);
+        let mut high = (first.x + first.radius, first.z + first.radius);
+        for disc in &discs[1..] {
+            low = (
+                low.0.min(disc.x - disc.radius),
+                low.1.min(disc.z - disc.radius),
+            );
+            high = (
+                high.0.max(disc.x + disc.radius),
+                high.1.max(disc.z + disc.radius),
+            );
+        }
+        let texel = |sub: i32| sub.div_euclid(SUB_TEXELS);
+        let (u, v) = (texel(low.0), texel(low.1));
+        Self {
+            u,
+            v,
+            width: (texel(high.0) - u + 1) as u32,
+            height: (texel(high.1) - v + 1) as u32,
+        }
+    }
+
+    /// The part that two rectangles share.
+    #[must_use]
+    pub fn intersection(self, other: Self) -> Self {
+        let (u, v) = (self.u.max(other.u), self.v.max(other.v));
+        let end_u = (self.u + self.width as i32).min(other.u + other.width as i32);
+        let end_v = (self.v + self.height as i32).min(other.v + other.height as i32);
+        if end_u <= u || end_v <= v {
+            return Self::default();
+        }
+        Self {
+            u,
+            v,
+            width: (end_u - u) as u32,
+            height: (end_v - v) as u32,
+        }
+    }
+
+    /// The smallest rectangle that holds both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        if self.is_empty() || other.is_empty() {
+            return if self.is_empty() { other } else { self };
+        }
+        let (u, v) = (self.u.min(other.u), self.v.min(other.v));
+        let end_u = (self.u + self.width as i32).max(other.u + other.width as i32);
+        let end_v = (self.v + self.height as i32).max(other.v + other.height as i32);
+        Self {
+            u,
+            v,
+            width: (end_u - u) as u32,
+            height: (end_v - v) as u32,
+        }
+    }
+
+    /// Whether it holds no texel.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.width == 0 || self.height == 0
+    }
+}
+
+/// One map, a bit a texel. Rows are padded to whole words, which makes them usable as they are in a storage buffer.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BitMap {
+    rect: MapRect,
+    words: Vec<u32>,
+}
+
+impl BitMap {
+    /// A map without a texel set.
+    #[must_use]
+    pub fn new(rect: MapRect) -> Self {
+        Self {
+            rect,
+            words: vec![0; Self::row_words(rect) * rect.height as usize],
+        }
+    }
+
+    fn row_words(rect: MapRect) -> usize {
+        rect.width.div_ceil(32) as usize
+    }
+
+    /// Where it lies in its frame.
+    #[must_use]
+    pub fn rect(&self) -> MapRect {
+        self.rect
+    }
+
+    /// Words in a row of texels.
+    #[must_use]
+    pub fn words_per_row(&self) -> usize {
+        Self::row_words(self.rect)
+    }
+
+    /// Rows after each other; column 0 is the lowest bit of a row's first word; padding bits are 0.
+    #[must_use]
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// Whether a texel is set, by its column and row in this map. Outside the map nothing is.
+    #[must_use]
+    pub fn get(&self, column: i32, row: i32) -> bool {
+        let inside = (0..self.rect.width as i32).contains(&column)
+            && (0..self.rect.height as i32).contains(&row);
+        inside && {
+            let (word, bit) = self.address(column, row);
+            self.words[word] >> bit & 1 == 1
+        }
+    }
+
+    /// Sets a texel, by its column and row in this map; both must lie inside.
+    pub fn set(&mut self, column: i32, row: i32) {
+        let (word, bit) = self.address(column, row);
+        self.words[word] |= 1 << bit;
+    }
+
+    fn address(&self, column: i32, row: i32) -> (usize, u32) {
+        (
+            row as usize * self.words_per_row() + column as usize / 32,
+            column as u32 % 32,
+        )
+    }
+
+    /// How many texels are set.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.words.iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// Whether words and rectangle fit together and padding is clear, as they do in every map made here; a map
+    /// read from a file is asked.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let words = self.words_per_row();
+        let padding = match self.rect.width % 32 {
+            0 => 0,
+            used => u32::MAX << used,
+        };
+        self.words.len() == words * self.rect.height as usize
+            && (words == 0
+                || self
+                    .words
+                    .chunks(words)
+                    .all(|row| row[words - 1] & padding == 0))
+    }
+}
+
+/// What a rasterizer is given: the discs of every frame of a region, on one map.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Drawing {
+    /// The map's place in its frame.
+    pub rect: MapRect,
+    /// Relative to the rectangle's first texel, frame after frame.
+    pub discs: Vec<Disc>,
+    /// End of each frame in `discs`; its length is the number of frames.
+    pub frame_ends: Vec<u32>,
+}
+
+impl Drawing {
+    /// The discs of one frame.
+    #[must_use]
+    pub fn frame(&self, frame: usize) -> &[Disc] {
+        let start = if frame == 0 {
+            0
+        } else {
+            self.frame_ends[frame - 1]
+        };
+        &self.discs[start as usize..self.frame_ends[frame] as usize]
+    }
+
+    /// How many frames.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.frame_ends.len()
+    }
+}

@@ -1,0 +1,71 @@
+use super::BitMap;
+use crate::math::Rigid2;
+
+/// Takes the texels of one map to those of another that is moved and turned against it, in fixed point.
+///
+/// For the centre of texel `(u, v)` of the first map, `a (2u + 1) + b (2v + 1) + tx` and `a (2v + 1) - b (2u + 1) + tz` are its
+/// place in the second map's frame in units of 2⁻¹⁵ texel; shifted right by [`MapTurn::SHIFT`] (towards −∞) they
+/// name the texel that it falls into. The device does the same in `shaders/candidate.frag.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MapTurn {
+    /// cos · 2¹⁴.
+    pub a: i32,
+    /// sin · 2¹⁴.
+    pub b: i32,
+    /// Translation along x, 2⁻¹⁵ texel.
+    pub tx: i32,
+    /// Translation along z, 2⁻¹⁵ texel.
+    pub tz: i32,
+}
+
+impl MapTurn {
+    /// Bits behind the point.
+    pub const SHIFT: u32 = 15;
+    /// Further than this many texels from the origin no place is kept: the two maps cannot meet there. It leaves room for maps of 2,048 texels.
+    const FAR: f32 = 32_000.0;
+
+    /// From texels `(u, v)` counted from `origin` (columns, rows, in the first frame's texels) to the second frame, where
+    /// `placement` takes points of the first frame to the second. `texel` in metres.
+    #[must_use]
+    pub fn new(placement: Rigid2, origin: (i32, i32), texel: f32) -> Self {
+        let one = (1i32 << (Self::SHIFT - 1)) as f32;
+        // Rounded once, so that the first texel's place is as exact as the last one's.
+        let start = placement.point(glam::Vec3::new(
+            origin.0 as f32 * texel,
+            0.0,
+            origin.1 as f32 * texel,
+        )) / texel;
+        let fixed = |place: f32| (place.clamp(-Self::FAR, Self::FAR) * 2.0 * one).round() as i32;
+        Self {
+            a: (placement.cos() * one).round() as i32,
+            b: (placement.sin() * one).round() as i32,
+            tx: fixed(start.x),
+            tz: fixed(start.z),
+        }
+    }
+
+    /// The texel of the second frame that the centre of texel `(u, v)` of the first map falls into.
+    #[must_use]
+    pub fn texel(self, u: i32, v: i32) -> (i32, i32) {
+        let (cu, cv) = (2 * u + 1, 2 * v + 1);
+        let x = self.a * cu + self.b * cv + self.tx;
+        let z = self.a * cv - self.b * cu + self.tz;
+        (x >> Self::SHIFT, z >> Self::SHIFT)
+    }
+
+    /// How many set texels of `attack` fall on a set texel of `region`.
+    ///
+    /// `attack` is the first map, counted from its own corner; `region` lies in the second frame.
+    #[must_use]
+    pub fn overlap(self, attack: &BitMap, region: &BitMap) -> u32 {
+        let (width, height) = (attack.rect().width as i32, attack.rect().height as i32);
+        let meets = |u: i32, v: i32| {
+            let (x, z) = self.texel(u, v);
+            attack.get(u, v) && region.get(x - region.rect().u, z - region.rect().v)
+        };
+        (0..height)
+            .map(|v| (0..width).filter(|&u| meets(u, v)).count() as u32)
+            .sum()
+    }
+}
