@@ -1,1 +1,3 @@
-//! To come.
+//! Attack in, path and playback rates out.
+
+pub mod cull;

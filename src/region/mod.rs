@@ -3,12 +3,14 @@
 //! Source: Masaoka & Oshita, sections 3.2 and 4.3. A sphere becomes one [`Disc`] in each [`Slab`] that it reaches. Whether a
 //! disc covers a texel is decided in integers, so that the device's rasterizer and the CPU's [`raster`] agree to the texel.
 
+mod atlas;
 mod disc;
 mod map;
 pub mod raster;
 mod slab;
 mod turn;
 
+pub use atlas::{PackedAtlas, PackedMaps, RegionAtlas, RegionId, RegionMaps};
 pub use disc::{Disc, SUB_TEXELS};
 pub use map::{BitMap, Drawing, MapRect};
 pub use slab::{MapGrid, Slab};
