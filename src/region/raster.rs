@@ -2,10 +2,12 @@
 //!
 //! Source: Masaoka & Oshita, section 4.3.
 
+use serde::{Deserialize, Serialize};
+
 use super::{BitMap, Disc, Drawing, MapRect, SUB_TEXELS};
 
 /// The maps of an evasion in one slab.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EvasionMaps {
     /// Texels that the body covers in every frame.
     pub body: BitMap,
