@@ -1,3 +1,4 @@
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::blend_weight;
@@ -226,6 +227,24 @@ impl MotionGraph {
         }
     }
 
+    /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
+    #[must_use]
+    pub fn sample_edge_root(&self, edge: EdgeId, frame: f32) -> Vec3 {
+        let edge = self.edge(edge);
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        let source = self.clip(from.clip).sample_root(from.frame as f32 + frame);
+        match edge.motion {
+            EdgeMotion::Clip => source,
+            EdgeMotion::Transition { align, .. } => {
+                let target = align.point(
+                    self.clip(to.clip)
+                        .sample_root((to.frame - edge.frames) as f32 + frame),
+                );
+                source.lerp(target, 1.0 - blend_weight(frame / edge.frames as f32))
+            }
+        }
+    }
+
     /// Where the root stands on the ground and which way the body faces in a frame of a clip, in that clip's space.
     #[must_use]
     pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
@@ -327,10 +346,6 @@ impl MotionGraph {
         let event_ok = edge
             .event
             .is_none_or(|event| event.index() < self.events.len());
-        let owned = self
-            .first_edge
-            .get(edge.from.index()..edge.from.index() + 2)
-            .is_some();
         let motion_ok = match edge.motion {
             EdgeMotion::Clip => {
                 from.clip == to.clip && from.frame.checked_add(edge.frames) == Some(to.frame)

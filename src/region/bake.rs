@@ -31,9 +31,9 @@ pub struct BakeSettings {
 /// Why a graph cannot be baked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BakeError {
-    /// Texels or slabs of no size.
+    /// Texels or slabs out of range.
     #[error(
-        "maps need texels and slabs of some size; texel {texel} m and slab {slab_height} m have none"
+        "texels must be 0.001 to 1 m and slabs 0.001 to 10 m; they are {texel} m and {slab_height} m"
     )]
     Grid {
         /// Metres.
@@ -80,7 +80,7 @@ impl Baker {
     /// Settings that make no maps.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
         let MapGrid { texel, slab_height } = settings.maps;
-        if !(texel > 0.0 && slab_height > 0.0 && texel.is_finite() && slab_height.is_finite()) {
+        if !((0.001..=1.0).contains(&texel) && (0.001..=10.0).contains(&slab_height)) {
             return Err(BakeError::Grid { texel, slab_height });
         }
         let body = settings

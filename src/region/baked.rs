@@ -27,6 +27,9 @@ pub struct BakedGraph {
     /// For each node the fewest frames at rate 1 until an evasion starts.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
+    /// No part of the body is further from the root.
+    #[serde(skip)]
+    reach: f32,
 }
 
 impl BakedGraph {
@@ -88,6 +91,12 @@ impl BakedGraph {
         Some(&self.evasions[index])
     }
 
+    /// No part of the body is ever further than this from the root's joint, metres.
+    #[must_use]
+    pub fn reach(&self) -> f32 {
+        self.reach
+    }
+
     /// The fewest frames at rate 1 from a node until an evasion starts; `None` where the graph has no evasion.
     #[must_use]
     pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
@@ -115,7 +124,7 @@ impl BakedGraph {
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn restored(mut self) -> Result<Self, String> {
+    pub fn restored(self) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -155,8 +164,13 @@ impl BakedGraph {
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        Ok(self.derived())
+    }
+
+    fn derived(mut self) -> Self {
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
-        Ok(self)
+        self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        self
     }
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {

@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{JointId, JointKind, JointTransform, Skeleton};
+use crate::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
 
 /// A sphere that is fixed to a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,12 +100,29 @@ impl Body {
         out.extend(self.spheres.iter().map(|sphere| sphere.centre(joints)));
     }
 
-    /// No part of the body is ever further than this from the root's joint, metres, where only rotations move it.
+    /// No part of the body is ever further than this from the root's joint in the motions of `clips`, or blends of them, metres.
     #[must_use]
-    pub fn reach(&self, skeleton: &Skeleton) -> f32 {
-        let furthest = |sphere: &BodySphere| {
-            skeleton.chain_length(sphere.joint) + sphere.offset.length() + sphere.radius
+    pub fn reach(&self, skeleton: &Skeleton, clips: &[Clip]) -> f32 {
+        let mut bones: Vec<f32> = skeleton
+            .joints()
+            .iter()
+            .map(|joint| joint.offset.length())
+            .collect();
+        for clip in clips {
+            for (index, translation) in clip.desc().translations.iter().enumerate() {
+                let bone = &mut bones[index % skeleton.len()];
+                *bone = bone.max(translation.length());
+            }
+        }
+        let chain = |joint| -> f32 {
+            skeleton
+                .ancestry(joint)
+                .filter(|&j| j != JointId::ROOT)
+                .map(|j| bones[j.index()])
+                .sum()
         };
+        let furthest =
+            |sphere: &BodySphere| chain(sphere.joint) + sphere.offset.length() + sphere.radius;
         self.spheres.iter().map(furthest).fold(0.0, f32::max)
     }
 }
