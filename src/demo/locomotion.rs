@@ -64,12 +64,12 @@ fn walk(name: &str, number: u32, stride: f32) -> Score {
     const STEP: f32 = 0.52;
     let mut s = Score::new(name, Rhythm::varied(number));
     s.guard(0.7);
-    for step in 0..6 {
+    for step in 0..6_usize {
         // Backwards the front foot goes first.
         let first = if stride > 0.0 { RIGHT } else { LEFT };
         let side = if step % 2 == 0 { first } else { 1 - first };
         let last = step == 5;
-        let share = if step == 0 || last { 0.6 } else { 1.0 };
+        let share = [0.6, 1.0, 1.0, 1.0, 0.6, 0.0][step];
         s.travel(0.0, stride * share, 0.0);
         // In mid-walk the feet go straight, beside each other's line.
         let ahead = 0.5 * stride + if side == LEFT { -0.2 } else { 0.15 };

@@ -181,11 +181,13 @@ impl Score {
         let from = self.ways[side].spot();
         let start = (self.now + delay).max(self.ways[side].busy_until());
         let air = (!keys.is_empty()).then(|| air_track(from, to, duration, keys, self.home()));
-        // Turning on the ball keeps the weight; a kick gives nearly all of it to the other foot.
-        let share = match (&air, lift > 0.0) {
+        // Turning on the ball keeps the weight; a kick gives nearly all of it to the other foot, a wide step or a leap
+        // carries it along.
+        let far = (from.toe.distance(to.toe) / 0.45).min(1.0);
+        let share = match (&air, lift) {
             (Some(_), _) => 0.62,
-            (None, true) => 0.25,
-            (None, false) => 0.0,
+            (None, 0.0) => 0.0,
+            (None, _) => 0.28 - 0.22 * far,
         };
         self.shares[side].push(share);
         self.ways[side].push(Swing {

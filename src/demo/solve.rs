@@ -12,8 +12,12 @@ use super::skeleton::{
 };
 use crate::math::Rigid2;
 
-/// How straight a leg or an arm may become, as a share of its length.
-const STRAIGHT: f32 = 0.985;
+/// How straight a leg or an arm may become, as a share of its length; it is neared, not run into.
+const STRAIGHT: f32 = 0.994;
+/// From where on a leg is held back from being straight.
+const LEG_SOFT: f32 = 0.955;
+/// As `LEG_SOFT`, for an arm.
+const ARM_SOFT: f32 = 0.93;
 /// How far a heel rises of its own to reach, radians.
 const HEEL_MAX: f32 = 0.75;
 /// How far the head turns from the chest, radians.
@@ -97,8 +101,9 @@ fn raised(foot: &Foot, pitch: f32) -> Foot {
 
 /// Raises the heel no more than the leg needs.
 fn within_reach(hip: Vec3, foot: &Foot) -> Foot {
-    let reach = STRAIGHT * (THIGH_LENGTH + SHIN_LENGTH);
-    if hip.distance(foot.ankle) <= reach {
+    let wanted = hip.distance(foot.ankle);
+    let reach = softened(wanted, LEG_SOFT, THIGH_LENGTH + SHIN_LENGTH);
+    if wanted <= reach {
         return *foot;
     }
     let (mut low, mut high) = (0.0, HEEL_MAX);
@@ -143,6 +148,10 @@ fn solve_arm(world: &mut [Quat; JOINTS], chest: Vec3, side: usize, wrist: Vec3, 
     let shoulder = collar + world[first] * arm_offset(side);
     let (sin, cos) = lifted.sin_cos();
     let elbow = world[CHEST] * Vec3::new(s * sin, -cos, -0.3);
+    let to = wrist - shoulder;
+    let whole = UPPER_ARM_LENGTH + FOREARM_LENGTH;
+    let length = softened(to.length(), ARM_SOFT, whole).max(0.28 * whole);
+    let wrist = shoulder + to.normalize_or(rest) * length;
     let (upper, lower) = two_bones(shoulder, wrist, elbow, UPPER_ARM_LENGTH, FOREARM_LENGTH);
     // At rest arms stretch along ±X and elbows point to -Z.
     let bone = |bend: &Bend| basis(bend.along * s, -bend.hinge * s);
@@ -151,6 +160,15 @@ fn solve_arm(world: &mut [Quat; JOINTS], chest: Vec3, side: usize, wrist: Vec3, 
     for part in FOREARM + 1..5 {
         world[first + part] = world[first + FOREARM];
     }
+}
+
+/// A length that bends from `soft · whole` on to stay below `STRAIGHT · whole` for any wish, without a kink.
+fn softened(wanted: f32, soft: f32, whole: f32) -> f32 {
+    let (from, room) = (soft * whole, (STRAIGHT - soft) * whole);
+    if wanted <= from {
+        return wanted;
+    }
+    from + room * (1.0 - (-(wanted - from) / room).exp())
 }
 
 /// One bone of a bent limb.
@@ -166,7 +184,7 @@ struct Bend {
 fn two_bones(root: Vec3, end: Vec3, pole: Vec3, first: f32, second: f32) -> (Bend, Bend) {
     let whole = first + second;
     let to = end - root;
-    let length = to.length().clamp(0.28 * whole, STRAIGHT * whole);
+    let length = to.length().clamp(0.2 * whole, STRAIGHT * whole);
     let along = to.normalize_or(Vec3::NEG_Y);
     let hinge = pole.cross(along).normalize_or(Vec3::X);
     let side = along.cross(hinge);
