@@ -2,7 +2,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Pose, Skeleton, pose::slerp};
+use super::{Pose, Skeleton, SkeletonError, pose::slerp};
 
 /// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +30,9 @@ pub struct ClipDesc {
 /// Why data are no clip.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ClipError {
+    /// The clip's skeleton is none.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
     /// There is no frame.
     #[error("clip \"{0}\" has no frames")]
     Empty(String),
