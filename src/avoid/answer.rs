@@ -37,7 +37,7 @@ pub struct CandidateReport {
     pub rate: Result<Rate, RateError>,
     /// Texels of the attack on its maps; `None` where nothing was counted.
     pub overlap: Option<Overlap>,
-    /// The exact distance; `None` where it was not needed.
+    /// The exact distance; `None` where it was not needed. Of a hit that was not chosen it may be that of its first moment only.
     pub clearance: Option<Clearance>,
     /// Its score; `None` for a hit and for what was not tested.
     pub score: Option<Score>,
@@ -51,7 +51,7 @@ pub struct CandidateReport {
 pub enum Fate {
     /// It is the answer.
     Chosen,
-    /// It avoids the attack, and another one scored better.
+    /// Another one scored better; where it has no clearance, it could not have scored better with any.
     Outscored,
     /// No rate brings its evasion in time.
     NotInTime,

@@ -1,19 +1,19 @@
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use thiserror::Error;
 
 use crate::math::Rigid2;
 use crate::region::SphereKey;
 
 /// A sphere on its way: keys in the order of time, straight lines between them. Before the first and after the last key it is not there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct MovingSphere {
     keys: Vec<SphereKey>,
 }
 
 /// Where and when an attack passes: one or more moving spheres. Times count from the moment of the query.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
     spheres: Vec<MovingSphere>,
@@ -105,8 +105,11 @@ impl MovingSphere {
 }
 
 impl Attack {
+    /// Seconds.
     const LATEST: f32 = 600.0;
+    /// Metres from the origin.
     const FURTHEST: f32 = 10_000.0;
+    /// Metres.
     const WIDEST: f32 = 100.0;
 
     /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the query.
@@ -122,9 +125,9 @@ impl Attack {
                 return Err(AttackError::NoKeys { sphere });
             }
             for (key, value) in keys.iter().enumerate() {
-                let finite =
-                    value.t.is_finite() && value.center.is_finite() && value.radius.is_finite();
-                if !(finite && value.t >= 0.0 && value.radius > 0.0) {
+                let near = value.center.is_finite() && value.center.length() <= Self::FURTHEST;
+                let sized = value.radius > 0.0 && value.radius <= Self::WIDEST;
+                if !((0.0..=Self::LATEST).contains(&value.t) && near && sized) {
                     return Err(AttackError::Value { sphere, key });
                 }
                 if key > 0 && value.t <= keys[key - 1].t {

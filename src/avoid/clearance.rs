@@ -16,6 +16,15 @@ use crate::region::BakedGraph;
 /// 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm at 120 a second, 0.34 mm at 240.
 pub const SAMPLE_RATE: f32 = 120.0;
 
+/// How much of an attack is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All of it: the smallest distance, however deep.
+    Whole,
+    /// Up to the first hit that is found: whether there is one, not how deep it goes.
+    UntilHit,
+}
+
 /// The smallest distance over an attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearance {
@@ -31,7 +40,7 @@ pub struct Clearance {
 ///
 /// `motion` must last as long as the attack.
 #[must_use]
-pub fn clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> Clearance {
+pub fn clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack, extent: Extent) -> Clearance {
     let mut track = BodyTrack::new(baked, motion);
     let mut best = Clearance {
         metres: f32::INFINITY,
@@ -52,6 +61,9 @@ pub fn clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> Cleara
         for pair in keys.windows(2) {
             let (first, last) = (BodyTrack::tick(pair[0].t).0, BodyTrack::tick(pair[1].t).0);
             for tick in first..=last {
+                if extent == Extent::UntilHit && best.metres < 0.0 {
+                    return best;
+                }
                 let start = (tick as f32 / SAMPLE_RATE).max(pair[0].t);
                 let end = ((tick + 1) as f32 / SAMPLE_RATE).min(pair[1].t);
                 if end < start {

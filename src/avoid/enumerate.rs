@@ -22,7 +22,7 @@ pub struct EnumerateSettings {
     pub alike_distance: f32,
     /// and turned by less than this against each other, radians. Default 5°.
     pub alike_angle: f32,
-    /// Most paths that are followed at a time on the way to an evasion. Default 1,024.
+    /// Most paths that are followed at a time on the way to an evasion. Default 256.
     pub evasion_width: usize,
     /// Most paths that are followed at a time where any motion will do. Default 64.
     pub plain_width: usize,
@@ -36,7 +36,7 @@ impl Default for EnumerateSettings {
             horizon: 2.0,
             alike_distance: 0.05,
             alike_angle: 5f32.to_radians(),
-            evasion_width: 1024,
+            evasion_width: 256,
             plain_width: 64,
             plain_candidates: 64,
         }

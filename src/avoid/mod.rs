@@ -18,4 +18,4 @@ pub mod score;
 
 pub use answer::{Answer, CandidateReport, Counts, Fate};
 pub use attack::{Attack, AttackError, MovingSphere};
-pub use query::{Prepared, Query, QuerySettings};
+pub use query::{Judging, Prepared, Query, QuerySettings};

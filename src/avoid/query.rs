@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Attack;
 use super::answer::{Answer, CandidateReport, Counts, Fate};
-use super::clearance::{Clearance, SAMPLE_RATE, clearance};
+use super::clearance::{Clearance, Extent, SAMPLE_RATE, clearance};
 use super::cull::{CullInput, Overlap};
 use super::enumerate::{
     EnumerateSettings, FoundPath, SearchReport, paths_to_evasions, plain_paths,
@@ -173,56 +173,40 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order; `None` tests every candidate exactly, and then no
-    /// evasion region counts towards the score.
+    /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order.
     #[must_use]
-    pub fn decide(self, overlaps: Option<&[Overlap]>) -> Answer {
-        let overlap = |index: usize| overlaps.and_then(|overlaps| overlaps.get(index)).copied();
-        let culled = |index: usize| overlap(index).is_some_and(|overlap| overlap.body > 0);
-        let all = 0..self.candidates.len();
-        let mut judged: Vec<Option<Judged>> = all
-            .clone()
-            .map(|index| (!culled(index)).then(|| self.judge(index, overlap(index))))
-            .collect();
+    pub fn decide(self, overlaps: &[Overlap], judging: Judging) -> Answer {
+        let culled = |index: usize| judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0);
+        let (removed, passed): (Vec<usize>, Vec<usize>) = (0..self.candidates.len()).partition(|&index| culled(index));
         let mut counts = Counts {
             candidates: self.candidates.len(),
             with_evasion: self.maps.candidates.len(),
             not_in_time: self.late.len(),
-            culled: judged.iter().filter(|judged| judged.is_none()).count(),
+            culled: removed.len(),
             ..Counts::default()
         };
-        if !judged.iter().flatten().any(|judged| judged.score.is_some()) {
-            counts.reconsidered = counts.culled;
-            for index in all {
-                judged[index].get_or_insert_with(|| self.judge(index, overlap(index)));
-            }
+        let mut court = Court { case: &self, overlaps, judging, judged: vec![None; self.candidates.len()] };
+        court.judge(passed);
+        if !court.has_clean() {
+            counts.reconsidered = removed.len();
+            court.judge(removed);
         }
-        counts.clean = judged
-            .iter()
-            .flatten()
-            .filter(|judged| judged.score.is_some())
-            .count();
+        if !court.has_clean() {
+            court.measure_all();
+        }
+        let judged = court.judged;
+        counts.clean = judged.iter().flatten().filter(|judged| judged.score.is_some()).count();
         counts.hits = judged.iter().flatten().count() - counts.clean;
         let chosen = choose(&judged);
-        self.answer(chosen, judged, overlap, counts)
+        self.answer(chosen, &judged, overlaps, counts)
     }
 
-    fn judge(&self, index: usize, overlap: Option<Overlap>) -> Judged {
-        let motion = self.motion(index);
-        let clearance = clearance(self.query.baked, &motion, &self.attack);
+    /// A candidate's score if its clearance were `metres`.
+    fn score(&self, index: usize, overlap: Option<&Overlap>, metres: f32) -> Score {
         let candidate = &self.candidates[index];
-        let score = (clearance.metres >= 0.0).then(|| {
-            let texels = self.region_texels(candidate);
-            let covered = overlap.map_or(0, |overlap| overlap.evasion);
-            Score::new(
-                texels,
-                covered,
-                clearance.metres,
-                candidate.rate.rate,
-                &self.query.settings.weights,
-            )
-        });
-        Judged { clearance, score }
+        let covered = overlap.map_or(0, |overlap| overlap.evasion);
+        let weights = &self.query.settings.weights;
+        Score::new(self.region_texels(candidate), covered, metres, candidate.rate.rate, weights)
     }
 
     /// Texels of a candidate's evasion region in the slabs that the attack touches.
@@ -273,19 +257,14 @@ impl<'a> Prepared<'a> {
         motion
     }
 
-    fn answer(
-        self,
-        chosen: usize,
-        judged: Vec<Option<Judged>>,
-        overlap: impl Fn(usize) -> Option<Overlap>,
-        counts: Counts,
-    ) -> Answer {
+    fn answer(self, chosen: usize, judged: &[Option<Judged>], overlaps: &[Overlap], counts: Counts) -> Answer {
         let motion = self.motion(chosen);
+        let body = |index: usize| overlaps.get(index).map_or(0, |overlap| overlap.body);
         let fate = |index: usize| match &judged[index] {
             _ if index == chosen => Fate::Chosen,
-            None => Fate::Culled,
-            Some(judged) if judged.score.is_some() => Fate::Outscored,
-            Some(_) => Fate::Hit,
+            Some(judged) if judged.score.is_none() => Fate::Hit,
+            None if body(index) > 0 => Fate::Culled,
+            _ => Fate::Outscored,
         };
         let edge_of = |path: &FoundPath| {
             path.evasion
@@ -299,7 +278,7 @@ impl<'a> Prepared<'a> {
                 path: candidate.path.edges.clone(),
                 evasion: edge_of(&candidate.path),
                 rate: Ok(candidate.rate),
-                overlap: overlap(index),
+                overlap: overlaps.get(index).copied(),
                 clearance: judged[index].as_ref().map(|judged| judged.clearance),
                 score: judged[index].as_ref().and_then(|judged| judged.score),
                 fate: fate(index),
@@ -330,6 +309,60 @@ impl<'a> Prepared<'a> {
             counts,
             search: self.search,
         }
+    }
+}
+
+/// How much is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judging {
+    /// What the choice needs: candidates that the maps remove are left out as long as there is a clean one among the others, and a
+    /// candidate that could not win even with no distance at all is not tested.
+    Needed,
+    /// Every candidate, exactly, whatever the maps say: the culling path `exact`.
+    All,
+}
+
+/// The exact test of candidates, from the most promising on.
+struct Court<'a, 'b> {
+    case: &'b Prepared<'a>,
+    overlaps: &'b [Overlap],
+    judging: Judging,
+    judged: Vec<Option<Judged>>,
+}
+
+impl Court<'_, '_> {
+    fn has_clean(&self) -> bool {
+        self.judged.iter().flatten().any(|judged| judged.score.is_some())
+    }
+
+    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V without it is a bound.
+    fn judge(&mut self, candidates: Vec<usize>) {
+        let bound = |&index: &usize| (self.case.score(index, self.overlaps.get(index), 0.0).total, index);
+        let mut bounds: Vec<(f32, usize)> = candidates.iter().map(bound).collect();
+        bounds.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let extent = if self.judging == Judging::All { Extent::Whole } else { Extent::UntilHit };
+        let mut best = f32::INFINITY;
+        for (bound, index) in bounds {
+            if self.judging == Judging::Needed && bound >= best {
+                break;
+            }
+            let judged = self.test(index, extent);
+            best = judged.score.map_or(best, |score| best.min(score.total));
+            self.judged[index] = Some(judged);
+        }
+    }
+
+    /// How deep is every hit? Asked where there is nothing else.
+    fn measure_all(&mut self) {
+        if self.judging == Judging::Needed {
+            self.judged = (0..self.judged.len()).map(|index| Some(self.test(index, Extent::Whole))).collect();
+        }
+    }
+
+    fn test(&self, index: usize, extent: Extent) -> Judged {
+        let clearance = clearance(self.case.query.baked, &self.case.motion(index), &self.case.attack, extent);
+        let clean = clearance.metres >= 0.0;
+        Judged { clearance, score: clean.then(|| self.case.score(index, self.overlaps.get(index), clearance.metres)) }
     }
 }
 

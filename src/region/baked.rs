@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Body, BodySphere, RegionAtlas, RegionId, RegionMaps, Retimable};
-use crate::graph::{EdgeId, MotionGraph, NodeId};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::Rigid2;
 
 /// An edge that avoids.
@@ -40,15 +40,16 @@ impl BakedGraph {
         body: Body,
         graph: MotionGraph,
     ) -> Self {
-        let frames_to_evasion = frames_to_evasion(&graph, &evasions);
         Self {
             graph,
             body,
             atlas,
             retimable,
             evasions,
-            frames_to_evasion,
+            frames_to_evasion: Vec::new(),
+            reach: 0.0,
         }
+        .derived()
     }
 
     /// The motion graph.
@@ -104,12 +105,17 @@ impl BakedGraph {
         (frames != u32::MAX).then_some(frames)
     }
 
-    /// Share of the graph's motion (by frames of its edges) from whose next node an evasion can start within `seconds`, at rate 1.
+    /// Share of the moments of the graph's clips from whose next node an evasion can start within `seconds`, at rate 1.
     #[must_use]
     pub fn responsive_share(&self, seconds: f64) -> f64 {
         let limit = seconds * self.graph.frame_rate();
         let (mut soon, mut all) = (0.0, 0.0);
-        for edge in self.graph.edges() {
+        let clip_edges = self
+            .graph
+            .edges()
+            .iter()
+            .filter(|edge| edge.motion == EdgeMotion::Clip);
+        for edge in clip_edges {
             let wait = self.frames_to_evasion(edge.to);
             for frame in 0..edge.frames {
                 all += 1.0;

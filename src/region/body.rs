@@ -42,7 +42,7 @@ mod shares {
     /// Thinnest and thickest limb: of the stature.
     pub(super) const LIMB_RANGE: (f32, f32) = (0.022, 0.048);
     /// Spheres of a bone stand this share of their radius apart.
-    pub(super) const SPACING: f32 = 0.8;
+    pub(super) const SPACING: f32 = 1.2;
 }
 
 impl Body {

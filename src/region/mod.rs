@@ -21,6 +21,7 @@ pub use baked::{BakedGraph, Evasion};
 pub use body::{Body, BodySphere};
 pub use disc::{Disc, SUB_TEXELS};
 pub use map::{BitMap, Drawing, MapRect};
+pub use raster::EvasionMaps;
 pub use retime::{Retimable, RetimeSettings, retimable_edges};
 pub use slab::{MapGrid, Slab};
 pub use sphere_key::SphereKey;

@@ -1,0 +1,5 @@
+//! What several tests share.
+#![allow(dead_code, reason = "each test uses some of it")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may")]
+
+pub mod clips;
