@@ -1,6 +1,7 @@
 //! Skeleton, clip, pose, sampling and forward kinematics.
 
 mod clip;
+mod event;
 mod facing;
 mod kinematics;
 mod limbs;
@@ -8,6 +9,7 @@ mod pose;
 mod skeleton;
 
 pub use clip::{Clip, ClipDesc, ClipError};
+pub use event::{Event, EventKind};
 pub use facing::Facing;
 pub use kinematics::{JointTransform, forward_kinematics};
 pub use limbs::Limbs;

@@ -8,10 +8,12 @@ mod disc;
 mod map;
 pub mod raster;
 mod slab;
+mod sphere_key;
 mod turn;
 
 pub use atlas::{PackedAtlas, PackedMaps, RegionAtlas, RegionId, RegionMaps};
 pub use disc::{Disc, SUB_TEXELS};
 pub use map::{BitMap, Drawing, MapRect};
 pub use slab::{MapGrid, Slab};
+pub use sphere_key::SphereKey;
 pub use turn::MapTurn;
