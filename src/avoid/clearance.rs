@@ -40,7 +40,12 @@ pub struct Clearance {
 ///
 /// `motion` must last as long as the attack.
 #[must_use]
-pub fn clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack, extent: Extent) -> Clearance {
+pub fn clearance(
+    baked: &BakedGraph,
+    motion: &Motion,
+    attack: &Attack,
+    extent: Extent,
+) -> Clearance {
     let mut track = BodyTrack::new(baked, motion);
     let mut best = Clearance {
         metres: f32::INFINITY,

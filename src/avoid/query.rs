@@ -176,8 +176,11 @@ impl<'a> Prepared<'a> {
     /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order.
     #[must_use]
     pub fn decide(self, overlaps: &[Overlap], judging: Judging) -> Answer {
-        let culled = |index: usize| judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0);
-        let (removed, passed): (Vec<usize>, Vec<usize>) = (0..self.candidates.len()).partition(|&index| culled(index));
+        let culled = |index: usize| {
+            judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0)
+        };
+        let (removed, passed): (Vec<usize>, Vec<usize>) =
+            (0..self.candidates.len()).partition(|&index| culled(index));
         let mut counts = Counts {
             candidates: self.candidates.len(),
             with_evasion: self.maps.candidates.len(),
@@ -185,7 +188,12 @@ impl<'a> Prepared<'a> {
             culled: removed.len(),
             ..Counts::default()
         };
-        let mut court = Court { case: &self, overlaps, judging, judged: vec![None; self.candidates.len()] };
+        let mut court = Court {
+            case: &self,
+            overlaps,
+            judging,
+            judged: vec![None; self.candidates.len()],
+        };
         court.judge(passed);
         if !court.has_clean() {
             counts.reconsidered = removed.len();
@@ -195,7 +203,11 @@ impl<'a> Prepared<'a> {
             court.measure_all();
         }
         let judged = court.judged;
-        counts.clean = judged.iter().flatten().filter(|judged| judged.score.is_some()).count();
+        counts.clean = judged
+            .iter()
+            .flatten()
+            .filter(|judged| judged.score.is_some())
+            .count();
         counts.hits = judged.iter().flatten().count() - counts.clean;
         let chosen = choose(&judged);
         self.answer(chosen, &judged, overlaps, counts)
@@ -206,7 +218,13 @@ impl<'a> Prepared<'a> {
         let candidate = &self.candidates[index];
         let covered = overlap.map_or(0, |overlap| overlap.evasion);
         let weights = &self.query.settings.weights;
-        Score::new(self.region_texels(candidate), covered, metres, candidate.rate.rate, weights)
+        Score::new(
+            self.region_texels(candidate),
+            covered,
+            metres,
+            candidate.rate.rate,
+            weights,
+        )
     }
 
     /// Texels of a candidate's evasion region in the slabs that the attack touches.
@@ -257,7 +275,13 @@ impl<'a> Prepared<'a> {
         motion
     }
 
-    fn answer(self, chosen: usize, judged: &[Option<Judged>], overlaps: &[Overlap], counts: Counts) -> Answer {
+    fn answer(
+        self,
+        chosen: usize,
+        judged: &[Option<Judged>],
+        overlaps: &[Overlap],
+        counts: Counts,
+    ) -> Answer {
         let motion = self.motion(chosen);
         let body = |index: usize| overlaps.get(index).map_or(0, |overlap| overlap.body);
         let fate = |index: usize| match &judged[index] {
@@ -332,15 +356,27 @@ struct Court<'a, 'b> {
 
 impl Court<'_, '_> {
     fn has_clean(&self) -> bool {
-        self.judged.iter().flatten().any(|judged| judged.score.is_some())
+        self.judged
+            .iter()
+            .flatten()
+            .any(|judged| judged.score.is_some())
     }
 
     /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V without it is a bound.
     fn judge(&mut self, candidates: Vec<usize>) {
-        let bound = |&index: &usize| (self.case.score(index, self.overlaps.get(index), 0.0).total, index);
+        let bound = |&index: &usize| {
+            (
+                self.case.score(index, self.overlaps.get(index), 0.0).total,
+                index,
+            )
+        };
         let mut bounds: Vec<(f32, usize)> = candidates.iter().map(bound).collect();
         bounds.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let extent = if self.judging == Judging::All { Extent::Whole } else { Extent::UntilHit };
+        let extent = if self.judging == Judging::All {
+            Extent::Whole
+        } else {
+            Extent::UntilHit
+        };
         let mut best = f32::INFINITY;
         for (bound, index) in bounds {
             if self.judging == Judging::Needed && bound >= best {
@@ -355,14 +391,27 @@ impl Court<'_, '_> {
     /// How deep is every hit? Asked where there is nothing else.
     fn measure_all(&mut self) {
         if self.judging == Judging::Needed {
-            self.judged = (0..self.judged.len()).map(|index| Some(self.test(index, Extent::Whole))).collect();
+            self.judged = (0..self.judged.len())
+                .map(|index| Some(self.test(index, Extent::Whole)))
+                .collect();
         }
     }
 
     fn test(&self, index: usize, extent: Extent) -> Judged {
-        let clearance = clearance(self.case.query.baked, &self.case.motion(index), &self.case.attack, extent);
+        let clearance = clearance(
+            self.case.query.baked,
+            &self.case.motion(index),
+            &self.case.attack,
+            extent,
+        );
         let clean = clearance.metres >= 0.0;
-        Judged { clearance, score: clean.then(|| self.case.score(index, self.overlaps.get(index), clearance.metres)) }
+        Judged {
+            clearance,
+            score: clean.then(|| {
+                self.case
+                    .score(index, self.overlaps.get(index), clearance.metres)
+            }),
+        }
     }
 }
 

@@ -1,16 +1,26 @@
 //! Which culling paths run on this machine, and running them.
 
 use clap::ValueEnum;
+use sabaki::avoid::Judging;
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
 use sabaki::region::raster::EvasionMaps;
 use sabaki::region::{Drawing, RegionAtlas, raster};
 
 use super::Failure;
 
+#[cfg(feature = "vulkan")]
+#[path = "device.rs"]
+mod device;
+#[cfg(not(feature = "vulkan"))]
+#[path = "device_absent.rs"]
+mod device;
+
+pub(crate) use device::{DeviceReport, list};
+
 /// Who counts the overlaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum CullPath {
-    /// Nobody: every candidate is tested exactly.
+    /// Nobody: every candidate is tested exactly, to the end.
     Exact,
     /// The maps on the CPU.
     Cpu,
@@ -19,6 +29,11 @@ pub(crate) enum CullPath {
 }
 
 impl CullPath {
+    /// Whether every candidate is tested, or just as many as the choice needs.
+    pub(crate) fn judging(self) -> Judging {
+        if self == Self::Exact { Judging::All } else { Judging::Needed }
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -81,20 +96,19 @@ impl Culling {
         }
     }
 
-    /// Counts, or `None` for [`CullPath::Exact`].
+    /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of the score.
     ///
     /// # Errors
     /// The stencil path without a device, or with one that fails.
-    pub(crate) fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Option<Vec<Overlap>>, Failure> {
+    pub(crate) fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, Failure> {
         match path {
-            CullPath::Exact => Ok(None),
-            CullPath::Cpu => {
+            CullPath::Exact | CullPath::Cpu => {
                 let mut overlaps = Vec::new();
                 cpu::count(input, &mut overlaps);
-                Ok(Some(overlaps))
+                Ok(overlaps)
             }
             CullPath::Stencil => match (&mut self.device, &mut self.culler) {
-                (Ok(device), Some(culler)) => device.cull(culler, input).map(Some).map_err(Failure::Device),
+                (Ok(device), Some(culler)) => device.cull(culler, input).map_err(Failure::Device),
                 (Err(why), _) => Err(Failure::Device(format!("the stencil path cannot run: {why}"))),
                 _ => Err(Failure::Device("the stencil path has no maps on the device".to_owned())),
             },

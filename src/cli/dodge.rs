@@ -92,9 +92,9 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
         return numbered.collect();
     };
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
-    let file = io::read_attacks(path)?;
-    let attacks = file.attacks.into_iter().enumerate().map(|(index, spheres)| {
-        let attack = Attack::new(spheres).map_err(|error| Failure::Attack { index, error })?;
+    let file = io::AttackFile::read(path)?;
+    let attacks = file.attacks.into_iter().enumerate().map(|(index, entry)| {
+        let attack = Attack::new(entry.spheres).map_err(|error| Failure::Attack { index, error })?;
         Ok(Throw { playhead, attack })
     });
     attacks.collect()

@@ -53,6 +53,8 @@ pub(crate) enum Failure {
     #[error("attack {index}: {error}")]
     Attack { index: usize, error: AttackError },
     #[error("{path}: {source}")]
+    Open { path: PathBuf, source: std::io::Error },
+    #[error("{path}: {source}")]
     Write { path: PathBuf, source: std::io::Error },
     #[error("cannot write to stdout: {0}")]
     Stdout(std::io::Error),
@@ -65,7 +67,7 @@ pub(crate) enum Failure {
 /// A table with a head; the columns after the first `left` are numbers and stand to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();
-    table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Disabled);
+    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(head.to_vec());
     for (index, column) in table.column_iter_mut().enumerate() {
         column.set_cell_alignment(if index < left { CellAlignment::Left } else { CellAlignment::Right });

@@ -75,7 +75,7 @@ pub(crate) fn answer(
     let enumerated = Instant::now();
     let overlaps = culling.count(path, &prepared.cull_input())?;
     let culled = Instant::now();
-    let answer = prepared.decide(overlaps.as_deref());
+    let answer = prepared.decide(&overlaps, path.judging());
     let ms = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
     Ok(Run {
         answer,
