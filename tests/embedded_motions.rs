@@ -294,7 +294,7 @@ fn attacks_reach_out() {
             })
             .fold(0.0, f32::max);
         assert!(
-            reach > 0.45,
+            reach > 0.4,
             "{} at {} s: {reach} m",
             clip.name(),
             event.start

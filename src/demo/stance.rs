@@ -132,7 +132,7 @@ fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Score {
     s
 }
 
-/// To the other foot in front, a jab there, and back.
+/// To the other foot in front, a while there, and back.
 fn switch_stance(rhythm: Rhythm) -> Score {
     let mut s = Score::new("switch_stance", rhythm);
     s.guard(0.7);
