@@ -185,6 +185,18 @@ impl Clip {
             .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
     }
 
+    /// The root's place in the pose that [`Clip::sample`] gives.
+    #[must_use]
+    pub fn sample_root(&self, frame: f32) -> Vec3 {
+        let roots = &self.desc.roots;
+        let clamped = frame.clamp(0.0, (roots.len() - 1) as f32);
+        let lower = clamped.floor() as usize;
+        roots[lower].lerp(
+            roots[(lower + 1).min(roots.len() - 1)],
+            clamped - lower as f32,
+        )
+    }
+
     /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the
     /// rotations by slerp. Before the first and after the last frame those hold.
     pub fn sample(&self, frame: f32, out: &mut Pose) {

@@ -4,10 +4,11 @@ use super::JointId;
 
 /// What happens in a labelled range of a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EventKind {
-    /// Something is struck at.
+    /// A blow.
     Attack,
-    /// The body leaves the place where it was.
+    /// A movement out of a blow's way.
     Evasion,
 }
 
@@ -22,6 +23,6 @@ pub struct Event {
     pub start: f64,
     /// Seconds from the clip's first frame.
     pub end: f64,
-    /// The joints that take part; empty means all, for evasions.
+    /// The joints that take part; empty for all.
     pub joints: Vec<JointId>,
 }

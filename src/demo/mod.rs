@@ -16,6 +16,7 @@ mod score;
 mod skeleton;
 mod solve;
 mod stance;
+pub mod throw;
 
 use crate::anim::{Clip, ClipError, Event, Skeleton};
 

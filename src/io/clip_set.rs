@@ -1,0 +1,219 @@
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::read::{check_scale, clip_name, given, read_bvh, to_metres};
+use super::{EventsFile, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
+use crate::anim::{Clip, Event, Skeleton};
+
+/// Clips of one skeleton, and what happens in them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipSet {
+    /// Of the first file; the others have the same joints.
+    pub skeleton: Skeleton,
+    /// In the order of the paths, a folder's files by name.
+    pub clips: Vec<Clip>,
+    /// Sorted by clip and start.
+    pub events: Vec<Event>,
+    /// One for each clip.
+    pub scales: Vec<Scale>,
+    /// What a person should know, one line each: bones of other lengths, clips of one frame, scales that differ.
+    pub warnings: Vec<String>,
+}
+
+/// Reads clips on all cores, and their events. A path is a BVH file, or a folder whose `*.bvh` files are taken.
+///
+/// All must have the joints of the first; bone lengths may differ (captures of one person differ by calibration), beyond
+/// 1% with a warning. The first file's offsets hold for all.
+///
+/// # Errors
+/// The first thing that is wrong, in the order of the paths, with the file and the place in it.
+pub fn read_clips(
+    paths: &[PathBuf],
+    events: Option<&Path>,
+    options: &ReadOptions,
+) -> Result<ClipSet, ReadError> {
+    check_scale(options)?;
+    let files = files(paths)?;
+    check_names(&files)?;
+    let mut loaded = load_all(&files, options)?.into_iter();
+    let (Some(first), Some(first_path)) = (loaded.next(), files.first()) else {
+        return Err(ReadError::NoClips {
+            path: PathBuf::new(),
+        });
+    };
+    let mut set = ClipSet {
+        skeleton: first.skeleton,
+        clips: Vec::with_capacity(files.len()),
+        events: Vec::new(),
+        scales: Vec::with_capacity(files.len()),
+        warnings: Vec::new(),
+    };
+    set.add(first.clip, first.scale);
+    for (path, next) in files.iter().skip(1).zip(loaded) {
+        let joints = set.skeleton.differences(&next.skeleton);
+        if !joints.is_empty() {
+            return Err(ReadError::SkeletonDiffers {
+                path: path.clone(),
+                first: first_path.clone(),
+                joints,
+            });
+        }
+        set.warn_of_bones(path, &next.skeleton);
+        set.add(next.clip, next.scale);
+    }
+    if let Some(path) = events {
+        let file = EventsFile::read(path)?;
+        let resolved = file.resolve(&set.clips, &set.skeleton);
+        set.events = resolved.map_err(|error| ReadError::Events {
+            path: path.to_owned(),
+            error,
+        })?;
+    }
+    Ok(set)
+}
+
+impl ClipSet {
+    fn add(&mut self, clip: Clip, scale: Scale) {
+        if clip.frames() == 1 {
+            self.warnings
+                .push(format!("{}: a single frame is no motion", clip.name()));
+        }
+        if let Some(first) = self.scales.first()
+            && first.metres_per_unit != scale.metres_per_unit
+        {
+            self.warnings.push(format!(
+                "{}: read at {} metres per unit, the first clip at {}",
+                clip.name(),
+                scale.metres_per_unit,
+                first.metres_per_unit
+            ));
+        }
+        self.clips.push(clip);
+        self.scales.push(scale);
+    }
+
+    /// The root's offset does not matter: its place is the motion's.
+    fn warn_of_bones(&mut self, path: &Path, other: &Skeleton) {
+        const TOLERANCE: f32 = 0.01;
+        /// Metres: what files written with few digits differ by.
+        const DIGITS: f32 = 1e-4;
+        let pairs = self.skeleton.joints().iter().zip(other.joints()).skip(1);
+        let differing: Vec<&str> = pairs
+            .filter(|(a, b)| {
+                let most = TOLERANCE * a.offset.length().max(b.offset.length()) + DIGITS;
+                a.offset.distance(b.offset) > most
+            })
+            .map(|(a, _)| a.name.as_str())
+            .collect();
+        if let Some(name) = differing.first() {
+            self.warnings.push(format!(
+                "{}: {} bones differ by more than 1% from the first clip's, \"{name}\" first",
+                path.display(),
+                differing.len()
+            ));
+        }
+    }
+}
+
+/// The files that `paths` stand for.
+fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
+    let mut files = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let io = |source| ReadError::Io {
+            path: path.clone(),
+            source,
+        };
+        let mut inside = Vec::new();
+        for entry in std::fs::read_dir(path).map_err(io)? {
+            let file = entry.map_err(io)?.path();
+            let is_bvh = file
+                .extension()
+                .is_some_and(|extension| extension.eq_ignore_ascii_case("bvh"));
+            if is_bvh && file.is_file() {
+                inside.push(file);
+            }
+        }
+        if inside.is_empty() {
+            return Err(ReadError::NoClips { path: path.clone() });
+        }
+        inside.sort();
+        files.append(&mut inside);
+    }
+    Ok(files)
+}
+
+fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
+    let mut seen = HashMap::new();
+    for path in files {
+        if let Some(first) = seen.insert(clip_name(path), path) {
+            return Err(ReadError::DuplicateClip {
+                path: path.clone(),
+                first: first.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn load_all(files: &[PathBuf], options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
+    let load = |path: &PathBuf| {
+        let file = read_bvh(path)?;
+        let scale = options.scale.map_or_else(|| Scale::of(&file), given);
+        Ok((file, scale))
+    };
+    let parsed = in_parallel(files, load)?;
+    // A scale that only makes the figure as high as a person hangs on the first pose; one set has one such scale.
+    let fitted = parsed
+        .iter()
+        .map(|(_, scale)| *scale)
+        .find(|scale| scale.found == ScaleSource::Stature);
+    let jobs: Vec<_> = files.iter().zip(parsed).collect();
+    in_parallel(&jobs, |(path, (file, scale))| {
+        let scale = match (scale.found, fitted) {
+            (ScaleSource::Stature, Some(fitted)) => fitted,
+            _ => *scale,
+        };
+        to_metres(path, file, scale)
+    })
+}
+
+/// `work` on each item, in the items' order; of several errors the first item's.
+fn in_parallel<I: Sync, O: Send>(
+    items: &[I],
+    work: impl Fn(&I) -> Result<O, ReadError> + Sync,
+) -> Result<Vec<O>, ReadError> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let run = || {
+        let mut done = Vec::new();
+        while let Some((index, item)) = take(items, &next) {
+            done.push((index, work(item)));
+        }
+        done
+    };
+    let mut done = std::thread::scope(|scope| {
+        let handles: Vec<_> = (1..threads.min(items.len()))
+            .map(|_| scope.spawn(run))
+            .collect();
+        let mut done = run();
+        for handle in handles {
+            match handle.join() {
+                Ok(more) => done.extend(more),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        done
+    });
+    done.sort_by_key(|&(index, _)| index);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+fn take<'a, I>(items: &'a [I], next: &AtomicUsize) -> Option<(usize, &'a I)> {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    Some((index, items.get(index)?))
+}

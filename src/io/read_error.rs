@@ -1,0 +1,114 @@
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::{AttacksError, EventsError, bvh::BvhError, bvh::MotionError};
+
+/// Why files could not be read: always with the file.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The system's own error.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is larger than [`super::LARGEST_FILE`].
+    #[error("{}: larger than {} MB", path.display(), super::LARGEST_FILE / 1_000_000)]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A BVH file is damaged.
+    #[error("{}: {error}", path.display())]
+    Bvh {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: BvhError,
+    },
+    /// A scale that is no positive number was given.
+    #[error("a scale of {0} metres per unit is not possible")]
+    Scale(f64),
+    /// The scale makes lengths infinite.
+    #[error("{}: {error}", path.display())]
+    Motion {
+        /// The file.
+        path: PathBuf,
+        /// What.
+        error: MotionError,
+    },
+    /// The motion lasts longer than [`super::LONGEST_CLIP`].
+    #[error(
+        "{}: the motion lasts {seconds} s; {} s is the most",
+        path.display(),
+        super::LONGEST_CLIP
+    )]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// How long.
+        seconds: f64,
+    },
+    /// A folder holds no BVH file, or no path was given.
+    #[error("{}: no *.bvh file there", path.display())]
+    NoClips {
+        /// The folder; empty where no path was given.
+        path: PathBuf,
+    },
+    /// Two files of one set have the same name.
+    #[error("{}: a second clip of that name; the first is {}", path.display(), first.display())]
+    DuplicateClip {
+        /// The second file.
+        path: PathBuf,
+        /// The first file.
+        first: PathBuf,
+    },
+    /// A file's skeleton is not that of the set's first file.
+    #[error(
+        "{}: its skeleton differs from that of {} in {}",
+        path.display(),
+        first.display(),
+        shortened(joints)
+    )]
+    SkeletonDiffers {
+        /// The file.
+        path: PathBuf,
+        /// The set's first file.
+        first: PathBuf,
+        /// The joints that differ, by name.
+        joints: Vec<String>,
+    },
+    /// An events file is damaged, or does not fit the clips.
+    #[error("{}: {error}", path.display())]
+    Events {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: EventsError,
+    },
+    /// An attack file is damaged.
+    #[error("{}: {error}", path.display())]
+    Attacks {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: AttacksError,
+    },
+}
+
+fn shortened(joints: &[String]) -> String {
+    const MOST: usize = 8;
+    let named: Vec<String> = joints
+        .iter()
+        .take(MOST)
+        .map(|j| format!("\"{j}\""))
+        .collect();
+    let named = named.join(", ");
+    match joints.len().saturating_sub(MOST) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}

@@ -1,0 +1,162 @@
+use glam::Vec3;
+
+use super::bvh::BvhFile;
+use crate::anim::{JointId, Pose, Skeleton, forward_kinematics};
+
+/// Metres per unit of a file, and how that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Metres.
+    pub metres_per_unit: f64,
+    /// How it was found.
+    pub found: ScaleSource,
+}
+
+/// How a [`Scale`] was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScaleSource {
+    /// The caller gave it.
+    Given,
+    /// The unit in which the skeleton comes nearest to a person's height.
+    Unit(LengthUnit),
+    /// No unit fits: the skeleton is made [`USUAL_STATURE`] high.
+    Stature,
+    /// The skeleton has no height to judge by: centimetres.
+    Assumed,
+}
+
+/// A unit that motion files are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// 1 m.
+    Metre,
+    /// 0.3048 m.
+    Foot,
+    /// 0.1 m, as `MakeHuman` writes.
+    Decimetre,
+    /// 1 / 0.45 inch, in which the CMU captures are written.
+    Cmu,
+    /// 0.0254 m.
+    Inch,
+    /// 0.01 m, the most usual.
+    Centimetre,
+    /// 0.001 m.
+    Millimetre,
+}
+
+/// Metres. Statures are compared with it.
+pub const USUAL_STATURE: f64 = 1.7;
+
+/// A unit fits when the stature in it differs from [`USUAL_STATURE`] by no more than this factor.
+///
+/// Chosen so that no two units but decimetre and CMU's (1.77 apart) can both fit.
+pub const STATURE_FACTOR: f64 = 1.45;
+
+impl LengthUnit {
+    /// All, from the largest.
+    pub const ALL: [Self; 7] = [
+        Self::Metre,
+        Self::Foot,
+        Self::Decimetre,
+        Self::Cmu,
+        Self::Inch,
+        Self::Centimetre,
+        Self::Millimetre,
+    ];
+
+    /// Metres in one.
+    #[must_use]
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Foot => 0.3048,
+            Self::Decimetre => 0.1,
+            Self::Cmu => 0.0254 / 0.45,
+            Self::Inch => 0.0254,
+            Self::Centimetre => 0.01,
+            Self::Millimetre => 0.001,
+        }
+    }
+}
+
+impl Scale {
+    /// Of a file, by its skeleton's [`stature`].
+    #[must_use]
+    pub fn of(file: &BvhFile) -> Self {
+        let units = file.skeleton(1.0).map_or(0.0, |skeleton| {
+            let mut pose = Pose::default();
+            file.pose(0, 1.0, &mut pose);
+            stature(&skeleton, &pose)
+        });
+        Self::of_stature(units)
+    }
+
+    /// Of a skeleton so many units high.
+    #[must_use]
+    pub fn of_stature(units: f64) -> Self {
+        if !(units.is_finite() && units > 0.0) {
+            return Self {
+                metres_per_unit: LengthUnit::Centimetre.metres(),
+                found: ScaleSource::Assumed,
+            };
+        }
+        let off = |unit: LengthUnit| (units * unit.metres() / USUAL_STATURE).ln().abs();
+        let nearest = LengthUnit::ALL
+            .into_iter()
+            .filter(|&unit| off(unit) <= STATURE_FACTOR.ln())
+            .min_by(|&a, &b| off(a).total_cmp(&off(b)));
+        match nearest {
+            Some(unit) => Self {
+                metres_per_unit: unit.metres(),
+                found: ScaleSource::Unit(unit),
+            },
+            None => Self {
+                metres_per_unit: USUAL_STATURE / units,
+                found: ScaleSource::Stature,
+            },
+        }
+    }
+}
+
+/// How high a skeleton stands: the bones from the root to the highest leaf, and to the lowest, of `pose`. In the
+/// skeleton's unit; does not depend on how far the knees are bent.
+///
+/// The pose's own translations are not used (some files have none to speak of where the offsets are right). A figure that
+/// is less than half as high (Y) as it is long in another direction stands along that direction: not all files are Y-up.
+#[must_use]
+pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
+    let bare = Pose {
+        root: Vec3::ZERO,
+        rotations: pose.rotations.clone(),
+        translations: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    forward_kinematics(skeleton, &bare, &mut joints);
+    let place = |id: JointId| joints[id.index()].translation;
+    let (low, high) = skeleton
+        .ids()
+        .map(place)
+        .fold((Vec3::ZERO, Vec3::ZERO), |(low, high), place| {
+            (low.min(place), high.max(place))
+        });
+    let extent = high - low;
+    let up = if extent.y >= 0.5 * extent.max_element() {
+        1
+    } else {
+        extent.max_position()
+    };
+    let mut has_child = vec![false; skeleton.len()];
+    for joint in skeleton.joints() {
+        if let Some(parent) = joint.parent {
+            has_child[parent.index()] = true;
+        }
+    }
+    let leaves = || skeleton.ids().filter(|id| !has_child[id.index()]);
+    let by_height = |a: &JointId, b: &JointId| place(*a)[up].total_cmp(&place(*b)[up]);
+    let chain = |id: Option<JointId>| id.map_or(0.0, |id| f64::from(skeleton.chain_length(id)));
+    let (lowest, highest) = (leaves().min_by(by_height), leaves().max_by(by_height));
+    if lowest == highest {
+        return chain(highest);
+    }
+    chain(lowest) + chain(highest)
+}
