@@ -1,6 +1,6 @@
 //! The embedded motions: a humanoid of 24 nodes that stands in guard, moves about, strikes and, above all, evades.
 //!
-//! All of it is made by code when asked for: key postures ([`Motions`] does not show them), foot steps and events are
+//! All of it is made by code when asked for: key postures, foot steps and events are
 //! written down as a choreography, curves run through the keys, and a solver turns each instant into joint rotations.
 //! Planted feet stand still, since legs reach for them and not the other way round. The same bits come out every time.
 //!

@@ -17,8 +17,16 @@ pub(super) struct Rhythm {
     pub(super) sway: f32,
     /// How far the heels rise with each bob, radians.
     pub(super) spring: f32,
-    /// Constant lean of the chest: forward and left, radians.
-    pub(super) lean: [f32; 2],
+    /// How this clip's guard differs throughout: the hips' place, metres.
+    pub(super) stance: Vec3,
+    /// As `stance`, where each foot stands: left, turn left, forward, metres and radians.
+    pub(super) feet: [Vec3; 2],
+    /// As `stance`, the chest's turn, radians.
+    pub(super) lean: Vec3,
+    /// As `stance`, both wrists' places, metres.
+    pub(super) hands: [Vec3; 2],
+    /// How far the hands wander, metres.
+    pub(super) wander: f32,
     /// Where in its cycles it starts; 0 to 1.
     pub(super) phase: f32,
 }
@@ -26,14 +34,22 @@ pub(super) struct Rhythm {
 impl Rhythm {
     /// One of many that differ a little; the same for the same number.
     pub(super) fn varied(number: u32) -> Self {
-        let unit = |part: u32| hashed(number.wrapping_mul(8).wrapping_add(part));
+        let unit = |part: u32| hashed(number.wrapping_mul(32).wrapping_add(part));
+        let spread = |part: u32, x: f32, y: f32, z: f32| {
+            let around = |part: u32| 2.0 * unit(part) - 1.0;
+            Vec3::new(x * around(part), y * around(part + 1), z * around(part + 2))
+        };
         Self {
-            bob: 0.007 + 0.006 * unit(0),
+            bob: 0.007 + 0.009 * unit(0),
             rate: 1.3 + 0.7 * unit(1),
-            sway: 0.008 + 0.008 * unit(2),
+            sway: 0.010 + 0.014 * unit(2),
             spring: 0.0,
-            lean: [0.05 * (unit(3) - 0.5), 0.05 * (unit(4) - 0.5)],
-            phase: unit(5),
+            stance: spread(3, 0.025, 0.03, 0.035),
+            feet: [spread(17, 0.05, 0.15, 0.07), spread(20, 0.05, 0.2, 0.07)],
+            lean: spread(6, 0.09, 0.14, 0.08),
+            hands: [spread(9, 0.04, 0.055, 0.07), spread(12, 0.03, 0.04, 0.05)],
+            wander: 0.012 + 0.014 * unit(15),
+            phase: unit(16),
         }
     }
 
@@ -52,6 +68,17 @@ impl Rhythm {
         Self { sway, ..self }
     }
 
+    /// The same in the plain guard.
+    pub(super) fn plain(self) -> Self {
+        Self {
+            stance: Vec3::ZERO,
+            feet: [Vec3::ZERO; 2],
+            lean: Vec3::ZERO,
+            hands: [Vec3::ZERO; 2],
+            ..self
+        }
+    }
+
     /// Adds the motion to a body, seconds from the clip's start.
     pub(super) fn apply(&self, time: f32, body: &mut Body) {
         let cycle = |rate: f32, offset: f32| (TAU * (rate * time + self.phase + offset)).sin();
@@ -59,21 +86,25 @@ impl Rhythm {
         let breath = cycle(0.31, 0.2);
         let drift = 0.65 * cycle(0.27, 0.4) + 0.35 * cycle(0.61, 0.9);
         let weight = 0.6 * cycle(0.35, 0.15) + 0.4 * cycle(0.5 * self.rate, 0.3);
-        body.pelvis += Vec3::new(self.sway * drift, self.bob * bob, self.sway * weight);
+        body.pelvis +=
+            self.stance + Vec3::new(self.sway * drift, self.bob * bob, self.sway * weight);
         body.hips += Vec3::new(0.0, 0.5 * self.sway * weight, 0.8 * self.sway * drift);
-        body.chest += Vec3::new(
-            self.lean[0] + 0.012 * breath + 0.8 * self.bob * cycle(self.rate, 0.35),
-            0.025 * cycle(0.43, 0.6),
-            self.lean[1] + 0.8 * self.sway * drift,
-        );
+        body.chest += self.lean
+            + Vec3::new(
+                0.012 * breath + 0.8 * self.bob * cycle(self.rate, 0.35),
+                2.0 * self.wander * cycle(0.43, 0.6),
+                0.8 * self.sway * drift,
+            );
         body.head += Vec3::new(0.02 * breath, 0.03 * cycle(0.23, 0.1), 0.0);
         for side in 0..2 {
             let offset = 0.37 * side as f32;
-            body.hands[side] += Vec3::new(
-                0.008 * cycle(0.53, offset),
-                0.006 * breath + 0.9 * self.bob * cycle(self.rate, 0.55 + 0.1 * offset),
-                0.012 * cycle(0.71, 0.5 + offset),
-            );
+            body.hands[side] += self.hands[side]
+                + Vec3::new(
+                    self.wander * cycle(0.53, offset),
+                    0.6 * self.wander * cycle(0.39, 0.7 + offset)
+                        + 0.9 * self.bob * cycle(self.rate, 0.55 + 0.1 * offset),
+                    self.wander * cycle(0.71, 0.5 + offset),
+                );
             body.heels[side] += self.spring * (0.5 + 0.5 * bob);
         }
     }

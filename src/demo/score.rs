@@ -34,13 +34,13 @@ pub(super) struct Score {
 impl Score {
     /// Starts in guard at the origin.
     pub(super) fn new(name: &str, rhythm: Rhythm) -> Self {
-        let spot = |side| guard_spot(side, false);
+        let spot = |side| own_spot(side, false, &rhythm);
         Self {
             name: name.to_owned(),
             keys: vec![(0.0, guard(false))],
+            ways: [LEFT, RIGHT].map(|side| Way::new(spot(side))),
             rhythm,
             southpaw: false,
-            ways: [LEFT, RIGHT].map(|side| Way::new(spot(side))),
             shares: [Vec::new(), Vec::new()],
             events: Vec::new(),
             now: 0.0,
@@ -115,7 +115,7 @@ impl Score {
         duration: f32,
         off: Vec3,
     ) -> &mut Self {
-        let mut spot = guard_spot(side, self.southpaw);
+        let mut spot = own_spot(side, self.southpaw, &self.rhythm);
         spot.toe += Vec2::new(off.x, off.z);
         spot.yaw += off.y;
         let far = self.ways[side].spot().toe.distance(self.placed(spot).toe);
@@ -125,14 +125,14 @@ impl Score {
 
     /// A foot leaps to its place in guard: higher than a step.
     pub(super) fn leap(&mut self, side: usize, delay: f32, duration: f32, lift: f32) -> &mut Self {
-        let spot = guard_spot(side, self.southpaw);
+        let spot = own_spot(side, self.southpaw, &self.rhythm);
         self.swing(side, delay, duration, spot, lift)
     }
 
     /// A foot turns on its ball to another angle than in guard, radians to the left.
     pub(super) fn pivot(&mut self, side: usize, delay: f32, duration: f32, turn: f32) -> &mut Self {
         let toe = self.ways[side].spot().toe;
-        let yaw = guard_spot(side, self.southpaw).yaw + self.place.y + turn;
+        let yaw = own_spot(side, self.southpaw, &self.rhythm).yaw + self.place.y + turn;
         self.push(side, delay, duration, Spot { toe, yaw }, 0.0, &[])
     }
 
@@ -144,7 +144,7 @@ impl Score {
         duration: f32,
         keys: &[Air],
     ) -> &mut Self {
-        let spot = self.placed(guard_spot(side, self.southpaw));
+        let spot = self.placed(own_spot(side, self.southpaw, &self.rhythm));
         self.push(side, delay, duration, spot, 0.05, keys)
     }
 
@@ -280,6 +280,14 @@ impl Score {
         }
         Vec3::new(shift.x, 0.0, shift.y)
     }
+}
+
+/// Where a foot stands in this clip's guard, in home.
+fn own_spot(side: usize, southpaw: bool, rhythm: &Rhythm) -> Spot {
+    let mut spot = guard_spot(side, southpaw);
+    spot.toe += Vec2::new(rhythm.feet[side].x, rhythm.feet[side].z);
+    spot.yaw += rhythm.feet[side].y;
+    spot
 }
 
 /// How much later than the hips each row of [`Body`] moves, seconds: the hips lead, the hands come last.

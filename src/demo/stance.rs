@@ -49,7 +49,7 @@ pub(super) fn guard_spot(side: usize, southpaw: bool) -> Spot {
 
 /// Idling in guard.
 pub(super) fn scores(scores: &mut Vec<Score>) {
-    scores.push(idle_calm(Rhythm::varied(1)));
+    scores.push(idle_calm(Rhythm::varied(1).plain()));
     scores.push(idle_watchful(Rhythm::varied(2).swaying(0.022)));
     scores.push(idle_restless(Rhythm::varied(3)));
     let bounce = Rhythm::varied(4).bouncing(0.016, 1.9, 0.10);
@@ -132,7 +132,7 @@ fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Score {
     s
 }
 
-/// To the other foot in front, a jab there, and back.
+/// To the other foot in front, a while there, and back.
 fn switch_stance(rhythm: Rhythm) -> Score {
     let mut s = Score::new("switch_stance", rhythm);
     s.guard(0.7);
