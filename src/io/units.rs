@@ -118,11 +118,16 @@ impl Scale {
     }
 }
 
-/// How high a skeleton stands: the bones from the root to the highest leaf, and to the lowest, of `pose`. In the
-/// skeleton's unit; does not depend on how far the knees are bent.
+/// Share of the highest leaf's height above the root that the crown has too, be the hands raised over the head.
+const MOST_OF_REACH: f32 = 0.6;
+
+/// How high a skeleton stands in `pose`: straight from the root to the crown, and along the bones to the sole, so that
+/// bent knees do not count. In the skeleton's unit.
 ///
-/// The pose's own translations are not used (some files have none to speak of where the offsets are right). A figure that
-/// is less than half as high (Y) as it is long in another direction stands along that direction: not all files are Y-up.
+/// The crown is the leaf with the shortest chain of bones among those about as high as the highest (raised hands are higher,
+/// but hang on longer chains), the sole likewise below the root. The pose's own translations are not used: in some
+/// files they are all 0 where the offsets are right. Up is Y, or, of a figure less than half as high as it is long, Z or
+/// at last X: not all files are Y-up.
 #[must_use]
 pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
     let bare = Pose {
@@ -140,11 +145,12 @@ pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
             (low.min(place), high.max(place))
         });
     let extent = high - low;
-    let up = if extent.y >= 0.5 * extent.max_element() {
-        1
-    } else {
-        extent.max_position()
-    };
+    // Y where it can be; the arms of a T-pose are as long along X as the figure is high.
+    let half = 0.5 * extent.max_element();
+    let up = [1, 2, 0]
+        .into_iter()
+        .find(|&axis| extent[axis] >= half)
+        .unwrap_or(1);
     let mut has_child = vec![false; skeleton.len()];
     for joint in skeleton.joints() {
         if let Some(parent) = joint.parent {
@@ -152,11 +158,18 @@ pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
         }
     }
     let leaves = || skeleton.ids().filter(|id| !has_child[id.index()]);
-    let by_height = |a: &JointId, b: &JointId| place(*a)[up].total_cmp(&place(*b)[up]);
-    let chain = |id: Option<JointId>| id.map_or(0.0, |id| f64::from(skeleton.chain_length(id)));
-    let (lowest, highest) = (leaves().min_by(by_height), leaves().max_by(by_height));
-    if lowest == highest {
-        return chain(highest);
-    }
-    chain(lowest) + chain(highest)
+    let tip = |direction: f32| {
+        let reach = |id: JointId| place(id)[up] * direction;
+        let farthest = leaves().map(reach).fold(0.0, f32::max);
+        leaves()
+            .filter(|&id| farthest > 0.0 && reach(id) >= MOST_OF_REACH * farthest)
+            .min_by(|&a, &b| {
+                skeleton
+                    .chain_length(a)
+                    .total_cmp(&skeleton.chain_length(b))
+            })
+    };
+    let to_crown = tip(1.0).map_or(0.0, |crown| place(crown).length());
+    let to_sole = tip(-1.0).map_or(0.0, |sole| skeleton.chain_length(sole));
+    f64::from(to_crown) + f64::from(to_sole)
 }
