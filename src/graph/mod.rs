@@ -4,17 +4,25 @@
 
 mod build;
 mod cloud;
+mod component;
 pub mod distance;
+mod error;
 mod minima;
 mod motion;
 mod motion_graph;
 mod prune;
+mod report;
+mod settings;
 mod transition;
+mod validate;
 
-pub use build::{BuildReport, ClipSource, Dropped, GraphError, GraphSettings, build};
+pub use build::{ClipSource, build};
 pub use cloud::PointCloud;
+pub use error::GraphError;
 pub use motion::{Motion, Playhead, Step};
 pub use motion_graph::{
     ClipId, Edge, EdgeId, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
 };
+pub use report::{BuildReport, Dropped};
+pub use settings::GraphSettings;
 pub use transition::{Transition, blend_weight};

@@ -275,92 +275,15 @@ impl MotionGraph {
             .count()
     }
 
-    /// Whether every index is in range and every edge fits its clips: true of all graphs built here, asked of what is read from a file.
-    ///
-    /// # Errors
-    /// What is wrong, in words.
-    pub fn validate(&self) -> Result<(), String> {
-        let frames = |clip: ClipId| {
-            self.clips
-                .get(clip.index())
-                .map_or(0, |clip| clip.frames() as u32)
-        };
-        let joints = self.skeleton.len();
-        let clip_ok = |clip: &Clip| {
-            Clip::new(&self.skeleton, clip.desc().clone()).is_ok_and(|same| same == *clip)
-        };
-        let event_ok = |e: &GraphEvent| {
-            e.first < e.last
-                && e.last < frames(e.clip)
-                && e.joints.iter().all(|joint| joint.index() < joints)
-        };
-        // In this order: each check relies on those before it.
-        let checks: [(&dyn Fn() -> bool, &str); 6] = [
-            (
-                &|| self.frame_rate.is_finite() && self.frame_rate >= 1.0,
-                "the frame rate is not possible",
-            ),
-            (&|| self.clips.iter().all(clip_ok), "a clip is damaged"),
-            (
-                &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),
-                "a node names a frame that is not there",
-            ),
-            (
-                &|| self.events.iter().all(event_ok),
-                "an event names frames or joints that are not there",
-            ),
-            (
-                &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
-                "an edge does not fit its nodes or clips",
-            ),
-            (&|| self.index_fits(), "the index of edges is damaged"),
-        ];
-        checks
-            .iter()
-            .find(|(holds, _)| !holds())
-            .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
-    }
-
-    /// Whether every node has at least one edge and the index leads to just its own.
-    fn index_fits(&self) -> bool {
-        let ends_fit = self.first_edge.len() == self.nodes.len() + 1
-            && self.first_edge.first() == Some(&0)
-            && self.first_edge.last() == Some(&(self.edges.len() as u32));
-        ends_fit
-            && self.first_edge.windows(2).enumerate().all(|(node, range)| {
-                let edges = self.edges.get(range[0] as usize..range[1] as usize);
-                edges.is_some_and(|edges| {
-                    !edges.is_empty() && edges.iter().all(|edge| edge.from.index() == node)
-                })
-            })
-    }
-
-    fn edge_fits(&self, edge: &Edge) -> bool {
-        let ends = (
-            self.nodes.get(edge.from.index()),
-            self.nodes.get(edge.to.index()),
-        );
-        let (Some(from), Some(to)) = ends else {
-            return false;
-        };
-        let event_ok = edge
-            .event
-            .is_none_or(|event| event.index() < self.events.len());
-        let motion_ok = match edge.motion {
-            EdgeMotion::Clip => {
-                from.clip == to.clip && from.frame.checked_add(edge.frames) == Some(to.frame)
-            }
-            EdgeMotion::Transition { align, distance } => {
-                let last = self.clip(from.clip).frames() as u32;
-                let finite = align.is_sound() && distance.is_finite();
-                finite
-                    && to.frame >= edge.frames
-                    && from
-                        .frame
-                        .checked_add(edge.frames)
-                        .is_some_and(|f| f < last)
-            }
-        };
-        edge.frames > 0 && event_ok && motion_ok
+    /// An event in words: its clip and its seconds.
+    #[must_use]
+    pub fn describe_event(&self, event: &GraphEvent) -> String {
+        let seconds = |frame: u32| f64::from(frame) / self.frame_rate;
+        format!(
+            "{} {:.2}-{:.2}",
+            self.clip(event.clip).name(),
+            seconds(event.first),
+            seconds(event.last)
+        )
     }
 }

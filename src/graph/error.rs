@@ -1,0 +1,56 @@
+use thiserror::Error;
+
+use crate::anim::ClipError;
+
+/// Why there is no graph.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GraphError {
+    /// No clips.
+    #[error("there are no clips to build a graph from")]
+    NoClips,
+    /// A setting is out of its range.
+    #[error("graph setting {name} is {value}; it must be {range}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// Weights for a different number of joints.
+    #[error(
+        "{found} joint weights for {joints} joints; they must be finite, none negative, one above 0"
+    )]
+    JointWeights {
+        /// How many weights.
+        found: usize,
+        /// How many joints.
+        joints: usize,
+    },
+    /// An event names a clip that is not there or lies outside it.
+    #[error("event {index}: {start} s to {end} s does not lie inside a clip of the set")]
+    Event {
+        /// Position in the list.
+        index: usize,
+        /// Seconds.
+        start: f64,
+        /// Seconds.
+        end: f64,
+    },
+    /// Nothing leads back to where it came from.
+    #[error(
+        "no motion leads back to where it started: no two moments of the {clips} clips ({seconds:.1} s) that could be joined are within {threshold} m of each other; add clips that return to a common stance, or raise the threshold"
+    )]
+    NoCycle {
+        /// Clips given.
+        clips: usize,
+        /// Seconds given.
+        seconds: f64,
+        /// Metres.
+        threshold: f32,
+    },
+    /// Resampling failed.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
+}
