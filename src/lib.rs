@@ -34,6 +34,7 @@
 //! # Units
 //! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
+#![warn(unreachable_pub)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod anim;

@@ -2,7 +2,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Pose, Skeleton, pose::slerp};
+use super::{Pose, Skeleton, SkeletonError, pose::slerp};
 
 /// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +30,9 @@ pub struct ClipDesc {
 /// Why data are no clip.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ClipError {
+    /// The clip's skeleton is none.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
     /// There is no frame.
     #[error("clip \"{0}\" has no frames")]
     Empty(String),
@@ -180,6 +183,18 @@ impl Clip {
         out.translations.clear();
         out.translations
             .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
+    }
+
+    /// The root's place in the pose that [`Clip::sample`] gives.
+    #[must_use]
+    pub fn sample_root(&self, frame: f32) -> Vec3 {
+        let roots = &self.desc.roots;
+        let clamped = frame.clamp(0.0, (roots.len() - 1) as f32);
+        let lower = clamped.floor() as usize;
+        roots[lower].lerp(
+            roots[(lower + 1).min(roots.len() - 1)],
+            clamped - lower as f32,
+        )
     }
 
     /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the

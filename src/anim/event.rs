@@ -4,10 +4,11 @@ use super::JointId;
 
 /// What happens in a labelled range of a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EventKind {
     /// A blow.
     Attack,
-    /// A dodge.
+    /// A movement out of a blow's way.
     Evasion,
 }
 
@@ -18,10 +19,10 @@ pub struct Event {
     pub clip: usize,
     /// What happens.
     pub kind: EventKind,
-    /// Seconds.
+    /// Seconds from the clip's first frame.
     pub start: f64,
-    /// Seconds.
+    /// Seconds from the clip's first frame.
     pub end: f64,
-    /// That take part; empty = all.
+    /// The joints that take part; empty for all.
     pub joints: Vec<JointId>,
 }

@@ -1,14 +1,18 @@
-//! Files: motion capture in and out, events, attacks.
+//! Files: motion capture in and out, events, attacks, baked graphs, answers.
 
+pub mod archive;
 mod attacks;
 pub mod bvh;
 mod clip_set;
 mod events;
+pub mod export;
 mod json;
 mod read;
 mod read_error;
 mod units;
+mod whole;
 
+pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use clip_set::{ClipSet, read_clips};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile, KindName};
@@ -16,3 +20,4 @@ pub use json::JsonError;
 pub use read::{LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip};
 pub use read_error::ReadError;
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
+pub use whole::write_whole;

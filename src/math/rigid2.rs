@@ -50,6 +50,14 @@ impl Rigid2 {
         self.sin.atan2(self.cos)
     }
 
+    /// Whether its rotation is one and its translation is finite: true of all made here, asked of what is read from a file.
+    #[must_use]
+    pub fn is_sound(self) -> bool {
+        (self.cos * self.cos + self.sin * self.sin - 1.0).abs() < 1e-3
+            && self.x.is_finite()
+            && self.z.is_finite()
+    }
+
     /// Cosine of the heading.
     #[must_use]
     pub fn cos(self) -> f32 {

@@ -23,6 +23,23 @@ pub struct RegionMaps {
     pub slabs: Vec<EvasionMaps>,
 }
 
+impl RegionMaps {
+    /// Whether every map's words fit its rectangle and the two maps of a slab lie in one: true of all drawn here, asked of what is
+    /// read from a file.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let fits = |maps: &EvasionMaps| {
+            let sound = maps.body.is_sound() && maps.evasion.is_sound();
+            sound && maps.body.rect() == maps.evasion.rect() && maps.body.rect().fits()
+        };
+        self.first_slab
+            .0
+            .checked_add(self.slabs.len() as i32)
+            .is_some()
+            && self.slabs.iter().all(fits)
+    }
+}
+
 /// The maps of all evasions of a graph, on one grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionAtlas {

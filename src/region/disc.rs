@@ -18,13 +18,16 @@ pub struct Disc {
 }
 
 impl Disc {
-    /// A disc of a radius in sub-texels, rounded to the nearest whole one.
+    /// Largest radius, sub-texels: it reaches across the largest map, and the squares of its sides still fit.
+    pub const MAX_RADIUS: i32 = 32_000;
+
+    /// A disc of a radius in sub-texels, rounded to the nearest whole one, at most [`Disc::MAX_RADIUS`].
     #[must_use]
     pub fn new(x: i32, z: i32, radius: f32) -> Self {
         Self {
             x,
             z,
-            radius: radius.round() as i32,
+            radius: (radius.round() as i32).min(Self::MAX_RADIUS),
         }
     }
 

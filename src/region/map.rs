@@ -78,6 +78,14 @@ impl MapRect {
         }
     }
 
+    /// Whether it is small enough for fixed-point coordinates ([`MapGrid::MAX_SIDE`](super::MapGrid::MAX_SIDE)).
+    #[must_use]
+    pub fn fits(self) -> bool {
+        let max = super::MapGrid::MAX_SIDE;
+        let far = |place: i32| place.unsigned_abs() <= 16 * max;
+        self.width <= max && self.height <= max && far(self.u) && far(self.v)
+    }
+
     /// Whether it holds no texel.
     #[must_use]
     pub fn is_empty(self) -> bool {

@@ -4,16 +4,25 @@
 //! disc covers a texel is decided in integers, so that the device's rasterizer and the CPU's [`raster`] agree to the texel.
 
 mod atlas;
+mod bake;
+mod baked;
+mod body;
 mod disc;
 mod map;
 pub mod raster;
+mod retime;
 mod slab;
 mod sphere_key;
 mod turn;
 
 pub use atlas::{PackedAtlas, PackedMaps, RegionAtlas, RegionId, RegionMaps};
+pub use bake::{BakeError, BakeSettings, Baker};
+pub use baked::{BakedGraph, Evasion};
+pub use body::{Body, BodySphere};
 pub use disc::{Disc, SUB_TEXELS};
 pub use map::{BitMap, Drawing, MapRect};
+pub use raster::EvasionMaps;
+pub use retime::{Retimable, RetimeSettings, retimable_edges};
 pub use slab::{MapGrid, Slab};
 pub use sphere_key::SphereKey;
 pub use turn::MapTurn;

@@ -29,6 +29,9 @@ impl Default for MapGrid {
 }
 
 impl MapGrid {
+    /// Most texels a side of one map: what fixed-point products of 32 bits allow.
+    pub const MAX_SIDE: u32 = 2048;
+
     /// The slabs that a sphere reaches.
     #[must_use]
     pub fn slabs(&self, centre: Vec3, radius: f32) -> RangeInclusive<i32> {

@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Where a moving sphere is at one instant. Between two keys its centre and radius change linearly.
+/// Where a moving sphere is at one moment; between two keys its centre and radius go in a straight line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SphereKey {
     /// Seconds.

@@ -1,0 +1,168 @@
+//! The common playback rate that lets an evasion start when the attack does.
+//!
+//! Source: Masaoka & Oshita, section 5.2: with F the seconds that keep their rate, E the seconds of the edges that may change it the way
+//! that is needed, and T the time available, p = E / (T - F).
+
+use serde::{Deserialize, Serialize};
+
+/// Limits of retiming.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateSettings {
+    /// Slowest rate. Default 0.5.
+    pub slowest: f32,
+    /// Fastest rate. Default 2.
+    pub fastest: f32,
+    /// An evasion that starts this near to the attack's start is in time as it is, seconds. Default 1/60, half a frame.
+    pub tolerance: f32,
+}
+
+impl Default for RateSettings {
+    fn default() -> Self {
+        Self {
+            slowest: 0.5,
+            fastest: 2.0,
+            tolerance: 1.0 / 60.0,
+        }
+    }
+}
+
+/// How long the edges of a path last, seconds at rate 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Durations {
+    /// All edges.
+    pub total: f32,
+    /// Those that may be played faster.
+    pub faster: f32,
+    /// Those that may be played slower.
+    pub slower: f32,
+}
+
+/// Which edges change their rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Direction {
+    /// None: the path is in time as it is.
+    Unchanged,
+    /// Those that may be played faster.
+    Faster,
+    /// Those that may be played slower.
+    Slower,
+}
+
+/// The rate of a path's retimable edges.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rate {
+    /// Above 1 is faster than captured.
+    pub rate: f32,
+    /// Which edges it holds for.
+    pub direction: Direction,
+}
+
+/// Why no rate brings a path in time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum RateError {
+    /// No edge may change its rate the way that is needed.
+    #[error("no edge of the path may be played {}", if *.faster { "faster" } else { "slower" })]
+    NothingRetimable {
+        /// Faster is needed; slower otherwise.
+        faster: bool,
+    },
+    /// The rate that is needed is beyond the limits; infinite where even no time at all for the retimable edges would be too long.
+    #[error("a rate of {rate:.2} would be needed")]
+    OutOfRange {
+        /// That rate.
+        rate: f32,
+    },
+}
+
+/// The rate with which a path of these `durations` lasts `available` seconds.
+///
+/// # Errors
+/// Why there is none.
+pub fn rate(
+    durations: &Durations,
+    available: f32,
+    settings: &RateSettings,
+) -> Result<Rate, RateError> {
+    if (durations.total - available).abs() <= settings.tolerance {
+        return Ok(Rate {
+            rate: 1.0,
+            direction: Direction::Unchanged,
+        });
+    }
+    let faster = durations.total > available;
+    let (retimable, direction) = if faster {
+        (durations.faster, Direction::Faster)
+    } else {
+        (durations.slower, Direction::Slower)
+    };
+    if retimable <= 0.0 {
+        return Err(RateError::NothingRetimable { faster });
+    }
+    let left = available - (durations.total - retimable);
+    let rate = if left > 0.0 {
+        retimable / left
+    } else {
+        f32::INFINITY
+    };
+    if (settings.slowest..=settings.fastest).contains(&rate) {
+        Ok(Rate { rate, direction })
+    } else {
+        Err(RateError::OutOfRange { rate })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HALF_FASTER: Durations = Durations {
+        total: 2.0,
+        faster: 1.0,
+        slower: 0.0,
+    };
+
+    #[test]
+    fn only_what_may_change_makes_up_the_time() {
+        // One second is fixed, so the other must pass in half a second.
+        let found = rate(&HALF_FASTER, 1.5, &RateSettings::default());
+        assert_eq!(
+            found,
+            Ok(Rate {
+                rate: 2.0,
+                direction: Direction::Faster
+            })
+        );
+    }
+
+    #[test]
+    fn in_time_needs_no_change() {
+        let found = rate(&HALF_FASTER, 2.01, &RateSettings::default());
+        assert_eq!(
+            found,
+            Ok(Rate {
+                rate: 1.0,
+                direction: Direction::Unchanged
+            })
+        );
+    }
+
+    #[test]
+    fn refuses_with_the_reason() {
+        let settings = RateSettings::default();
+        assert_eq!(
+            rate(&HALF_FASTER, 3.0, &settings),
+            Err(RateError::NothingRetimable { faster: false })
+        );
+        assert_eq!(
+            rate(&HALF_FASTER, 1.25, &settings),
+            Err(RateError::OutOfRange { rate: 4.0 })
+        );
+        assert_eq!(
+            rate(&HALF_FASTER, 0.9, &settings),
+            Err(RateError::OutOfRange {
+                rate: f32::INFINITY
+            })
+        );
+    }
+}

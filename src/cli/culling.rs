@@ -1,0 +1,117 @@
+//! Which culling paths run on this machine, and running them.
+
+use clap::ValueEnum;
+use sabaki::avoid::Judging;
+use sabaki::avoid::cull::{CullInput, Overlap, cpu};
+use sabaki::region::raster::EvasionMaps;
+use sabaki::region::{Drawing, RegionAtlas, raster};
+
+use super::Failure;
+
+#[cfg(feature = "vulkan")]
+#[path = "device.rs"]
+mod device;
+#[cfg(not(feature = "vulkan"))]
+#[path = "device_absent.rs"]
+mod device;
+
+pub(crate) use device::{DeviceReport, list};
+
+/// Who counts the overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CullPath {
+    /// Nobody: every candidate is tested exactly, to the end.
+    Exact,
+    /// The maps on the CPU.
+    Cpu,
+    /// The maps by the stencil buffer and occlusion queries of the Vulkan device.
+    Stencil,
+}
+
+impl CullPath {
+    /// Whether every candidate is tested, or just as many as the choice needs.
+    pub(crate) fn judging(self) -> Judging {
+        if self == Self::Exact { Judging::All } else { Judging::Needed }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Cpu => "cpu",
+            Self::Stencil => "stencil",
+        }
+    }
+}
+
+/// Which device to use.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DeviceArgs {
+    /// Use the Vulkan device whose name contains this (any case); otherwise the most capable one.
+    #[arg(long, global = true, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+}
+
+/// The culling paths of one graph.
+pub(crate) struct Culling {
+    device: Device,
+    culler: Option<device::Culler>,
+}
+
+/// A Vulkan device, or why there is none.
+pub(crate) type Device = Result<device::Opened, String>;
+
+/// Opens the device that the arguments ask for.
+pub(crate) fn open(args: &DeviceArgs) -> Device {
+    device::Opened::new(args.device.as_deref())
+}
+
+/// Draws maps with the stencil buffer where there is a device, else on the CPU. Says who drew.
+pub(crate) fn draw(device: &mut Device, drawings: &[Drawing]) -> Result<(Vec<EvasionMaps>, &'static str), Failure> {
+    match device {
+        Ok(device) => Ok((device.every_frame(drawings).map_err(Failure::Device)?, "stencil")),
+        Err(_) => Ok((drawings.iter().map(raster::every_frame).collect(), "cpu")),
+    }
+}
+
+impl Culling {
+    /// The maps of `atlas` go to the device, if there is one.
+    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Result<Self, Failure> {
+        let culler = match &mut device {
+            Ok(device) => Some(device.culler(atlas).map_err(Failure::Device)?),
+            Err(_) => None,
+        };
+        Ok(Self { device, culler })
+    }
+
+    /// The stencil path where it can run, else the CPU's.
+    pub(crate) fn best(&self) -> CullPath {
+        if self.device.is_ok() { CullPath::Stencil } else { CullPath::Cpu }
+    }
+
+    /// In one line, which device culls, or why none does.
+    pub(crate) fn describe(&self) -> String {
+        match &self.device {
+            Ok(device) => format!("culling by stencil buffer on {}", device.name()),
+            Err(why) => format!("culling on the cpu, since no Vulkan device can be used: {why}"),
+        }
+    }
+
+    /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of the score.
+    ///
+    /// # Errors
+    /// The stencil path without a device, or with one that fails.
+    pub(crate) fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, Failure> {
+        match path {
+            CullPath::Exact | CullPath::Cpu => {
+                let mut overlaps = Vec::new();
+                cpu::count(input, &mut overlaps);
+                Ok(overlaps)
+            }
+            CullPath::Stencil => match (&mut self.device, &mut self.culler) {
+                (Ok(device), Some(culler)) => device.cull(culler, input).map_err(Failure::Device),
+                (Err(why), _) => Err(Failure::Device(format!("the stencil path cannot run: {why}"))),
+                _ => Err(Failure::Device("the stencil path has no maps on the device".to_owned())),
+            },
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! In the place of `device` where the command was built without Vulkan: there is never one.
+
+use sabaki::avoid::cull::{CullInput, Overlap};
+use sabaki::region::raster::EvasionMaps;
+use sabaki::region::{Drawing, RegionAtlas};
+use serde_json::Value;
+
+const WHY: &str = "this program was built without the feature `vulkan`";
+
+/// Nothing: no value of it exists.
+pub(crate) enum Opened {}
+
+/// Nothing: no value of it exists.
+pub(crate) enum Culler {}
+
+/// Nothing: no value of it exists.
+pub(crate) enum DeviceReport {}
+
+/// Every device of the machine.
+pub(crate) fn list() -> Result<Vec<DeviceReport>, String> {
+    Err(WHY.to_owned())
+}
+
+impl DeviceReport {
+    pub(crate) fn to_json(&self) -> Value {
+        match *self {}
+    }
+
+    pub(crate) fn describe(&self) -> String {
+        match *self {}
+    }
+}
+
+impl Opened {
+    pub(crate) fn new(_name: Option<&str>) -> Result<Self, String> {
+        Err(WHY.to_owned())
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        match *self {}
+    }
+
+    pub(crate) fn every_frame(&mut self, _drawings: &[Drawing]) -> Result<Vec<EvasionMaps>, String> {
+        match *self {}
+    }
+
+    pub(crate) fn culler(&mut self, _atlas: &RegionAtlas) -> Result<Culler, String> {
+        match *self {}
+    }
+
+    pub(crate) fn cull(&mut self, _culler: &mut Culler, _input: &CullInput<'_>) -> Result<Vec<Overlap>, String> {
+        match *self {}
+    }
+}

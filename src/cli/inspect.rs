@@ -1,0 +1,102 @@
+//! `sabaki inspect`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use sabaki::anim::JointKind;
+use sabaki::io::{self, AttackFile, EventsFile};
+use serde_json::{Value, json};
+
+use super::source::{self, Baked};
+use super::{Done, Failure};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// A BVH file, a baked graph, an events file or an attack file.
+    file: PathBuf,
+    /// Metres per unit of a BVH file; found from the skeleton's height where it is not given.
+    #[arg(long, value_name = "METRES")]
+    scale: Option<f64>,
+}
+
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    let path = &args.file;
+    let bytes = std::fs::read(path).map_err(|source| Failure::Open { path: path.clone(), source })?;
+    let (document, text) = if io::archive::is_baked(&bytes) {
+        let baked = Baked { graph: io::archive::from_bytes(&bytes, path)?, made: None };
+        let mut document = source::statistics(&baked);
+        document["kind"] = json!("baked");
+        (document, source::describe(&baked))
+    } else if bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
+        json_file(path, &bytes)?
+    } else {
+        motion(path, args.scale)?
+    };
+    Ok(Done::ok(if as_json { Done::json(&document) } else { text }))
+}
+
+fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
+    let io::LoadedClip { skeleton, clip, scale } = io::read_clip(path, &io::ReadOptions { scale })?;
+    let ends = skeleton.joints().iter().filter(|joint| joint.kind == JointKind::EndSite).count();
+    let (moving, frames) = (skeleton.len() - ends, clip.frames());
+    let stature = io::stature(&skeleton, &first_pose(&clip));
+    let joints: Vec<Value> = skeleton
+        .joints()
+        .iter()
+        .map(|joint| {
+            let parent = joint.parent.map(|parent| &skeleton.joint(parent).name);
+            json!({ "name": joint.name, "parent": parent, "offset": joint.offset })
+        })
+        .collect();
+    let document = json!({
+        "kind": "motion",
+        "joints": moving,
+        "end_sites": ends,
+        "frames": frames,
+        "frame_rate": clip.frame_rate(),
+        "seconds": clip.duration(),
+        "metres_per_unit": scale.metres_per_unit,
+        "stature": stature,
+        "moves_joints": !clip.desc().translations.is_empty(),
+        "skeleton": joints,
+    });
+    let mut text = format!("motion: {moving} joints and {ends} end sites, {stature:.2} m high\n");
+    let _ = writeln!(text, "{frames} frames at {:.2} a second: {:.2} s", clip.frame_rate(), clip.duration());
+    let _ = writeln!(text, "1 unit is {} m ({:?})", scale.metres_per_unit, scale.found);
+    for joint in skeleton.joints() {
+        let depth = joint.parent.map_or(0, |parent| skeleton.ancestry(parent).count());
+        let _ = writeln!(text, "{:indent$}{}", "", joint.name, indent = 2 * depth);
+    }
+    Ok((document, text))
+}
+
+fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {
+    let mut pose = sabaki::anim::Pose::default();
+    clip.pose(0, &mut pose);
+    pose
+}
+
+/// Events or attacks: whichever key the file has.
+fn json_file(path: &Path, bytes: &[u8]) -> Result<(Value, String), Failure> {
+    let has_attacks = serde_json::from_slice::<Value>(bytes).is_ok_and(|value| value.get("attacks").is_some());
+    if has_attacks {
+        let file = AttackFile::read(path)?;
+        let mut text = format!("attacks: {}\n", file.attacks.len());
+        for (index, attack) in file.attacks.iter().enumerate() {
+            let times = attack.spheres.iter().flatten().map(|key| key.t);
+            let (start, end) = times.fold((f32::INFINITY, 0f32), |(low, high), t| (low.min(t), high.max(t)));
+            let _ = writeln!(text, "attack {index}: {} spheres, {start:.2} s to {end:.2} s", attack.spheres.len());
+        }
+        return Ok((json!({ "kind": "attacks", "attacks": file.attacks }), text));
+    }
+    let file = EventsFile::read(path)?;
+    let count = file.clips.iter().map(|clip| clip.events.len()).sum::<usize>();
+    let mut text = format!("events: {count} in {} clips\n", file.clips.len());
+    for clip in &file.clips {
+        for event in &clip.events {
+            let kind = format!("{:?}", event.kind).to_lowercase();
+            let _ = writeln!(text, "{:<8} {:.2} s to {:.2} s in {}", kind, event.start, event.end, clip.file);
+        }
+    }
+    Ok((json!({ "kind": "events", "clips": file.clips }), text))
+}

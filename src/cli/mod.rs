@@ -1,0 +1,84 @@
+//! The command's face: one file for each subcommand, and what they share.
+
+mod bake;
+mod culling;
+mod demo;
+mod dodge;
+mod doctor;
+mod inspect;
+mod output;
+mod sheet;
+mod source;
+mod stats;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub(crate) use output::{Done, Failure};
+
+/// Dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
+///
+/// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and writes pictures and a BVH into out/.
+#[derive(Parser)]
+#[command(version, after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// One JSON document on stdout instead of tables.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say more on stderr: -v what is done, -vv in detail.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    #[command(flatten)]
+    device: culling::DeviceArgs,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Clips to a baked graph; prints its statistics.
+    Bake(bake::Args),
+    /// Throws attacks at a character and answers them.
+    Dodge(dodge::Args),
+    /// What a file holds: BVH, baked graph, events or attacks.
+    Inspect(inspect::Args),
+    /// What this machine's Vulkan offers and which culling paths will run.
+    Doctor,
+}
+
+/// Runs the command and says how it went.
+pub(crate) fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors; clap knows where they go and with which code.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    start_log(cli.verbose);
+    let done = match cli.command {
+        None => demo::run(&cli.device, cli.json),
+        Some(Command::Bake(args)) => bake::run(&args, &cli.device, cli.json),
+        Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
+        Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
+        Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
+    };
+    match done.and_then(Done::print) {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("sabaki: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn start_log(verbose: u8) {
+    let level = match verbose {
+        0 => tracing::Level::WARN,
+        1 => tracing::Level::INFO,
+        _ => tracing::Level::DEBUG,
+    };
+    tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().init();
+}

@@ -1,0 +1,171 @@
+//! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack and what they share.
+
+use std::io::Write;
+
+use font8x8::UnicodeFonts;
+use sabaki::avoid::cull::{CullCandidate, CullInput};
+use sabaki::region::{BitMap, EvasionMaps, MapGrid, Slab, raster};
+
+/// Pixels of a texel's side.
+const ZOOM: usize = 3;
+/// Texels around the maps.
+const MARGIN: i32 = 6;
+/// Pixels between cells, and above them for their labels.
+const GAP: usize = 8;
+const LABEL: usize = 20;
+/// Pixels left of the cells for the rows' names.
+const NAMES: usize = 80;
+
+const ROWS: [&str; 4] = ["body", "evasion", "attack", "overlap"];
+const BACKGROUND: [u8; 3] = [24, 26, 30];
+const CELL: [u8; 3] = [44, 47, 54];
+const INK: [u8; 3] = [220, 222, 226];
+const BODY: [u8; 3] = [92, 190, 110];
+const EVASION: [u8; 3] = [90, 140, 235];
+const ATTACK: [u8; 3] = [225, 80, 70];
+const AVOIDED: [u8; 3] = [250, 205, 70];
+const HIT: [u8; 3] = [255, 255, 255];
+
+/// One slab of the candidate, with the attack in it.
+struct Column<'a> {
+    slab: Slab,
+    maps: &'a EvasionMaps,
+    attack: Option<BitMap>,
+}
+
+/// Texels of the attack's frame.
+#[derive(Clone, Copy)]
+struct Window {
+    u: (i32, i32),
+    v: (i32, i32),
+}
+
+/// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start, the candidate's maps moved and
+/// turned into place. The result is a PNG file's bytes.
+pub(crate) fn png(input: &CullInput<'_>, candidate: &CullCandidate) -> Result<Vec<u8>, png::EncodingError> {
+    let columns = columns(input, candidate);
+    let window = window(&columns, candidate);
+    let (width, height) = ((window.u.1 - window.u.0) as usize * ZOOM, (window.v.1 - window.v.0) as usize * ZOOM);
+    let size = (NAMES + columns.len() * (width + GAP), LABEL + ROWS.len() * (height + GAP));
+    let mut picture = Picture::new(size.0, size.1 + 2 * LABEL);
+    for (row, name) in ROWS.iter().enumerate() {
+        picture.text(GAP, LABEL + row * (height + GAP) + height / 2, name);
+    }
+    for (index, column) in columns.iter().enumerate() {
+        let x = NAMES + index * (width + GAP);
+        picture.text(x, 6, &heights(column.slab, input.atlas.grid));
+        for row in 0..ROWS.len() {
+            let y = LABEL + row * (height + GAP);
+            draw_cell(&mut picture, (x, y), window, |u, v| colour(row, column, candidate, u, v));
+        }
+    }
+    picture.text(GAP, size.1 + 4, "green: body in every frame  blue: where it was and no longer is");
+    picture.text(GAP, size.1 + LABEL, "red: attack  yellow: attack through the evasion region  white: hit");
+    picture.encode()
+}
+
+fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'a>> {
+    let region = &input.atlas.regions[candidate.region.index()];
+    let slabs = region.slabs.iter().zip(region.first_slab.0..);
+    slabs
+        .map(|(maps, number)| {
+            let drawn = input.attack.iter().find(|attack| attack.slab.0 == number);
+            Column { slab: Slab(number), maps, attack: drawn.map(|attack| raster::any_frame(&attack.drawing)) }
+        })
+        .collect()
+}
+
+/// The texels of the attack's frame around all maps of the candidate.
+fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
+    /// Further than any evasion's maps reach from the attack's first texel.
+    const FAR: i32 = 400;
+    let lit = |u: i32, v: i32| columns.iter().any(|column| region(column, candidate, u, v) != (false, false));
+    let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| (u, v)));
+    let (mut low, mut high) = ((FAR, FAR), (-FAR, -FAR));
+    for (u, v) in all.filter(|&(u, v)| lit(u, v)) {
+        low = (low.0.min(u), low.1.min(v));
+        high = (high.0.max(u), high.1.max(v));
+    }
+    if low.0 > high.0 {
+        (low, high) = ((0, 0), (0, 0));
+    }
+    Window { u: (low.0 - MARGIN, high.0 + MARGIN + 1), v: (low.1 - MARGIN, high.1 + MARGIN + 1) }
+}
+
+/// Whether the texel falls on the body map and on the evasion map.
+fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (bool, bool) {
+    let (x, z) = candidate.turn.texel(u, v);
+    let rect = column.maps.body.rect();
+    let (x, z) = (x - rect.u, z - rect.v);
+    (column.maps.body.get(x, z), column.maps.evasion.get(x, z))
+}
+
+fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> [u8; 3] {
+    let (body, evasion) = region(column, candidate, u, v);
+    let attack = column.attack.as_ref().is_some_and(|map| map.get(u, v));
+    let layers: [(bool, [u8; 3]); 5] = match row {
+        0 => [(body, BODY), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
+        1 => [(evasion, EVASION), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
+        2 => [(attack, ATTACK), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
+        _ => [(attack && body, HIT), (attack && evasion, AVOIDED), (attack, ATTACK), (body, BODY), (evasion, EVASION)],
+    };
+    layers.into_iter().find(|(lit, _)| *lit).map_or(CELL, |(_, colour)| colour)
+}
+
+fn heights(slab: Slab, grid: MapGrid) -> String {
+    let bottom = slab.0 as f32 * grid.slab_height;
+    format!("{:.1}-{:.1} m", bottom, bottom + grid.slab_height)
+}
+
+/// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by somebody who stands behind the character.
+fn draw_cell(picture: &mut Picture, at: (usize, usize), window: Window, colour: impl Fn(i32, i32) -> [u8; 3]) {
+    for (row, v) in (window.v.0..window.v.1).rev().enumerate() {
+        for (column, u) in (window.u.0..window.u.1).rev().enumerate() {
+            picture.fill((at.0 + column * ZOOM, at.1 + row * ZOOM), (ZOOM, ZOOM), colour(u, v));
+        }
+    }
+}
+
+struct Picture {
+    width: usize,
+    height: usize,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    fn new(width: usize, height: usize) -> Self {
+        Self { width, height, pixels: BACKGROUND.repeat(width * height) }
+    }
+
+    fn fill(&mut self, (x, y): (usize, usize), (width, height): (usize, usize), colour: [u8; 3]) {
+        for row in y..(y + height).min(self.height) {
+            for column in x..(x + width).min(self.width) {
+                let start = 3 * (row * self.width + column);
+                self.pixels[start..start + 3].copy_from_slice(&colour);
+            }
+        }
+    }
+
+    fn text(&mut self, x: usize, y: usize, text: &str) {
+        for (index, letter) in text.chars().enumerate() {
+            let Some(rows) = font8x8::BASIC_FONTS.get(letter) else { continue };
+            for (row, bits) in rows.iter().enumerate() {
+                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                    self.fill((x + index * 8 + column, y + row), (1, 1), INK);
+                }
+            }
+        }
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.pixels)?;
+        writer.finish()?;
+        bytes.flush()?;
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,170 @@
+//! Where a graph comes from: a baked file, clips, or the embedded motions.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sabaki::anim::EventKind;
+use sabaki::demo;
+use sabaki::graph::{self, BuildReport, ClipSource, GraphSettings};
+use sabaki::io;
+use sabaki::region::{BakeSettings, BakedGraph, Baker};
+use serde_json::{Value, json};
+
+use super::culling::{self, Device};
+use super::{Failure, output};
+
+/// Clips and how to make a graph of them.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ClipArgs {
+    /// BVH files, or folders of them.
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub(crate) clips: Vec<PathBuf>,
+    /// The events file (JSON) that labels evasions and attacks in the clips.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
+    /// Metres per unit of the files; found from the skeleton's height where it is not given.
+    #[arg(long, value_name = "METRES")]
+    pub(crate) scale: Option<f64>,
+    /// Moments whose postures lie further apart are not joined: root of the mean squared distance of joints, metres.
+    #[arg(long, value_name = "METRES", default_value_t = GraphSettings::default().threshold)]
+    pub(crate) threshold: f32,
+}
+
+/// A graph, and how it was made where it was.
+pub(crate) struct Baked {
+    pub(crate) graph: BakedGraph,
+    pub(crate) made: Option<Made>,
+}
+
+/// How a graph was made.
+pub(crate) struct Made {
+    pub(crate) report: BuildReport,
+    pub(crate) seconds: f64,
+    pub(crate) drawn_by: &'static str,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Bakes the clips of `args`.
+pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, Failure> {
+    let started = Instant::now();
+    let options = io::ReadOptions { scale: args.scale };
+    let set = io::read_clips(&args.clips, args.events.as_deref(), &options)?;
+    let source = ClipSource { skeleton: &set.skeleton, clips: &set.clips, events: &set.events };
+    let mut baked = bake(source, args.threshold, device, started)?;
+    if let Some(made) = &mut baked.made {
+        made.warnings.splice(..0, set.warnings);
+    }
+    Ok(baked)
+}
+
+/// Bakes the embedded motions.
+pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
+    let started = Instant::now();
+    let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
+    let source = ClipSource { skeleton: &motions.skeleton, clips: &motions.clips, events: &motions.events };
+    bake(source, GraphSettings::default().threshold, device, started)
+}
+
+/// Reads a baked file.
+pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
+    Ok(Baked { graph: io::archive::read(path)?, made: None })
+}
+
+fn bake(source: ClipSource<'_>, threshold: f32, device: &mut Device, started: Instant) -> Result<Baked, Failure> {
+    let bar = output::progress("baking", 3);
+    bar.tick();
+    let settings = GraphSettings { threshold, ..GraphSettings::default() };
+    let (graph, report) = graph::build(source, &settings)?;
+    bar.inc(1);
+    let baker = Baker::new(graph, BakeSettings::default())?;
+    let (maps, drawn_by) = culling::draw(device, baker.drawings())?;
+    bar.inc(1);
+    let graph = baker.finish(maps)?;
+    bar.finish_and_clear();
+    let mut warnings = Vec::new();
+    if graph.evasions().is_empty() {
+        let labelled = report.events.0;
+        warnings.push(match labelled {
+            0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
+            n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
+        });
+    }
+    Ok(Baked { graph, made: Some(Made { report, seconds: started.elapsed().as_secs_f64(), drawn_by, warnings }) })
+}
+
+/// What a graph holds, with stable keys.
+pub(crate) fn statistics(baked: &Baked) -> Value {
+    let graph = baked.graph.graph();
+    let count = |kind| graph.events().iter().filter(|event| event.kind == kind).count();
+    let mut value = json!({
+        "joints": graph.skeleton().len(),
+        "frame_rate": graph.frame_rate(),
+        "clips": graph.clips().len(),
+        "nodes": graph.nodes().len(),
+        "edges": graph.edges().len(),
+        "transitions": graph.transitions(),
+        "seconds_kept": graph.seconds_kept(),
+        "evasions": count(EventKind::Evasion),
+        "attacks": count(EventKind::Attack),
+        "body_spheres": baked.graph.body().spheres.len(),
+        "map_bytes": baked.graph.atlas().pack().words.len() * 4,
+        "evasion_within": {
+            "0.5": baked.graph.responsive_share(0.5),
+            "1.0": baked.graph.responsive_share(1.0),
+            "1.5": baked.graph.responsive_share(1.5),
+        },
+    });
+    if let Some(made) = &baked.made {
+        value["build_seconds"] = json!(made.seconds);
+        value["maps_drawn_by"] = json!(made.drawn_by);
+        value["report"] = json!(made.report);
+        value["warnings"] = json!(made.warnings);
+    }
+    value
+}
+
+/// The same in words.
+pub(crate) fn describe(baked: &Baked) -> String {
+    let graph = baked.graph.graph();
+    let mut text = String::new();
+    let mut line = |text_line: String| {
+        text.push_str(&text_line);
+        text.push('\n');
+    };
+    let count = |kind| graph.events().iter().filter(|event| event.kind == kind).count();
+    let kept = format!("{:.1} s of motion", graph.seconds_kept());
+    line(match &baked.made {
+        Some(made) => format!("{} clips, {:.1} s; kept {kept}", made.report.clips, made.report.seconds),
+        None => format!("{} clips; {kept}", graph.clips().len()),
+    });
+    line(format!(
+        "{} nodes, {} edges ({} of them transitions)",
+        graph.nodes().len(),
+        graph.edges().len(),
+        graph.transitions()
+    ));
+    line(format!("{} evasions and {} attacks", count(EventKind::Evasion), count(EventKind::Attack)));
+    let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
+    line(format!(
+        "an evasion can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%, within 1.5 s from {:.0}%",
+        share(0.5),
+        share(1.0),
+        share(1.5)
+    ));
+    if let Some(made) = &baked.made {
+        let dropped = &made.report.dropped;
+        if dropped.seconds > 0.05 {
+            line(format!(
+                "dropped, since no way leads there and back: {:.1} s, {} whole clips",
+                dropped.seconds,
+                dropped.clips.len()
+            ));
+        }
+        for event in dropped.evasions.iter().chain(&dropped.attacks) {
+            line(format!("dropped event: {event}"));
+        }
+        line(format!("baked in {:.2} s, maps drawn by {}", made.seconds, made.drawn_by));
+        made.warnings.iter().for_each(|warning| line(format!("note: {warning}")));
+    }
+    text
+}

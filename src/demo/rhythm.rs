@@ -1,0 +1,89 @@
+//! Breath and bounce: what a living body does between and during all else.
+
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+
+use super::keys::Body;
+
+/// A small motion on top of the keys.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rhythm {
+    /// How far the hips go up and down from the middle, metres.
+    pub(super) bob: f32,
+    /// Bobs in a second.
+    pub(super) rate: f32,
+    /// How far the hips drift to each side, metres.
+    pub(super) sway: f32,
+    /// How far the heels rise with each bob, radians.
+    pub(super) spring: f32,
+    /// Constant lean of the chest: forward and left, radians.
+    pub(super) lean: [f32; 2],
+    /// Where in its cycles it starts; 0 to 1.
+    pub(super) phase: f32,
+}
+
+impl Rhythm {
+    /// One of many that differ a little; the same for the same number.
+    pub(super) fn varied(number: u32) -> Self {
+        let unit = |part: u32| hashed(number.wrapping_mul(8).wrapping_add(part));
+        Self {
+            bob: 0.007 + 0.006 * unit(0),
+            rate: 1.3 + 0.7 * unit(1),
+            sway: 0.008 + 0.008 * unit(2),
+            spring: 0.0,
+            lean: [0.05 * (unit(3) - 0.5), 0.05 * (unit(4) - 0.5)],
+            phase: unit(5),
+        }
+    }
+
+    /// The same with another bounce.
+    pub(super) fn bouncing(self, bob: f32, rate: f32, spring: f32) -> Self {
+        Self {
+            bob,
+            rate,
+            spring,
+            ..self
+        }
+    }
+
+    /// The same with another drift.
+    pub(super) fn swaying(self, sway: f32) -> Self {
+        Self { sway, ..self }
+    }
+
+    /// Adds the motion to a body, seconds from the clip's start.
+    pub(super) fn apply(&self, time: f32, body: &mut Body) {
+        let cycle = |rate: f32, offset: f32| (TAU * (rate * time + self.phase + offset)).sin();
+        let bob = cycle(self.rate, 0.0);
+        let breath = cycle(0.31, 0.2);
+        let drift = 0.65 * cycle(0.27, 0.4) + 0.35 * cycle(0.61, 0.9);
+        let weight = 0.6 * cycle(0.35, 0.15) + 0.4 * cycle(0.5 * self.rate, 0.3);
+        body.pelvis += Vec3::new(self.sway * drift, self.bob * bob, self.sway * weight);
+        body.hips += Vec3::new(0.0, 0.5 * self.sway * weight, 0.8 * self.sway * drift);
+        body.chest += Vec3::new(
+            self.lean[0] + 0.012 * breath + 0.8 * self.bob * cycle(self.rate, 0.35),
+            0.025 * cycle(0.43, 0.6),
+            self.lean[1] + 0.8 * self.sway * drift,
+        );
+        body.head += Vec3::new(0.02 * breath, 0.03 * cycle(0.23, 0.1), 0.0);
+        for side in 0..2 {
+            let offset = 0.37 * side as f32;
+            body.hands[side] += Vec3::new(
+                0.008 * cycle(0.53, offset),
+                0.006 * breath + 0.9 * self.bob * cycle(self.rate, 0.55 + 0.1 * offset),
+                0.012 * cycle(0.71, 0.5 + offset),
+            );
+            body.heels[side] += self.spring * (0.5 + 0.5 * bob);
+        }
+    }
+}
+
+/// A number in [0, 1) that looks random (the finalizer of MurmurHash3).
+fn hashed(number: u32) -> f32 {
+    let mut h = number.wrapping_add(0x9e37_79b9);
+    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+    h ^= h >> 16;
+    (h >> 8) as f32 / 16_777_216.0
+}

@@ -1,0 +1,159 @@
+//! The guard that everything starts from and returns to, and the clips that hardly leave it.
+
+use glam::{Vec2, Vec3};
+
+use super::feet::Spot;
+use super::keys::Body;
+use super::rhythm::Rhythm;
+use super::score::Score;
+use super::skeleton::{LEFT, RIGHT};
+
+/// The guard at the origin; the left foot in front, or the right one for a southpaw.
+pub(super) fn guard(southpaw: bool) -> Body {
+    let orthodox = Body {
+        place: Vec3::ZERO,
+        pelvis: Vec3::new(-0.005, 0.9, -0.01),
+        hips: Vec3::new(0.06, -0.45, 0.0),
+        chest: Vec3::new(0.15, -0.38, 0.0),
+        head: Vec3::new(0.08, -0.04, 0.0),
+        hands: [Vec3::new(0.12, 0.20, 0.31), Vec3::new(-0.075, 0.19, 0.22)],
+        reach: [Vec3::new(0.03, 1.45, 0.62), Vec3::new(-0.02, 1.45, 0.62)],
+        reaching: [0.0; 2],
+        elbows: [0.32, 0.38],
+        heels: [0.0; 2],
+    };
+    if southpaw {
+        orthodox.mirrored()
+    } else {
+        orthodox
+    }
+}
+
+/// Where a foot stands in guard, in home.
+pub(super) fn guard_spot(side: usize, southpaw: bool) -> Spot {
+    let front = (side == LEFT) != southpaw;
+    let orthodox = if front {
+        Spot::at_ankle(Vec2::new(0.10, 0.20), -0.2)
+    } else {
+        Spot::at_ankle(Vec2::new(-0.12, -0.21), -0.8)
+    };
+    if southpaw {
+        Spot {
+            toe: Vec2::new(-orthodox.toe.x, orthodox.toe.y),
+            yaw: -orthodox.yaw,
+        }
+    } else {
+        orthodox
+    }
+}
+
+/// Idling in guard.
+pub(super) fn scores(scores: &mut Vec<Score>) {
+    scores.push(idle_calm(Rhythm::varied(1)));
+    scores.push(idle_watchful(Rhythm::varied(2).swaying(0.022)));
+    scores.push(idle_restless(Rhythm::varied(3)));
+    let bounce = Rhythm::varied(4).bouncing(0.016, 1.9, 0.10);
+    scores.push(bounce_in_guard("bounce", bounce));
+    let quick = Rhythm::varied(5).bouncing(0.011, 2.5, 0.07).swaying(0.02);
+    scores.push(bounce_in_guard("bounce_quick", quick));
+    scores.push(switch_stance(Rhythm::varied(6)));
+}
+
+fn idle_calm(rhythm: Rhythm) -> Score {
+    let mut s = Score::new("idle_calm", rhythm);
+    s.guard(1.6);
+    s.pose(0.8, |b| b.pelvis += Vec3::new(0.02, -0.01, 0.03));
+    s.pose(1.2, |b| {
+        b.pelvis += Vec3::new(-0.01, 0.0, -0.03);
+        b.hands[LEFT].y -= 0.03;
+    });
+    s.guard(1.2).guard(1.2);
+    s
+}
+
+/// The weight goes from foot to foot, the lead hand measures the distance.
+fn idle_watchful(rhythm: Rhythm) -> Score {
+    let mut s = Score::new("idle_watchful", rhythm);
+    s.guard(0.8);
+    s.pose(0.6, |b| {
+        b.pelvis += Vec3::new(0.03, -0.015, 0.05);
+        b.chest.y -= 0.08;
+        b.hands[LEFT] += Vec3::new(0.0, 0.02, 0.09);
+    });
+    s.pose(0.7, |b| {
+        b.pelvis += Vec3::new(-0.02, -0.005, -0.05);
+        b.hands[LEFT] += Vec3::new(0.02, -0.05, 0.03);
+        b.head.y -= 0.1;
+    });
+    s.guard(0.7);
+    s.pose(0.5, |b| b.hands[LEFT] += Vec3::new(0.0, 0.0, 0.1));
+    s.pose(0.4, |b| b.hands[LEFT] += Vec3::new(0.02, -0.02, 0.0));
+    s.guard(0.6).guard(0.7);
+    s
+}
+
+/// Shoulders roll, feints of the hands, a foot set anew.
+fn idle_restless(rhythm: Rhythm) -> Score {
+    let mut s = Score::new("idle_restless", rhythm);
+    s.guard(0.6);
+    s.pose(0.25, |b| {
+        b.chest += Vec3::new(0.05, -0.16, 0.06);
+        b.hands[LEFT].z += 0.06;
+    });
+    s.pose(0.25, |b| {
+        b.chest += Vec3::new(0.02, 0.14, -0.07);
+        b.hands[RIGHT].z += 0.05;
+    });
+    s.guard(0.35);
+    s.step_off(RIGHT, 0.2, 0.22, Vec3::new(-0.05, 0.0, -0.03));
+    s.guard(0.7);
+    s.pose(0.3, |b| b.pelvis.y -= 0.035);
+    s.guard(0.35);
+    s.step(RIGHT, 0.15, 0.22);
+    s.guard(0.6);
+    s.pose(0.22, |b| {
+        b.chest.z += 0.12;
+        b.head.z += 0.06;
+    });
+    s.pose(0.26, |b| {
+        b.chest.z -= 0.12;
+        b.head.z -= 0.06;
+    });
+    s.guard(0.4).guard(0.8);
+    s
+}
+
+fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Score {
+    let mut s = Score::new(name, rhythm);
+    s.guard(1.5);
+    s.pose(0.8, |b| b.pelvis.z += 0.03);
+    s.pose(0.9, |b| b.pelvis += Vec3::new(0.02, 0.0, -0.03));
+    s.guard(0.8).guard(1.2);
+    s
+}
+
+/// To the other foot in front, a jab there, and back.
+fn switch_stance(rhythm: Rhythm) -> Score {
+    let mut s = Score::new("switch_stance", rhythm);
+    s.guard(0.7);
+    hop_over(&mut s);
+    s.guard(1.0);
+    s.pose(0.5, |b| b.pelvis += Vec3::new(-0.02, 0.0, 0.04));
+    s.guard(0.6);
+    hop_over(&mut s);
+    s.guard(1.0);
+    s
+}
+
+fn hop_over(s: &mut Score) {
+    s.pose(0.16, |b| b.pelvis.y -= 0.05);
+    s.switch();
+    s.leap(LEFT, 0.0, 0.30, 0.07).leap(RIGHT, 0.03, 0.30, 0.07);
+    s.pose(0.17, |b| {
+        b.pelvis.y += 0.025;
+        b.hips.y *= 0.2;
+        b.chest.y *= 0.2;
+    });
+    s.pose(0.18, |b| b.pelvis.y -= 0.04);
+    s.guard(0.3);
+}

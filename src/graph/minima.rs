@@ -1,0 +1,118 @@
+use super::PointCloud;
+use super::distance;
+
+/// Two windows that look alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Minimum {
+    /// First frame of the window of the first clip.
+    pub a: usize,
+    /// First frame of the window of the second clip.
+    pub b: usize,
+    /// Root of the mean squared point distance, metres.
+    pub distance: f32,
+}
+
+/// What counts as a minimum.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MinimaSettings {
+    /// Frames of a window.
+    pub window: usize,
+    /// Largest distance, metres.
+    pub threshold: f32,
+    /// Of two minima nearer than this many frames (in both clips) the smaller is kept.
+    pub separation: usize,
+    /// Only windows of the second clip that start this many frames or more after those of the first: for a clip
+    /// against itself, where the map is symmetric and 0 on its diagonal.
+    pub only_after: Option<usize>,
+}
+
+/// The local minima of the distance map under the threshold, best first. Reads the map row by row: it is never held whole.
+pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) -> Vec<Minimum> {
+    let limit = settings.threshold * settings.threshold;
+    let mut found = Vec::new();
+    // The two rows before the newest one.
+    let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
+    let mut rows = 0;
+    distance::for_each_row(a, b, settings.window, |row, distances| {
+        if row > 0 {
+            collect_row(
+                row - 1,
+                &before,
+                &middle,
+                distances,
+                limit,
+                settings,
+                &mut found,
+            );
+        }
+        std::mem::swap(&mut before, &mut middle);
+        middle.clear();
+        middle.extend_from_slice(distances);
+        rows = row + 1;
+    });
+    if rows > 0 {
+        collect_row(rows - 1, &before, &middle, &[], limit, settings, &mut found);
+    }
+    found.sort_by(|x, y| {
+        x.distance
+            .total_cmp(&y.distance)
+            .then((x.a, x.b).cmp(&(y.a, y.b)))
+    });
+    thin_out(found, settings.separation)
+}
+
+/// Adds the minima of the row `here`, with the rows above and below it (empty beyond the map).
+fn collect_row(
+    row: usize,
+    above: &[f32],
+    here: &[f32],
+    below: &[f32],
+    limit: f32,
+    settings: &MinimaSettings,
+    found: &mut Vec<Minimum>,
+) {
+    let first = settings.only_after.map_or(0, |gap| row + gap);
+    for column in first..here.len() {
+        let value = here[column];
+        if value >= limit {
+            continue;
+        }
+        let around = column.saturating_sub(1)..(column + 2).min(here.len());
+        let lower = |row: &[f32]| {
+            row.get(around.clone())
+                .is_some_and(|values| values.iter().any(|&other| other < value))
+        };
+        if !lower(above) && !lower(here) && !lower(below) {
+            found.push(Minimum {
+                a: row,
+                b: column,
+                distance: value.sqrt(),
+            });
+        }
+    }
+}
+
+/// Of minima that lie near each other the first is kept.
+fn thin_out(sorted: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
+    let side = separation.max(1);
+    let mut cells: std::collections::HashMap<(usize, usize), Vec<Minimum>> =
+        std::collections::HashMap::new();
+    let mut kept = Vec::new();
+    for minimum in sorted {
+        let (row, column) = (minimum.a / side, minimum.b / side);
+        let near = |other: &Minimum| {
+            minimum.a.abs_diff(other.a) < separation && minimum.b.abs_diff(other.b) < separation
+        };
+        let neighbours = (row.saturating_sub(1)..=row + 1)
+            .flat_map(|r| (column.saturating_sub(1)..=column + 1).map(move |c| (r, c)));
+        let crowded = neighbours
+            .filter_map(|cell| cells.get(&cell))
+            .flatten()
+            .any(near);
+        if !crowded {
+            cells.entry((row, column)).or_default().push(minimum);
+            kept.push(minimum);
+        }
+    }
+    kept
+}

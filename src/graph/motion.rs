@@ -1,0 +1,189 @@
+use glam::Vec3;
+
+use super::{EdgeId, MotionGraph, NodeId};
+use crate::anim::{Facing, Pose, forward_kinematics};
+use crate::math::Rigid2;
+
+/// Where a character is in the graph and in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Playhead {
+    /// What is being played.
+    pub edge: EdgeId,
+    /// Frames since the edge's start.
+    pub frame: f32,
+    /// Takes the space of the clip in which the edge starts to the world.
+    pub clip_to_world: Rigid2,
+}
+
+impl Playhead {
+    /// At a place of an edge, with the character's frame (root on the ground, facing) on `world`.
+    #[must_use]
+    pub fn at(graph: &MotionGraph, edge: EdgeId, frame: f32, world: Rigid2) -> Self {
+        let start = Self {
+            edge,
+            frame,
+            clip_to_world: Rigid2::IDENTITY,
+        };
+        Self {
+            clip_to_world: world * start.placement(graph).inverse(),
+            ..start
+        }
+    }
+
+    /// The pose, in the world.
+    pub fn pose(&self, graph: &MotionGraph, out: &mut Pose) {
+        graph.sample_edge(self.edge, self.frame, out);
+        out.place(self.clip_to_world);
+    }
+
+    /// The character's frame in the world: its root on the ground and the way that it faces.
+    #[must_use]
+    pub fn placement(&self, graph: &MotionGraph) -> Rigid2 {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        self.pose(graph, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        Facing::of(graph.skeleton()).placement(&joints)
+    }
+
+    /// The node that the edge leads to.
+    #[must_use]
+    pub fn next_node(&self, graph: &MotionGraph) -> NodeId {
+        graph.edge(self.edge).to
+    }
+
+    /// Seconds until that node, at rate 1.
+    #[must_use]
+    pub fn seconds_to_next_node(&self, graph: &MotionGraph) -> f32 {
+        (graph.edge(self.edge).frames as f32 - self.frame) / graph.frame_rate() as f32
+    }
+
+    /// Takes the space of the clip in which the edge ends to the world.
+    #[must_use]
+    pub fn next_clip_to_world(&self, graph: &MotionGraph) -> Rigid2 {
+        self.clip_to_world * graph.clip_change(self.edge)
+    }
+}
+
+/// One edge of a path, with its playback rate (2 is twice as fast).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// What is played.
+    pub edge: EdgeId,
+    /// How fast; above 0.
+    pub rate: f32,
+}
+
+/// A continuous motion through the graph: the rest of an edge, then the steps of a path, then whatever way is natural.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    pieces: Vec<Piece>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    playhead: Playhead,
+    rate: f32,
+    /// Seconds since the motion's start.
+    start: f32,
+    end: f32,
+}
+
+impl Motion {
+    /// From `playhead` on, along `steps`.
+    ///
+    /// The first step must start at the playhead's next node, and each at the end of the one before.
+    #[must_use]
+    pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[Step]) -> Self {
+        let end = playhead.seconds_to_next_node(graph);
+        let mut motion = Self {
+            pieces: vec![Piece {
+                playhead,
+                rate: 1.0,
+                start: 0.0,
+                end,
+            }],
+        };
+        for step in steps {
+            motion.push(graph, *step);
+        }
+        motion
+    }
+
+    fn last(&self) -> &Piece {
+        &self.pieces[self.pieces.len() - 1]
+    }
+
+    fn push(&mut self, graph: &MotionGraph, step: Step) {
+        let last = self.last();
+        let clip_to_world = last.playhead.next_clip_to_world(graph);
+        let playhead = Playhead {
+            edge: step.edge,
+            frame: 0.0,
+            clip_to_world,
+        };
+        let (start, end) = (last.end, last.end + graph.seconds(step.edge) / step.rate);
+        self.pieces.push(Piece {
+            playhead,
+            rate: step.rate,
+            start,
+            end,
+        });
+    }
+
+    /// Walks on by [`MotionGraph::natural_edge`] until the motion lasts at least `seconds`.
+    pub fn extend(&mut self, graph: &MotionGraph, seconds: f32) {
+        while self.duration() < seconds {
+            let node = self.last().playhead.next_node(graph);
+            self.push(
+                graph,
+                Step {
+                    edge: graph.natural_edge(node),
+                    rate: 1.0,
+                },
+            );
+        }
+    }
+
+    /// Seconds from its start to its end.
+    #[must_use]
+    pub fn duration(&self) -> f32 {
+        self.last().end
+    }
+
+    /// Where the motion is after `seconds`.
+    #[must_use]
+    pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
+        let piece = &self.pieces[self
+            .pieces
+            .partition_point(|piece| piece.end < seconds)
+            .min(self.pieces.len() - 1)];
+        let frames = (seconds - piece.start).max(0.0) * piece.rate * graph.frame_rate() as f32;
+        let longest = graph.edge(piece.playhead.edge).frames as f32;
+        Playhead {
+            frame: (piece.playhead.frame + frames).min(longest),
+            ..piece.playhead
+        }
+    }
+
+    /// The pose after `seconds`, in the world.
+    pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
+        self.playhead(graph, seconds).pose(graph, out);
+    }
+
+    /// The root's place after `seconds`, in the world: that of [`Motion::sample`], at less cost.
+    #[must_use]
+    pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
+        let playhead = self.playhead(graph, seconds);
+        playhead
+            .clip_to_world
+            .point(graph.sample_edge_root(playhead.edge, playhead.frame))
+    }
+
+    /// The steps that follow the first, begun edge.
+    pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
+        self.pieces[1..].iter().map(|piece| Step {
+            edge: piece.playhead.edge,
+            rate: piece.rate,
+        })
+    }
+}

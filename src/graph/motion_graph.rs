@@ -1,0 +1,366 @@
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::blend_weight;
+use crate::anim::{Clip, EventKind, Facing, JointId, Pose, Skeleton, forward_kinematics};
+use crate::math::Rigid2;
+
+macro_rules! index {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// As a position in arrays.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+index!(
+    /// Index of a clip in [`MotionGraph::clips`].
+    ClipId
+);
+index!(
+    /// Index of a node in [`MotionGraph::nodes`].
+    NodeId
+);
+index!(
+    /// Index of an edge in [`MotionGraph::edges`].
+    EdgeId
+);
+index!(
+    /// Index of an event in [`MotionGraph::events`].
+    EventId
+);
+
+/// A posture where motion can branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Node {
+    /// Whose frame it is.
+    pub clip: ClipId,
+    /// Frame of the clip.
+    pub frame: u32,
+}
+
+/// A short piece of motion from node to node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Edge {
+    /// Where it starts.
+    pub from: NodeId,
+    /// Where it ends.
+    pub to: NodeId,
+    /// How long it is, frames; at least 1.
+    pub frames: u32,
+    /// What is played.
+    pub motion: EdgeMotion,
+    /// The event that it holds whole, if any; the edge is then that event, from its first frame to its last.
+    pub event: Option<EventId>,
+}
+
+/// What an [`Edge`] plays.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum EdgeMotion {
+    /// The frames of the clip between its nodes.
+    Clip,
+    /// A blend from the source's clip to the target's, over the edge's frames.
+    Transition {
+        /// Takes the target clip's space to the source clip's.
+        align: Rigid2,
+        /// Root of the mean squared point distance of the blended windows, metres.
+        distance: f32,
+    },
+}
+
+/// An event of a clip, in frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraphEvent {
+    /// Whose frames they are.
+    pub clip: ClipId,
+    /// What happens.
+    pub kind: EventKind,
+    /// First frame.
+    pub first: u32,
+    /// Last frame; after `first`.
+    pub last: u32,
+    /// The joints that take part; empty for all.
+    pub joints: Vec<JointId>,
+}
+
+/// Clips of one skeleton and the ways between them. From every node every other can be reached.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionGraph {
+    pub(super) skeleton: Skeleton,
+    pub(super) frame_rate: f64,
+    pub(super) clips: Vec<Clip>,
+    pub(super) events: Vec<GraphEvent>,
+    pub(super) nodes: Vec<Node>,
+    /// Sorted by the node that they start from.
+    pub(super) edges: Vec<Edge>,
+    /// For each node its first edge; one more at the end.
+    pub(super) first_edge: Vec<u32>,
+}
+
+impl MotionGraph {
+    /// The skeleton of all clips.
+    #[must_use]
+    pub fn skeleton(&self) -> &Skeleton {
+        &self.skeleton
+    }
+
+    /// Of all clips, frames per second.
+    #[must_use]
+    pub fn frame_rate(&self) -> f64 {
+        self.frame_rate
+    }
+
+    /// All clips, those included of which no frame is in the graph.
+    #[must_use]
+    pub fn clips(&self) -> &[Clip] {
+        &self.clips
+    }
+
+    /// The events that an edge of the graph holds.
+    #[must_use]
+    pub fn events(&self) -> &[GraphEvent] {
+        &self.events
+    }
+
+    /// All nodes.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// All edges, by the node that they start from.
+    #[must_use]
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// One clip.
+    #[must_use]
+    pub fn clip(&self, id: ClipId) -> &Clip {
+        &self.clips[id.index()]
+    }
+
+    /// One node.
+    #[must_use]
+    pub fn node(&self, id: NodeId) -> Node {
+        self.nodes[id.index()]
+    }
+
+    /// One edge.
+    #[must_use]
+    pub fn edge(&self, id: EdgeId) -> &Edge {
+        &self.edges[id.index()]
+    }
+
+    /// One event.
+    #[must_use]
+    pub fn event(&self, id: EventId) -> &GraphEvent {
+        &self.events[id.index()]
+    }
+
+    /// The ids of all edges.
+    pub fn edge_ids(&self) -> impl Iterator<Item = EdgeId> + use<> {
+        (0..self.edges.len() as u32).map(EdgeId)
+    }
+
+    /// The edges that start at `node`.
+    pub fn edges_from(&self, node: NodeId) -> impl Iterator<Item = EdgeId> + use<> {
+        (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
+    }
+
+    /// The edges that hold an event of `kind`, with the event.
+    pub fn edges_with(&self, kind: EventKind) -> impl Iterator<Item = (EdgeId, EventId)> + '_ {
+        self.edge_ids().filter_map(move |id| {
+            let event = self.edge(id).event?;
+            (self.event(event).kind == kind).then_some((id, event))
+        })
+    }
+
+    /// Seconds that an edge lasts at rate 1.
+    #[must_use]
+    pub fn seconds(&self, edge: EdgeId) -> f32 {
+        (f64::from(self.edge(edge).frames) / self.frame_rate) as f32
+    }
+
+    /// Takes the space of the clip in which an edge ends to the space of the clip in which it starts.
+    #[must_use]
+    pub fn clip_change(&self, edge: EdgeId) -> Rigid2 {
+        match self.edge(edge).motion {
+            EdgeMotion::Clip => Rigid2::IDENTITY,
+            EdgeMotion::Transition { align, .. } => align,
+        }
+    }
+
+    /// The way on from a node where nothing asks for another: the clip goes on, or else the closest transition is taken.
+    #[must_use]
+    pub fn natural_edge(&self, node: NodeId) -> EdgeId {
+        let cost = |edge: EdgeId| match self.edge(edge).motion {
+            EdgeMotion::Clip => 0.0,
+            EdgeMotion::Transition { distance, .. } => distance,
+        };
+        let first = EdgeId(self.first_edge[node.index()]);
+        self.edges_from(node).fold(
+            first,
+            |best, edge| if cost(edge) < cost(best) { edge } else { best },
+        )
+    }
+
+    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it starts.
+    pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
+        let edge = self.edge(edge);
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        self.clip(from.clip).sample(from.frame as f32 + frame, out);
+        if let EdgeMotion::Transition { align, .. } = edge.motion {
+            let mut target = Pose::default();
+            self.clip(to.clip)
+                .sample((to.frame - edge.frames) as f32 + frame, &mut target);
+            target.place(align);
+            out.blend(&target, 1.0 - blend_weight(frame / edge.frames as f32));
+        }
+    }
+
+    /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
+    #[must_use]
+    pub fn sample_edge_root(&self, edge: EdgeId, frame: f32) -> Vec3 {
+        let edge = self.edge(edge);
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        let source = self.clip(from.clip).sample_root(from.frame as f32 + frame);
+        match edge.motion {
+            EdgeMotion::Clip => source,
+            EdgeMotion::Transition { align, .. } => {
+                let target = align.point(
+                    self.clip(to.clip)
+                        .sample_root((to.frame - edge.frames) as f32 + frame),
+                );
+                source.lerp(target, 1.0 - blend_weight(frame / edge.frames as f32))
+            }
+        }
+    }
+
+    /// Where the root stands on the ground and which way the body faces in a frame of a clip, in that clip's space.
+    #[must_use]
+    pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        self.clip(clip).pose(frame as usize, &mut pose);
+        forward_kinematics(&self.skeleton, &pose, &mut joints);
+        Facing::of(&self.skeleton).placement(&joints)
+    }
+
+    /// Seconds of clips that the graph can play, transitions not counted.
+    #[must_use]
+    pub fn seconds_kept(&self) -> f64 {
+        let frames: u32 = self
+            .edges
+            .iter()
+            .filter(|edge| edge.motion == EdgeMotion::Clip)
+            .map(|edge| edge.frames)
+            .sum();
+        f64::from(frames) / self.frame_rate
+    }
+
+    /// How many edges are transitions.
+    #[must_use]
+    pub fn transitions(&self) -> usize {
+        self.edges
+            .iter()
+            .filter(|edge| edge.motion != EdgeMotion::Clip)
+            .count()
+    }
+
+    /// Whether every index is in range and every edge fits its clips: true of all graphs built here, asked of what is read from a file.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn validate(&self) -> Result<(), String> {
+        let frames = |clip: ClipId| {
+            self.clips
+                .get(clip.index())
+                .map_or(0, |clip| clip.frames() as u32)
+        };
+        let joints = self.skeleton.len();
+        let clip_ok = |clip: &Clip| {
+            Clip::new(&self.skeleton, clip.desc().clone()).is_ok_and(|same| same == *clip)
+        };
+        let event_ok = |e: &GraphEvent| {
+            e.first < e.last
+                && e.last < frames(e.clip)
+                && e.joints.iter().all(|joint| joint.index() < joints)
+        };
+        // In this order: each check relies on those before it.
+        let checks: [(&dyn Fn() -> bool, &str); 6] = [
+            (
+                &|| self.frame_rate.is_finite() && self.frame_rate >= 1.0,
+                "the frame rate is not possible",
+            ),
+            (&|| self.clips.iter().all(clip_ok), "a clip is damaged"),
+            (
+                &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),
+                "a node names a frame that is not there",
+            ),
+            (
+                &|| self.events.iter().all(event_ok),
+                "an event names frames or joints that are not there",
+            ),
+            (
+                &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
+                "an edge does not fit its nodes or clips",
+            ),
+            (&|| self.index_fits(), "the index of edges is damaged"),
+        ];
+        checks
+            .iter()
+            .find(|(holds, _)| !holds())
+            .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
+    }
+
+    /// Whether every node has at least one edge and the index leads to just its own.
+    fn index_fits(&self) -> bool {
+        let ends_fit = self.first_edge.len() == self.nodes.len() + 1
+            && self.first_edge.first() == Some(&0)
+            && self.first_edge.last() == Some(&(self.edges.len() as u32));
+        ends_fit
+            && self.first_edge.windows(2).enumerate().all(|(node, range)| {
+                let edges = self.edges.get(range[0] as usize..range[1] as usize);
+                edges.is_some_and(|edges| {
+                    !edges.is_empty() && edges.iter().all(|edge| edge.from.index() == node)
+                })
+            })
+    }
+
+    fn edge_fits(&self, edge: &Edge) -> bool {
+        let ends = (
+            self.nodes.get(edge.from.index()),
+            self.nodes.get(edge.to.index()),
+        );
+        let (Some(from), Some(to)) = ends else {
+            return false;
+        };
+        let event_ok = edge
+            .event
+            .is_none_or(|event| event.index() < self.events.len());
+        let motion_ok = match edge.motion {
+            EdgeMotion::Clip => {
+                from.clip == to.clip && from.frame.checked_add(edge.frames) == Some(to.frame)
+            }
+            EdgeMotion::Transition { align, distance } => {
+                let last = self.clip(from.clip).frames() as u32;
+                let finite = align.is_sound() && distance.is_finite();
+                finite
+                    && to.frame >= edge.frames
+                    && from
+                        .frame
+                        .checked_add(edge.frames)
+                        .is_some_and(|f| f < last)
+            }
+        };
+        edge.frames > 0 && event_ok && motion_ok
+    }
+}

@@ -1,0 +1,146 @@
+//! The largest strongly connected part of a graph.
+//!
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.3; the components by Tarjan (1972), without recursion.
+
+/// For each node, the number of its strongly connected component.
+///
+/// `edges` are pairs of nodes; `nodes` says how many there are.
+pub(super) fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
+    Tarjan::new(nodes, edges).run()
+}
+
+const UNSEEN: u32 = u32::MAX;
+
+struct Tarjan {
+    /// Targets of each node's edges, from `first[node]` to `first[node + 1]`.
+    targets: Vec<u32>,
+    first: Vec<u32>,
+    order: Vec<u32>,
+    lowest: Vec<u32>,
+    component: Vec<u32>,
+    open: Vec<u32>,
+    next_order: u32,
+    next_component: u32,
+}
+
+impl Tarjan {
+    fn new(nodes: usize, edges: &[(u32, u32)]) -> Self {
+        let mut first = vec![0; nodes + 1];
+        for &(from, _) in edges {
+            first[from as usize + 1] += 1;
+        }
+        for node in 0..nodes {
+            first[node + 1] += first[node];
+        }
+        let mut fill = first.clone();
+        let mut targets = vec![0; edges.len()];
+        for &(from, to) in edges {
+            let slot = &mut fill[from as usize];
+            targets[*slot as usize] = to;
+            *slot += 1;
+        }
+        let unseen = vec![UNSEEN; nodes];
+        Self {
+            targets,
+            first,
+            order: unseen.clone(),
+            lowest: unseen.clone(),
+            component: unseen,
+            open: Vec::new(),
+            next_order: 0,
+            next_component: 0,
+        }
+    }
+
+    fn run(mut self) -> Vec<u32> {
+        for root in 0..self.order.len() as u32 {
+            if self.order[root as usize] == UNSEEN {
+                self.visit(root);
+            }
+        }
+        self.component
+    }
+
+    fn visit(&mut self, root: u32) {
+        self.discover(root);
+        // Each entry: a node and which of its edges comes next.
+        let mut path = vec![(root, self.first[root as usize])];
+        while let Some((node, edge)) = path.last_mut() {
+            let from = *node as usize;
+            if *edge < self.first[from + 1] {
+                let target = self.targets[*edge as usize];
+                *edge += 1;
+                if self.order[target as usize] == UNSEEN {
+                    self.discover(target);
+                    path.push((target, self.first[target as usize]));
+                } else if self.component[target as usize] == UNSEEN {
+                    self.lowest[from] = self.lowest[from].min(self.order[target as usize]);
+                }
+            } else {
+                path.pop();
+                if let Some(&(parent, _)) = path.last() {
+                    let parent = parent as usize;
+                    self.lowest[parent] = self.lowest[parent].min(self.lowest[from]);
+                }
+                self.close(from);
+            }
+        }
+    }
+
+    fn discover(&mut self, node: u32) {
+        self.order[node as usize] = self.next_order;
+        self.lowest[node as usize] = self.next_order;
+        self.next_order += 1;
+        self.open.push(node);
+    }
+
+    /// Names the component of `node`, if `node` is the first of it that was seen.
+    fn close(&mut self, node: usize) {
+        if self.lowest[node] != self.order[node] {
+            return;
+        }
+        while let Some(member) = self.open.pop() {
+            self.component[member as usize] = self.next_component;
+            if member as usize == node {
+                break;
+            }
+        }
+        self.next_component += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Reaches by following edges, the slow way.
+    fn reaches(nodes: usize, edges: &[(u32, u32)], from: u32, to: u32) -> bool {
+        let mut seen = vec![false; nodes];
+        let mut open = vec![from];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut seen[node as usize], true) {
+                open.extend(
+                    edges
+                        .iter()
+                        .filter(|edge| edge.0 == node)
+                        .map(|edge| edge.1),
+                );
+            }
+        }
+        seen[to as usize]
+    }
+
+    proptest! {
+        #[test]
+        fn same_component_means_there_and_back(edges in prop::collection::vec((0..12u32, 0..12u32), 0..40)) {
+            let components = components(12, &edges);
+            for a in 0..12 {
+                for b in 0..12 {
+                    let both_ways = reaches(12, &edges, a, b) && reaches(12, &edges, b, a);
+                    prop_assert_eq!(components[a as usize] == components[b as usize], both_ways);
+                }
+            }
+        }
+    }
+}

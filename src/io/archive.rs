@@ -1,0 +1,144 @@
+//! The baked file: magic, version, checksum, then a [`BakedGraph`].
+//!
+//! ```text
+//! 0   8  "sabaki\r\n"            found wrong: not a baked file, or one that a text transfer damaged
+//! 8   4  format version, u32 little-endian
+//! 12  4  CRC-32 of all that follows, u32 little-endian
+//! 16  …  the graph, by postcard
+//! ```
+//! What is read is checked twice: the checksum finds damage, and every index is compared with what it points into, so that
+//! a file that was made to do harm is an error as well.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::region::BakedGraph;
+
+const MAGIC: [u8; 8] = *b"sabaki\r\n";
+const VERSION: u32 = 1;
+const HEADER: usize = 16;
+
+/// Why a baked file cannot be written or read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ArchiveError {
+    /// The file system refuses.
+    #[error("{path}: {source}")]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It begins with something else.
+    #[error("{path}: not a baked graph (it does not begin with the mark of one)")]
+    NotBaked {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// Another version wrote it.
+    #[error("{path}: format version {found}, and this program reads version {expected}; bake it again", expected = VERSION)]
+    Version {
+        /// Which file.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The checksum does not fit: bytes were lost or changed.
+    #[error("{path}: damaged (its checksum does not fit)")]
+    Checksum {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The checksum fits but the contents are not sound.
+    #[error("{path}: not sound: {what}")]
+    Contents {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+/// The bytes of a baked file.
+///
+/// # Errors
+/// Only where memory ends.
+pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
+    let mut bytes = postcard::to_extend(baked, vec![0; HEADER])?;
+    let checksum = crc32fast::hash(&bytes[HEADER..]);
+    bytes[..8].copy_from_slice(&MAGIC);
+    bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
+    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+/// Whether bytes begin like a baked file.
+#[must_use]
+pub fn is_baked(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC)
+}
+
+/// Reads the bytes of a baked file; `path` names it in errors.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError> {
+    let path = || path.to_owned();
+    if !is_baked(bytes) {
+        return Err(ArchiveError::NotBaked { path: path() });
+    }
+    let word = |at: usize| {
+        bytes
+            .get(at..at + 4)
+            .and_then(|word| word.try_into().ok())
+            .map(u32::from_le_bytes)
+    };
+    let (Some(version), Some(checksum)) = (word(8), word(12)) else {
+        return Err(ArchiveError::Checksum { path: path() });
+    };
+    if version != VERSION {
+        return Err(ArchiveError::Version {
+            path: path(),
+            found: version,
+        });
+    }
+    let body = &bytes[HEADER..];
+    if crc32fast::hash(body) != checksum {
+        return Err(ArchiveError::Checksum { path: path() });
+    }
+    let contents = |what: String| ArchiveError::Contents { path: path(), what };
+    let (baked, rest): (BakedGraph, _) =
+        postcard::take_from_bytes(body).map_err(|error| contents(error.to_string()))?;
+    if !rest.is_empty() {
+        return Err(contents(format!("{} bytes follow its end", rest.len())));
+    }
+    baked.restored().map_err(contents)
+}
+
+/// Reads a baked file.
+///
+/// # Errors
+/// What the file system or the contents are wrong with, with the path.
+pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
+    let bytes = std::fs::read(path).map_err(|source| ArchiveError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    from_bytes(&bytes, path)
+}
+
+/// Writes a baked file. The file appears whole or not at all.
+///
+/// # Errors
+/// What the file system refuses, with the path.
+pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
+    let io = |source| ArchiveError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let bytes = to_bytes(baked).map_err(|error| io(std::io::Error::other(error)))?;
+    super::write_whole(path, |file| file.write_all(&bytes)).map_err(io)
+}

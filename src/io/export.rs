@@ -1,0 +1,148 @@
+//! An answer as files that other tools can check: the motion as BVH, the attack and the body's spheres as JSON, on one clock and in
+//! one world.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::{bvh, write_whole};
+use crate::anim::{Clip, ClipDesc, ClipError, Pose};
+use crate::avoid::clearance::SAMPLE_RATE;
+use crate::avoid::{Answer, Attack, CandidateReport};
+use crate::graph::{EdgeMotion, EventId};
+use crate::region::BakedGraph;
+
+/// Exported positions are in centimetres.
+const METRES_PER_UNIT: f64 = 0.01;
+/// The motion goes on this long after the attack, seconds.
+const AFTER: f32 = 1.0;
+
+/// Writes `NAME.bvh` and `NAME.json` into `folder`, which must exist. Returns the two paths.
+///
+/// The BVH starts at the moment of the query and has the frames at which the exact test took the body's spheres; between them these go in
+/// straight lines.
+///
+/// # Errors
+/// What the file system refuses.
+pub fn write_answer(
+    folder: &Path,
+    name: &str,
+    baked: &BakedGraph,
+    (answer, attack): (&Answer, &Attack),
+) -> std::io::Result<[PathBuf; 2]> {
+    let [motion, facts] =
+        ["bvh", "json"].map(|extension| folder.join(format!("{name}.{extension}")));
+    let clip = whole_motion(baked, answer, attack).map_err(std::io::Error::other)?;
+    let skeleton = baked.graph().skeleton();
+    write_whole(&motion, |file| {
+        bvh::write(file, skeleton, &clip, METRES_PER_UNIT)
+    })?;
+    let document = facts_of(baked, answer, attack);
+    write_whole(&facts, |file: &mut BufWriter<_>| {
+        serde_json::to_writer_pretty(&mut *file, &document)?;
+        writeln!(file)
+    })?;
+    Ok([motion, facts])
+}
+
+/// The answer from the moment of the query until it is over.
+fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Result<Clip, ClipError> {
+    let graph = baked.graph();
+    let mut motion = answer.motion.clone();
+    let seconds = motion.duration().max(attack.end() + AFTER);
+    motion.extend(graph, seconds + 1.0 / SAMPLE_RATE);
+    let mut desc = ClipDesc {
+        name: "answer".to_owned(),
+        frame_rate: f64::from(SAMPLE_RATE),
+        roots: Vec::new(),
+        rotations: Vec::new(),
+        translations: Vec::new(),
+    };
+    let moving_joints = graph
+        .clips()
+        .iter()
+        .any(|clip| !clip.desc().translations.is_empty());
+    let mut pose = Pose::default();
+    for frame in 0..=(seconds * SAMPLE_RATE).ceil() as usize {
+        motion.sample(graph, frame as f32 / SAMPLE_RATE, &mut pose);
+        desc.roots.push(pose.root);
+        desc.rotations.extend_from_slice(&pose.rotations);
+        if moving_joints {
+            let offsets = graph.skeleton().joints().iter().map(|joint| joint.offset);
+            let own = pose.translations.iter().copied();
+            desc.translations
+                .extend(own.chain(offsets.skip(pose.translations.len())));
+        }
+    }
+    Clip::new(graph.skeleton(), desc)
+}
+
+fn facts_of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Value {
+    let skeleton = baked.graph().skeleton();
+    let body = baked.body().spheres.iter().map(|sphere| {
+        let joint = &skeleton.joint(sphere.joint).name;
+        json!({ "joint": joint, "offset": sphere.offset, "radius": sphere.radius })
+    });
+    let candidates: Vec<Value> = answer
+        .candidates
+        .iter()
+        .map(|candidate| describe(baked, candidate))
+        .collect();
+    json!({
+        "avoided": answer.avoided,
+        "clearance": answer.clearance.metres,
+        "clearance_time": answer.clearance.time,
+        "metres_per_unit": METRES_PER_UNIT,
+        "frames_per_second": SAMPLE_RATE,
+        "attack": { "spheres": attack.spheres() },
+        "body": { "spheres": body.collect::<Vec<_>>() },
+        "chosen": answer.chosen,
+        "counts": answer.counts,
+        "search": answer.search,
+        "candidates": candidates,
+    })
+}
+
+/// A candidate in words and numbers: its path, what it performs, its rate, counts, score and fate.
+#[must_use]
+pub fn describe(baked: &BakedGraph, candidate: &CandidateReport) -> Value {
+    let mut value = json!({
+        "path": candidate.path.iter().map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
+        "evasion": candidate.evasion.and_then(|edge| event_of(baked, edge)),
+        "fate": candidate.fate,
+    });
+    match &candidate.rate {
+        Ok(rate) => value["p"] = json!(rate.rate),
+        Err(error) => value["reason"] = json!(error.to_string()),
+    }
+    if let Some(overlap) = candidate.overlap {
+        value["overlap"] = json!({ "body": overlap.body, "evasion": overlap.evasion });
+    }
+    if let Some(clearance) = candidate.clearance {
+        value["clearance"] = json!(clearance.metres);
+    }
+    if let Some(score) = candidate.score {
+        value["score"] = json!(score);
+    }
+    value
+}
+
+fn event_of(baked: &BakedGraph, edge: crate::graph::EdgeId) -> Option<String> {
+    let event: EventId = baked.graph().edge(edge).event?;
+    Some(baked.graph().describe_event(baked.graph().event(event)))
+}
+
+/// `CLIP 12-20` for a stretch of a clip, `CLIP 12 > OTHER 40` for a transition; numbers are frames.
+fn describe_edge(baked: &BakedGraph, edge: crate::graph::EdgeId) -> String {
+    let graph = baked.graph();
+    let edge = graph.edge(edge);
+    let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+    let name = |node: crate::graph::Node| graph.clip(node.clip).name();
+    match edge.motion {
+        EdgeMotion::Clip => format!("{} {}-{}", name(from), from.frame, to.frame),
+        EdgeMotion::Transition { .. } => {
+            format!("{} {} > {} {}", name(from), from.frame, name(to), to.frame)
+        }
+    }
+}

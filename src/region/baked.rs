@@ -1,0 +1,216 @@
+use serde::{Deserialize, Serialize};
+
+use super::{Body, BodySphere, RegionAtlas, RegionId, RegionMaps, Retimable};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
+use crate::math::Rigid2;
+
+/// An edge that avoids.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evasion {
+    /// The edge; it plays the whole event and nothing else.
+    pub edge: EdgeId,
+    /// Its maps.
+    pub region: RegionId,
+    /// The character's frame at the event's start, in the space of its clip.
+    pub placement: Rigid2,
+}
+
+/// Everything that a query needs, made once. Immutable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakedGraph {
+    graph: MotionGraph,
+    body: Body,
+    atlas: RegionAtlas,
+    /// By edge.
+    retimable: Vec<Retimable>,
+    evasions: Vec<Evasion>,
+    /// For each node the fewest frames at rate 1 until an evasion starts.
+    #[serde(skip)]
+    frames_to_evasion: Vec<u32>,
+    /// No part of the body is further from the root.
+    #[serde(skip)]
+    reach: f32,
+}
+
+impl BakedGraph {
+    pub(super) fn new(
+        evasions: Vec<Evasion>,
+        retimable: Vec<Retimable>,
+        atlas: RegionAtlas,
+        body: Body,
+        graph: MotionGraph,
+    ) -> Self {
+        Self {
+            graph,
+            body,
+            atlas,
+            retimable,
+            evasions,
+            frames_to_evasion: Vec::new(),
+            reach: 0.0,
+        }
+        .derived()
+    }
+
+    /// The motion graph.
+    #[must_use]
+    pub fn graph(&self) -> &MotionGraph {
+        &self.graph
+    }
+
+    /// The body's spheres.
+    #[must_use]
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The maps of all evasions.
+    #[must_use]
+    pub fn atlas(&self) -> &RegionAtlas {
+        &self.atlas
+    }
+
+    /// How an edge's rate may change.
+    #[must_use]
+    pub fn retimable(&self, edge: EdgeId) -> Retimable {
+        self.retimable[edge.index()]
+    }
+
+    /// All evasions, by edge.
+    #[must_use]
+    pub fn evasions(&self) -> &[Evasion] {
+        &self.evasions
+    }
+
+    /// The evasion that an edge is, if it is one.
+    #[must_use]
+    pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
+        let index = self
+            .evasions
+            .binary_search_by_key(&edge, |evasion| evasion.edge)
+            .ok()?;
+        Some(&self.evasions[index])
+    }
+
+    /// No part of the body is ever further than this from the root's joint, metres.
+    #[must_use]
+    pub fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// The fewest frames at rate 1 from a node until an evasion starts; `None` where the graph has no evasion.
+    #[must_use]
+    pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
+        let frames = self.frames_to_evasion[node.index()];
+        (frames != u32::MAX).then_some(frames)
+    }
+
+    /// Share of the moments of the graph's clips from whose next node an evasion can start within `seconds`, at rate 1.
+    #[must_use]
+    pub fn responsive_share(&self, seconds: f64) -> f64 {
+        let limit = seconds * self.graph.frame_rate();
+        let (mut soon, mut all) = (0.0, 0.0);
+        let clip_edges = self
+            .graph
+            .edges()
+            .iter()
+            .filter(|edge| edge.motion == EdgeMotion::Clip);
+        for edge in clip_edges {
+            let wait = self.frames_to_evasion(edge.to);
+            for frame in 0..edge.frames {
+                all += 1.0;
+                let frames = wait.map(|wait| f64::from(wait) + f64::from(edge.frames - frame));
+                soon += f64::from(u8::from(frames.is_some_and(|frames| frames <= limit)));
+            }
+        }
+        if all > 0.0 { soon / all } else { 0.0 }
+    }
+
+    /// Checks what was read from a file, every index of it, and derives the tables that files do not hold.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn restored(self) -> Result<Self, String> {
+        self.graph.validate()?;
+        let edges = self.graph.edges().len();
+        let sorted = self
+            .evasions
+            .windows(2)
+            .all(|pair| pair[0].edge < pair[1].edge);
+        let joints = self.graph.skeleton().len();
+        let grid = self.atlas.grid;
+        let sphere_ok = |s: &BodySphere| {
+            s.joint.index() < joints
+                && s.offset.is_finite()
+                && s.radius.is_finite()
+                && s.radius > 0.0
+        };
+        let checks = [
+            (
+                self.retimable.len() == edges,
+                "the table of rates is not one entry an edge",
+            ),
+            (
+                sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
+                "an evasion names an edge or maps that are not there",
+            ),
+            (
+                !self.body.spheres.is_empty() && self.body.spheres.iter().all(sphere_ok),
+                "a body sphere is not sound",
+            ),
+            (
+                grid.texel > 0.0 && grid.slab_height > 0.0,
+                "the maps' texels or slabs have no size",
+            ),
+            (
+                self.atlas.regions.iter().all(RegionMaps::is_sound),
+                "a map's words do not fit its rectangle",
+            ),
+        ];
+        if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
+            return Err(what.to_owned());
+        }
+        Ok(self.derived())
+    }
+
+    fn derived(mut self) -> Self {
+        self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
+        self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        self
+    }
+
+    fn evasion_fits(&self, evasion: &Evasion) -> bool {
+        let edge = self.graph.edges().get(evasion.edge.index());
+        edge.is_some_and(|edge| edge.event.is_some())
+            && evasion.region.index() < self.atlas.regions.len()
+            && evasion.placement.is_sound()
+    }
+}
+
+/// Dijkstra from all evasions' starts, against the edges' direction.
+fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
+    let mut into: Vec<Vec<(u32, u32)>> = vec![Vec::new(); graph.nodes().len()];
+    for edge in graph.edges() {
+        into[edge.to.index()].push((edge.from.0, edge.frames));
+    }
+    let mut frames = vec![u32::MAX; graph.nodes().len()];
+    let mut open = std::collections::BinaryHeap::new();
+    for evasion in evasions {
+        let start = graph.edge(evasion.edge).from;
+        frames[start.index()] = 0;
+        open.push(std::cmp::Reverse((0, start.0)));
+    }
+    while let Some(std::cmp::Reverse((so_far, node))) = open.pop() {
+        if so_far > frames[node as usize] {
+            continue;
+        }
+        for &(from, length) in &into[node as usize] {
+            let total = so_far.saturating_add(length);
+            if total < frames[from as usize] {
+                frames[from as usize] = total;
+                open.push(std::cmp::Reverse((total, from)));
+            }
+        }
+    }
+    frames
+}

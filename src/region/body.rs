@@ -1,0 +1,165 @@
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
+
+/// A sphere that is fixed to a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodySphere {
+    /// The joint whose frame it moves with.
+    pub joint: JointId,
+    /// Of its centre, in the joint's own frame, metres.
+    pub offset: Vec3,
+    /// Metres.
+    pub radius: f32,
+}
+
+impl BodySphere {
+    /// Its centre in the space of the motion.
+    #[must_use]
+    pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
+        joints[self.joint.index()].point(self.offset)
+    }
+}
+
+/// The body as spheres on its bones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// In no particular order.
+    pub spheres: Vec<BodySphere>,
+}
+
+/// Radii as shares, measured on drawings of the human figure; they are what the body is made of where nobody says better.
+mod shares {
+    /// Trunk: of the stature.
+    pub(super) const TRUNK: f32 = 0.072;
+    /// Hips and shoulders, the bones that leave the trunk sideways: of the stature.
+    pub(super) const GIRDLE: f32 = 0.055;
+    /// Head, from its joint to its tip: of that bone.
+    pub(super) const HEAD: f32 = 0.62;
+    /// Arms and legs: of the bone.
+    pub(super) const LIMB: f32 = 0.17;
+    /// Thinnest and thickest limb: of the stature.
+    pub(super) const LIMB_RANGE: (f32, f32) = (0.022, 0.048);
+    /// Spheres of a bone stand this share of their radius apart.
+    pub(super) const SPACING: f32 = 1.2;
+}
+
+impl Body {
+    /// Spheres along every bone, with radii from the lengths of the bones.
+    ///
+    /// A bone belongs to a limb where names give it a twin on the other side of the body; what has none is the trunk or, at its tip, the
+    /// head.
+    #[must_use]
+    pub fn from_bones(skeleton: &Skeleton) -> Self {
+        let stature = stature(skeleton);
+        let mut spheres = Vec::new();
+        for id in skeleton.ids().skip(1) {
+            let joint = skeleton.joint(id);
+            let Some(parent) = joint.parent else { continue };
+            let length = joint.offset.length();
+            if length < 1e-4 {
+                continue;
+            }
+            let sided = |id| skeleton.mirror(id).is_some();
+            let limb = (length * shares::LIMB).clamp(
+                stature * shares::LIMB_RANGE.0,
+                stature * shares::LIMB_RANGE.1,
+            );
+            match (sided(parent), sided(id), joint.kind) {
+                (false, false, JointKind::EndSite) => {
+                    let radius = (length * shares::HEAD).clamp(stature * 0.04, stature * 0.07);
+                    spheres.push(BodySphere {
+                        joint: parent,
+                        offset: joint.offset * 0.5,
+                        radius,
+                    });
+                }
+                (false, false, JointKind::Moving) => {
+                    along(&mut spheres, parent, joint.offset, stature * shares::TRUNK)
+                }
+                (false, true, _) => {
+                    along(&mut spheres, parent, joint.offset, stature * shares::GIRDLE)
+                }
+                _ => along(&mut spheres, parent, joint.offset, limb),
+            }
+        }
+        if spheres.is_empty() {
+            spheres.push(BodySphere {
+                joint: JointId::ROOT,
+                offset: Vec3::ZERO,
+                radius: 0.1,
+            });
+        }
+        Self { spheres }
+    }
+
+    /// The centres of all spheres, in the space of the motion.
+    pub fn centres(&self, joints: &[JointTransform], out: &mut Vec<Vec3>) {
+        out.clear();
+        out.extend(self.spheres.iter().map(|sphere| sphere.centre(joints)));
+    }
+
+    /// No part of the body is ever further than this from the root's joint in the motions of `clips`, or blends of them, metres.
+    #[must_use]
+    pub fn reach(&self, skeleton: &Skeleton, clips: &[Clip]) -> f32 {
+        let mut bones: Vec<f32> = skeleton
+            .joints()
+            .iter()
+            .map(|joint| joint.offset.length())
+            .collect();
+        for clip in clips {
+            for (index, translation) in clip.desc().translations.iter().enumerate() {
+                let bone = &mut bones[index % skeleton.len()];
+                *bone = bone.max(translation.length());
+            }
+        }
+        let chain = |joint| -> f32 {
+            skeleton
+                .ancestry(joint)
+                .filter(|&j| j != JointId::ROOT)
+                .map(|j| bones[j.index()])
+                .sum()
+        };
+        let furthest =
+            |sphere: &BodySphere| chain(sphere.joint) + sphere.offset.length() + sphere.radius;
+        self.spheres.iter().map(furthest).fold(0.0, f32::max)
+    }
+}
+
+fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32) {
+    let pieces = (bone.length() / (radius * shares::SPACING)).ceil().max(1.0) as usize;
+    spheres.extend((0..=pieces).map(|i| {
+        let offset = bone * (i as f32 / pieces as f32);
+        BodySphere {
+            joint,
+            offset,
+            radius,
+        }
+    }));
+}
+
+/// The longest chain of bones without a side, plus the longest one with: trunk and head, and a leg.
+fn stature(skeleton: &Skeleton) -> f32 {
+    let longest = |sided: bool| {
+        let of_side = skeleton
+            .ids()
+            .filter(|&id| skeleton.mirror(id).is_some() == sided);
+        of_side
+            .map(|id| own_chain(skeleton, id, sided))
+            .fold(0.0, f32::max)
+    };
+    let (trunk, leg) = (longest(false), longest(true));
+    // Without names that tell sides all chains are trunks.
+    if leg > 0.0 { trunk + leg } else { 2.0 * trunk }
+}
+
+/// Length of the bones from `id` up, as long as they have a side or, for the trunk, none.
+fn own_chain(skeleton: &Skeleton, id: JointId, sided: bool) -> f32 {
+    skeleton
+        .ancestry(id)
+        .filter(|&joint| joint != JointId::ROOT)
+        .take_while(|&joint| skeleton.mirror(joint).is_some() == sided)
+        .map(|joint| skeleton.joint(joint).offset.length())
+        .sum()
+}

@@ -1,0 +1,61 @@
+//! Skeletons and clips made up for tests.
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+
+/// Pelvis, two legs and a trunk with arms: nine joints, some of them tips.
+pub fn small_skeleton() -> Skeleton {
+    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3], kind| Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset: Vec3::from(offset),
+        kind,
+    };
+    let (moving, tip) = (JointKind::Moving, JointKind::EndSite);
+    Skeleton::new(vec![
+        joint("Hips", None, [0.0; 3], moving),
+        joint("LeftFoot", Some(0), [0.1, -0.9, 0.0], moving),
+        joint("LeftFoot_End", Some(1), [0.0, 0.0, 0.15], tip),
+        joint("RightFoot", Some(0), [-0.1, -0.9, 0.0], moving),
+        joint("RightFoot_End", Some(3), [0.0, 0.0, 0.15], tip),
+        joint("Chest", Some(0), [0.0, 0.5, 0.0], moving),
+        joint("Chest_End", Some(5), [0.0, 0.3, 0.0], tip),
+        joint("LeftHand", Some(5), [0.6, 0.0, 0.0], moving),
+        joint("RightHand", Some(5), [-0.6, 0.0, 0.0], moving),
+    ])
+    .unwrap()
+}
+
+/// A clip in which the root wanders and every joint swings; `seed` changes how.
+pub fn swinging_clip(skeleton: &Skeleton, frames: usize, seed: f32) -> Clip {
+    let (mut roots, mut rotations) = (Vec::new(), Vec::new());
+    for frame in 0..frames {
+        let t = frame as f32 / 30.0;
+        roots.push(Vec3::new(
+            (t * 0.7 + seed).sin() * 2.0 + seed,
+            0.95,
+            t * 0.4 * seed.cos(),
+        ));
+        for (index, joint) in skeleton.joints().iter().enumerate() {
+            let phase = seed * 1.7 + index as f32;
+            let (yaw, pitch) = (
+                (t * 1.3 + phase).sin() * 0.8 + seed,
+                (t * 2.1 + phase).sin() * 0.5,
+            );
+            rotations.push(match (joint.kind, index) {
+                (JointKind::EndSite, _) => Quat::IDENTITY,
+                (_, 0) => Quat::from_rotation_y(yaw),
+                _ => Quat::from_rotation_y(yaw * 0.3) * Quat::from_rotation_x(pitch),
+            });
+        }
+    }
+    let name = format!("swing {seed}");
+    let desc = ClipDesc {
+        name,
+        frame_rate: 30.0,
+        roots,
+        rotations,
+        translations: Vec::new(),
+    };
+    Clip::new(skeleton, desc).unwrap()
+}

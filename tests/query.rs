@@ -1,0 +1,263 @@
+//! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in time, and the motion is continuous.
+#![cfg(feature = "demo")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use common::baked::embedded;
+use glam::Vec3;
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::avoid::clearance::SAMPLE_RATE;
+use sabaki::avoid::cull::{Overlap, cpu};
+use sabaki::avoid::{Answer, Attack, Fate, Judging, Prepared, Query, QuerySettings};
+use sabaki::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki::graph::{Motion, NodeId};
+use sabaki::region::{BakedGraph, SphereKey};
+
+const ATTACKS: u64 = 60;
+
+fn throws() -> impl Iterator<Item = Throw> {
+    (0..ATTACKS).map(|index| throw(embedded(), &ThrowSettings::default(), 7, index).unwrap())
+}
+
+fn prepare<'a>(settings: &'a QuerySettings, throw: &Throw) -> (Prepared<'a>, Vec<Overlap>)
+where
+    'static: 'a,
+{
+    let prepared = Query::new(embedded(), settings).prepare(throw.playhead, &throw.attack);
+    let mut overlaps = Vec::new();
+    cpu::count(&prepared.cull_input(), &mut overlaps);
+    (prepared, overlaps)
+}
+
+fn answer(settings: &QuerySettings, throw: &Throw, judging: Judging) -> Answer {
+    let (prepared, overlaps) = prepare(settings, throw);
+    prepared.decide(&overlaps, judging)
+}
+
+fn centres(baked: &BakedGraph, motion: &Motion, t: f32) -> Vec<Vec3> {
+    let (mut pose, mut joints, mut out) = (Pose::default(), Vec::new(), Vec::new());
+    motion.sample(baked.graph(), t, &mut pose);
+    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    baked.body().centres(&joints, &mut out);
+    out
+}
+
+/// The smallest distance by stepping through time, eight steps a sample.
+fn stepped_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> f32 {
+    let mut smallest = f32::INFINITY;
+    for sphere in attack.spheres() {
+        let (first, last) = (sphere.keys()[0].t, sphere.keys()[sphere.keys().len() - 1].t);
+        for tick in (first * SAMPLE_RATE) as usize..=(last * SAMPLE_RATE) as usize {
+            let ends =
+                [tick, tick + 1].map(|tick| centres(baked, motion, tick as f32 / SAMPLE_RATE));
+            for step in 0..=8 {
+                let share = step as f32 / 8.0;
+                let t = (tick as f32 + share) / SAMPLE_RATE;
+                if (first..=last).contains(&t) {
+                    let ball = sphere.at(t);
+                    for (body, (from, to)) in baked
+                        .body()
+                        .spheres
+                        .iter()
+                        .zip(ends[0].iter().zip(&ends[1]))
+                    {
+                        let apart = from.lerp(*to, share).distance(ball.center);
+                        smallest = smallest.min(apart - ball.radius - body.radius);
+                    }
+                }
+            }
+        }
+    }
+    smallest
+}
+
+#[test]
+fn the_exact_clearance_is_that_of_stepping_through_time() {
+    let settings = QuerySettings::default();
+    for throw in throws() {
+        let answer = answer(&settings, &throw, Judging::Needed);
+        let stepped = stepped_clearance(embedded(), &answer.motion, &throw.attack);
+        let exact = answer.clearance.metres;
+        assert!(
+            exact <= stepped + 1e-4,
+            "exact {exact}, but {stepped} is further"
+        );
+        // A ball at 15 m/s flies 1.6 cm between steps, and passes a grazed sphere within that.
+        assert!(exact >= stepped - 0.02, "exact {exact}, stepped {stepped}");
+        assert_eq!(answer.avoided, exact >= 0.0);
+    }
+}
+
+#[test]
+fn the_maps_never_hide_the_only_clean_candidate() {
+    let settings = QuerySettings::default();
+    let (mut avoided, mut reconsidered) = (0, 0);
+    for throw in throws() {
+        let needed = answer(&settings, &throw, Judging::Needed);
+        let all = answer(&settings, &throw, Judging::All);
+        assert_eq!(needed.avoided, all.avoided);
+        assert_eq!(needed.counts.candidates, all.counts.candidates);
+        if all.avoided {
+            let best = |answer: &Answer| answer.candidates[answer.chosen].score.unwrap().total;
+            let passed = |c: &sabaki::avoid::CandidateReport| {
+                c.overlap.is_none_or(|overlap| overlap.body == 0)
+            };
+            let best_passed = all
+                .candidates
+                .iter()
+                .filter(|c| passed(c))
+                .filter_map(|c| c.score)
+                .map(|s| s.total);
+            let expected = best_passed
+                .min_by(f32::total_cmp)
+                .unwrap_or_else(|| best(&all));
+            assert_eq!(best(&needed), expected, "the bound hid a better candidate");
+        } else {
+            assert_eq!(
+                needed.clearance.metres, all.clearance.metres,
+                "the least bad is not the same"
+            );
+        }
+        avoided += usize::from(all.avoided);
+        reconsidered += usize::from(needed.counts.reconsidered > 0);
+    }
+    assert!(avoided > ATTACKS as usize / 2, "only {avoided} avoided");
+    assert!(
+        reconsidered > 0,
+        "the second look was never needed, so this shows nothing of it"
+    );
+}
+
+#[test]
+fn the_evasion_starts_when_the_attack_does() {
+    let (settings, baked) = (QuerySettings::default(), embedded());
+    let mut evasions = 0;
+    for throw in throws() {
+        let answer = answer(&settings, &throw, Judging::Needed);
+        let chosen = &answer.candidates[answer.chosen];
+        let Some(evasion) = chosen.evasion else {
+            continue;
+        };
+        evasions += 1;
+        let mut start = throw.playhead.seconds_to_next_node(baked.graph());
+        let steps: Vec<_> = answer.motion.steps().collect();
+        for step in steps.iter().take(chosen.path.len()) {
+            start += baked.graph().seconds(step.edge) / step.rate;
+        }
+        assert_eq!(steps[chosen.path.len()].edge, evasion);
+        let late = (start - throw.attack.start()).abs();
+        assert!(late <= settings.rates.tolerance + 1e-4, "{late} s off");
+        let rates = steps.iter().map(|step| step.rate);
+        assert!(
+            rates
+                .into_iter()
+                .all(|rate| (settings.rates.slowest..=settings.rates.fastest).contains(&rate))
+        );
+    }
+    assert!(evasions > 10);
+}
+
+#[test]
+fn paths_are_connected_and_motion_is_continuous() {
+    let (settings, baked) = (QuerySettings::default(), embedded());
+    for throw in throws().take(20) {
+        let answer = answer(&settings, &throw, Judging::Needed);
+        let mut node: NodeId = throw.playhead.next_node(baked.graph());
+        for step in answer.motion.steps() {
+            assert_eq!(baked.graph().edge(step.edge).from, node);
+            node = baked.graph().edge(step.edge).to;
+        }
+        let start = centres(baked, &answer.motion, 0.0);
+        let mut pose = Pose::default();
+        throw.playhead.pose(baked.graph(), &mut pose);
+        let mut joints = Vec::new();
+        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        let first = baked.body().spheres[0].centre(&joints);
+        assert!(
+            first.distance(start[0]) < 1e-4,
+            "the motion does not start where the character is"
+        );
+        let step = 1.0 / 240.0;
+        let mut before = start;
+        for tick in 1..(answer.motion.duration() / step) as usize {
+            let now = centres(baked, &answer.motion, tick as f32 * step);
+            let moved = before
+                .iter()
+                .zip(&now)
+                .map(|(a, b)| a.distance(*b))
+                .fold(0.0, f32::max);
+            // No part of the embedded motions is faster than 15 m/s, at twice the rate 30.
+            assert!(
+                moved < 30.0 * step,
+                "a jump of {moved} m at {} s",
+                tick as f32 * step
+            );
+            before = now;
+        }
+    }
+}
+
+#[test]
+fn every_candidate_has_a_fate_and_every_late_one_a_reason() {
+    let settings = QuerySettings::default();
+    for throw in throws().take(20) {
+        let answer = answer(&settings, &throw, Judging::Needed);
+        let count = |fate| answer.candidates.iter().filter(|c| c.fate == fate).count();
+        assert_eq!(count(Fate::Chosen), 1);
+        assert_eq!(count(Fate::NotInTime), answer.counts.not_in_time);
+        assert_eq!(
+            answer.candidates.len(),
+            answer.counts.candidates + answer.counts.not_in_time
+        );
+        assert!(
+            answer
+                .candidates
+                .iter()
+                .all(|c| c.rate.is_err() == (c.fate == Fate::NotInTime))
+        );
+    }
+}
+
+#[test]
+fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
+    let settings = QuerySettings::default();
+    let playhead = throws().next().unwrap().playhead;
+    let ball = |t: f32, center: Vec3| SphereKey {
+        t,
+        center,
+        radius: 0.1,
+    };
+    let sure_hit = Attack::new(vec![vec![
+        ball(0.0, Vec3::new(0.0, 0.9, 0.0)),
+        ball(0.02, Vec3::new(0.0, 0.9, 0.0)),
+    ]]);
+    let hit = answer(
+        &settings,
+        &Throw {
+            playhead,
+            attack: sure_hit.unwrap(),
+        },
+        Judging::Needed,
+    );
+    assert!(!hit.avoided && hit.clearance.metres < 0.0);
+    let nowhere = Attack::new(vec![vec![ball(1.0, Vec3::new(500.0, 0.9, 0.0))]]).unwrap();
+    let clean = answer(
+        &settings,
+        &Throw {
+            playhead,
+            attack: nowhere,
+        },
+        Judging::Needed,
+    );
+    assert!(clean.avoided && clean.clearance.metres > 400.0);
+    let late = Attack::new(vec![vec![ball(599.0, Vec3::Y), ball(600.0, Vec3::Y)]]).unwrap();
+    let _ = answer(
+        &settings,
+        &Throw {
+            playhead,
+            attack: late,
+        },
+        Judging::Needed,
+    );
+}
