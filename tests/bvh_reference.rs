@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::io::bvh::BvhFile;
-use sabaki::io::{ReadOptions, Scale, ScaleSource, read_bvh, read_clip, read_clips, stature};
+use sabaki::io::{
+    LoadedClip, ReadOptions, Scale, ScaleSource, read_bvh, read_clip, read_clips, stature,
+};
 
 fn mocap() -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
@@ -152,4 +154,32 @@ fn the_fight_clips_are_one_set_with_their_events() {
         again.resolve(&set.clips, &set.skeleton).unwrap(),
         set.events
     );
+}
+
+#[test]
+fn what_is_written_again_is_where_it_was() {
+    let Some(folder) = mocap() else { return };
+    for path in bvh_files(&folder) {
+        let LoadedClip {
+            skeleton,
+            clip,
+            scale,
+        } = read_clip(&path, &ReadOptions::default()).unwrap();
+        let mut text = Vec::new();
+        sabaki::io::bvh::write(&mut text, &skeleton, &clip, scale.metres_per_unit).unwrap();
+        let file = BvhFile::parse(&text).unwrap();
+        let (skeleton_again, again) = file.motion(clip.name(), scale.metres_per_unit).unwrap();
+        assert_eq!(skeleton.differences(&skeleton_again), Vec::<String>::new());
+        let (mut pose, mut before, mut after) = (Pose::default(), Vec::new(), Vec::new());
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(&skeleton, &pose, &mut before);
+            again.pose(frame, &mut pose);
+            forward_kinematics(&skeleton_again, &pose, &mut after);
+            for (before, after) in before.iter().zip(&after) {
+                let moved = before.translation.distance(after.translation);
+                assert!(moved < 1e-5, "{}, frame {frame}: {moved} m", path.display());
+            }
+        }
+    }
 }

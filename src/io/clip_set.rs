@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::read::{check_scale, clip_name, given, read_bvh, to_metres};
+use super::read_error::shortened;
 use super::{EventsFile, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
 use crate::anim::{Clip, Event, Skeleton};
 
@@ -38,9 +39,7 @@ pub fn read_clips(
     check_names(&files)?;
     let mut loaded = load_all(&files, options)?.into_iter();
     let (Some(first), Some(first_path)) = (loaded.next(), files.first()) else {
-        return Err(ReadError::NoClips {
-            path: PathBuf::new(),
-        });
+        return Err(ReadError::NoPaths);
     };
     let mut set = ClipSet {
         skeleton: first.skeleton,
@@ -99,18 +98,18 @@ impl ClipSet {
         /// Metres: what files written with few digits differ by.
         const DIGITS: f32 = 1e-4;
         let pairs = self.skeleton.joints().iter().zip(other.joints()).skip(1);
-        let differing: Vec<&str> = pairs
+        let differing: Vec<String> = pairs
             .filter(|(a, b)| {
                 let most = TOLERANCE * a.offset.length().max(b.offset.length()) + DIGITS;
                 a.offset.distance(b.offset) > most
             })
-            .map(|(a, _)| a.name.as_str())
+            .map(|(a, _)| a.name.clone())
             .collect();
-        if let Some(name) = differing.first() {
+        if !differing.is_empty() {
             self.warnings.push(format!(
-                "{}: {} bones differ by more than 1% from the first clip's, \"{name}\" first",
+                "{}: bones differ by more than 1% from the first clip's: {}",
                 path.display(),
-                differing.len()
+                shortened(&differing)
             ));
         }
     }

@@ -29,7 +29,7 @@ pub struct ClipEvents {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EventEntry {
     /// `attack` or `evasion`.
-    pub kind: KindName,
+    pub kind: EventKind,
     /// Seconds from the clip's first frame.
     pub start: f64,
     /// Seconds from the clip's first frame.
@@ -37,34 +37,6 @@ pub struct EventEntry {
     /// Names of the joints that take part. May be empty, for all, in an evasion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
-}
-
-/// An [`EventKind`] as it is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum KindName {
-    /// A blow.
-    Attack,
-    /// A dodge.
-    Evasion,
-}
-
-impl From<KindName> for EventKind {
-    fn from(name: KindName) -> Self {
-        match name {
-            KindName::Attack => Self::Attack,
-            KindName::Evasion => Self::Evasion,
-        }
-    }
-}
-
-impl From<EventKind> for KindName {
-    fn from(kind: EventKind) -> Self {
-        match kind {
-            EventKind::Attack => Self::Attack,
-            EventKind::Evasion => Self::Evasion,
-        }
-    }
 }
 
 /// Why events cannot be used. Events are counted from 0, as they stand in the file.
@@ -174,7 +146,7 @@ impl EventsFile {
                 let end = entry.checked_end(index, &clips[clip])?;
                 events.push(Event {
                     clip,
-                    kind: entry.events[index].kind.into(),
+                    kind: entry.events[index].kind,
                     start: entry.events[index].start,
                     end,
                     joints: entry.joints(index, skeleton)?,
@@ -205,7 +177,7 @@ impl EventsFile {
             let of_clip = events.iter().filter(|event| event.clip == index);
             let entries: Vec<EventEntry> = of_clip
                 .map(|event| EventEntry {
-                    kind: event.kind.into(),
+                    kind: event.kind,
                     start: event.start,
                     end: event.end,
                     joints: event
@@ -255,7 +227,7 @@ impl ClipEvents {
 
     fn joints(&self, event: usize, skeleton: &Skeleton) -> Result<Vec<JointId>, EventsError> {
         let EventEntry { kind, joints, .. } = &self.events[event];
-        if joints.is_empty() && *kind == KindName::Attack {
+        if joints.is_empty() && *kind == EventKind::Attack {
             return Err(EventsError::NoJoints {
                 file: self.file.clone(),
                 event,

@@ -15,7 +15,7 @@ mod whole;
 pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use clip_set::{ClipSet, read_clips};
-pub use events::{ClipEvents, EventEntry, EventsError, EventsFile, KindName};
+pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
 pub use read::{LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip};
 pub use read_error::ReadError;

@@ -52,10 +52,13 @@ pub enum ReadError {
         /// How long.
         seconds: f64,
     },
-    /// A folder holds no BVH file, or no path was given.
+    /// No path was given.
+    #[error("no clip was named")]
+    NoPaths,
+    /// A folder holds no BVH file.
     #[error("{}: no *.bvh file there", path.display())]
     NoClips {
-        /// The folder; empty where no path was given.
+        /// The folder.
         path: PathBuf,
     },
     /// Two files of one set have the same name.
@@ -99,7 +102,8 @@ pub enum ReadError {
     },
 }
 
-fn shortened(joints: &[String]) -> String {
+/// The first names of a list, quoted, and how many more there are.
+pub(super) fn shortened(joints: &[String]) -> String {
     const MOST: usize = 8;
     let named: Vec<String> = joints
         .iter()

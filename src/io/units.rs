@@ -173,3 +173,28 @@ pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
     let to_sole = tip(-1.0).map_or(0.0, |sole| skeleton.chain_length(sole));
     f64::from(to_crown) + f64::from(to_sole)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_person_is_recognised_in_every_unit() {
+        for unit in LengthUnit::ALL {
+            for metres in [1.5, 1.7, 1.95] {
+                let scale = Scale::of_stature(metres / unit.metres());
+                assert_eq!(scale.found, ScaleSource::Unit(unit), "{metres} m");
+            }
+        }
+    }
+
+    #[test]
+    fn what_fits_no_unit_is_made_a_person_high() {
+        let scale = Scale::of_stature(7e6);
+        assert_eq!(scale.found, ScaleSource::Stature);
+        assert!((scale.metres_per_unit * 7e6 - USUAL_STATURE).abs() < 1e-9);
+        for none in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(Scale::of_stature(none).found, ScaleSource::Assumed);
+        }
+    }
+}

@@ -157,7 +157,7 @@ pub enum BvhProblem {
         found: usize,
     },
     /// After the last whole frame there are values that do not fill another.
-    #[error("{extra} values are left after frame {frames}; a frame has {channels}")]
+    #[error("after frame {frames}, {extra} of {channels} values: the last frame is not whole")]
     LeftOver {
         /// How many.
         extra: usize,

@@ -1,4 +1,4 @@
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::hierarchy::RawJoint;
 
@@ -7,25 +7,36 @@ use super::hierarchy::RawJoint;
 /// Joints keep their names, a second one of the same name gets `_2`, a third `_3` (or the next that is free). End
 /// Sites are then named after their parents with `_End`, `_End2`; a name that the file gives them is not used.
 pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
-    let mut taken = HashSet::new();
+    let mut taken = Taken::default();
     let mut names = vec![String::new(); raw.len()];
     for (index, joint) in raw.iter().enumerate().filter(|(_, joint)| !joint.is_end) {
-        names[index] = first_free(&mut taken, &joint.name, "_");
+        names[index] = taken.first_free(&joint.name, "_");
     }
     for (index, joint) in raw.iter().enumerate().filter(|(_, joint)| joint.is_end) {
         let parent = joint.parent.map_or("", |parent| names[parent].as_str());
-        names[index] = first_free(&mut taken, &format!("{parent}_End"), "");
+        names[index] = taken.first_free(&format!("{parent}_End"), "");
     }
     names
 }
 
-fn first_free(taken: &mut HashSet<String>, name: &str, before_number: &str) -> String {
-    let mut free = name.to_owned();
-    let mut number = 2;
-    while taken.contains(&free) {
-        free = format!("{name}{before_number}{number}");
-        number += 1;
+/// The names that are given, and for each name that was wanted again the number to try next.
+#[derive(Default)]
+struct Taken {
+    names: HashSet<String>,
+    next: HashMap<String, usize>,
+}
+
+impl Taken {
+    fn first_free(&mut self, name: &str, before_number: &str) -> String {
+        let mut free = name.to_owned();
+        if self.names.contains(name) {
+            let next = self.next.entry(free.clone()).or_insert(2);
+            while self.names.contains(&free) {
+                free = format!("{name}{before_number}{next}");
+                *next += 1;
+            }
+        }
+        self.names.insert(free.clone());
+        free
     }
-    taken.insert(free.clone());
-    free
 }
