@@ -1,1 +1,27 @@
-//! To come.
+//! Maps and culling on a Vulkan device that the caller brings.
+//!
+//! The caller gives its own instance, device and queue family ([`Context`]) and a way to get memory ([`Memory`]). Components
+//! record into the caller's command buffers; results are polled, or read when the caller knows that they are there.
+//!
+//! - Architecture invariant: nothing here but [`Headless`] submits, waits, or owns a device.
+//! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and says so when it was forgotten.
+//! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
+
+mod allocator;
+mod barriers;
+mod context;
+mod error;
+mod headless;
+mod memory;
+mod pipelines;
+mod requirements;
+mod resources;
+mod shader_table;
+pub mod stencil;
+
+pub use allocator::GpuAllocatorMemory;
+pub use context::{Context, ContextDesc};
+pub use error::{GpuError, Mismatch};
+pub use headless::{Accepted, DeviceChoice, Headless, HeadlessDesc, Message, accepted};
+pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
+pub use requirements::{Report, Requirement, check, requirements};

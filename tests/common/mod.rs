@@ -1,7 +1,12 @@
 //! What several tests share.
-#![allow(dead_code, reason = "each test uses some of it")]
+#![allow(dead_code, unused_imports, reason = "each test uses some of it")]
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may")]
 
 #[cfg(feature = "demo")]
 pub mod baked;
 pub mod clips;
+#[cfg(feature = "vulkan")]
+mod device;
+
+#[cfg(feature = "vulkan")]
+pub(crate) use device::*;

@@ -1,0 +1,131 @@
+//! Barriers (synchronization2), by what they are for.
+
+use ash::vk;
+
+use super::Context;
+
+/// What a resource was, or will be, used for.
+#[derive(Clone, Copy)]
+pub(crate) struct Access {
+    stage: vk::PipelineStageFlags2,
+    access: vk::AccessFlags2,
+    layout: vk::ImageLayout,
+}
+
+impl Access {
+    const fn new(
+        stage: vk::PipelineStageFlags2,
+        access: vk::AccessFlags2,
+        layout: vk::ImageLayout,
+    ) -> Self {
+        Self {
+            stage,
+            access,
+            layout,
+        }
+    }
+
+    /// Both fragment test stages: a stencil buffer's clears, tests, operations and stores.
+    pub(crate) const STENCIL: Self = Self::new(
+        vk::PipelineStageFlags2::from_raw(
+            vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
+                | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
+        ),
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+        ),
+        vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+    );
+    /// The source of a copy.
+    pub(crate) const COPY_READ: Self = Self::new(
+        vk::PipelineStageFlags2::COPY,
+        vk::AccessFlags2::TRANSFER_READ,
+        vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+    );
+    /// What copies, fills and query results wrote.
+    pub(crate) const TRANSFER_WRITE: Self = Self::new(
+        vk::PipelineStageFlags2::ALL_TRANSFER,
+        vk::AccessFlags2::TRANSFER_WRITE,
+        vk::ImageLayout::UNDEFINED,
+    );
+    /// Storage buffers, as the shaders read them.
+    pub(crate) const SHADER_READ: Self = Self::new(
+        vk::PipelineStageFlags2::from_raw(
+            vk::PipelineStageFlags2::VERTEX_SHADER.as_raw()
+                | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw(),
+        ),
+        vk::AccessFlags2::SHADER_STORAGE_READ,
+        vk::ImageLayout::UNDEFINED,
+    );
+    /// The host, after it has learnt that the commands are done.
+    pub(crate) const HOST_READ: Self = Self::new(
+        vk::PipelineStageFlags2::HOST,
+        vk::AccessFlags2::HOST_READ,
+        vk::ImageLayout::UNDEFINED,
+    );
+}
+
+/// Makes what `before` wrote visible to `after`.
+///
+/// # Safety
+/// `cmd` is being recorded, outside of rendering, for a queue of the context's family.
+pub(crate) unsafe fn memory(
+    context: &Context,
+    cmd: vk::CommandBuffer,
+    before: Access,
+    after: Access,
+) {
+    let barrier = [vk::MemoryBarrier2::default()
+        .src_stage_mask(before.stage)
+        .src_access_mask(before.access)
+        .dst_stage_mask(after.stage)
+        .dst_access_mask(after.access)];
+    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+    // SAFETY: the caller vouches for `cmd`.
+    unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
+}
+
+/// Takes a whole stencil image from one use to the next. `fresh`: what it held is not needed any more.
+///
+/// # Safety
+/// As for [`memory`]; the image is of the context's stencil format and, unless `fresh`, in the layout of `before`.
+pub(crate) unsafe fn stencil_image(
+    context: &Context,
+    cmd: vk::CommandBuffer,
+    image: vk::Image,
+    (before, after): (Access, Access),
+    fresh: bool,
+) {
+    let barrier = [vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(before.stage)
+        .src_access_mask(before.access)
+        .dst_stage_mask(after.stage)
+        .dst_access_mask(after.access)
+        .old_layout(if fresh {
+            vk::ImageLayout::UNDEFINED
+        } else {
+            before.layout
+        })
+        .new_layout(after.layout)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image)
+        .subresource_range(whole(context.stencil_format()))];
+    let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+    // SAFETY: the caller vouches for `cmd` and `image`.
+    unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
+}
+
+/// All of an image of one of the stencil formats. Formats with depth change layout as a whole.
+pub(crate) fn whole(format: vk::Format) -> vk::ImageSubresourceRange {
+    let aspects = if format == vk::Format::S8_UINT {
+        vk::ImageAspectFlags::STENCIL
+    } else {
+        vk::ImageAspectFlags::STENCIL | vk::ImageAspectFlags::DEPTH
+    };
+    vk::ImageSubresourceRange::default()
+        .aspect_mask(aspects)
+        .level_count(1)
+        .layer_count(1)
+}

@@ -1,0 +1,136 @@
+use ash::vk;
+
+/// What can go wrong between the host and a device.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// A Vulkan call failed.
+    #[error("{call} failed: {result}")]
+    Call {
+        /// Its name.
+        call: &'static str,
+        /// What it returned.
+        result: vk::Result,
+    },
+    /// Something is larger than what was asked for when the component was made, or than the device allows.
+    #[error("{limit}: {needed} needed, {most} is the most")]
+    Limit {
+        /// Which limit: a field of a `*Desc`, or a Vulkan limit.
+        limit: &'static str,
+        /// What the input needs.
+        needed: u64,
+        /// What there is.
+        most: u64,
+    },
+    /// The device lacks things that cannot be done without.
+    #[error("the device lacks {}", .0.join(", "))]
+    Missing(
+        /// Names of features, formats or versions, as in [`requirements`](super::requirements()).
+        Vec<&'static str>,
+    ),
+    /// Memory could not be had.
+    #[error("no memory for {name}: {reason}")]
+    Memory {
+        /// Name of the buffer or image.
+        name: String,
+        /// The allocator's words.
+        reason: String,
+    },
+    /// Memory that must be mapped is not.
+    #[error("the memory of {name} is not mapped, though the host reads or writes it")]
+    NotMapped {
+        /// Name of the buffer.
+        name: String,
+    },
+    /// Another input than the one that the component was made for.
+    #[error("{0}")]
+    Mismatch(Mismatch),
+    /// No Vulkan loader on this machine.
+    #[error("no Vulkan loader: {0}")]
+    NoLoader(String),
+    /// No device fits.
+    #[error("no device is {wanted}; there is {}", if .found.is_empty() { "none".to_owned() } else { .found.join(", ") })]
+    NoDevice {
+        /// What was looked for.
+        wanted: String,
+        /// Names of the devices of this machine.
+        found: Vec<String>,
+    },
+    /// A layer that was asked for is not installed.
+    #[error("the layer {0} is not installed")]
+    NoLayer(&'static str),
+    /// The device did not finish in time.
+    #[error("the device did not finish within {seconds} s")]
+    Timeout {
+        /// How long was waited.
+        seconds: u64,
+    },
+}
+
+/// How an input differs from what a component was made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Mismatch {
+    /// A candidate's region is not in the atlas that was uploaded.
+    #[error("candidate {candidate} names region {region}, the uploaded atlas has {regions}")]
+    Region {
+        /// Position among the candidates.
+        candidate: usize,
+        /// What it names.
+        region: u32,
+        /// How many there are.
+        regions: usize,
+    },
+    /// The attack's maps do not have the same size in all slabs.
+    #[error("the attack's map {slab} is not of the size of the first one")]
+    AttackSize {
+        /// Position among the attack's drawings.
+        slab: usize,
+    },
+    /// A slot that does not exist.
+    #[error("slot {slot} of {slots}")]
+    Slot {
+        /// Which was named.
+        slot: u32,
+        /// How many there are.
+        slots: u32,
+    },
+    /// A ticket of another culler, or one whose slot has been recorded anew.
+    #[error("the ticket's slot has been recorded anew, or it is another culler's")]
+    Ticket,
+    /// A drawing whose frame ends do not divide its discs.
+    #[error("drawing {drawing}: its frame ends do not divide its discs")]
+    Frames {
+        /// Position among the drawings.
+        drawing: usize,
+    },
+}
+
+impl From<Mismatch> for GpuError {
+    fn from(mismatch: Mismatch) -> Self {
+        Self::Mismatch(mismatch)
+    }
+}
+
+/// Names the call that a Vulkan error came from.
+pub(crate) trait Named<T> {
+    fn call(self, call: &'static str) -> Result<T, GpuError>;
+}
+
+impl<T> Named<T> for Result<T, vk::Result> {
+    fn call(self, call: &'static str) -> Result<T, GpuError> {
+        self.map_err(|result| GpuError::Call { call, result })
+    }
+}
+
+/// Whether `needed` is within a limit.
+pub(crate) fn within(limit: &'static str, needed: u64, most: u64) -> Result<(), GpuError> {
+    if needed > most {
+        return Err(GpuError::Limit {
+            limit,
+            needed,
+            most,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,182 @@
+//! The instance, and a device chosen by name or kind.
+
+use std::ffi::CStr;
+
+use ash::vk;
+use gpu_allocator::{
+    AllocationSizes, AllocatorDebugSettings,
+    vulkan::{Allocator, AllocatorCreateDesc},
+};
+
+use super::HeadlessDesc;
+use crate::gpu::{GpuError, error::Named, requirements};
+
+/// Which device a [`Headless`](super::Headless) is made on.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// Discrete before integrated before virtual before software.
+    #[default]
+    Best,
+    /// The first whose name contains this, whatever the case.
+    Named(String),
+    /// The first one that runs on the CPU (lavapipe, for instance).
+    Software,
+    /// The first one that does not.
+    Hardware,
+}
+
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// An instance, with validation's layer if it is wished.
+pub(super) fn instance(entry: &ash::Entry, validation: bool) -> Result<ash::Instance, GpuError> {
+    if validation {
+        // SAFETY: the loader was loaded; no conditions beyond.
+        let layers = unsafe { entry.enumerate_instance_layer_properties() }
+            .call("vkEnumerateInstanceLayerProperties")?;
+        let installed = |layer: &vk::LayerProperties| layer.layer_name_as_c_str() == Ok(VALIDATION);
+        if !layers.iter().any(installed) {
+            return Err(GpuError::NoLayer("VK_LAYER_KHRONOS_validation"));
+        }
+    }
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"sabaki")
+        .api_version(vk::API_VERSION_1_3);
+    let (layers, extensions) = (
+        [VALIDATION.as_ptr()],
+        [ash::ext::debug_utils::NAME.as_ptr()],
+    );
+    let mut checks = vk::ValidationFeaturesEXT::default().enabled_validation_features(&[
+        vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
+        vk::ValidationFeatureEnableEXT::BEST_PRACTICES,
+    ]);
+    let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+    if validation {
+        info = info
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut checks);
+    }
+    // SAFETY: the layer was found above, and brings the extensions along.
+    unsafe { entry.create_instance(&info, None) }.call("vkCreateInstance")
+}
+
+/// The device, its only queue, and what is known of them.
+pub(super) struct DevicePart {
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) name: String,
+    pub(super) device: ash::Device,
+    pub(super) queue_family: u32,
+    pub(super) queue: vk::Queue,
+    pub(super) precise_queries: bool,
+}
+
+impl DevicePart {
+    pub(super) fn new(instance: &ash::Instance, desc: &HeadlessDesc) -> Result<Self, GpuError> {
+        let (physical, name) = choose(instance, &desc.device)?;
+        // SAFETY: the physical device is of this instance.
+        let report = unsafe { requirements::check(instance, physical) };
+        if !report.is_usable() {
+            return Err(GpuError::Missing(report.missing));
+        }
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let graphics = families
+            .iter()
+            .position(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
+        let queue_family = graphics.unwrap_or(0) as u32;
+        let precise_queries = report.precise_queries && !desc.without_precise_queries;
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(queue_family)
+            .queue_priorities(&[1.0])];
+        let features =
+            vk::PhysicalDeviceFeatures::default().occlusion_query_precise(precise_queries);
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
+            .dynamic_rendering(true)
+            .synchronization2(true);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&features)
+            .push_next(&mut features13);
+        // SAFETY: the report says that the device offers all that is enabled here.
+        let device =
+            unsafe { instance.create_device(physical, &info, None) }.call("vkCreateDevice")?;
+        // SAFETY: the queue was asked for when the device was made.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        Ok(Self {
+            physical,
+            name,
+            device,
+            queue_family,
+            queue,
+            precise_queries,
+        })
+    }
+
+    pub(super) fn destroy(&self) {
+        // SAFETY: everything made from the device is gone, and its queue is idle (each `run` has waited).
+        unsafe { self.device.destroy_device(None) };
+    }
+}
+
+/// gpu-allocator's allocator in small blocks: tools and tests draw small maps.
+pub(super) fn allocator(
+    instance: &ash::Instance,
+    device: &DevicePart,
+) -> Result<Allocator, GpuError> {
+    Allocator::new(&AllocatorCreateDesc {
+        instance: instance.clone(),
+        device: device.device.clone(),
+        physical_device: device.physical,
+        debug_settings: AllocatorDebugSettings::default(),
+        buffer_device_address: false,
+        allocation_sizes: AllocationSizes::new(32 << 20, 32 << 20),
+    })
+    .map_err(|error| GpuError::Memory {
+        name: "the headless device".to_owned(),
+        reason: error.to_string(),
+    })
+}
+
+fn choose(
+    instance: &ash::Instance,
+    choice: &DeviceChoice,
+) -> Result<(vk::PhysicalDevice, String), GpuError> {
+    // SAFETY: the instance is valid.
+    let devices =
+        unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
+    let mut known: Vec<_> = devices
+        .into_iter()
+        .map(|device| {
+            // SAFETY: the device is of this instance.
+            let properties = unsafe { instance.get_physical_device_properties(device) };
+            let name = properties
+                .device_name_as_c_str()
+                .map(|name| name.to_string_lossy().into_owned());
+            (device, name.unwrap_or_default(), properties.device_type)
+        })
+        .collect();
+    known.sort_by_key(|&(_, _, kind)| match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+        _ => 3,
+    });
+    let software = |kind| kind == vk::PhysicalDeviceType::CPU;
+    let found = known.iter().find(|(_, name, kind)| match choice {
+        DeviceChoice::Best => true,
+        DeviceChoice::Named(part) => name.to_lowercase().contains(&part.to_lowercase()),
+        DeviceChoice::Software => software(*kind),
+        DeviceChoice::Hardware => !software(*kind),
+    });
+    found
+        .map(|(device, name, _)| (*device, name.clone()))
+        .ok_or_else(|| GpuError::NoDevice {
+            wanted: match choice {
+                DeviceChoice::Best => "present".to_owned(),
+                DeviceChoice::Named(part) => format!("named {part:?}"),
+                DeviceChoice::Software => "a software device".to_owned(),
+                DeviceChoice::Hardware => "a hardware device".to_owned(),
+            },
+            found: known.into_iter().map(|(_, name, _)| name).collect(),
+        })
+}

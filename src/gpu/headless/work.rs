@@ -1,0 +1,160 @@
+//! One command buffer, submitted and waited for; and the components' work in one call.
+
+use ash::vk;
+
+use super::{Headless, device::DevicePart};
+use crate::{
+    gpu::{
+        GpuError,
+        error::Named,
+        stencil::{MapKind, Rasterizer},
+    },
+    region::{BitMap, Drawing, raster::EvasionMaps},
+};
+
+/// How long a submission may take. Software devices are slow, hung ones are slower.
+const PATIENCE_SECONDS: u64 = 120;
+
+/// A command pool with one buffer, and a fence.
+pub(super) struct WorkPart {
+    pool: vk::CommandPool,
+    cmd: vk::CommandBuffer,
+    fence: vk::Fence,
+}
+
+impl WorkPart {
+    pub(super) fn new(device: &DevicePart) -> Result<Self, GpuError> {
+        let mut work = Self {
+            pool: vk::CommandPool::null(),
+            cmd: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+        };
+        match work.fill(device) {
+            Ok(()) => Ok(work),
+            Err(error) => {
+                work.destroy(device);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&mut self, device: &DevicePart) -> Result<(), GpuError> {
+        let info = vk::CommandPoolCreateInfo::default()
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
+            .queue_family_index(device.queue_family);
+        let device = &device.device;
+        // SAFETY: the device is valid and has this queue family.
+        self.pool =
+            unsafe { device.create_command_pool(&info, None) }.call("vkCreateCommandPool")?;
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(self.pool)
+            .level(vk::CommandBufferLevel::PRIMARY)
+            .command_buffer_count(1);
+        // SAFETY: the pool was just made.
+        let buffers = unsafe { device.allocate_command_buffers(&info) };
+        self.cmd = buffers.call("vkAllocateCommandBuffers")?[0];
+        // SAFETY: the device is valid.
+        self.fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .call("vkCreateFence")?;
+        Ok(())
+    }
+
+    pub(super) fn run<T>(
+        &mut self,
+        device: &DevicePart,
+        record: impl FnOnce(vk::CommandBuffer) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        let (queue, device) = (device.queue, &device.device);
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: every run waits, so that the buffer is not in use; a run that timed out left the device lost to us.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .call("vkResetCommandPool")?;
+            device
+                .begin_command_buffer(self.cmd, &info)
+                .call("vkBeginCommandBuffer")?;
+        }
+        let recorded = record(self.cmd)?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.cmd)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the buffer is complete, and fence and queue belong to this thread of work alone.
+        unsafe {
+            device
+                .end_command_buffer(self.cmd)
+                .call("vkEndCommandBuffer")?;
+            device
+                .queue_submit2(queue, &submit, self.fence)
+                .call("vkQueueSubmit2")?;
+            let nanoseconds = PATIENCE_SECONDS * 1_000_000_000;
+            match device.wait_for_fences(&[self.fence], true, nanoseconds) {
+                Err(vk::Result::TIMEOUT) => {
+                    return Err(GpuError::Timeout {
+                        seconds: PATIENCE_SECONDS,
+                    });
+                }
+                waited => waited.call("vkWaitForFences")?,
+            }
+            device.reset_fences(&[self.fence]).call("vkResetFences")?;
+        }
+        Ok(recorded)
+    }
+
+    pub(super) fn destroy(self, device: &DevicePart) {
+        // SAFETY: the handles are null or of this device, and every run has waited.
+        unsafe {
+            device.device.destroy_fence(self.fence, None);
+            device.device.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+impl Headless {
+    /// Body and evasion maps of many drawings: [`raster::every_frame`](crate::region::raster::every_frame) on the device.
+    ///
+    /// # Errors
+    /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
+    pub fn every_frame(
+        &mut self,
+        rasterizer: &mut Rasterizer,
+        drawings: &[Drawing],
+    ) -> Result<Vec<EvasionMaps>, GpuError> {
+        let empty = |drawing: &Drawing| EvasionMaps {
+            body: BitMap::new(drawing.rect),
+            evasion: BitMap::new(drawing.rect),
+        };
+        let mut maps: Vec<_> = drawings.iter().map(empty).collect();
+        for batch in &rasterizer.plan(drawings)?.batches {
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the batch before.
+            self.run(|cmd| unsafe {
+                rasterizer.record(cmd, drawings, batch, MapKind::EveryFrame)
+            })?;
+            // SAFETY: `run` has waited.
+            unsafe { rasterizer.read_every_frame(drawings, batch, &mut maps) }?;
+        }
+        Ok(maps)
+    }
+
+    /// Attack maps of many drawings: [`raster::any_frame`](crate::region::raster::any_frame) on the device.
+    ///
+    /// # Errors
+    /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
+    pub fn any_frame(
+        &mut self,
+        rasterizer: &mut Rasterizer,
+        drawings: &[Drawing],
+    ) -> Result<Vec<BitMap>, GpuError> {
+        let mut maps: Vec<_> = drawings
+            .iter()
+            .map(|drawing| BitMap::new(drawing.rect))
+            .collect();
+        for batch in &rasterizer.plan(drawings)?.batches {
+            // SAFETY: as in `every_frame`.
+            self.run(|cmd| unsafe { rasterizer.record(cmd, drawings, batch, MapKind::AnyFrame) })?;
+            // SAFETY: `run` has waited.
+            unsafe { rasterizer.read_any_frame(drawings, batch, &mut maps) }?;
+        }
+        Ok(maps)
+    }
+}

@@ -1,0 +1,266 @@
+//! The three pipelines: discs, whole rectangles, candidates. What a draw does to the stencil is dynamic state, so there are no more.
+
+use ash::vk;
+
+use super::{
+    Context, GpuError,
+    error::Named,
+    shader_table::{
+        CANDIDATE_FRAG, CANDIDATE_VERT, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT, Shader, Stage,
+    },
+};
+
+/// What is drawn, and with which shaders.
+#[derive(Clone, Copy)]
+pub(crate) struct PipelineDesc {
+    name: &'static str,
+    shaders: &'static [&'static Shader],
+    /// Locations of [`PlacedDisc`] that the vertex shader reads.
+    inputs: &'static [u32],
+}
+
+/// Discs that cover texels.
+pub(crate) const DISCS: PipelineDesc = PipelineDesc {
+    name: "sabaki discs",
+    shaders: &[&DISC_VERT, &DISC_FRAG],
+    inputs: &[0, 1],
+};
+/// Whole maps.
+pub(crate) const RECTS: PipelineDesc = PipelineDesc {
+    name: "sabaki whole maps",
+    shaders: &[&RECT_VERT],
+    inputs: &[1],
+};
+/// Candidates' maps over the attack's.
+pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
+    name: "sabaki candidates",
+    shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
+    inputs: &[],
+};
+
+/// What a draw does to the stencil buffer.
+#[derive(Clone, Copy)]
+pub(crate) struct StencilRule {
+    pub(crate) compare: vk::CompareOp,
+    pub(crate) pass: vk::StencilOp,
+    pub(crate) fail: vk::StencilOp,
+    /// Bits that are compared.
+    pub(crate) mask: u32,
+    /// What is compared, and what REPLACE writes.
+    pub(crate) reference: u32,
+    /// Bits that may change.
+    pub(crate) write: u32,
+}
+
+impl StencilRule {
+    /// Records the rule.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, for the context's device.
+    pub(crate) unsafe fn set(self, context: &Context, cmd: vk::CommandBuffer) {
+        let (device, faces) = (context.device(), vk::StencilFaceFlags::FRONT_AND_BACK);
+        // SAFETY: the caller vouches for `cmd`; the state is dynamic in every pipeline made here.
+        unsafe {
+            device.cmd_set_stencil_op(
+                cmd,
+                faces,
+                self.fail,
+                self.pass,
+                vk::StencilOp::KEEP,
+                self.compare,
+            );
+            device.cmd_set_stencil_compare_mask(cmd, faces, self.mask);
+            device.cmd_set_stencil_reference(cmd, faces, self.reference);
+            device.cmd_set_stencil_write_mask(cmd, faces, self.write);
+        }
+    }
+}
+
+/// A pipeline and its layout; null handles by default.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pipeline {
+    pub(crate) handle: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+}
+
+impl Pipeline {
+    /// Leaves nothing behind when it fails.
+    pub(crate) fn new(
+        context: &Context,
+        desc: &PipelineDesc,
+        sets: &[vk::DescriptorSetLayout],
+    ) -> Result<Self, GpuError> {
+        let range = push_constants(desc);
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(sets)
+            .push_constant_ranges(std::slice::from_ref(&range));
+        // SAFETY: the context's device is valid, and so are the set layouts.
+        let layout = unsafe { context.device().create_pipeline_layout(&info, None) }
+            .call("vkCreatePipelineLayout")?;
+        context.name(layout, desc.name);
+        let mut modules = Vec::with_capacity(desc.shaders.len());
+        let handle = shader_modules(context, desc, &mut modules)
+            .and_then(|()| build(context, desc, layout, &modules));
+        for module in modules {
+            // SAFETY: the pipeline does not need its modules after it was made.
+            unsafe { context.device().destroy_shader_module(module, None) };
+        }
+        match handle {
+            Ok(handle) => {
+                context.name(handle, desc.name);
+                Ok(Self { handle, layout })
+            }
+            Err(error) => {
+                // SAFETY: no pipeline was made with it.
+                unsafe { context.device().destroy_pipeline_layout(layout, None) };
+                Err(error)
+            }
+        }
+    }
+
+    /// Frees both; the device must be done with them.
+    pub(crate) fn destroy(&mut self, context: &Context) {
+        // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
+        unsafe {
+            context.device().destroy_pipeline(self.handle, None);
+            context.device().destroy_pipeline_layout(self.layout, None);
+        }
+        *self = Self::default();
+    }
+
+    /// Records the push constants.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded for the context's device; `constants` is the block of the pipeline's shaders.
+    pub(crate) unsafe fn push<T: bytemuck::Pod>(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        stages: vk::ShaderStageFlags,
+        constants: &T,
+    ) {
+        let bytes = bytemuck::bytes_of(constants);
+        // SAFETY: the caller vouches for `cmd` and for the range.
+        unsafe {
+            let device = context.device();
+            device.cmd_push_constants(cmd, self.layout, stages, 0, bytes);
+        }
+    }
+}
+
+fn stage(shader: &Shader) -> vk::ShaderStageFlags {
+    match shader.stage {
+        Stage::Vertex => vk::ShaderStageFlags::VERTEX,
+        Stage::Fragment => vk::ShaderStageFlags::FRAGMENT,
+    }
+}
+
+fn push_constants(desc: &PipelineDesc) -> vk::PushConstantRange {
+    let users = desc.shaders.iter().filter(|one| one.push_constants > 0);
+    users.fold(vk::PushConstantRange::default(), |range, shader| {
+        vk::PushConstantRange {
+            stage_flags: range.stage_flags | stage(shader),
+            offset: 0,
+            size: range.size.max(shader.push_constants),
+        }
+    })
+}
+
+fn shader_modules(
+    context: &Context,
+    desc: &PipelineDesc,
+    modules: &mut Vec<vk::ShaderModule>,
+) -> Result<(), GpuError> {
+    for shader in desc.shaders {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: the words were validated when the crate was built.
+        let module = unsafe { context.device().create_shader_module(&info, None) }
+            .call("vkCreateShaderModule")?;
+        context.name(module, shader.name);
+        modules.push(module);
+    }
+    Ok(())
+}
+
+fn build(
+    context: &Context,
+    desc: &PipelineDesc,
+    layout: vk::PipelineLayout,
+    modules: &[vk::ShaderModule],
+) -> Result<vk::Pipeline, GpuError> {
+    let stages: Vec<_> = std::iter::zip(desc.shaders, modules)
+        .map(|(shader, &module)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage(shader))
+                .module(module)
+                .name(c"main")
+        })
+        .collect();
+    let attributes: Vec<_> = desc.inputs.iter().map(|&at| attribute(at)).collect();
+    let instance = [vk::VertexInputBindingDescription::default()
+        .stride(size_of::<PlacedDisc>() as u32)
+        .input_rate(vk::VertexInputRate::INSTANCE)];
+    let used = usize::from(!attributes.is_empty());
+    let inputs = vk::PipelineVertexInputStateCreateInfo::default()
+        .vertex_binding_descriptions(&instance[..used])
+        .vertex_attribute_descriptions(&attributes);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+        .topology(vk::PrimitiveTopology::TRIANGLE_STRIP);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let stencil = vk::PipelineDepthStencilStateCreateInfo::default().stencil_test_enable(true);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[
+        vk::DynamicState::VIEWPORT,
+        vk::DynamicState::SCISSOR,
+        vk::DynamicState::STENCIL_OP,
+        vk::DynamicState::STENCIL_COMPARE_MASK,
+        vk::DynamicState::STENCIL_WRITE_MASK,
+        vk::DynamicState::STENCIL_REFERENCE,
+    ]);
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .stencil_attachment_format(context.stencil_format());
+    let info = [vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&inputs)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&stencil)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering)];
+    // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
+    let pipelines = unsafe {
+        context
+            .device()
+            .create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
+    };
+    match pipelines {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+    }
+}
+
+fn attribute(location: u32) -> vk::VertexInputAttributeDescription {
+    let (format, offset) = if location == 0 {
+        let offset = std::mem::offset_of!(PlacedDisc, disc);
+        (vk::Format::R32G32B32_SINT, offset)
+    } else {
+        let offset = std::mem::offset_of!(PlacedDisc, clip);
+        (vk::Format::R16G16B16A16_UINT, offset)
+    };
+    vk::VertexInputAttributeDescription {
+        location,
+        binding: 0,
+        format,
+        offset: offset as u32,
+    }
+}

@@ -1,0 +1,272 @@
+//! Buffers and stencil targets: a Vulkan object and its memory, made and destroyed together.
+//!
+//! Architecture invariant: nothing here is freed by `Drop`. A default value holds null handles, and destroying it does nothing.
+
+use ash::vk;
+
+use super::{
+    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, barriers,
+    error::{Named, within},
+};
+
+/// What a buffer is for.
+#[derive(Clone, Copy)]
+pub(crate) struct BufferDesc<'a> {
+    pub(crate) name: &'a str,
+    /// Bytes; 0 is taken for 4, as a buffer cannot be empty.
+    pub(crate) size: u64,
+    pub(crate) usage: vk::BufferUsageFlags,
+    pub(crate) memory: MemoryUse,
+}
+
+/// A buffer and its memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Buffer {
+    pub(crate) handle: vk::Buffer,
+    name: String,
+    size: u64,
+    block: Option<Block>,
+}
+
+impl Buffer {
+    /// Leaves nothing behind when it fails.
+    pub(crate) fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: BufferDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let size = desc.size.max(4).next_multiple_of(4);
+        if desc.usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) {
+            let most = context.limits().max_storage_buffer_range;
+            within("maxStorageBufferRange", size, u64::from(most))?;
+        }
+        let info = vk::BufferCreateInfo::default()
+            .size(size)
+            .usage(desc.usage)
+            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the context's device is valid, and the description is complete.
+        let handle =
+            unsafe { context.device().create_buffer(&info, None) }.call("vkCreateBuffer")?;
+        context.name(handle, desc.name);
+        let mut buffer = Self {
+            handle,
+            name: desc.name.to_owned(),
+            size,
+            block: None,
+        };
+        match buffer.bind(context, memory, desc) {
+            Ok(()) => Ok(buffer),
+            Err(error) => {
+                buffer.destroy(context, memory);
+                Err(error)
+            }
+        }
+    }
+
+    fn bind(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: BufferDesc<'_>,
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        // SAFETY: the buffer was just made from this device.
+        let requirements = unsafe { device.get_buffer_memory_requirements(self.handle) };
+        let block = memory.allocate(&MemoryDesc {
+            name: desc.name,
+            requirements,
+            usage: desc.memory,
+            linear: true,
+        })?;
+        self.block = Some(block);
+        if desc.memory != MemoryUse::Device && block.mapped.is_none() {
+            return Err(GpuError::NotMapped {
+                name: desc.name.to_owned(),
+            });
+        }
+        // SAFETY: the buffer is not bound yet, and the block suits its requirements.
+        unsafe { device.bind_buffer_memory(self.handle, block.memory, block.offset) }
+            .call("vkBindBufferMemory")
+    }
+
+    /// Frees both; the device must be done with them.
+    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        // SAFETY: the handle is null or was made from this device, and the caller knows that the device is done with it.
+        unsafe { context.device().destroy_buffer(self.handle, None) };
+        self.handle = vk::Buffer::null();
+        if let Some(block) = self.block.take() {
+            memory.free(block);
+        }
+    }
+
+    /// Copies bytes into a mapped buffer, and hands them to the device.
+    pub(crate) fn write(
+        &self,
+        context: &Context,
+        offset: u64,
+        bytes: &[u8],
+    ) -> Result<(), GpuError> {
+        within("size of a buffer", offset + bytes.len() as u64, self.size)?;
+        let (block, mapped) = self.mapped()?;
+        // SAFETY: the range lies in the mapped block, which the device does not use while its owner writes.
+        unsafe {
+            let target = mapped.as_ptr().add(offset as usize);
+            std::ptr::copy_nonoverlapping(bytes.as_ptr(), target, bytes.len());
+        }
+        if block.coherent || bytes.is_empty() {
+            return Ok(());
+        }
+        let range = [self.range(context, block)];
+        // SAFETY: the range is mapped and in whole atoms.
+        unsafe { context.device().flush_mapped_memory_ranges(&range) }
+            .call("vkFlushMappedMemoryRanges")
+    }
+
+    /// Makes what the device wrote visible to the host.
+    pub(crate) fn invalidate(&self, context: &Context) -> Result<(), GpuError> {
+        let (block, _) = self.mapped()?;
+        if block.coherent {
+            return Ok(());
+        }
+        let range = [self.range(context, block)];
+        // SAFETY: the range is mapped and in whole atoms.
+        unsafe { context.device().invalidate_mapped_memory_ranges(&range) }
+            .call("vkInvalidateMappedMemoryRanges")
+    }
+
+    /// The first `size` bytes of a mapped buffer; [`Buffer::invalidate`] comes first.
+    ///
+    /// # Safety
+    /// The device has finished writing them.
+    pub(crate) unsafe fn bytes(&self, size: u64) -> Result<&[u8], GpuError> {
+        within("size of a buffer", size, self.size)?;
+        let (_, mapped) = self.mapped()?;
+        // SAFETY: the range is mapped, and the caller knows that nobody writes to it.
+        Ok(unsafe { std::slice::from_raw_parts(mapped.as_ptr(), size as usize) })
+    }
+
+    /// A word of a mapped buffer that the device may be writing at this moment.
+    pub(crate) fn word(&self, offset: u64) -> Result<u32, GpuError> {
+        within("size of a buffer", offset + 4, self.size)?;
+        let (_, mapped) = self.mapped()?;
+        // SAFETY: the word is mapped and aligned (offsets and blocks are multiples of 4), and is only read as an atomic.
+        let word = unsafe {
+            let pointer = mapped.as_ptr().add(offset as usize);
+            std::sync::atomic::AtomicU32::from_ptr(pointer.cast())
+        };
+        Ok(word.load(std::sync::atomic::Ordering::Acquire))
+    }
+
+    fn mapped(&self) -> Result<(&Block, std::ptr::NonNull<u8>), GpuError> {
+        self.block
+            .as_ref()
+            .and_then(|block| Some((block, block.mapped?)))
+            .ok_or_else(|| GpuError::NotMapped {
+                name: self.name.clone(),
+            })
+    }
+
+    /// The whole block, widened to whole atoms.
+    fn range(&self, context: &Context, block: &Block) -> vk::MappedMemoryRange<'static> {
+        let atom = context.limits().non_coherent_atom_size.max(1);
+        let start = block.offset / atom * atom;
+        vk::MappedMemoryRange::default()
+            .memory(block.memory)
+            .offset(start)
+            .size((block.offset + block.size - start).next_multiple_of(atom))
+    }
+}
+
+/// A stencil buffer to draw maps into.
+#[derive(Debug, Default)]
+pub(crate) struct StencilTarget {
+    pub(crate) image: vk::Image,
+    pub(crate) view: vk::ImageView,
+    /// Columns and rows, texels.
+    pub(crate) side: [u32; 2],
+    block: Option<Block>,
+}
+
+impl StencilTarget {
+    /// Leaves nothing behind when it fails.
+    pub(crate) fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        name: &str,
+        side: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let mut target = Self {
+            side,
+            ..Self::default()
+        };
+        match target.fill(context, memory, name) {
+            Ok(()) => Ok(target),
+            Err(error) => {
+                target.destroy(context, memory);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        name: &str,
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        let format = context.stencil_format();
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format)
+            .extent(vk::Extent3D {
+                width: self.side[0],
+                height: self.side[1],
+                depth: 1,
+            })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(
+                vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            );
+        // SAFETY: the context's device is valid, and the format offers both uses (it was chosen for them).
+        self.image = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
+        context.name(self.image, name);
+        // SAFETY: the image was just made from this device.
+        let requirements = unsafe { device.get_image_memory_requirements(self.image) };
+        let block = memory.allocate(&MemoryDesc {
+            name,
+            requirements,
+            usage: MemoryUse::Device,
+            linear: false,
+        })?;
+        self.block = Some(block);
+        // SAFETY: the image is not bound yet, and the block suits its requirements.
+        unsafe { device.bind_image_memory(self.image, block.memory, block.offset) }
+            .call("vkBindImageMemory")?;
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.image)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format)
+            .subresource_range(barriers::whole(format));
+        // SAFETY: the image is bound, and of this format.
+        self.view = unsafe { device.create_image_view(&info, None) }.call("vkCreateImageView")?;
+        context.name(self.view, name);
+        Ok(())
+    }
+
+    /// Frees all; the device must be done with it.
+    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
+        unsafe {
+            context.device().destroy_image_view(self.view, None);
+            context.device().destroy_image(self.image, None);
+        }
+        (self.view, self.image) = (vk::ImageView::null(), vk::Image::null());
+        if let Some(block) = self.block.take() {
+            memory.free(block);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The shaders, and what the host must know of them: written by `shaders/build.rs` from the committed SPIR-V.
+
+use std::mem::{offset_of, size_of};
+
+use crate::region::{Disc, MapTurn, PackedMaps as HostMaps};
+
+/// One entry of the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shader {
+    /// Of its file, without the ending.
+    pub(crate) name: &'static str,
+    pub(crate) stage: Stage,
+    /// Bytes.
+    pub(crate) push_constants: u32,
+    /// Its storage buffers.
+    pub(crate) bindings: &'static [Binding],
+    /// SPIR-V.
+    pub(crate) words: &'static [u32],
+}
+
+/// The stages in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Vertex,
+    Fragment,
+}
+
+/// A storage buffer that holds one array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Binding {
+    pub(crate) set: u32,
+    pub(crate) binding: u32,
+    /// Of its elements, bytes.
+    pub(crate) stride: u32,
+}
+
+include!(concat!(env!("OUT_DIR"), "/shader_table.rs"));
+
+/// Push constants of the shaders that draw maps.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct TargetSide {
+    pub(crate) side: [u32; 2],
+}
+
+/// Push constants of the candidates' shaders.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct CandidateSettings {
+    pub(crate) side: [u32; 2],
+    pub(crate) attack: [u32; 2],
+    pub(crate) evasion: u32,
+    // The shader's block ends on a multiple of its largest alignment.
+    pub(crate) padding: u32,
+}
+
+/// One candidate in one slab.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Placed {
+    pub(crate) turn: [i32; 4],
+    pub(crate) cell: [u32; 2],
+    pub(crate) maps: u32,
+    pub(crate) padding: u32,
+}
+
+/// A disc on the target, cut off at its map: vertex attributes, one an instance.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct PlacedDisc {
+    /// Centre and radius, sub-texels of the target.
+    pub(crate) disc: [i32; 3],
+    /// First and end texel of the map, in the target.
+    pub(crate) clip: [u16; 4],
+}
+
+const _: () = {
+    assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
+    assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
+
+    assert!(size_of::<CandidateSettings>() == DrawCandidates::SIZE);
+    assert!(offset_of!(CandidateSettings, side) == DrawCandidates::SIDE);
+    assert!(offset_of!(CandidateSettings, attack) == DrawCandidates::ATTACK);
+    assert!(offset_of!(CandidateSettings, evasion) == DrawCandidates::EVASION);
+
+    assert!(size_of::<Placed>() == PlacedMaps::SIZE);
+    assert!(offset_of!(Placed, turn) == PlacedMaps::TURN);
+    assert!(offset_of!(Placed, cell) == PlacedMaps::CELL);
+    assert!(offset_of!(Placed, maps) == PlacedMaps::MAPS);
+    assert!(offset_of!(Placed, padding) == PlacedMaps::PADDING);
+
+    assert!(size_of::<HostMaps>() == PackedMaps::SIZE);
+    assert!(offset_of!(HostMaps, u) == PackedMaps::U);
+    assert!(offset_of!(HostMaps, v) == PackedMaps::V);
+    assert!(offset_of!(HostMaps, width) == PackedMaps::WIDTH);
+    assert!(offset_of!(HostMaps, height) == PackedMaps::HEIGHT);
+    assert!(offset_of!(HostMaps, words_per_row) == PackedMaps::WORDS_PER_ROW);
+    assert!(offset_of!(HostMaps, body_word) == PackedMaps::BODY_WORD);
+    assert!(offset_of!(HostMaps, evasion_word) == PackedMaps::EVASION_WORD);
+    assert!(offset_of!(HostMaps, padding) == PackedMaps::PADDING);
+
+    // `disc` and `turn` are their host types, word for word.
+    assert!(size_of::<Disc>() == size_of::<[i32; 3]>());
+    assert!(size_of::<MapTurn>() == size_of::<[i32; 4]>());
+};

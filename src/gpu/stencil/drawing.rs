@@ -1,0 +1,90 @@
+//! What every stencil pass begins with, and discs on their way to the device.
+
+use ash::vk;
+
+use crate::{
+    gpu::{Context, resources::StencilTarget, shader_table::PlacedDisc},
+    region::{Disc, MapRect},
+};
+
+/// Begins to draw into `used` texels of a target, all of which are first set to `clear`.
+///
+/// # Safety
+/// `cmd` is being recorded outside of rendering, for the context's device; the target is in the layout of a stencil
+/// attachment, and lives until the commands are done.
+pub(crate) unsafe fn begin(
+    context: &Context,
+    cmd: vk::CommandBuffer,
+    target: &StencilTarget,
+    used: [u32; 2],
+    clear: u32,
+    store: vk::AttachmentStoreOp,
+) {
+    let [width, height] = used;
+    let area = vk::Rect2D {
+        offset: vk::Offset2D::default(),
+        extent: vk::Extent2D { width, height },
+    };
+    let stencil = vk::RenderingAttachmentInfo::default()
+        .image_view(target.view)
+        .image_layout(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(store)
+        .clear_value(vk::ClearValue {
+            depth_stencil: vk::ClearDepthStencilValue {
+                depth: 0.0,
+                stencil: clear,
+            },
+        });
+    let info = vk::RenderingInfo::default()
+        .render_area(area)
+        .layer_count(1)
+        .stencil_attachment(&stencil);
+    // The quads are placed on the whole target, whatever part of it is in use.
+    let viewport = [vk::Viewport {
+        x: 0.0,
+        y: 0.0,
+        width: target.side[0] as f32,
+        height: target.side[1] as f32,
+        min_depth: 0.0,
+        max_depth: 1.0,
+    }];
+    let device = context.device();
+    // SAFETY: the caller vouches for `cmd` and the target.
+    unsafe {
+        device.cmd_begin_rendering(cmd, &info);
+        device.cmd_set_viewport(cmd, 0, &viewport);
+        device.cmd_set_scissor(cmd, 0, &[area]);
+    }
+}
+
+/// Where a map lies in a target: its first texel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cell {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+}
+
+impl Cell {
+    /// The map's first and end texels. Targets have sides below 2¹⁶.
+    pub(crate) fn clip(self, rect: MapRect) -> [u16; 4] {
+        [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
+    }
+
+    /// A disc of the map, on the target.
+    pub(crate) fn place(self, disc: Disc, rect: MapRect) -> PlacedDisc {
+        let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
+        PlacedDisc {
+            disc: [x, z, radius],
+            clip: self.clip(rect),
+        }
+    }
+
+    /// The map as a whole, for pipelines that read no disc.
+    pub(crate) fn whole(self, rect: MapRect) -> PlacedDisc {
+        PlacedDisc {
+            disc: [0; 3],
+            clip: self.clip(rect),
+        }
+    }
+}

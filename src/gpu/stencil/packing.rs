@@ -1,0 +1,135 @@
+//! Many maps in one target: shelves, the tallest maps first.
+
+use super::drawing::Cell;
+use crate::{
+    gpu::{
+        GpuError,
+        error::{Mismatch, within},
+    },
+    region::Drawing,
+};
+
+/// What a target and its buffers hold at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// Sides of the target, texels.
+    pub(crate) side: u32,
+    /// Discs and whole maps, each an instance.
+    pub(crate) instances: u32,
+}
+
+/// Drawings that are drawn into the target at once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Batch {
+    /// Positions among the drawings, and where each lies.
+    pub(crate) members: Vec<(usize, Cell)>,
+    /// Columns and rows of the target that are in use.
+    pub(crate) used: [u32; 2],
+    instances: u32,
+}
+
+/// How drawings are dealt out to batches.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Plan {
+    /// One after another through the same target.
+    pub batches: Vec<Batch>,
+}
+
+/// Deals drawings out. Those without a texel or without a frame are in no batch: their maps are empty.
+pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Plan, GpuError> {
+    let mut order = Vec::with_capacity(drawings.len());
+    for (index, drawing) in drawings.iter().enumerate() {
+        if !is_sound(drawing) {
+            return Err(Mismatch::Frames { drawing: index }.into());
+        }
+        if drawing.rect.is_empty() || drawing.frames() == 0 {
+            continue;
+        }
+        let longest = drawing.rect.width.max(drawing.rect.height);
+        within("side of a map", longest.into(), room.side.into())?;
+        within(
+            "RasterizerDesc::max_discs",
+            instances(drawing).into(),
+            room.instances.into(),
+        )?;
+        order.push(index);
+    }
+    order.sort_by_key(|&index| std::cmp::Reverse(drawings[index].rect.height));
+
+    let mut plan = Plan::default();
+    let mut shelves = Shelves::default();
+    for index in order {
+        let rect = drawings[index].rect;
+        let needed = instances(&drawings[index]);
+        let batch = match plan.batches.last_mut() {
+            Some(batch) if batch.instances + needed <= room.instances => batch,
+            _ => next(&mut plan, &mut shelves),
+        };
+        let (batch, cell) = match shelves.place([rect.width, rect.height], room.side) {
+            Some(cell) => (batch, cell),
+            None => (
+                next(&mut plan, &mut shelves),
+                shelves.first([rect.width, rect.height]),
+            ),
+        };
+        batch.members.push((index, cell));
+        batch.instances += needed;
+        batch.used[0] = batch.used[0].max(cell.x + rect.width);
+        batch.used[1] = batch.used[1].max(cell.y + rect.height);
+    }
+    Ok(plan)
+}
+
+fn next<'a>(plan: &'a mut Plan, shelves: &mut Shelves) -> &'a mut Batch {
+    *shelves = Shelves::default();
+    plan.batches.push(Batch::default());
+    let last = plan.batches.len() - 1;
+    &mut plan.batches[last]
+}
+
+/// Its discs, those of the first frame a second time, and the map as a whole.
+fn instances(drawing: &Drawing) -> u32 {
+    (drawing.discs.len() + drawing.frame(0).len() + 1) as u32
+}
+
+fn is_sound(drawing: &Drawing) -> bool {
+    let ends = &drawing.frame_ends;
+    ends.is_sorted() && ends.last().copied().unwrap_or(0) as usize == drawing.discs.len()
+}
+
+/// The open shelf of a target.
+#[derive(Debug, Default)]
+struct Shelves {
+    x: u32,
+    y: u32,
+    height: u32,
+}
+
+impl Shelves {
+    /// A place for a map that is not taller than those before it.
+    fn place(&mut self, [width, height]: [u32; 2], side: u32) -> Option<Cell> {
+        if self.x + width > side {
+            (self.x, self.y, self.height) = (0, self.y + self.height, 0);
+        }
+        if self.y + height > side {
+            return None;
+        }
+        let cell = Cell {
+            x: self.x,
+            y: self.y,
+        };
+        self.x += width;
+        self.height = self.height.max(height);
+        Some(cell)
+    }
+
+    /// The first place of an empty target.
+    fn first(&mut self, [width, height]: [u32; 2]) -> Cell {
+        *self = Self {
+            x: width,
+            y: 0,
+            height,
+        };
+        Cell::default()
+    }
+}

@@ -1,0 +1,366 @@
+//! Maps drawn by the device. CPU twin: `src/region/raster.rs`.
+//!
+//! Source: Masaoka & Oshita, section 4.3; `passes.rs` has the stencil rules.
+
+use ash::vk;
+
+use super::{
+    drawing,
+    packing::{self, Batch, Plan, Room},
+    passes::{self, Passes},
+};
+use crate::{
+    gpu::{
+        Context, GpuError, Memory, MemoryUse,
+        barriers::{self, Access},
+        error::within,
+        pipelines::{DISCS, Pipeline, RECTS},
+        resources::{Buffer, BufferDesc, StencilTarget},
+        shader_table::{PlacedDisc, TargetSide},
+    },
+    region::{BitMap, Drawing, raster::EvasionMaps},
+};
+
+/// How a [`Rasterizer`] is made.
+#[derive(Clone, Copy, Debug)]
+pub struct RasterizerDesc<'a> {
+    /// For debuggers and validation.
+    pub name: &'a str,
+    /// Side of the target that maps are packed into, texels: the largest side of a map. Default 1,024.
+    pub side: u32,
+    /// Discs in one batch: the most that one drawing can have. Default 262,144 (5 MiB).
+    pub max_discs: u32,
+}
+
+impl Default for RasterizerDesc<'_> {
+    fn default() -> Self {
+        Self {
+            name: "rasterizer",
+            side: 1024,
+            max_discs: 1 << 18,
+        }
+    }
+}
+
+/// Which maps are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// Body and evasion maps: [`raster::every_frame`](crate::region::raster::every_frame).
+    EveryFrame,
+    /// Attack maps: [`raster::any_frame`](crate::region::raster::any_frame).
+    AnyFrame,
+}
+
+/// Draws many maps at once with the stencil buffer.
+///
+/// [`Rasterizer::plan`] deals drawings out to batches. For each batch: [`Rasterizer::record`], submit, wait, then
+/// read. The target is one, so a batch is recorded when the one before it has been read.
+#[derive(Debug)]
+pub struct Rasterizer {
+    context: Context,
+    parts: Parts,
+    room: Room,
+    scratch: Scratch,
+}
+
+#[derive(Debug, Default)]
+struct Parts {
+    discs: Pipeline,
+    rects: Pipeline,
+    target: StencilTarget,
+    instances: Buffer,
+    texels: Buffer,
+    live: bool,
+}
+
+#[derive(Default)]
+struct Scratch(Passes);
+
+impl std::fmt::Debug for Scratch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Scratch")
+    }
+}
+
+impl Rasterizer {
+    /// Makes pipelines and memory. Leaves nothing behind when it fails.
+    ///
+    /// # Errors
+    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] when the device has no target of that side.
+    pub fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: &RasterizerDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let side = desc.side.max(1);
+        within(
+            "side of a stencil target",
+            side.into(),
+            context.max_target_side().min(u16::MAX.into()).into(),
+        )?;
+        let mut rasterizer = Self {
+            context: context.clone(),
+            parts: Parts::default(),
+            room: Room {
+                side,
+                // Each drawing's first frame is drawn twice, and whole maps are instances too.
+                instances: desc.max_discs.saturating_mul(2).saturating_add(64),
+            },
+            scratch: Scratch::default(),
+        };
+        match rasterizer.fill(memory, desc.name) {
+            Ok(()) => Ok(rasterizer),
+            Err(error) => {
+                rasterizer.free(memory);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&mut self, memory: &mut dyn Memory, name: &str) -> Result<(), GpuError> {
+        let (context, parts) = (&self.context, &mut self.parts);
+        parts.live = true;
+        parts.discs = Pipeline::new(context, &DISCS, &[])?;
+        parts.rects = Pipeline::new(context, &RECTS, &[])?;
+        let side = self.room.side;
+        let target = format!("{name}: target");
+        parts.target = StencilTarget::new(context, memory, &target, [side, side])?;
+        parts.instances = Buffer::new(
+            context,
+            memory,
+            BufferDesc {
+                name: &format!("{name}: discs"),
+                size: u64::from(self.room.instances) * size_of::<PlacedDisc>() as u64,
+                usage: vk::BufferUsageFlags::VERTEX_BUFFER,
+                memory: MemoryUse::Upload,
+            },
+        )?;
+        parts.texels = Buffer::new(
+            context,
+            memory,
+            BufferDesc {
+                name: &format!("{name}: texels"),
+                size: u64::from(side) * u64::from(side),
+                usage: vk::BufferUsageFlags::TRANSFER_DST,
+                memory: MemoryUse::Readback,
+            },
+        )?;
+        Ok(())
+    }
+
+    /// Deals drawings out to batches that fit the target.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when one drawing alone is too large, [`GpuError::Mismatch`] when its frame ends are wrong.
+    pub fn plan(&self, drawings: &[Drawing]) -> Result<Plan, GpuError> {
+        packing::plan(drawings, self.room)
+    }
+
+    /// Records the drawing of one batch, and the copy of its texels to where the host reads them.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the batch is of other drawings; a flush that failed.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family; what was recorded before with
+    /// this rasterizer has finished. `batch` is of [`Rasterizer::plan`] for the same drawings.
+    pub unsafe fn record(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        drawings: &[Drawing],
+        batch: &Batch,
+        kind: MapKind,
+    ) -> Result<(), GpuError> {
+        match kind {
+            MapKind::EveryFrame => passes::every_frame(drawings, batch, &mut self.scratch.0),
+            MapKind::AnyFrame => passes::any_frame(drawings, batch, &mut self.scratch.0),
+        }
+        let bytes = bytemuck::cast_slice(&self.scratch.0.instances);
+        self.parts.instances.write(&self.context, 0, bytes)?;
+        let (context, image) = (&self.context, self.parts.target.image);
+        // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use.
+        unsafe {
+            let uses = (Access::STENCIL, Access::STENCIL);
+            barriers::stencil_image(context, cmd, image, uses, true);
+            self.record_passes(cmd, batch);
+            let uses = (Access::STENCIL, Access::COPY_READ);
+            barriers::stencil_image(context, cmd, image, uses, false);
+            self.record_copy(cmd, batch);
+            barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// As for [`Rasterizer::record`], and the target is in the layout of a stencil attachment.
+    unsafe fn record_passes(&self, cmd: vk::CommandBuffer, batch: &Batch) {
+        let (context, parts) = (&self.context, &self.parts);
+        let device = context.device();
+        let side = TargetSide {
+            side: parts.target.side,
+        };
+        // SAFETY: the caller vouches for `cmd`; all handles are this rasterizer's.
+        unsafe {
+            let store = vk::AttachmentStoreOp::STORE;
+            drawing::begin(
+                context,
+                cmd,
+                &parts.target,
+                batch.used,
+                passes::START,
+                store,
+            );
+            device.cmd_bind_vertex_buffers(cmd, 0, &[parts.instances.handle], &[0]);
+            let mut bound = None;
+            for pass in &self.scratch.0.passes {
+                if bound != Some(pass.whole_maps) {
+                    let pipeline = if pass.whole_maps {
+                        &parts.rects
+                    } else {
+                        &parts.discs
+                    };
+                    let graphics = vk::PipelineBindPoint::GRAPHICS;
+                    device.cmd_bind_pipeline(cmd, graphics, pipeline.handle);
+                    pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &side);
+                    bound = Some(pass.whole_maps);
+                }
+                pass.rule.set(context, cmd);
+                let count = pass.instances.end - pass.instances.start;
+                device.cmd_draw(cmd, 4, count, 0, pass.instances.start);
+            }
+            device.cmd_end_rendering(cmd);
+        }
+    }
+
+    /// # Safety
+    /// As for [`Rasterizer::record`], and the target is in the layout of a copy's source.
+    unsafe fn record_copy(&self, cmd: vk::CommandBuffer, batch: &Batch) {
+        let [width, height] = batch.used;
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(
+                vk::ImageSubresourceLayers::default()
+                    .aspect_mask(vk::ImageAspectFlags::STENCIL)
+                    .layer_count(1),
+            )
+            .image_extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })];
+        // SAFETY: the caller vouches for `cmd` and the layout; the buffer has a byte for every texel of the target.
+        unsafe {
+            self.context.device().cmd_copy_image_to_buffer(
+                cmd,
+                self.parts.target.image,
+                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                self.parts.texels.handle,
+                &region,
+            );
+        }
+    }
+
+    /// Reads the maps of a batch recorded with [`MapKind::EveryFrame`] into `maps`, by the positions of the drawings.
+    ///
+    /// # Errors
+    /// An invalidate that failed.
+    ///
+    /// # Safety
+    /// What was recorded last is this batch, and it has finished on the device.
+    pub unsafe fn read_every_frame(
+        &self,
+        drawings: &[Drawing],
+        batch: &Batch,
+        maps: &mut [EvasionMaps],
+    ) -> Result<(), GpuError> {
+        // SAFETY: the caller says that the device has finished.
+        let texels = unsafe { self.texels(batch) }?;
+        for &(index, cell) in &batch.members {
+            let rect = drawings[index].rect;
+            let mut read = EvasionMaps {
+                body: BitMap::new(rect),
+                evasion: BitMap::new(rect),
+            };
+            for row in 0..rect.height {
+                let start = ((cell.y + row) * batch.used[0] + cell.x) as usize;
+                let values = &texels[start..start + rect.width as usize];
+                for (column, &value) in values.iter().enumerate() {
+                    if value > passes::EVASION {
+                        read.body.set(column as i32, row as i32);
+                    } else if value == passes::EVASION {
+                        read.evasion.set(column as i32, row as i32);
+                    }
+                }
+            }
+            maps[index] = read;
+        }
+        Ok(())
+    }
+
+    /// Reads the maps of a batch recorded with [`MapKind::AnyFrame`] into `maps`, by the positions of the drawings.
+    ///
+    /// # Errors
+    /// An invalidate that failed.
+    ///
+    /// # Safety
+    /// What was recorded last is this batch, and it has finished on the device.
+    pub unsafe fn read_any_frame(
+        &self,
+        drawings: &[Drawing],
+        batch: &Batch,
+        maps: &mut [BitMap],
+    ) -> Result<(), GpuError> {
+        // SAFETY: the caller says that the device has finished.
+        let texels = unsafe { self.texels(batch) }?;
+        for &(index, cell) in &batch.members {
+            let rect = drawings[index].rect;
+            let mut read = BitMap::new(rect);
+            for row in 0..rect.height {
+                let start = ((cell.y + row) * batch.used[0] + cell.x) as usize;
+                let values = &texels[start..start + rect.width as usize];
+                for (column, &value) in values.iter().enumerate() {
+                    if u32::from(value) > passes::START {
+                        read.set(column as i32, row as i32);
+                    }
+                }
+            }
+            maps[index] = read;
+        }
+        Ok(())
+    }
+
+    /// # Safety
+    /// The device has finished.
+    unsafe fn texels(&self, batch: &Batch) -> Result<&[u8], GpuError> {
+        self.parts.texels.invalidate(&self.context)?;
+        let [width, height] = batch.used;
+        // SAFETY: the caller says that nothing is being written.
+        unsafe {
+            self.parts
+                .texels
+                .bytes(u64::from(width) * u64::from(height))
+        }
+    }
+
+    /// Frees everything. The device must be done with what was recorded.
+    pub fn destroy(mut self, memory: &mut dyn Memory) {
+        self.free(memory);
+    }
+
+    fn free(&mut self, memory: &mut dyn Memory) {
+        let (context, parts) = (&self.context, &mut self.parts);
+        parts.texels.destroy(context, memory);
+        parts.instances.destroy(context, memory);
+        parts.target.destroy(context, memory);
+        parts.rects.destroy(context);
+        parts.discs.destroy(context);
+        parts.live = false;
+    }
+}
+
+impl Drop for Rasterizer {
+    fn drop(&mut self) {
+        if self.parts.live {
+            tracing::error!("a Rasterizer was dropped without destroy: its Vulkan objects leak");
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Promise: the committed SPIR-V is what the GLSL beside it compiles to.
+//!
+//! `SABAKI_WRITE_SPIRV=1 cargo test --features shaderc --test spirv` writes it anew.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+};
+
+fn shaders() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")
+}
+
+fn names(folder: &Path, ending: &str) -> BTreeSet<String> {
+    fs::read_dir(folder)
+        .unwrap()
+        .filter_map(|entry| {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            name.strip_suffix(ending).map(str::to_owned)
+        })
+        .collect()
+}
+
+fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
+    let mut options = shaderc::CompileOptions::new().expect("options");
+    // Unoptimised: the words stay readable, their names stay for the table, and every driver optimises again.
+    options.set_optimization_level(shaderc::OptimizationLevel::Zero);
+    options.set_target_env(
+        shaderc::TargetEnv::Vulkan,
+        shaderc::EnvVersion::Vulkan1_3 as u32,
+    );
+    options.set_target_spirv(shaderc::SpirvVersion::V1_3);
+    options.set_warnings_as_errors();
+    options.set_include_callback(|wanted, _, _, _| {
+        let path = shaders().join("include").join(wanted);
+        let content = fs::read_to_string(&path).map_err(|error| error.to_string())?;
+        Ok(shaderc::ResolvedInclude {
+            resolved_name: wanted.to_owned(),
+            content,
+        })
+    });
+    let kind = match name.rsplit('.').next() {
+        Some("vert") => shaderc::ShaderKind::Vertex,
+        Some("frag") => shaderc::ShaderKind::Fragment,
+        _ => panic!("{name}: its stage is not known"),
+    };
+    let file = format!("{name}.glsl");
+    let source = fs::read_to_string(shaders().join(&file)).expect("source");
+    let artifact = compiler
+        .compile_into_spirv(&source, kind, &file, "main", Some(&options))
+        .unwrap_or_else(|error| panic!("{error}"));
+    artifact.as_binary_u8().to_vec()
+}
+
+#[test]
+fn committed_words_are_those_of_the_sources() {
+    let compiler = shaderc::Compiler::new().expect("compiler");
+    let write = std::env::var_os("SABAKI_WRITE_SPIRV").is_some_and(|value| value == "1");
+    for name in names(&shaders(), ".glsl") {
+        let words = compile(&compiler, &name);
+        let path = shaders().join("spirv").join(format!("{name}.spv"));
+        if write {
+            fs::write(&path, &words).expect("write");
+        }
+        let committed = fs::read(&path).unwrap_or_else(|error| panic!("{name}.spv: {error}"));
+        assert!(
+            committed == words,
+            "{name}.spv is stale: run with SABAKI_WRITE_SPIRV=1"
+        );
+    }
+    assert_eq!(
+        names(&shaders().join("spirv"), ".spv"),
+        names(&shaders(), ".glsl"),
+        "every committed file has a source"
+    );
+}
