@@ -49,6 +49,9 @@ pub(crate) struct DeviceArgs {
     /// Use the Vulkan device whose name contains this (any case); otherwise the most capable one.
     #[arg(long, global = true, value_name = "NAME")]
     pub(crate) device: Option<String>,
+    /// Listen to Vulkan's validation layer, and print what it says on stderr.
+    #[arg(long, global = true)]
+    pub(crate) validation: bool,
 }
 
 /// The culling paths of one graph.
@@ -62,7 +65,7 @@ pub(crate) type Device = Result<device::Opened, String>;
 
 /// Opens the device that the arguments ask for.
 pub(crate) fn open(args: &DeviceArgs) -> Device {
-    device::Opened::new(args.device.as_deref())
+    device::Opened::new(args)
 }
 
 /// Draws maps with the stencil buffer where there is a device, else on the CPU. Says who drew.

@@ -5,6 +5,8 @@ use sabaki::region::raster::EvasionMaps;
 use sabaki::region::{Drawing, RegionAtlas};
 use serde_json::Value;
 
+use super::DeviceArgs;
+
 const WHY: &str = "this program was built without the feature `vulkan`";
 
 /// Nothing: no value of it exists.
@@ -32,7 +34,7 @@ impl DeviceReport {
 }
 
 impl Opened {
-    pub(crate) fn new(_name: Option<&str>) -> Result<Self, String> {
+    pub(crate) fn new(_args: &DeviceArgs) -> Result<Self, String> {
         Err(WHY.to_owned())
     }
 

@@ -1,0 +1,48 @@
+//! What several benches share: the clips of `SABAKI_MOCAP`'s fight folder where it is set, else the embedded motions.
+#![allow(dead_code, reason = "each bench uses some of it")]
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a bench may")]
+
+use std::path::PathBuf;
+
+use sabaki::anim::{Clip, Event, Skeleton};
+use sabaki::avoid::{Prepared, Query, QuerySettings};
+use sabaki::demo;
+use sabaki::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::io::{ReadOptions, read_clips};
+use sabaki::region::{BakeSettings, BakedGraph, Baker};
+
+pub(crate) struct Motions {
+    pub(crate) skeleton: Skeleton,
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) events: Vec<Event>,
+}
+
+impl Motions {
+    pub(crate) fn read() -> Self {
+        let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+            let demo::Motions { skeleton, clips, events } = demo::motions().unwrap();
+            return Self { skeleton, clips, events };
+        };
+        let fight = PathBuf::from(folder).join("fight");
+        let set = read_clips(&[fight.clone()], Some(&fight.join("events.json")), &ReadOptions::default()).unwrap();
+        Self { skeleton: set.skeleton, clips: set.clips, events: set.events }
+    }
+
+    pub(crate) fn source(&self) -> ClipSource<'_> {
+        ClipSource { skeleton: &self.skeleton, clips: &self.clips, events: &self.events }
+    }
+
+    pub(crate) fn bake(&self) -> BakedGraph {
+        let (graph, _) = graph::build(self.source(), &GraphSettings::default()).unwrap();
+        Baker::new(graph, BakeSettings::default()).unwrap().finish_on_cpu().unwrap()
+    }
+}
+
+pub(crate) fn throws(baked: &BakedGraph, count: u64) -> Vec<Throw> {
+    (0..count).map(|index| throw(baked, &ThrowSettings::default(), 5, index).unwrap()).collect()
+}
+
+pub(crate) fn prepare<'a>(baked: &'a BakedGraph, settings: &'a QuerySettings, throw: &Throw) -> Prepared<'a> {
+    Query::new(baked, settings).prepare(throw.playhead, &throw.attack)
+}

@@ -1,0 +1,53 @@
+//! Culling alone, from recording to counts, by number of candidates: the CPU's maps and the device's stencil buffer. Items are
+//! candidates.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use common::{Motions, prepare, throws};
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use sabaki::avoid::QuerySettings;
+use sabaki::avoid::cull::{CullCandidate, CullInput, cpu};
+use sabaki::gpu::stencil::{Culler, CullerDesc};
+use sabaki::gpu::{Headless, HeadlessDesc};
+use sabaki::region::BakedGraph;
+
+const COUNTS: [usize; 4] = [5, 100, 300, 1000];
+
+fn main() {
+    divan::main();
+}
+
+/// Calls `run` with an attack and that many candidates: those of the query that has the most, over and over.
+fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput<'_>)) {
+    let settings = QuerySettings::default();
+    let throws = throws(baked, 40);
+    let prepared = throws.iter().map(|throw| prepare(baked, &settings, throw));
+    let busiest = prepared.max_by_key(|prepared| prepared.cull_input().candidates.len()).unwrap();
+    let input = busiest.cull_input();
+    let candidates: Vec<CullCandidate> = input.candidates.iter().copied().cycle().take(count).collect();
+    run(&CullInput { candidates: &candidates, ..input });
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
+    let baked = Motions::read().bake();
+    with_candidates(&baked, count, |input| {
+        let mut overlaps = Vec::new();
+        bencher.counter(ItemsCount::new(count)).bench_local(|| cpu::count(input, &mut overlaps));
+    });
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
+    let baked = Motions::read().bake();
+    let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
+    let desc = CullerDesc::new("bench", baked.atlas());
+    let mut culler = device.make(|context, memory| Culler::new(context, memory, &desc)).unwrap();
+    with_candidates(&baked, count, |input| {
+        bencher.counter(ItemsCount::new(count)).bench_local(|| device.cull(&mut culler, input).unwrap());
+    });
+    culler.destroy(device.memory().unwrap());
+    let _ = device.destroy();
+}
