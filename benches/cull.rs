@@ -24,10 +24,21 @@ fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput
     let settings = QuerySettings::default();
     let throws = throws(baked, 40);
     let prepared = throws.iter().map(|throw| prepare(baked, &settings, throw));
-    let busiest = prepared.max_by_key(|prepared| prepared.cull_input().candidates.len()).unwrap();
+    let busiest = prepared
+        .max_by_key(|prepared| prepared.cull_input().candidates.len())
+        .unwrap();
     let input = busiest.cull_input();
-    let candidates: Vec<CullCandidate> = input.candidates.iter().copied().cycle().take(count).collect();
-    run(&CullInput { candidates: &candidates, ..input });
+    let candidates: Vec<CullCandidate> = input
+        .candidates
+        .iter()
+        .copied()
+        .cycle()
+        .take(count)
+        .collect();
+    run(&CullInput {
+        candidates: &candidates,
+        ..input
+    });
 }
 
 #[divan::bench(args = COUNTS)]
@@ -35,7 +46,9 @@ fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
     let baked = Motions::read().bake();
     with_candidates(&baked, count, |input| {
         let mut overlaps = Vec::new();
-        bencher.counter(ItemsCount::new(count)).bench_local(|| cpu::count(input, &mut overlaps));
+        bencher
+            .counter(ItemsCount::new(count))
+            .bench_local(|| cpu::count(input, &mut overlaps));
     });
 }
 
@@ -44,9 +57,13 @@ fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
     let baked = Motions::read().bake();
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
     let desc = CullerDesc::new("bench", baked.atlas());
-    let mut culler = device.make(|context, memory| Culler::new(context, memory, &desc)).unwrap();
+    let mut culler = device
+        .make(|context, memory| Culler::new(context, memory, &desc))
+        .unwrap();
     with_candidates(&baked, count, |input| {
-        bencher.counter(ItemsCount::new(count)).bench_local(|| device.cull(&mut culler, input).unwrap());
+        bencher
+            .counter(ItemsCount::new(count))
+            .bench_local(|| device.cull(&mut culler, input).unwrap());
     });
     culler.destroy(device.memory().unwrap());
     let _ = device.destroy();

@@ -20,7 +20,15 @@ fn enumerate(bencher: Bencher<'_, '_>) {
     let (baked, settings) = (Motions::read().bake(), QuerySettings::default());
     let throws = throws(&baked, ATTACKS);
     bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
-        throws.iter().map(|throw| prepare(&baked, &settings, throw).cull_input().candidates.len()).sum::<usize>()
+        throws
+            .iter()
+            .map(|throw| {
+                prepare(&baked, &settings, throw)
+                    .cull_input()
+                    .candidates
+                    .len()
+            })
+            .sum::<usize>()
     });
 }
 

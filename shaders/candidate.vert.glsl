@@ -32,6 +32,11 @@ void main() {
     vec2 limit = vec2(draw.attack);
     vec2 low = clamp(floor(min(min(p0, p1), min(p2, p3))), vec2(0.0), limit);
     vec2 high = clamp(ceil(max(max(p0, p1), max(p2, p3))), vec2(0.0), limit);
+    if (candidate.turn.xy == ivec2(0)) {
+        // A turn that is none cannot be turned back; the fragments decide alone.
+        low = vec2(0.0);
+        high = limit;
+    }
 
     ivec2 corner = mix(ivec2(low), ivec2(high), equal(strip_corner(), ivec2(1)));
     gl_Position = target_position(ivec2(candidate.cell) + corner, draw.side);

@@ -20,9 +20,16 @@ use sabaki::region::{BakeSettings, Baker, Drawing, raster};
 /// Draws everything that a bake and many queries draw, and counts everything that they count.
 fn agree(device: &mut Headless, graph: MotionGraph) {
     let baker = Baker::new(graph, BakeSettings::default()).unwrap();
-    let desc = RasterizerDesc { name: "bake", ..RasterizerDesc::default() };
-    let mut rasterizer = device.make(|context, memory| Rasterizer::new(context, memory, &desc)).unwrap();
-    let drawn = device.every_frame(&mut rasterizer, baker.drawings()).unwrap();
+    let desc = RasterizerDesc {
+        name: "bake",
+        ..RasterizerDesc::default()
+    };
+    let mut rasterizer = device
+        .make(|context, memory| Rasterizer::new(context, memory, &desc))
+        .unwrap();
+    let drawn = device
+        .every_frame(&mut rasterizer, baker.drawings())
+        .unwrap();
     assert!(drawn.len() >= 8 * 5);
     for (index, (drawing, maps)) in baker.drawings().iter().zip(&drawn).enumerate() {
         assert_eq!(*maps, raster::every_frame(drawing), "map {index}");
@@ -30,7 +37,9 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
     let baked = baker.finish(drawn).unwrap();
 
     let desc = CullerDesc::new("cull", baked.atlas());
-    let mut culler = device.make(|context, memory| Culler::new(context, memory, &desc)).unwrap();
+    let mut culler = device
+        .make(|context, memory| Culler::new(context, memory, &desc))
+        .unwrap();
     let settings = QuerySettings::default();
     let (mut body, mut evasion, mut attacks) = (0u64, 0u64, Vec::<Drawing>::new());
     for index in 0..60 {
@@ -39,12 +48,25 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
         let input = prepared.cull_input();
         let mut expected = Vec::new();
         cpu::count(&input, &mut expected);
-        assert_eq!(device.cull(&mut culler, &input).unwrap(), expected, "attack {index}");
-        body += expected.iter().map(|overlap| u64::from(overlap.body)).sum::<u64>();
-        evasion += expected.iter().map(|overlap| u64::from(overlap.evasion)).sum::<u64>();
+        assert_eq!(
+            device.cull(&mut culler, &input).unwrap(),
+            expected,
+            "attack {index}"
+        );
+        body += expected
+            .iter()
+            .map(|overlap| u64::from(overlap.body))
+            .sum::<u64>();
+        evasion += expected
+            .iter()
+            .map(|overlap| u64::from(overlap.evasion))
+            .sum::<u64>();
         attacks.extend(input.attack.iter().map(|slab| slab.drawing.clone()));
     }
-    assert!(body > 1000 && evasion > 1000, "hardly anything overlaps, so this shows nothing");
+    assert!(
+        body > 1000 && evasion > 1000,
+        "hardly anything overlaps, so this shows nothing"
+    );
     let drawn = device.any_frame(&mut rasterizer, &attacks).unwrap();
     for (drawing, map) in attacks.iter().zip(&drawn) {
         assert_eq!(*map, raster::any_frame(drawing));
@@ -57,7 +79,13 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
 #[test]
 fn on_the_embedded_motions() {
     let mut device = device();
-    agree(&mut device, embedded_graph(&GraphSettings { threshold: 0.06, ..GraphSettings::default() }));
+    agree(
+        &mut device,
+        embedded_graph(&GraphSettings {
+            threshold: 0.06,
+            ..GraphSettings::default()
+        }),
+    );
     finish(device);
 }
 
@@ -68,8 +96,17 @@ fn on_real_motion_capture() {
         return;
     };
     let fight = PathBuf::from(folder).join("fight");
-    let set = read_clips(&[fight.clone()], Some(&fight.join("events.json")), &ReadOptions::default()).unwrap();
-    let source = ClipSource { skeleton: &set.skeleton, clips: &set.clips, events: &set.events };
+    let set = read_clips(
+        std::slice::from_ref(&fight),
+        Some(&fight.join("events.json")),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &set.clips,
+        events: &set.events,
+    };
     let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
     let mut device = device();
     agree(&mut device, graph);

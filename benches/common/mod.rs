@@ -21,28 +21,58 @@ pub(crate) struct Motions {
 impl Motions {
     pub(crate) fn read() -> Self {
         let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-            let demo::Motions { skeleton, clips, events } = demo::motions().unwrap();
-            return Self { skeleton, clips, events };
+            let demo::Motions {
+                skeleton,
+                clips,
+                events,
+            } = demo::motions().unwrap();
+            return Self {
+                skeleton,
+                clips,
+                events,
+            };
         };
         let fight = PathBuf::from(folder).join("fight");
-        let set = read_clips(&[fight.clone()], Some(&fight.join("events.json")), &ReadOptions::default()).unwrap();
-        Self { skeleton: set.skeleton, clips: set.clips, events: set.events }
+        let set = read_clips(
+            std::slice::from_ref(&fight),
+            Some(&fight.join("events.json")),
+            &ReadOptions::default(),
+        )
+        .unwrap();
+        Self {
+            skeleton: set.skeleton,
+            clips: set.clips,
+            events: set.events,
+        }
     }
 
     pub(crate) fn source(&self) -> ClipSource<'_> {
-        ClipSource { skeleton: &self.skeleton, clips: &self.clips, events: &self.events }
+        ClipSource {
+            skeleton: &self.skeleton,
+            clips: &self.clips,
+            events: &self.events,
+        }
     }
 
     pub(crate) fn bake(&self) -> BakedGraph {
         let (graph, _) = graph::build(self.source(), &GraphSettings::default()).unwrap();
-        Baker::new(graph, BakeSettings::default()).unwrap().finish_on_cpu().unwrap()
+        Baker::new(graph, BakeSettings::default())
+            .unwrap()
+            .finish_on_cpu()
+            .unwrap()
     }
 }
 
 pub(crate) fn throws(baked: &BakedGraph, count: u64) -> Vec<Throw> {
-    (0..count).map(|index| throw(baked, &ThrowSettings::default(), 5, index).unwrap()).collect()
+    (0..count)
+        .map(|index| throw(baked, &ThrowSettings::default(), 5, index).unwrap())
+        .collect()
 }
 
-pub(crate) fn prepare<'a>(baked: &'a BakedGraph, settings: &'a QuerySettings, throw: &Throw) -> Prepared<'a> {
+pub(crate) fn prepare<'a>(
+    baked: &'a BakedGraph,
+    settings: &'a QuerySettings,
+    throw: &Throw,
+) -> Prepared<'a> {
     Query::new(baked, settings).prepare(throw.playhead, &throw.attack)
 }

@@ -19,7 +19,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     if args.clips.clips.is_empty() {
-        return Err(Failure::Usage("bake needs --clips: BVH files, or folders of them".to_owned()));
+        return Err(Failure::Usage(
+            "bake needs --clips: BVH files, or folders of them".to_owned(),
+        ));
     }
     let mut device = culling::open(device);
     let baked = source::from_clips(&args.clips, &mut device)?;

@@ -31,7 +31,11 @@ pub(crate) enum CullPath {
 impl CullPath {
     /// Whether every candidate is tested, or just as many as the choice needs.
     pub(crate) fn judging(self) -> Judging {
-        if self == Self::Exact { Judging::All } else { Judging::Needed }
+        if self == Self::Exact {
+            Judging::All
+        } else {
+            Judging::Needed
+        }
     }
 
     pub(crate) fn name(self) -> &'static str {
@@ -69,9 +73,15 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
 }
 
 /// Draws maps with the stencil buffer where there is a device, else on the CPU. Says who drew.
-pub(crate) fn draw(device: &mut Device, drawings: &[Drawing]) -> Result<(Vec<EvasionMaps>, &'static str), Failure> {
+pub(crate) fn draw(
+    device: &mut Device,
+    drawings: &[Drawing],
+) -> Result<(Vec<EvasionMaps>, &'static str), Failure> {
     match device {
-        Ok(device) => Ok((device.every_frame(drawings).map_err(Failure::Device)?, "stencil")),
+        Ok(device) => Ok((
+            device.every_frame(drawings).map_err(Failure::Device)?,
+            "stencil",
+        )),
         Err(_) => Ok((drawings.iter().map(raster::every_frame).collect(), "cpu")),
     }
 }
@@ -88,7 +98,11 @@ impl Culling {
 
     /// The stencil path where it can run, else the CPU's.
     pub(crate) fn best(&self) -> CullPath {
-        if self.device.is_ok() { CullPath::Stencil } else { CullPath::Cpu }
+        if self.device.is_ok() {
+            CullPath::Stencil
+        } else {
+            CullPath::Cpu
+        }
     }
 
     /// In one line, which device culls, or why none does.
@@ -103,7 +117,11 @@ impl Culling {
     ///
     /// # Errors
     /// The stencil path without a device, or with one that fails.
-    pub(crate) fn count(&mut self, path: CullPath, input: &CullInput<'_>) -> Result<Vec<Overlap>, Failure> {
+    pub(crate) fn count(
+        &mut self,
+        path: CullPath,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, Failure> {
         match path {
             CullPath::Exact | CullPath::Cpu => {
                 let mut overlaps = Vec::new();
@@ -112,8 +130,12 @@ impl Culling {
             }
             CullPath::Stencil => match (&mut self.device, &mut self.culler) {
                 (Ok(device), Some(culler)) => device.cull(culler, input).map_err(Failure::Device),
-                (Err(why), _) => Err(Failure::Device(format!("the stencil path cannot run: {why}"))),
-                _ => Err(Failure::Device("the stencil path has no maps on the device".to_owned())),
+                (Err(why), _) => Err(Failure::Device(format!(
+                    "the stencil path cannot run: {why}"
+                ))),
+                _ => Err(Failure::Device(
+                    "the stencil path has no maps on the device".to_owned(),
+                )),
             },
         }
     }

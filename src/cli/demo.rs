@@ -35,7 +35,12 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     for &path in &paths {
         let mut runs = Vec::new();
         for throw in &throws {
-            runs.push(stats::answer(&baked.graph, &QuerySettings::default(), throw, (&mut culling, path))?);
+            runs.push(stats::answer(
+                &baked.graph,
+                &QuerySettings::default(),
+                throw,
+                (&mut culling, path),
+            )?);
             bar.inc(1);
         }
         passes.push((path, runs));
@@ -45,7 +50,10 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let files = write_files(&baked.graph, &throws[shown], &passes[0].1[shown])?;
     let text = if as_json {
         let mut document = Summary::of(&passes[0].1).to_json(passes[0].0);
-        document["rows"] = passes.iter().map(|(path, runs)| Summary::of(runs).to_json(*path)).collect();
+        document["rows"] = passes
+            .iter()
+            .map(|(path, runs)| Summary::of(runs).to_json(*path))
+            .collect();
         document["graph"] = source::statistics(&baked);
         document["files"] = json!(files);
         Done::json(&document)
@@ -53,12 +61,22 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         let mut text = String::from("The embedded motions:\n");
         text.push_str(&source::describe(&baked));
         let _ = writeln!(text, "{}\n", culling.describe());
-        let _ = writeln!(text, "{ATTACKS} balls are thrown, each would hit a character that does nothing. The first {LISTED}:");
+        let _ = writeln!(
+            text,
+            "{ATTACKS} balls are thrown, each would hit a character that does nothing. The first {LISTED}:"
+        );
         let first = &passes[0].1[..LISTED.min(passes[0].1.len())];
         let _ = writeln!(text, "{}", dodge::attack_table(&baked.graph, first));
-        let _ = writeln!(text, "\nAll of them, by who culls (the answers are tested exactly in every case):");
+        let _ = writeln!(
+            text,
+            "\nAll of them, by who culls (the answers are tested exactly in every case):"
+        );
         let _ = writeln!(text, "{}", dodge::summary_table(&passes));
-        let _ = writeln!(text, "\nAttack {shown}, the closest shave by an evasion, is in {}", files.join(", "));
+        let _ = writeln!(
+            text,
+            "\nAttack {shown}, the closest shave by an evasion, is in {}",
+            files.join(", ")
+        );
         text
     };
     Ok(Done::ok(text))
@@ -67,7 +85,10 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
 fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let random = |index| {
         let thrown = throw(baked, &ThrowSettings::default(), SEED, index);
-        thrown.map_err(|error| Failure::Attack { index: index as usize, error })
+        thrown.map_err(|error| Failure::Attack {
+            index: index as usize,
+            error,
+        })
     };
     (0..ATTACKS).map(random).collect()
 }
@@ -78,8 +99,13 @@ fn closest_shave(runs: &[Run]) -> usize {
         let chosen = &run.answer.candidates[run.answer.chosen];
         chosen.evasion.and(chosen.score).map(|score| score.total)
     };
-    let scored = runs.iter().enumerate().filter_map(|(index, run)| Some((index, score(run)?)));
-    scored.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(index, _)| index)
+    let scored = runs
+        .iter()
+        .enumerate()
+        .filter_map(|(index, run)| Some((index, score(run)?)));
+    scored
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(index, _)| index)
 }
 
 /// Writes the answer as BVH and JSON, and its maps as a picture. Returns their names.
@@ -91,16 +117,22 @@ fn write_files(baked: &BakedGraph, throw: &Throw, run: &Run) -> Result<Vec<Strin
     };
     std::fs::create_dir_all(folder).map_err(failed(folder))?;
     let answer = (&run.answer, &throw.attack);
-    let mut files = io::export::write_answer(folder, "dodge", baked, answer).map_err(failed(folder))?.to_vec();
+    let mut files = io::export::write_answer(folder, "dodge", baked, answer)
+        .map_err(failed(folder))?
+        .to_vec();
     let settings = QuerySettings::default();
     let prepared = Query::new(baked, &settings).prepare(throw.playhead, &throw.attack);
     let input = prepared.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(run.answer.chosen) {
         let path = folder.join("maps.png");
-        let bytes = sheet::png(&input, candidate).map_err(|error| failed(&path)(std::io::Error::other(error)))?;
+        let bytes = sheet::png(&input, candidate)
+            .map_err(|error| failed(&path)(std::io::Error::other(error)))?;
         io::write_whole(&path, |file| file.write_all(&bytes)).map_err(failed(&path))?;
         files.push(path);
     }
-    Ok(files.iter().map(|path| path.display().to_string()).collect())
+    Ok(files
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect())
 }

@@ -31,10 +31,15 @@ pub(crate) fn list() -> Result<Vec<DeviceReport>, String> {
 
 impl DeviceReport {
     pub(crate) fn to_json(&self) -> Value {
-        let DeviceInfo { name, kind, api, report } = &self.0;
+        let DeviceInfo {
+            name,
+            kind,
+            api,
+            report,
+        } = &self.0;
         json!({
             "name": name,
-            "kind": kind,
+            "kind": kind.to_string(),
             "api": api,
             "usable": report.is_usable(),
             "missing": report.missing,
@@ -48,17 +53,34 @@ impl DeviceReport {
     }
 
     pub(crate) fn describe(&self) -> String {
-        let DeviceInfo { name, kind, api, report } = &self.0;
+        let DeviceInfo {
+            name,
+            kind,
+            api,
+            report,
+        } = &self.0;
         let mut text = format!("device: {name} ({kind}, Vulkan {api})\n");
         let mut line = |what: &str, value: &str| text.push_str(&format!("  {what:<16} {value}\n"));
-        let format = report.stencil_format.map_or("none".to_owned(), |format| format!("{format:?}"));
+        let format = report
+            .stencil_format
+            .map_or("none".to_owned(), |format| format!("{format:?}"));
         line("stencil format", &format);
-        line("precise queries", if report.precise_queries { "yes" } else { "no" });
+        line(
+            "precise queries",
+            if report.precise_queries { "yes" } else { "no" },
+        );
         for missing in &report.missing {
             line("lacks", missing);
         }
         for one in &report.fallbacks {
-            line("lacks", &format!("{}; instead: {}", one.name, one.fallback.unwrap_or_default()));
+            line(
+                "lacks",
+                &format!(
+                    "{}; instead: {}",
+                    one.name,
+                    one.fallback.unwrap_or_default()
+                ),
+            );
         }
         text
     }
@@ -66,18 +88,32 @@ impl DeviceReport {
 
 impl Opened {
     pub(crate) fn new(args: &DeviceArgs) -> Result<Self, String> {
-        let device = args.device.clone().map_or(DeviceChoice::Best, DeviceChoice::Named);
-        let desc = HeadlessDesc { device, validation: args.validation, ..HeadlessDesc::default() };
+        let device = args
+            .device
+            .clone()
+            .map_or(DeviceChoice::Best, DeviceChoice::Named);
+        let desc = HeadlessDesc {
+            device,
+            validation: args.validation,
+            ..HeadlessDesc::default()
+        };
         Self::open(&desc).map_err(|error| error.to_string())
     }
 
     fn open(desc: &HeadlessDesc) -> Result<Self, GpuError> {
         let mut headless = Headless::new(desc)?;
         let name = headless.device_name().to_owned();
-        let rasterizer = RasterizerDesc { name: "bake", ..RasterizerDesc::default() };
+        let rasterizer = RasterizerDesc {
+            name: "bake",
+            ..RasterizerDesc::default()
+        };
         let made = headless.make(|context, memory| Rasterizer::new(context, memory, &rasterizer));
         match made {
-            Ok(rasterizer) => Ok(Self { parts: Some((headless, rasterizer)), cullers: Vec::new(), name }),
+            Ok(rasterizer) => Ok(Self {
+                parts: Some((headless, rasterizer)),
+                cullers: Vec::new(),
+                name,
+            }),
             Err(error) => {
                 report(headless.destroy());
                 Err(error)
@@ -90,25 +126,46 @@ impl Opened {
     }
 
     pub(crate) fn every_frame(&mut self, drawings: &[Drawing]) -> Result<Vec<EvasionMaps>, String> {
-        let Some((headless, rasterizer)) = &mut self.parts else { return Err(closed()) };
-        headless.every_frame(rasterizer, drawings).map_err(|error| error.to_string())
+        let Some((headless, rasterizer)) = &mut self.parts else {
+            return Err(closed());
+        };
+        headless
+            .every_frame(rasterizer, drawings)
+            .map_err(|error| error.to_string())
     }
 
     pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Result<Culler, String> {
-        let Some((headless, _)) = &mut self.parts else { return Err(closed()) };
+        let Some((headless, _)) = &mut self.parts else {
+            return Err(closed());
+        };
         let desc = CullerDesc::new("cull", atlas);
         let made = headless.make(|context, memory| StencilCuller::new(context, memory, &desc));
         self.cullers.push(made.map_err(|error| error.to_string())?);
         Ok(Culler(self.cullers.len() - 1))
     }
 
-    pub(crate) fn cull(&mut self, culler: &mut Culler, input: &CullInput<'_>) -> Result<Vec<Overlap>, String> {
-        let Some((headless, _)) = &mut self.parts else { return Err(closed()) };
+    pub(crate) fn cull(
+        &mut self,
+        culler: &mut Culler,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, String> {
+        let Some((headless, _)) = &mut self.parts else {
+            return Err(closed());
+        };
         match headless.cull(&mut self.cullers[culler.0], input) {
             Ok(overlaps) => Ok(overlaps),
             // A limit of this device or of the culler's buffers: the CPU has none, and counts the same.
-            Err(GpuError::Limit { limit, needed, most }) => {
-                tracing::warn!(limit, needed, most, "beyond the device's limits, counted on the cpu");
+            Err(GpuError::Limit {
+                limit,
+                needed,
+                most,
+            }) => {
+                tracing::warn!(
+                    limit,
+                    needed,
+                    most,
+                    "beyond the device's limits, counted on the cpu"
+                );
                 let mut overlaps = Vec::new();
                 cpu::count(input, &mut overlaps);
                 Ok(overlaps)
@@ -120,10 +177,14 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        let Some((mut headless, rasterizer)) = self.parts.take() else { return };
+        let Some((mut headless, rasterizer)) = self.parts.take() else {
+            return;
+        };
         if let Ok(memory) = headless.memory() {
             rasterizer.destroy(memory);
-            self.cullers.drain(..).for_each(|culler| culler.destroy(memory));
+            self.cullers
+                .drain(..)
+                .for_each(|culler| culler.destroy(memory));
         }
         report(headless.destroy());
     }

@@ -42,7 +42,10 @@ impl Opened {
         match *self {}
     }
 
-    pub(crate) fn every_frame(&mut self, _drawings: &[Drawing]) -> Result<Vec<EvasionMaps>, String> {
+    pub(crate) fn every_frame(
+        &mut self,
+        _drawings: &[Drawing],
+    ) -> Result<Vec<EvasionMaps>, String> {
         match *self {}
     }
 
@@ -50,7 +53,11 @@ impl Opened {
         match *self {}
     }
 
-    pub(crate) fn cull(&mut self, _culler: &mut Culler, _input: &CullInput<'_>) -> Result<Vec<Overlap>, String> {
+    pub(crate) fn cull(
+        &mut self,
+        _culler: &mut Culler,
+        _input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, String> {
         match *self {}
     }
 }

@@ -25,13 +25,18 @@ pub(crate) fn run(args: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     } else {
         let mut text = String::new();
         match &devices {
-            Ok(devices) => devices.iter().for_each(|device| text.push_str(&device.describe())),
+            Ok(devices) => devices
+                .iter()
+                .for_each(|device| text.push_str(&device.describe())),
             Err(why) => text.push_str(&format!("no Vulkan: {why}\n")),
         }
         text.push_str("culling paths:\n  exact    runs\n  cpu      runs\n");
         text.push_str(&match (&name, &why) {
             (Some(name), _) => format!("  stencil  runs on {name}\n"),
-            (None, why) => format!("  stencil  does not run: {}\n", why.as_deref().unwrap_or("no device")),
+            (None, why) => format!(
+                "  stencil  does not run: {}\n",
+                why.as_deref().unwrap_or("no device")
+            ),
         });
         text
     };

@@ -57,27 +57,45 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     let baked = load(args, &mut device)?;
     let throws = throws(args, &baked.graph)?;
     if let Some(folder) = &args.export {
-        std::fs::create_dir_all(folder).map_err(|source| Failure::Write { path: folder.clone(), source })?;
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
+            path: folder.clone(),
+            source,
+        })?;
     }
     let mut culling = Culling::new(device, baked.graph.atlas())?;
-    let paths = if args.cull.is_empty() { vec![culling.best()] } else { args.cull.clone() };
+    let paths = if args.cull.is_empty() {
+        vec![culling.best()]
+    } else {
+        args.cull.clone()
+    };
     let mut passes = Vec::new();
     for &path in &paths {
         // The first path's answers are the ones that are exported.
         let export = args.export.as_deref().filter(|_| passes.is_empty());
-        passes.push((path, pass(&baked.graph, &throws, (&mut culling, path), export)?));
+        passes.push((
+            path,
+            pass(&baked.graph, &throws, (&mut culling, path), export)?,
+        ));
     }
     let no = args.attack.is_some() && passes[0].1.iter().any(|run| !run.answer.avoided);
-    let text = if as_json { document(&baked, &passes) } else { tables(&baked, &passes, &culling) };
+    let text = if as_json {
+        document(&baked, &passes)
+    } else {
+        tables(&baked, &passes, &culling)
+    };
     Ok(Done { text, no })
 }
 
 fn load(args: &Args, device: &mut culling::Device) -> Result<Baked, Failure> {
     match (&args.baked, args.clips.clips.is_empty()) {
-        (Some(_), false) => Err(Failure::Usage("either a baked graph or --clips, not both".to_owned())),
+        (Some(_), false) => Err(Failure::Usage(
+            "either a baked graph or --clips, not both".to_owned(),
+        )),
         (Some(path), true) => source::from_file(path),
         (None, false) => source::from_clips(&args.clips, device),
-        (None, true) if args.clips.events.is_some() => Err(Failure::Usage("--events needs --clips".to_owned())),
+        (None, true) if args.clips.events.is_some() => {
+            Err(Failure::Usage("--events needs --clips".to_owned()))
+        }
         (None, true) => source::embedded(device),
     }
 }
@@ -87,14 +105,18 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
         let settings = ThrowSettings::default();
         let random = |index| throw(baked, &settings, args.seed, index);
         let numbered = (0..args.attacks).map(|index| {
-            random(index).map_err(|error| Failure::Attack { index: index as usize, error })
+            random(index).map_err(|error| Failure::Attack {
+                index: index as usize,
+                error,
+            })
         });
         return numbered.collect();
     };
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let file = io::AttackFile::read(path)?;
     let attacks = file.attacks.into_iter().enumerate().map(|(index, entry)| {
-        let attack = Attack::new(entry.spheres).map_err(|error| Failure::Attack { index, error })?;
+        let attack =
+            Attack::new(entry.spheres).map_err(|error| Failure::Attack { index, error })?;
         Ok(Throw { playhead, attack })
     });
     attacks.collect()
@@ -114,8 +136,12 @@ fn pass(
         let run = stats::answer(baked, &settings, throw, (culling, path))?;
         if let Some(folder) = export {
             let name = format!("attack_{index:04}");
-            io::export::write_answer(folder, &name, baked, (&run.answer, &throw.attack))
-                .map_err(|source| Failure::Write { path: folder.join(name), source })?;
+            io::export::write_answer(folder, &name, baked, (&run.answer, &throw.attack)).map_err(
+                |source| Failure::Write {
+                    path: folder.join(name),
+                    source,
+                },
+            )?;
         }
         runs.push(run);
         bar.inc(1);
@@ -128,9 +154,15 @@ fn document(baked: &Baked, passes: &[(CullPath, Vec<Run>)]) -> String {
     let (first, runs) = &passes[0];
     let mut document = Summary::of(runs).to_json(*first);
     let of_pass = |(path, runs): &(CullPath, Vec<Run>)| {
-        runs.iter().enumerate().map(|(index, run)| run.to_json(&baked.graph, index, *path)).collect::<Vec<_>>()
+        runs.iter()
+            .enumerate()
+            .map(|(index, run)| run.to_json(&baked.graph, index, *path))
+            .collect::<Vec<_>>()
     };
-    document["rows"] = passes.iter().map(|(path, runs)| Summary::of(runs).to_json(*path)).collect();
+    document["rows"] = passes
+        .iter()
+        .map(|(path, runs)| Summary::of(runs).to_json(*path))
+        .collect();
     document["results"] = passes.iter().flat_map(of_pass).collect();
     document["graph"] = source::statistics(baked);
     Done::json(&json!(document))
@@ -142,14 +174,28 @@ fn tables(baked: &Baked, passes: &[(CullPath, Vec<Run>)], culling: &Culling) -> 
     text.push('\n');
     let (path, runs) = &passes[0];
     if runs.len() <= LISTED {
-        let _ = writeln!(text, "\nEach attack, culled by {}:\n{}", path.name(), attack_table(&baked.graph, runs));
+        let _ = writeln!(
+            text,
+            "\nEach attack, culled by {}:\n{}",
+            path.name(),
+            attack_table(&baked.graph, runs)
+        );
     }
     let _ = writeln!(text, "\n{}", summary_table(passes));
     text
 }
 
 pub(super) fn attack_table(baked: &BakedGraph, runs: &[Run]) -> comfy_table::Table {
-    let head = ["attack", "answer", "by", "rate p", "clearance cm", "candidates", "culled", "query ms"];
+    let head = [
+        "attack",
+        "answer",
+        "by",
+        "rate p",
+        "clearance cm",
+        "candidates",
+        "culled",
+        "query ms",
+    ];
     let mut table = output::table(&head, 3);
     for (index, run) in runs.iter().enumerate() {
         let counts = run.answer.counts;
@@ -182,7 +228,8 @@ pub(super) fn summary_table(passes: &[(CullPath, Vec<Run>)]) -> comfy_table::Tab
     let mut table = output::table(&head, 1);
     for (path, runs) in passes {
         let s = Summary::of(runs);
-        let percent = |part: usize| format!("{:.1}%", 100.0 * part as f64 / s.attacks.max(1) as f64);
+        let percent =
+            |part: usize| format!("{:.1}%", 100.0 * part as f64 / s.attacks.max(1) as f64);
         table.add_row(vec![
             path.name().to_owned(),
             s.attacks.to_string(),

@@ -21,9 +21,15 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
-    let bytes = std::fs::read(path).map_err(|source| Failure::Open { path: path.clone(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| Failure::Open {
+        path: path.clone(),
+        source,
+    })?;
     let (document, text) = if io::archive::is_baked(&bytes) {
-        let baked = Baked { graph: io::archive::from_bytes(&bytes, path)?, made: None };
+        let baked = Baked {
+            graph: io::archive::from_bytes(&bytes, path)?,
+            made: None,
+        };
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
         (document, source::describe(&baked))
@@ -36,8 +42,16 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 }
 
 fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
-    let io::LoadedClip { skeleton, clip, scale } = io::read_clip(path, &io::ReadOptions { scale })?;
-    let ends = skeleton.joints().iter().filter(|joint| joint.kind == JointKind::EndSite).count();
+    let io::LoadedClip {
+        skeleton,
+        clip,
+        scale,
+    } = io::read_clip(path, &io::ReadOptions { scale })?;
+    let ends = skeleton
+        .joints()
+        .iter()
+        .filter(|joint| joint.kind == JointKind::EndSite)
+        .count();
     let (moving, frames) = (skeleton.len() - ends, clip.frames());
     let stature = io::stature(&skeleton, &first_pose(&clip));
     let joints: Vec<Value> = skeleton
@@ -61,10 +75,21 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
         "skeleton": joints,
     });
     let mut text = format!("motion: {moving} joints and {ends} end sites, {stature:.2} m high\n");
-    let _ = writeln!(text, "{frames} frames at {:.2} a second: {:.2} s", clip.frame_rate(), clip.duration());
-    let _ = writeln!(text, "1 unit is {} m ({:?})", scale.metres_per_unit, scale.found);
+    let _ = writeln!(
+        text,
+        "{frames} frames at {:.2} a second: {:.2} s",
+        clip.frame_rate(),
+        clip.duration()
+    );
+    let _ = writeln!(
+        text,
+        "1 unit is {} m ({:?})",
+        scale.metres_per_unit, scale.found
+    );
     for joint in skeleton.joints() {
-        let depth = joint.parent.map_or(0, |parent| skeleton.ancestry(parent).count());
+        let depth = joint
+            .parent
+            .map_or(0, |parent| skeleton.ancestry(parent).count());
         let _ = writeln!(text, "{:indent$}{}", "", joint.name, indent = 2 * depth);
     }
     Ok((document, text))
@@ -78,24 +103,39 @@ fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {
 
 /// Events or attacks: whichever key the file has.
 fn json_file(path: &Path, bytes: &[u8]) -> Result<(Value, String), Failure> {
-    let has_attacks = serde_json::from_slice::<Value>(bytes).is_ok_and(|value| value.get("attacks").is_some());
+    let has_attacks =
+        serde_json::from_slice::<Value>(bytes).is_ok_and(|value| value.get("attacks").is_some());
     if has_attacks {
         let file = AttackFile::read(path)?;
         let mut text = format!("attacks: {}\n", file.attacks.len());
         for (index, attack) in file.attacks.iter().enumerate() {
             let times = attack.spheres.iter().flatten().map(|key| key.t);
-            let (start, end) = times.fold((f32::INFINITY, 0f32), |(low, high), t| (low.min(t), high.max(t)));
-            let _ = writeln!(text, "attack {index}: {} spheres, {start:.2} s to {end:.2} s", attack.spheres.len());
+            let (start, end) = times.fold((f32::INFINITY, 0f32), |(low, high), t| {
+                (low.min(t), high.max(t))
+            });
+            let _ = writeln!(
+                text,
+                "attack {index}: {} spheres, {start:.2} s to {end:.2} s",
+                attack.spheres.len()
+            );
         }
         return Ok((json!({ "kind": "attacks", "attacks": file.attacks }), text));
     }
     let file = EventsFile::read(path)?;
-    let count = file.clips.iter().map(|clip| clip.events.len()).sum::<usize>();
+    let count = file
+        .clips
+        .iter()
+        .map(|clip| clip.events.len())
+        .sum::<usize>();
     let mut text = format!("events: {count} in {} clips\n", file.clips.len());
     for clip in &file.clips {
         for event in &clip.events {
             let kind = format!("{:?}", event.kind).to_lowercase();
-            let _ = writeln!(text, "{:<8} {:.2} s to {:.2} s in {}", kind, event.start, event.end, clip.file);
+            let _ = writeln!(
+                text,
+                "{:<8} {:.2} s to {:.2} s in {}",
+                kind, event.start, event.end, clip.file
+            );
         }
     }
     Ok((json!({ "kind": "events", "clips": file.clips }), text))

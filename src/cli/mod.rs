@@ -3,8 +3,8 @@
 mod bake;
 mod culling;
 mod demo;
-mod dodge;
 mod doctor;
+mod dodge;
 mod inspect;
 mod output;
 mod sheet;
@@ -21,7 +21,10 @@ pub(crate) use output::{Done, Failure};
 ///
 /// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and writes pictures and a BVH into out/.
 #[derive(Parser)]
-#[command(version, after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage.")]
+#[command(
+    version,
+    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -80,5 +83,9 @@ fn start_log(verbose: u8) {
         1 => tracing::Level::INFO,
         _ => tracing::Level::DEBUG,
     };
-    tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().init();
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .init();
 }

@@ -32,8 +32,13 @@ impl Done {
     /// Prints it all at once. A reader that has gone away (`| head`) is no failure.
     pub(crate) fn print(self) -> Result<ExitCode, Failure> {
         let mut stdout = std::io::stdout().lock();
-        match stdout.write_all(self.text.as_bytes()).and_then(|()| stdout.flush()) {
-            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::Stdout(error)),
+        match stdout
+            .write_all(self.text.as_bytes())
+            .and_then(|()| stdout.flush())
+        {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Failure::Stdout(error))
+            }
             _ => Ok(ExitCode::from(u8::from(self.no))),
         }
     }
@@ -53,9 +58,15 @@ pub(crate) enum Failure {
     #[error("attack {index}: {error}")]
     Attack { index: usize, error: AttackError },
     #[error("{path}: {source}")]
-    Open { path: PathBuf, source: std::io::Error },
+    Open {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("{path}: {source}")]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("cannot write to stdout: {0}")]
     Stdout(std::io::Error),
     #[error("{0}")]
@@ -67,10 +78,16 @@ pub(crate) enum Failure {
 /// A table with a head; the columns after the first `left` are numbers and stand to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();
-    table.load_style(presets::ASCII_MARKDOWN).set_content_arrangement(ContentArrangement::Disabled);
+    table
+        .load_style(presets::ASCII_MARKDOWN)
+        .set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(head.to_vec());
     for (index, column) in table.column_iter_mut().enumerate() {
-        column.set_cell_alignment(if index < left { CellAlignment::Left } else { CellAlignment::Right });
+        column.set_cell_alignment(if index < left {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
     }
     table
 }

@@ -42,11 +42,20 @@ struct Window {
 
 /// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start, the candidate's maps moved and
 /// turned into place. The result is a PNG file's bytes.
-pub(crate) fn png(input: &CullInput<'_>, candidate: &CullCandidate) -> Result<Vec<u8>, png::EncodingError> {
+pub(crate) fn png(
+    input: &CullInput<'_>,
+    candidate: &CullCandidate,
+) -> Result<Vec<u8>, png::EncodingError> {
     let columns = columns(input, candidate);
     let window = window(&columns, candidate);
-    let (width, height) = ((window.u.1 - window.u.0) as usize * ZOOM, (window.v.1 - window.v.0) as usize * ZOOM);
-    let size = (NAMES + columns.len() * (width + GAP), LABEL + ROWS.len() * (height + GAP));
+    let (width, height) = (
+        (window.u.1 - window.u.0) as usize * ZOOM,
+        (window.v.1 - window.v.0) as usize * ZOOM,
+    );
+    let size = (
+        NAMES + columns.len() * (width + GAP),
+        LABEL + ROWS.len() * (height + GAP),
+    );
     let mut picture = Picture::new(size.0, size.1 + 2 * LABEL);
     for (row, name) in ROWS.iter().enumerate() {
         picture.text(GAP, LABEL + row * (height + GAP) + height / 2, name);
@@ -56,11 +65,21 @@ pub(crate) fn png(input: &CullInput<'_>, candidate: &CullCandidate) -> Result<Ve
         picture.text(x, 6, &heights(column.slab, input.atlas.grid));
         for row in 0..ROWS.len() {
             let y = LABEL + row * (height + GAP);
-            draw_cell(&mut picture, (x, y), window, |u, v| colour(row, column, candidate, u, v));
+            draw_cell(&mut picture, (x, y), window, |u, v| {
+                colour(row, column, candidate, u, v)
+            });
         }
     }
-    picture.text(GAP, size.1 + 4, "green: body in every frame  blue: where it was and no longer is");
-    picture.text(GAP, size.1 + LABEL, "red: attack  yellow: attack through the evasion region  white: hit");
+    picture.text(
+        GAP,
+        size.1 + 4,
+        "green: body in every frame  blue: where it was and no longer is",
+    );
+    picture.text(
+        GAP,
+        size.1 + LABEL,
+        "red: attack  yellow: attack through the evasion region  white: hit",
+    );
     picture.encode()
 }
 
@@ -70,7 +89,11 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
     slabs
         .map(|(maps, number)| {
             let drawn = input.attack.iter().find(|attack| attack.slab.0 == number);
-            Column { slab: Slab(number), maps, attack: drawn.map(|attack| raster::any_frame(&attack.drawing)) }
+            Column {
+                slab: Slab(number),
+                maps,
+                attack: drawn.map(|attack| raster::any_frame(&attack.drawing)),
+            }
         })
         .collect()
 }
@@ -79,7 +102,11 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
 fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
     /// Further than any evasion's maps reach from the attack's first texel.
     const FAR: i32 = 400;
-    let lit = |u: i32, v: i32| columns.iter().any(|column| region(column, candidate, u, v) != (false, false));
+    let lit = |u: i32, v: i32| {
+        columns
+            .iter()
+            .any(|column| region(column, candidate, u, v) != (false, false))
+    };
     let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| (u, v)));
     let (mut low, mut high) = ((FAR, FAR), (-FAR, -FAR));
     for (u, v) in all.filter(|&(u, v)| lit(u, v)) {
@@ -89,7 +116,10 @@ fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
     if low.0 > high.0 {
         (low, high) = ((0, 0), (0, 0));
     }
-    Window { u: (low.0 - MARGIN, high.0 + MARGIN + 1), v: (low.1 - MARGIN, high.1 + MARGIN + 1) }
+    Window {
+        u: (low.0 - MARGIN, high.0 + MARGIN + 1),
+        v: (low.1 - MARGIN, high.1 + MARGIN + 1),
+    }
 }
 
 /// Whether the texel falls on the body map and on the evasion map.
@@ -104,12 +134,39 @@ fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v:
     let (body, evasion) = region(column, candidate, u, v);
     let attack = column.attack.as_ref().is_some_and(|map| map.get(u, v));
     let layers: [(bool, [u8; 3]); 5] = match row {
-        0 => [(body, BODY), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
-        1 => [(evasion, EVASION), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
-        2 => [(attack, ATTACK), (false, CELL), (false, CELL), (false, CELL), (false, CELL)],
-        _ => [(attack && body, HIT), (attack && evasion, AVOIDED), (attack, ATTACK), (body, BODY), (evasion, EVASION)],
+        0 => [
+            (body, BODY),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+        ],
+        1 => [
+            (evasion, EVASION),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+        ],
+        2 => [
+            (attack, ATTACK),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+            (false, CELL),
+        ],
+        _ => [
+            (attack && body, HIT),
+            (attack && evasion, AVOIDED),
+            (attack, ATTACK),
+            (body, BODY),
+            (evasion, EVASION),
+        ],
     };
-    layers.into_iter().find(|(lit, _)| *lit).map_or(CELL, |(_, colour)| colour)
+    layers
+        .into_iter()
+        .find(|(lit, _)| *lit)
+        .map_or(CELL, |(_, colour)| colour)
 }
 
 fn heights(slab: Slab, grid: MapGrid) -> String {
@@ -118,10 +175,19 @@ fn heights(slab: Slab, grid: MapGrid) -> String {
 }
 
 /// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by somebody who stands behind the character.
-fn draw_cell(picture: &mut Picture, at: (usize, usize), window: Window, colour: impl Fn(i32, i32) -> [u8; 3]) {
+fn draw_cell(
+    picture: &mut Picture,
+    at: (usize, usize),
+    window: Window,
+    colour: impl Fn(i32, i32) -> [u8; 3],
+) {
     for (row, v) in (window.v.0..window.v.1).rev().enumerate() {
         for (column, u) in (window.u.0..window.u.1).rev().enumerate() {
-            picture.fill((at.0 + column * ZOOM, at.1 + row * ZOOM), (ZOOM, ZOOM), colour(u, v));
+            picture.fill(
+                (at.0 + column * ZOOM, at.1 + row * ZOOM),
+                (ZOOM, ZOOM),
+                colour(u, v),
+            );
         }
     }
 }
@@ -134,7 +200,11 @@ struct Picture {
 
 impl Picture {
     fn new(width: usize, height: usize) -> Self {
-        Self { width, height, pixels: BACKGROUND.repeat(width * height) }
+        Self {
+            width,
+            height,
+            pixels: BACKGROUND.repeat(width * height),
+        }
     }
 
     fn fill(&mut self, (x, y): (usize, usize), (width, height): (usize, usize), colour: [u8; 3]) {
@@ -148,7 +218,9 @@ impl Picture {
 
     fn text(&mut self, x: usize, y: usize, text: &str) {
         for (index, letter) in text.chars().enumerate() {
-            let Some(rows) = font8x8::BASIC_FONTS.get(letter) else { continue };
+            let Some(rows) = font8x8::BASIC_FONTS.get(letter) else {
+                continue;
+            };
             for (row, bits) in rows.iter().enumerate() {
                 for column in (0..8).filter(|column| bits >> column & 1 == 1) {
                     self.fill((x + index * 8 + column, y + row), (1, 1), INK);

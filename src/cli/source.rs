@@ -49,7 +49,11 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
     let started = Instant::now();
     let options = io::ReadOptions { scale: args.scale };
     let set = io::read_clips(&args.clips, args.events.as_deref(), &options)?;
-    let source = ClipSource { skeleton: &set.skeleton, clips: &set.clips, events: &set.events };
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &set.clips,
+        events: &set.events,
+    };
     let mut baked = bake(source, args.threshold, device, started)?;
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, set.warnings);
@@ -61,19 +65,34 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
 pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
     let started = Instant::now();
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
-    let source = ClipSource { skeleton: &motions.skeleton, clips: &motions.clips, events: &motions.events };
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &motions.events,
+    };
     bake(source, GraphSettings::default().threshold, device, started)
 }
 
 /// Reads a baked file.
 pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
-    Ok(Baked { graph: io::archive::read(path)?, made: None })
+    Ok(Baked {
+        graph: io::archive::read(path)?,
+        made: None,
+    })
 }
 
-fn bake(source: ClipSource<'_>, threshold: f32, device: &mut Device, started: Instant) -> Result<Baked, Failure> {
+fn bake(
+    source: ClipSource<'_>,
+    threshold: f32,
+    device: &mut Device,
+    started: Instant,
+) -> Result<Baked, Failure> {
     let bar = output::progress("baking", 3);
     bar.tick();
-    let settings = GraphSettings { threshold, ..GraphSettings::default() };
+    let settings = GraphSettings {
+        threshold,
+        ..GraphSettings::default()
+    };
     let (graph, report) = graph::build(source, &settings)?;
     bar.inc(1);
     let baker = Baker::new(graph, BakeSettings::default())?;
@@ -89,13 +108,27 @@ fn bake(source: ClipSource<'_>, threshold: f32, device: &mut Device, started: In
             n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
         });
     }
-    Ok(Baked { graph, made: Some(Made { report, seconds: started.elapsed().as_secs_f64(), drawn_by, warnings }) })
+    Ok(Baked {
+        graph,
+        made: Some(Made {
+            report,
+            seconds: started.elapsed().as_secs_f64(),
+            drawn_by,
+            warnings,
+        }),
+    })
 }
 
 /// What a graph holds, with stable keys.
 pub(crate) fn statistics(baked: &Baked) -> Value {
     let graph = baked.graph.graph();
-    let count = |kind| graph.events().iter().filter(|event| event.kind == kind).count();
+    let count = |kind| {
+        graph
+            .events()
+            .iter()
+            .filter(|event| event.kind == kind)
+            .count()
+    };
     let mut value = json!({
         "joints": graph.skeleton().len(),
         "frame_rate": graph.frame_rate(),
@@ -131,10 +164,19 @@ pub(crate) fn describe(baked: &Baked) -> String {
         text.push_str(&text_line);
         text.push('\n');
     };
-    let count = |kind| graph.events().iter().filter(|event| event.kind == kind).count();
+    let count = |kind| {
+        graph
+            .events()
+            .iter()
+            .filter(|event| event.kind == kind)
+            .count()
+    };
     let kept = format!("{:.1} s of motion", graph.seconds_kept());
     line(match &baked.made {
-        Some(made) => format!("{} clips, {:.1} s; kept {kept}", made.report.clips, made.report.seconds),
+        Some(made) => format!(
+            "{} clips, {:.1} s; kept {kept}",
+            made.report.clips, made.report.seconds
+        ),
         None => format!("{} clips; {kept}", graph.clips().len()),
     });
     line(format!(
@@ -143,7 +185,11 @@ pub(crate) fn describe(baked: &Baked) -> String {
         graph.edges().len(),
         graph.transitions()
     ));
-    line(format!("{} evasions and {} attacks", count(EventKind::Evasion), count(EventKind::Attack)));
+    line(format!(
+        "{} evasions and {} attacks",
+        count(EventKind::Evasion),
+        count(EventKind::Attack)
+    ));
     let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
     line(format!(
         "an evasion can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%, within 1.5 s from {:.0}%",
@@ -163,8 +209,13 @@ pub(crate) fn describe(baked: &Baked) -> String {
         for event in dropped.evasions.iter().chain(&dropped.attacks) {
             line(format!("dropped event: {event}"));
         }
-        line(format!("baked in {:.2} s, maps drawn by {}", made.seconds, made.drawn_by));
-        made.warnings.iter().for_each(|warning| line(format!("note: {warning}")));
+        line(format!(
+            "baked in {:.2} s, maps drawn by {}",
+            made.seconds, made.drawn_by
+        ));
+        made.warnings
+            .iter()
+            .for_each(|warning| line(format!("note: {warning}")));
     }
     text
 }

@@ -26,13 +26,22 @@ impl Run {
 
     /// Whether every candidate was exactly tested and is hit.
     fn unavoidable(&self) -> bool {
-        let in_time = self.answer.candidates.iter().filter(|candidate| candidate.rate.is_ok());
-        in_time.map(|c| c.clearance.map(|clearance| clearance.metres)).all(|metres| metres.is_some_and(|m| m < 0.0))
+        let in_time = self
+            .answer
+            .candidates
+            .iter()
+            .filter(|candidate| candidate.rate.is_ok());
+        in_time
+            .map(|c| c.clearance.map(|clearance| clearance.metres))
+            .all(|metres| metres.is_some_and(|m| m < 0.0))
     }
 
     /// The rate of the chosen path.
     pub(crate) fn rate(&self) -> f32 {
-        self.answer.candidates[self.answer.chosen].rate.as_ref().map_or(1.0, |rate| rate.rate)
+        self.answer.candidates[self.answer.chosen]
+            .rate
+            .as_ref()
+            .map_or(1.0, |rate| rate.rate)
     }
 
     /// The chosen evasion by clip and seconds; `None` where the path only moves.
@@ -107,22 +116,36 @@ pub(crate) struct Summary {
 impl Summary {
     pub(crate) fn of(runs: &[Run]) -> Self {
         let sum = |of: fn(&Run) -> usize| runs.iter().map(of).sum::<usize>();
-        let (culled, mapped) = (sum(|r| r.answer.counts.culled), sum(|r| r.answer.counts.with_evasion));
+        let (culled, mapped) = (
+            sum(|r| r.answer.counts.culled),
+            sum(|r| r.answer.counts.with_evasion),
+        );
         let values = |of: fn(&Run) -> f64| runs.iter().map(of).collect::<Vec<_>>();
-        let clean: Vec<f64> =
-            runs.iter().filter(|r| r.answer.avoided).map(|r| f64::from(r.answer.clearance.metres)).collect();
-        let times = |of: fn(&Run) -> f64| [percentile(values(of), 0.5), percentile(values(of), 0.99)];
+        let clean: Vec<f64> = runs
+            .iter()
+            .filter(|r| r.answer.avoided)
+            .map(|r| f64::from(r.answer.clearance.metres))
+            .collect();
+        let times =
+            |of: fn(&Run) -> f64| [percentile(values(of), 0.5), percentile(values(of), 0.99)];
         Self {
             attacks: runs.len(),
             avoided: clean.len(),
             unavoidable: runs.iter().filter(|run| run.unavoidable()).count(),
             with_evasion: percentile(values(|r| r.answer.counts.with_evasion as f64), 0.5),
             candidates: percentile(values(|r| r.answer.counts.candidates as f64), 0.5),
-            culled_share: if mapped > 0 { culled as f64 / mapped as f64 } else { 0.0 },
+            culled_share: if mapped > 0 {
+                culled as f64 / mapped as f64
+            } else {
+                0.0
+            },
             median_clearance: percentile(clean, 0.5),
             query_ms: times(Run::query_ms),
             cull_ms: times(|r| r.cull_ms),
-            evading: runs.iter().filter(|r| r.answer.candidates[r.answer.chosen].evasion.is_some()).count(),
+            evading: runs
+                .iter()
+                .filter(|r| r.answer.candidates[r.answer.chosen].evasion.is_some())
+                .count(),
         }
     }
 

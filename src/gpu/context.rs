@@ -134,7 +134,6 @@ impl Context {
     }
 
     /// The device's limits.
-    #[must_use]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
     }

@@ -59,6 +59,9 @@ pub enum GpuError {
     /// A layer that was asked for is not installed.
     #[error("the layer {0} is not installed")]
     NoLayer(&'static str),
+    /// The device says that it has finished, but results are not there.
+    #[error("the device has finished without writing its results")]
+    Unfinished,
     /// The device did not finish in time.
     #[error("the device did not finish within {seconds} s")]
     Timeout {

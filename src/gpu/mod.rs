@@ -22,6 +22,9 @@ pub mod stencil;
 pub use allocator::GpuAllocatorMemory;
 pub use context::{Context, ContextDesc};
 pub use error::{GpuError, Mismatch};
-pub use headless::{Accepted, DeviceChoice, Headless, HeadlessDesc, Message, accepted};
+pub use headless::{
+    Accepted, DeviceChoice, DeviceInfo, DeviceKind, Headless, HeadlessDesc, Message, accepted,
+    devices,
+};
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
 pub use requirements::{Report, Requirement, check, requirements};

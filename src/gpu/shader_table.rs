@@ -74,7 +74,25 @@ pub(crate) struct PlacedDisc {
     pub(crate) clip: [u16; 4],
 }
 
+/// Stride of a storage buffer's elements as a shader reads them; 0 where it does not read that buffer.
+const fn stride(shader: &Shader, binding: u32) -> usize {
+    let mut index = 0;
+    while index < shader.bindings.len() {
+        if shader.bindings[index].binding == binding {
+            return shader.bindings[index].stride as usize;
+        }
+        index += 1;
+    }
+    0
+}
+
 const _: () = {
+    assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
+    assert!(stride(&CANDIDATE_FRAG, 1) == size_of::<HostMaps>());
+    assert!(stride(&CANDIDATE_FRAG, 2) == size_of::<Placed>());
+    assert!(stride(&CANDIDATE_VERT, 1) == size_of::<HostMaps>());
+    assert!(stride(&CANDIDATE_VERT, 2) == size_of::<Placed>());
+
     assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
     assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
 

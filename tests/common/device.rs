@@ -1,6 +1,5 @@
 //! What the device's tests share: a headless device that listens to validation, and a small random generator.
 
-
 use sabaki::{
     gpu::{DeviceChoice, Headless, HeadlessDesc},
     region::{Disc, Drawing, MapRect, SUB_TEXELS},

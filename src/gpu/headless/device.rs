@@ -9,12 +9,13 @@ use gpu_allocator::{
 };
 
 use super::HeadlessDesc;
+use super::list::{self, DeviceKind};
 use crate::gpu::{GpuError, error::Named, requirements};
 
 /// Which device a [`Headless`](super::Headless) is made on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum DeviceChoice {
-    /// Discrete before integrated before virtual before software.
+    /// One that can be used before one that cannot; then discrete before integrated before virtual before software.
     #[default]
     Best,
     /// The first whose name contains this, whatever the case.
@@ -141,35 +142,16 @@ fn choose(
     instance: &ash::Instance,
     choice: &DeviceChoice,
 ) -> Result<(vk::PhysicalDevice, String), GpuError> {
-    // SAFETY: the instance is valid.
-    let devices =
-        unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
-    let mut known: Vec<_> = devices
-        .into_iter()
-        .map(|device| {
-            // SAFETY: the device is of this instance.
-            let properties = unsafe { instance.get_physical_device_properties(device) };
-            let name = properties
-                .device_name_as_c_str()
-                .map(|name| name.to_string_lossy().into_owned());
-            (device, name.unwrap_or_default(), properties.device_type)
-        })
-        .collect();
-    known.sort_by_key(|&(_, _, kind)| match kind {
-        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
-        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
-        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
-        _ => 3,
-    });
-    let software = |kind| kind == vk::PhysicalDeviceType::CPU;
-    let found = known.iter().find(|(_, name, kind)| match choice {
+    let known = list::all(instance)?;
+    let software = |kind| kind == DeviceKind::Software;
+    let found = known.iter().find(|(_, info)| match choice {
         DeviceChoice::Best => true,
-        DeviceChoice::Named(part) => name.to_lowercase().contains(&part.to_lowercase()),
-        DeviceChoice::Software => software(*kind),
-        DeviceChoice::Hardware => !software(*kind),
+        DeviceChoice::Named(part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+        DeviceChoice::Software => software(info.kind),
+        DeviceChoice::Hardware => !software(info.kind),
     });
     found
-        .map(|(device, name, _)| (*device, name.clone()))
+        .map(|(device, info)| (*device, info.name.clone()))
         .ok_or_else(|| GpuError::NoDevice {
             wanted: match choice {
                 DeviceChoice::Best => "present".to_owned(),
@@ -177,6 +159,6 @@ fn choose(
                 DeviceChoice::Software => "a software device".to_owned(),
                 DeviceChoice::Hardware => "a hardware device".to_owned(),
             },
-            found: known.into_iter().map(|(_, name, _)| name).collect(),
+            found: known.into_iter().map(|(_, info)| info.name).collect(),
         })
 }

@@ -1,6 +1,7 @@
 //! A device of our own, without a window: for the command, tests and benches. A renderer brings its own device instead.
 
 mod device;
+mod list;
 mod messages;
 mod work;
 
@@ -9,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use ash::vk;
 
 pub use device::DeviceChoice;
+pub use list::{DeviceInfo, DeviceKind, devices};
 pub use messages::{Accepted, Message, accepted};
 
 use super::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory};

@@ -4,10 +4,11 @@ use ash::vk;
 
 use super::{Headless, device::DevicePart};
 use crate::{
+    avoid::cull::{CullInput, Overlap},
     gpu::{
         GpuError,
         error::Named,
-        stencil::{MapKind, Rasterizer},
+        stencil::{Culler, MapKind, Rasterizer},
     },
     region::{BitMap, Drawing, raster::EvasionMaps},
 };
@@ -156,5 +157,31 @@ impl Headless {
             unsafe { rasterizer.read_any_frame(drawings, batch, &mut maps) }?;
         }
         Ok(maps)
+    }
+
+    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device.
+    ///
+    /// # Errors
+    /// [`Culler::record`]'s, or those of [`Headless::run`].
+    pub fn cull(
+        &mut self,
+        culler: &mut Culler,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, GpuError> {
+        let (mut all, mut some) = (Vec::with_capacity(input.candidates.len()), Vec::new());
+        let most = culler.max_candidates().max(1) as usize;
+        for candidates in input.candidates.chunks(most) {
+            let part = CullInput {
+                candidates,
+                ..*input
+            };
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+            let ticket = self.run(|cmd| unsafe { culler.record(cmd, 0, &part) })?;
+            if !culler.poll(ticket, &mut some)? {
+                return Err(GpuError::Unfinished);
+            }
+            all.append(&mut some);
+        }
+        Ok(all)
     }
 }

@@ -2,10 +2,16 @@
 //!
 //! Source: Masaoka & Oshita, sections 4.3 (maps) and 5.3 (culling). Where the paper uses OpenGL, this records Vulkan.
 
+mod atlas;
+mod candidates;
+mod commands;
+mod culler;
 mod drawing;
 mod packing;
 mod passes;
 mod rasterizer;
+mod slot;
 
+pub use culler::{Culler, CullerDesc, Ticket};
 pub use packing::{Batch, Plan};
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};

@@ -1,0 +1,162 @@
+//! Promise: a component leaves the device as it found it, whether it was destroyed, or failed half made; and what is missing is
+//! said by name.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use common::{Random, desc, device, drifting, finish};
+use sabaki::{
+    gpu::{
+        Block, Context, DeviceChoice, GpuError, Headless, HeadlessDesc, Memory, MemoryDesc, check,
+        requirements,
+        stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc},
+    },
+    region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab, raster},
+};
+
+/// Runs out after some allocations.
+struct Scarce<'a> {
+    memory: &'a mut dyn Memory,
+    left: u32,
+    live: u32,
+}
+
+impl Memory for Scarce<'_> {
+    fn allocate(&mut self, desc: &MemoryDesc<'_>) -> Result<Block, GpuError> {
+        if self.left == 0 {
+            return Err(GpuError::Memory {
+                name: desc.name.to_owned(),
+                reason: "scarce".to_owned(),
+            });
+        }
+        let block = self.memory.allocate(desc)?;
+        (self.left, self.live) = (self.left - 1, self.live + 1);
+        Ok(block)
+    }
+
+    fn free(&mut self, block: Block) {
+        self.live -= 1;
+        self.memory.free(block);
+    }
+}
+
+/// Makes something with ever more memory until it succeeds; returns how often it failed.
+fn starve<T>(
+    device: &mut Headless,
+    make: impl Fn(&Context, &mut dyn Memory) -> Result<T, GpuError>,
+    destroy: impl Fn(T, &mut dyn Memory),
+) -> u32 {
+    device
+        .make(|context, memory| {
+            for left in 0..100 {
+                let mut scarce = Scarce {
+                    memory,
+                    left,
+                    live: 0,
+                };
+                match make(context, &mut scarce) {
+                    Ok(made) => {
+                        assert_eq!(scarce.live, left);
+                        destroy(made, &mut scarce);
+                        assert_eq!(scarce.live, 0);
+                        return Ok(left);
+                    }
+                    Err(GpuError::Memory { reason, .. }) => assert_eq!(reason, "scarce"),
+                    Err(other) => panic!("{other}"),
+                }
+                assert_eq!(scarce.live, 0, "after failure {left}");
+            }
+            panic!("it never succeeds");
+        })
+        .unwrap()
+}
+
+fn atlas() -> RegionAtlas {
+    let rect = MapRect {
+        u: 0,
+        v: 0,
+        width: 40,
+        height: 40,
+    };
+    let maps = raster::every_frame(&drifting(&mut Random(1), rect, 4, 3));
+    RegionAtlas {
+        grid: MapGrid::default(),
+        regions: vec![RegionMaps {
+            first_slab: Slab(0),
+            slabs: vec![maps],
+        }],
+    }
+}
+
+#[test]
+fn a_failed_creation_leaves_nothing_behind() {
+    let mut device = device();
+    let (atlas, desc) = (atlas(), RasterizerDesc::default());
+    let failures = starve(
+        &mut device,
+        |context, memory| Rasterizer::new(context, memory, &desc),
+        |made, memory| made.destroy(memory),
+    );
+    assert_eq!(failures, 3);
+    let failures = starve(
+        &mut device,
+        |context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)),
+        |made, memory| made.destroy(memory),
+    );
+    assert_eq!(failures, 3 + 1 + 2 * 4);
+    assert_eq!(device.memory().unwrap().live_blocks(), 0);
+    // Validation names whatever is left when the device goes.
+    finish(device);
+}
+
+#[test]
+fn an_empty_atlas_is_no_error() {
+    let mut device = device();
+    let atlas = RegionAtlas {
+        regions: Vec::new(),
+        ..atlas()
+    };
+    let culler = device
+        .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
+        .unwrap();
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn validation_is_heard() {
+    let device = device();
+    let context = device.context().unwrap();
+    let info = ash::vk::FenceCreateInfo::default();
+    // SAFETY: the device is valid; the fence is left alive on purpose, for validation to find.
+    let fence = unsafe { context.device().create_fence(&info, None) };
+    assert!(fence.is_ok());
+    let messages = device.destroy();
+    assert!(!messages.is_empty(), "a leaked fence was not noticed");
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named() {
+    let wanted = HeadlessDesc {
+        device: DeviceChoice::Named("no such device".to_owned()),
+        ..desc()
+    };
+    let error = Headless::new(&wanted).unwrap_err();
+    assert!(matches!(&error, GpuError::NoDevice { found, .. } if !found.is_empty()));
+    assert!(error.to_string().contains("no such device"));
+}
+
+#[test]
+fn the_report_knows_every_requirement() {
+    let device = device();
+    let context = device.context().unwrap();
+    // SAFETY: both handles are of the headless device.
+    let report = unsafe { check(context.instance(), context.physical_device()) };
+    assert!(report.is_usable());
+    assert_eq!(report.stencil_format, Some(context.stencil_format()));
+    assert_eq!(report.precise_queries, context.precise_queries());
+    let required = requirements().iter().take_while(|one| one.is_required());
+    let optional = requirements().iter().filter(|one| !one.is_required());
+    assert_eq!(required.count() + optional.count(), requirements().len());
+    finish(device);
+}
