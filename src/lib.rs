@@ -47,3 +47,8 @@ pub mod graph;
 pub mod io;
 pub mod math;
 pub mod region;
+
+/// The README's code, compiled with the tests of the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
