@@ -1,16 +1,8 @@
-use glam::Vec3;
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::math::Rigid2;
-use crate::region::SphereKey;
-
-/// A sphere on its way: keys in the order of time, straight lines between them. Before the first and after the last key it is not there.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(transparent)]
-pub struct MovingSphere {
-    keys: Vec<SphereKey>,
-}
+use crate::region::{MovingSphere, SphereKey};
 
 /// Where and when an attack passes: one or more moving spheres. Times count from the moment of the query.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,57 +45,6 @@ pub enum AttackError {
     },
 }
 
-impl MovingSphere {
-    /// Its keys, in the order of time.
-    #[must_use]
-    pub fn keys(&self) -> &[SphereKey] {
-        &self.keys
-    }
-
-    /// Where it is at a time between its first and its last key.
-    #[must_use]
-    pub fn at(&self, t: f32) -> SphereKey {
-        let next = self
-            .keys
-            .partition_point(|key| key.t <= t)
-            .clamp(1, self.keys.len().max(2) - 1);
-        let (before, after) = (
-            self.keys[next - 1],
-            self.keys[next.min(self.keys.len() - 1)],
-        );
-        let span = after.t - before.t;
-        let share = if span > 0.0 {
-            ((t - before.t) / span).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        SphereKey {
-            t,
-            center: before.center.lerp(after.center, share),
-            radius: before.radius + (after.radius - before.radius) * share,
-        }
-    }
-
-    /// Calls `visit` with the sphere at times so close to each other that it moves at most half its radius in between, first and last
-    /// key included.
-    pub fn for_each_step(&self, mut visit: impl FnMut(Vec3, f32)) {
-        /// A sphere that is far faster than wide is drawn with gaps rather than without end.
-        const MOST_STEPS: f32 = 1024.0;
-        visit(self.keys[0].center, self.keys[0].radius);
-        for pair in self.keys.windows(2) {
-            let smallest = pair[0].radius.min(pair[1].radius);
-            let steps = (pair[0].center.distance(pair[1].center) / (0.5 * smallest))
-                .ceil()
-                .clamp(1.0, MOST_STEPS);
-            for step in 1..=steps as usize {
-                let share = step as f32 / steps;
-                let radius = pair[0].radius + (pair[1].radius - pair[0].radius) * share;
-                visit(pair[0].center.lerp(pair[1].center, share), radius);
-            }
-        }
-    }
-}
-
 impl Attack {
     /// Seconds.
     const LATEST: f32 = 600.0;
@@ -120,31 +61,31 @@ impl Attack {
         if spheres.is_empty() {
             return Err(AttackError::Empty);
         }
-        for (sphere, keys) in spheres.iter().enumerate() {
-            if keys.is_empty() {
-                return Err(AttackError::NoKeys { sphere });
-            }
-            for (key, value) in keys.iter().enumerate() {
-                let near = value.center.is_finite() && value.center.length() <= Self::FURTHEST;
-                let sized = value.radius > 0.0 && value.radius <= Self::WIDEST;
-                if !((0.0..=Self::LATEST).contains(&value.t) && near && sized) {
-                    return Err(AttackError::Value { sphere, key });
-                }
-                if key > 0 && value.t <= keys[key - 1].t {
-                    return Err(AttackError::Order {
-                        sphere,
-                        key,
-                        t: value.t,
-                    });
-                }
-            }
+        let numbered = spheres.into_iter().enumerate();
+        let spheres = numbered
+            .map(|(sphere, keys)| Self::checked(sphere, keys))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { spheres })
+    }
+
+    fn checked(sphere: usize, keys: Vec<SphereKey>) -> Result<MovingSphere, AttackError> {
+        let sound = |key: &SphereKey| {
+            let near = key.center.is_finite() && key.center.length() <= Self::FURTHEST;
+            let sized = key.radius > 0.0 && key.radius <= Self::WIDEST;
+            (0.0..=Self::LATEST).contains(&key.t) && near && sized
+        };
+        if let Some(key) = keys.iter().position(|key| !sound(key)) {
+            return Err(AttackError::Value { sphere, key });
         }
-        Ok(Self {
-            spheres: spheres
-                .into_iter()
-                .map(|keys| MovingSphere { keys })
-                .collect(),
-        })
+        if let Some(before) = keys.windows(2).position(|pair| pair[1].t <= pair[0].t) {
+            let key = before + 1;
+            return Err(AttackError::Order {
+                sphere,
+                key,
+                t: keys[key].t,
+            });
+        }
+        MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
     }
 
     /// All spheres.
@@ -158,7 +99,7 @@ impl Attack {
     pub fn start(&self) -> f32 {
         self.spheres
             .iter()
-            .map(|sphere| sphere.keys[0].t)
+            .map(MovingSphere::start)
             .fold(f32::INFINITY, f32::min)
     }
 
@@ -167,22 +108,19 @@ impl Attack {
     pub fn end(&self) -> f32 {
         self.spheres
             .iter()
-            .map(|sphere| sphere.keys[sphere.keys.len() - 1].t)
+            .map(MovingSphere::end)
             .fold(0.0, f32::max)
     }
 
     /// The same attack in another frame: `placement` takes points of this one there.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
-        let key = |key: &SphereKey| SphereKey {
-            center: placement.point(key.center),
-            ..*key
-        };
-        let sphere = |sphere: &MovingSphere| MovingSphere {
-            keys: sphere.keys.iter().map(key).collect(),
-        };
         Self {
-            spheres: self.spheres.iter().map(sphere).collect(),
+            spheres: self
+                .spheres
+                .iter()
+                .map(|sphere| sphere.placed(placement))
+                .collect(),
         }
     }
 }

@@ -17,5 +17,5 @@ pub mod retime;
 pub mod score;
 
 pub use answer::{Answer, CandidateReport, Counts, Fate};
-pub use attack::{Attack, AttackError, MovingSphere};
+pub use attack::{Attack, AttackError};
 pub use query::{Judging, Prepared, Query, QuerySettings};
