@@ -28,6 +28,25 @@ pub struct ContextDesc<'a> {
     pub debug_names: bool,
 }
 
+/// The same, for a caller that does not use `ash`.
+#[derive(Clone, Copy)]
+pub struct RawContextDesc {
+    /// The loader's `vkGetInstanceProcAddr`.
+    pub get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+    /// `VkInstance`, made with `apiVersion` 1.3 or later.
+    pub instance: vk::Instance,
+    /// `VkPhysicalDevice`.
+    pub physical_device: vk::PhysicalDevice,
+    /// `VkDevice`, with `dynamicRendering` and `synchronization2` enabled.
+    pub device: vk::Device,
+    /// As [`ContextDesc::queue_family`].
+    pub queue_family: u32,
+    /// As [`ContextDesc::precise_queries`].
+    pub precise_queries: bool,
+    /// As [`ContextDesc::debug_names`].
+    pub debug_names: bool,
+}
+
 /// A device that belongs to somebody else.
 ///
 /// Its function tables are copies; the handles must outlive it and everything that is made from it.
@@ -97,6 +116,32 @@ impl Context {
         })
     }
 
+    /// Borrows a device by its raw handles: [`Handle::from_raw`](ash::vk::Handle::from_raw) makes them from any binding's.
+    ///
+    /// # Errors
+    /// As for [`Context::new`].
+    ///
+    /// # Safety
+    /// As for [`Context::new`], and the function pointer is the one that the instance was made with.
+    pub unsafe fn from_raw(desc: &RawContextDesc) -> Result<Self, GpuError> {
+        let loader = ash::StaticFn {
+            get_instance_proc_addr: desc.get_instance_proc_addr,
+        };
+        // SAFETY: the caller vouches for pointer and handles.
+        unsafe {
+            let instance = ash::Instance::load(&loader, desc.instance);
+            let device = ash::Device::load(instance.fp_v1_0(), desc.device);
+            Self::new(&ContextDesc {
+                instance: &instance,
+                physical_device: desc.physical_device,
+                device: &device,
+                queue_family: desc.queue_family,
+                precise_queries: desc.precise_queries,
+                debug_names: desc.debug_names,
+            })
+        }
+    }
+
     /// The caller's instance.
     #[must_use]
     pub fn instance(&self) -> &ash::Instance {
@@ -134,7 +179,6 @@ impl Context {
     }
 
     /// The device's limits.
-    #[must_use]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
     }
