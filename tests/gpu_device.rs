@@ -162,6 +162,7 @@ fn raw_handles_make_the_same_context() {
             queue_family: context.queue_family(),
             precise_queries: true,
             debug_names: true,
+            stencil_format: None,
         })
     }
     .unwrap();

@@ -26,6 +26,8 @@ pub struct ContextDesc<'a> {
     pub precise_queries: bool,
     /// Whether `VK_EXT_debug_utils` is enabled on `instance`: objects then get names.
     pub debug_names: bool,
+    /// The format of stencil targets; `None` for the best that the device has, as in [`Report::stencil_format`].
+    pub stencil_format: Option<vk::Format>,
 }
 
 /// The same, for a caller that does not use `ash`.
@@ -45,6 +47,8 @@ pub struct RawContextDesc {
     pub precise_queries: bool,
     /// As [`ContextDesc::debug_names`].
     pub debug_names: bool,
+    /// As [`ContextDesc::stencil_format`].
+    pub stencil_format: Option<vk::Format>,
 }
 
 /// A device that belongs to somebody else.
@@ -87,7 +91,7 @@ impl Context {
         let report = unsafe { requirements::check(desc.instance, desc.physical_device) };
         let Report {
             missing,
-            stencil_format: Some(stencil_format),
+            stencil_format: Some(best),
             ..
         } = report
         else {
@@ -95,6 +99,15 @@ impl Context {
         };
         if !missing.is_empty() {
             return Err(GpuError::Missing(missing));
+        }
+        let stencil_format = desc.stencil_format.unwrap_or(best);
+        // SAFETY: as above.
+        if !unsafe {
+            requirements::has_stencil(desc.instance, desc.physical_device, stencil_format)
+        } {
+            return Err(GpuError::Missing(vec![
+                "the stencil format that was asked for",
+            ]));
         }
         // SAFETY: as above.
         let properties = unsafe {
@@ -138,6 +151,7 @@ impl Context {
                 queue_family: desc.queue_family,
                 precise_queries: desc.precise_queries,
                 debug_names: desc.debug_names,
+                stencil_format: desc.stencil_format,
             })
         }
     }
