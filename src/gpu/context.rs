@@ -129,7 +129,7 @@ impl Context {
         })
     }
 
-    /// Borrows a device by its raw handles: [`Handle::from_raw`](ash::vk::Handle::from_raw) makes them from any binding's.
+    /// Borrows a device by its raw handles: [`Handle::from_raw`] makes them from any binding's.
     ///
     /// # Errors
     /// As for [`Context::new`].
