@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Random, device, drifting, finish};
+use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
 use sabaki::{
     avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
     gpu::{
@@ -247,6 +247,33 @@ fn slots_in_flight_keep_their_own_counts() {
     }
     culler.destroy(device.memory().unwrap());
     finish(device);
+}
+
+#[test]
+fn every_stencil_format_agrees() {
+    let mut random = Random(12);
+    let atlas = atlas(&mut random, 10);
+    let rect = MapRect {
+        u: -40,
+        v: -20,
+        width: 70,
+        height: 90,
+    };
+    let attack = attack(&mut random, rect, 0..4);
+    let candidates = candidates(&mut random, &atlas, rect, 60);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    for format in FALLBACK_FORMATS {
+        let mut device = device_with(format);
+        let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+        let counts = device.cull(&mut culler, &input).unwrap();
+        assert_eq!(counts, counted(&input), "{format:?}");
+        culler.destroy(device.memory().unwrap());
+        finish(device);
+    }
 }
 
 #[test]

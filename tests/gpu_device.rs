@@ -7,8 +7,10 @@ mod common;
 use common::{Random, desc, device, drifting, finish};
 use sabaki::{
     gpu::{
-        Block, Context, DeviceChoice, GpuError, Headless, HeadlessDesc, Memory, MemoryDesc, check,
-        requirements,
+        Block, Context, DeviceChoice, GpuError, Headless, HeadlessDesc, Memory, MemoryDesc,
+        Message, RawContextDesc,
+        ash::{self, vk},
+        check, requirements,
         stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc},
     },
     region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab, raster},
@@ -127,12 +129,46 @@ fn an_empty_atlas_is_no_error() {
 fn validation_is_heard() {
     let device = device();
     let context = device.context().unwrap();
-    let info = ash::vk::FenceCreateInfo::default();
-    // SAFETY: the device is valid; the fence is left alive on purpose, for validation to find.
-    let fence = unsafe { context.device().create_fence(&info, None) };
-    assert!(fence.is_ok());
+    // Something that best practices advise against, and something that core validation finds at the end.
+    let info = vk::CommandPoolCreateInfo::default()
+        .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
+        .queue_family_index(context.queue_family());
+    // SAFETY: the device is valid; the pool is left alive on purpose.
+    let pool = unsafe { context.device().create_command_pool(&info, None) };
+    assert!(pool.is_ok());
+    let heard =
+        |messages: &[Message], start: &str| messages.iter().any(|one| one.id.starts_with(start));
+    assert!(
+        heard(&device.messages(), "UNASSIGNED-BestPractices"),
+        "{:#?}",
+        device.messages()
+    );
     let messages = device.destroy();
-    assert!(!messages.is_empty(), "a leaked fence was not noticed");
+    assert!(heard(&messages, "VUID-vkDestroyDevice"), "{messages:#?}");
+}
+
+#[test]
+fn raw_handles_make_the_same_context() {
+    let device = device();
+    let context = device.context().unwrap();
+    // SAFETY: the loader's own lookup function and the headless device's handles; the entry outlives the call.
+    let raw = unsafe {
+        let entry = ash::Entry::load().unwrap();
+        Context::from_raw(&RawContextDesc {
+            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr,
+            instance: context.instance().handle(),
+            physical_device: context.physical_device(),
+            device: context.device().handle(),
+            queue_family: context.queue_family(),
+            precise_queries: true,
+            debug_names: true,
+            stencil_format: None,
+        })
+    }
+    .unwrap();
+    assert_eq!(raw.stencil_format(), context.stencil_format());
+    assert_eq!(raw.max_target_side(), context.max_target_side());
+    finish(device);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Random, device, drifting, finish};
+use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
 use sabaki::{
     gpu::{
         GpuError, Headless,
@@ -136,6 +136,19 @@ fn the_odd_cases_agree() {
     agree(&mut device, 64, &drawings);
     agree(&mut device, 128, &[]);
     finish(device);
+}
+
+#[test]
+fn every_stencil_format_agrees() {
+    let mut random = Random(11);
+    let drawings: Vec<_> = (0..20)
+        .map(|index| drifting(&mut random, rect(0, 0, 30, 20), 1 + 15 * index, 4))
+        .collect();
+    for format in FALLBACK_FORMATS {
+        let mut device = device_with(format);
+        agree(&mut device, 128, &drawings);
+        finish(device);
+    }
 }
 
 #[test]

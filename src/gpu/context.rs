@@ -26,6 +26,29 @@ pub struct ContextDesc<'a> {
     pub precise_queries: bool,
     /// Whether `VK_EXT_debug_utils` is enabled on `instance`: objects then get names.
     pub debug_names: bool,
+    /// The format of stencil targets; `None` for the best that the device has, as in [`Report::stencil_format`].
+    pub stencil_format: Option<vk::Format>,
+}
+
+/// The same, for a caller that does not use `ash`.
+#[derive(Clone, Copy)]
+pub struct RawContextDesc {
+    /// The loader's `vkGetInstanceProcAddr`.
+    pub get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
+    /// `VkInstance`, made with `apiVersion` 1.3 or later.
+    pub instance: vk::Instance,
+    /// `VkPhysicalDevice`.
+    pub physical_device: vk::PhysicalDevice,
+    /// `VkDevice`, with `dynamicRendering` and `synchronization2` enabled.
+    pub device: vk::Device,
+    /// As [`ContextDesc::queue_family`].
+    pub queue_family: u32,
+    /// As [`ContextDesc::precise_queries`].
+    pub precise_queries: bool,
+    /// As [`ContextDesc::debug_names`].
+    pub debug_names: bool,
+    /// As [`ContextDesc::stencil_format`].
+    pub stencil_format: Option<vk::Format>,
 }
 
 /// A device that belongs to somebody else.
@@ -68,7 +91,7 @@ impl Context {
         let report = unsafe { requirements::check(desc.instance, desc.physical_device) };
         let Report {
             missing,
-            stencil_format: Some(stencil_format),
+            stencil_format: Some(best),
             ..
         } = report
         else {
@@ -76,6 +99,15 @@ impl Context {
         };
         if !missing.is_empty() {
             return Err(GpuError::Missing(missing));
+        }
+        let stencil_format = desc.stencil_format.unwrap_or(best);
+        // SAFETY: as above.
+        if !unsafe {
+            requirements::has_stencil(desc.instance, desc.physical_device, stencil_format)
+        } {
+            return Err(GpuError::Missing(vec![
+                "the stencil format that was asked for",
+            ]));
         }
         // SAFETY: as above.
         let properties = unsafe {
@@ -95,6 +127,33 @@ impl Context {
             limits: properties.limits,
             names,
         })
+    }
+
+    /// Borrows a device by its raw handles: [`Handle::from_raw`] makes them from any binding's.
+    ///
+    /// # Errors
+    /// As for [`Context::new`].
+    ///
+    /// # Safety
+    /// As for [`Context::new`], and the function pointer is the one that the instance was made with.
+    pub unsafe fn from_raw(desc: &RawContextDesc) -> Result<Self, GpuError> {
+        let loader = ash::StaticFn {
+            get_instance_proc_addr: desc.get_instance_proc_addr,
+        };
+        // SAFETY: the caller vouches for pointer and handles.
+        unsafe {
+            let instance = ash::Instance::load(&loader, desc.instance);
+            let device = ash::Device::load(instance.fp_v1_0(), desc.device);
+            Self::new(&ContextDesc {
+                instance: &instance,
+                physical_device: desc.physical_device,
+                device: &device,
+                queue_family: desc.queue_family,
+                precise_queries: desc.precise_queries,
+                debug_names: desc.debug_names,
+                stencil_format: desc.stencil_format,
+            })
+        }
     }
 
     /// The caller's instance.

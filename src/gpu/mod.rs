@@ -19,8 +19,13 @@ mod resources;
 mod shader_table;
 pub mod stencil;
 
+/// The version that signatures here speak of.
+pub use ash;
+/// The version that [`GpuAllocatorMemory`] speaks of.
+pub use gpu_allocator;
+
 pub use allocator::GpuAllocatorMemory;
-pub use context::{Context, ContextDesc};
+pub use context::{Context, ContextDesc, RawContextDesc};
 pub use error::{GpuError, Mismatch};
 pub use headless::{
     Accepted, DeviceChoice, DeviceInfo, DeviceKind, Headless, HeadlessDesc, Message, accepted,

@@ -39,7 +39,7 @@ pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
 };
 
 /// What a draw does to the stencil buffer.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct StencilRule {
     pub(crate) compare: vk::CompareOp,
     pub(crate) pass: vk::StencilOp,

@@ -108,8 +108,10 @@ pub unsafe fn check(instance: &ash::Instance, physical_device: vk::PhysicalDevic
     // SAFETY: as above; the chain is only given to devices that know its structures.
     unsafe { instance.get_physical_device_features2(physical_device, &mut features) };
     let precise_queries = features.features.occlusion_query_precise == vk::TRUE;
-    // SAFETY: as above.
-    let stencil_format = unsafe { stencil_format(instance, physical_device) };
+    let stencil_format = STENCIL_FORMATS.into_iter().find(|&format| {
+        // SAFETY: as above.
+        unsafe { has_stencil(instance, physical_device, format) }
+    });
 
     let graphics = families
         .iter()
@@ -136,18 +138,19 @@ pub unsafe fn check(instance: &ash::Instance, physical_device: vk::PhysicalDevic
     }
 }
 
+/// Whether stencil targets can have this format.
+///
 /// # Safety
 /// As for [`check`].
-unsafe fn stencil_format(
+pub(super) unsafe fn has_stencil(
     instance: &ash::Instance,
     physical_device: vk::PhysicalDevice,
-) -> Option<vk::Format> {
+    format: vk::Format,
+) -> bool {
     let needed =
         vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT | vk::FormatFeatureFlags::TRANSFER_SRC;
-    STENCIL_FORMATS.into_iter().find(|&format| {
-        // SAFETY: the caller vouches for both handles.
-        let properties =
-            unsafe { instance.get_physical_device_format_properties(physical_device, format) };
-        properties.optimal_tiling_features.contains(needed)
-    })
+    // SAFETY: the caller vouches for both handles.
+    let properties =
+        unsafe { instance.get_physical_device_format_properties(physical_device, format) };
+    STENCIL_FORMATS.contains(&format) && properties.optimal_tiling_features.contains(needed)
 }

@@ -1,7 +1,7 @@
 //! What the device's tests share: a headless device that listens to validation, and a small random generator.
 
 use sabaki::{
-    gpu::{DeviceChoice, Headless, HeadlessDesc},
+    gpu::{DeviceChoice, Headless, HeadlessDesc, ash::vk},
     region::{Disc, Drawing, MapRect, SUB_TEXELS},
 };
 
@@ -16,6 +16,21 @@ pub(crate) fn desc() -> HeadlessDesc {
         validation: true,
         ..HeadlessDesc::default()
     }
+}
+
+/// The formats of stencil targets that do without S8_UINT.
+pub(crate) const FALLBACK_FORMATS: [vk::Format; 2] = [
+    vk::Format::D24_UNORM_S8_UINT,
+    vk::Format::D32_SFLOAT_S8_UINT,
+];
+
+/// The same device with another stencil format.
+pub(crate) fn device_with(format: vk::Format) -> Headless {
+    Headless::new(&HeadlessDesc {
+        stencil_format: Some(format),
+        ..desc()
+    })
+    .expect("a device with this stencil format")
 }
 
 /// Ends a test: any message of validation, to the very end of the device, fails it.

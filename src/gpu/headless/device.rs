@@ -58,7 +58,14 @@ pub(super) fn instance(entry: &ash::Entry, validation: bool) -> Result<ash::Inst
             .push_next(&mut checks);
     }
     // SAFETY: the layer was found above, and brings the extensions along.
-    unsafe { entry.create_instance(&info, None) }.call("vkCreateInstance")
+    match unsafe { entry.create_instance(&info, None) } {
+        // The loader's way to say that it has found no driver.
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDevice {
+            wanted: "present".to_owned(),
+            found: Vec::new(),
+        }),
+        made => made.call("vkCreateInstance"),
+    }
 }
 
 /// The device, its only queue, and what is known of them.

@@ -27,6 +27,8 @@ pub struct HeadlessDesc {
     pub validation: bool,
     /// Leaves `occlusionQueryPrecise` off even where the device has it.
     pub without_precise_queries: bool,
+    /// Stencil targets of this format rather than the best one.
+    pub stencil_format: Option<vk::Format>,
 }
 
 /// An instance, a device, a queue, and what is needed to run commands on it and to wait for them.
@@ -92,6 +94,7 @@ impl Headless {
             queue_family: device.queue_family,
             precise_queries: device.precise_queries,
             debug_names: desc.validation,
+            stencil_format: desc.stencil_format,
         };
         // SAFETY: the handles belong together, the features were enabled, and teardown destroys the device last.
         let context = unsafe { Context::new(&context) };

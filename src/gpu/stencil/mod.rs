@@ -10,6 +10,7 @@ mod drawing;
 mod packing;
 mod passes;
 mod rasterizer;
+mod readback;
 mod slot;
 
 pub use culler::{Culler, CullerDesc, Ticket};

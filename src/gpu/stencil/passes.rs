@@ -23,7 +23,7 @@ pub(crate) const START: u32 = 1;
 pub(crate) const EVASION: u8 = 1;
 
 /// One draw.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Pass {
     /// Whole maps instead of discs.
     pub(crate) whole_maps: bool,
@@ -32,7 +32,7 @@ pub(crate) struct Pass {
 }
 
 /// The draws of a batch, and their instances.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Passes {
     pub(crate) passes: Vec<Pass>,
     pub(crate) instances: Vec<PlacedDisc>,

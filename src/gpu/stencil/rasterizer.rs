@@ -18,7 +18,7 @@ use crate::{
         resources::{Buffer, BufferDesc, StencilTarget},
         shader_table::{PlacedDisc, TargetSide},
     },
-    region::{BitMap, Drawing, raster::EvasionMaps},
+    region::Drawing,
 };
 
 /// How a [`Rasterizer`] is made.
@@ -28,7 +28,8 @@ pub struct RasterizerDesc<'a> {
     pub name: &'a str,
     /// Side of the target that maps are packed into, texels: the largest side of a map. Default 1,024.
     pub side: u32,
-    /// Discs in one batch: the most that one drawing can have. Default 262,144 (5 MiB).
+    /// Discs in one batch: the most that one drawing can have. Default 262,144 (10 MiB: the first frame's are
+    /// drawn twice).
     pub max_discs: u32,
 }
 
@@ -57,29 +58,20 @@ pub enum MapKind {
 /// read. The target is one, so a batch is recorded when the one before it has been read.
 #[derive(Debug)]
 pub struct Rasterizer {
-    context: Context,
-    parts: Parts,
+    pub(super) context: Context,
+    pub(super) parts: Parts,
     room: Room,
-    scratch: Scratch,
+    scratch: Passes,
 }
 
 #[derive(Debug, Default)]
-struct Parts {
+pub(super) struct Parts {
     discs: Pipeline,
     rects: Pipeline,
     target: StencilTarget,
     instances: Buffer,
-    texels: Buffer,
+    pub(super) texels: Buffer,
     live: bool,
-}
-
-#[derive(Default)]
-struct Scratch(Passes);
-
-impl std::fmt::Debug for Scratch {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Scratch")
-    }
 }
 
 impl Rasterizer {
@@ -106,7 +98,7 @@ impl Rasterizer {
                 // Each drawing's first frame is drawn twice, and whole maps are instances too.
                 instances: desc.max_discs.saturating_mul(2).saturating_add(64),
             },
-            scratch: Scratch::default(),
+            scratch: Passes::default(),
         };
         match rasterizer.fill(memory, desc.name) {
             Ok(()) => Ok(rasterizer),
@@ -172,10 +164,10 @@ impl Rasterizer {
         kind: MapKind,
     ) -> Result<(), GpuError> {
         match kind {
-            MapKind::EveryFrame => passes::every_frame(drawings, batch, &mut self.scratch.0),
-            MapKind::AnyFrame => passes::any_frame(drawings, batch, &mut self.scratch.0),
+            MapKind::EveryFrame => passes::every_frame(drawings, batch, &mut self.scratch),
+            MapKind::AnyFrame => passes::any_frame(drawings, batch, &mut self.scratch),
         }
-        let bytes = bytemuck::cast_slice(&self.scratch.0.instances);
+        let bytes = bytemuck::cast_slice(&self.scratch.instances);
         self.parts.instances.write(&self.context, 0, bytes)?;
         let (context, image) = (&self.context, self.parts.target.image);
         // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use.
@@ -212,7 +204,7 @@ impl Rasterizer {
             );
             device.cmd_bind_vertex_buffers(cmd, 0, &[parts.instances.handle], &[0]);
             let mut bound = None;
-            for pass in &self.scratch.0.passes {
+            for pass in &self.scratch.passes {
                 if bound != Some(pass.whole_maps) {
                     let pipeline = if pass.whole_maps {
                         &parts.rects
@@ -256,88 +248,6 @@ impl Rasterizer {
                 self.parts.texels.handle,
                 &region,
             );
-        }
-    }
-
-    /// Reads the maps of a batch recorded with [`MapKind::EveryFrame`] into `maps`, by the positions of the drawings.
-    ///
-    /// # Errors
-    /// An invalidate that failed.
-    ///
-    /// # Safety
-    /// What was recorded last is this batch, and it has finished on the device.
-    pub unsafe fn read_every_frame(
-        &self,
-        drawings: &[Drawing],
-        batch: &Batch,
-        maps: &mut [EvasionMaps],
-    ) -> Result<(), GpuError> {
-        // SAFETY: the caller says that the device has finished.
-        let texels = unsafe { self.texels(batch) }?;
-        for &(index, cell) in &batch.members {
-            let rect = drawings[index].rect;
-            let mut read = EvasionMaps {
-                body: BitMap::new(rect),
-                evasion: BitMap::new(rect),
-            };
-            for row in 0..rect.height {
-                let start = ((cell.y + row) * batch.used[0] + cell.x) as usize;
-                let values = &texels[start..start + rect.width as usize];
-                for (column, &value) in values.iter().enumerate() {
-                    if value > passes::EVASION {
-                        read.body.set(column as i32, row as i32);
-                    } else if value == passes::EVASION {
-                        read.evasion.set(column as i32, row as i32);
-                    }
-                }
-            }
-            maps[index] = read;
-        }
-        Ok(())
-    }
-
-    /// Reads the maps of a batch recorded with [`MapKind::AnyFrame`] into `maps`, by the positions of the drawings.
-    ///
-    /// # Errors
-    /// An invalidate that failed.
-    ///
-    /// # Safety
-    /// What was recorded last is this batch, and it has finished on the device.
-    pub unsafe fn read_any_frame(
-        &self,
-        drawings: &[Drawing],
-        batch: &Batch,
-        maps: &mut [BitMap],
-    ) -> Result<(), GpuError> {
-        // SAFETY: the caller says that the device has finished.
-        let texels = unsafe { self.texels(batch) }?;
-        for &(index, cell) in &batch.members {
-            let rect = drawings[index].rect;
-            let mut read = BitMap::new(rect);
-            for row in 0..rect.height {
-                let start = ((cell.y + row) * batch.used[0] + cell.x) as usize;
-                let values = &texels[start..start + rect.width as usize];
-                for (column, &value) in values.iter().enumerate() {
-                    if u32::from(value) > passes::START {
-                        read.set(column as i32, row as i32);
-                    }
-                }
-            }
-            maps[index] = read;
-        }
-        Ok(())
-    }
-
-    /// # Safety
-    /// The device has finished.
-    unsafe fn texels(&self, batch: &Batch) -> Result<&[u8], GpuError> {
-        self.parts.texels.invalidate(&self.context)?;
-        let [width, height] = batch.used;
-        // SAFETY: the caller says that nothing is being written.
-        unsafe {
-            self.parts
-                .texels
-                .bytes(u64::from(width) * u64::from(height))
         }
     }
 

@@ -1,0 +1,113 @@
+//! Promise: recording and polling a cull allocates nothing, from the second cull on.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use common::{Random, desc, drifting};
+use sabaki::{
+    avoid::cull::{AttackDrawing, CullCandidate, CullInput},
+    gpu::{
+        Headless, HeadlessDesc,
+        stencil::{Culler, CullerDesc},
+    },
+    math::Rigid2,
+    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab, raster},
+};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, which counts this thread's allocations.
+struct Counting;
+
+// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
+}
+
+#[test]
+fn a_cull_allocates_nothing() {
+    // Without validation, which allocates for itself on this thread's behalf.
+    let mut device = Headless::new(&HeadlessDesc {
+        validation: false,
+        ..desc()
+    })
+    .unwrap();
+    let mut random = Random(1);
+    let rect = MapRect {
+        u: -20,
+        v: -20,
+        width: 60,
+        height: 50,
+    };
+    let atlas = RegionAtlas {
+        grid: MapGrid::default(),
+        regions: vec![RegionMaps {
+            first_slab: Slab(0),
+            slabs: (0..4)
+                .map(|_| raster::every_frame(&drifting(&mut random, rect, 5, 4)))
+                .collect(),
+        }],
+    };
+    let attack: Vec<_> = (0..3)
+        .map(|slab| AttackDrawing {
+            slab: Slab(slab),
+            drawing: drifting(&mut random, rect, 5, 4),
+        })
+        .collect();
+    let candidates: Vec<_> = (0..100)
+        .map(|index| CullCandidate {
+            region: RegionId(0),
+            turn: MapTurn::new(Rigid2::new(index as f32, 0.1, 0.0), (-20, -20), 0.02),
+        })
+        .collect();
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let mut culler = device
+        .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
+        .unwrap();
+    let mut overlaps = Vec::new();
+    for cull in 0..4 {
+        let (ticket, recording) = device
+            .run(|cmd| {
+                let before = allocations();
+                // SAFETY: `run` gives a buffer that is being recorded, and has waited for the cull before.
+                let ticket = unsafe { culler.record(cmd, 0, &input) }?;
+                Ok((ticket, allocations() - before))
+            })
+            .unwrap();
+        let before = allocations();
+        assert!(culler.poll(ticket, &mut overlaps).unwrap());
+        let polling = allocations() - before;
+        if cull > 0 {
+            assert_eq!((recording, polling), (0, 0), "cull {cull}");
+        }
+    }
+    culler.destroy(device.memory().unwrap());
+    assert!(device.destroy().is_empty());
+}
