@@ -241,7 +241,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Follows paths in the order of their time, up to `limit` frames. `arrive` is called at each path's end.
+    /// Follows paths in the order of their time, up to `limit` frames. `arrive` is called at each path's end: the
+    /// width limits how many of those that it lets go on do, never which ends it is told of.
     fn run(&mut self, start: NodeId, limit: f32, mut arrive: impl FnMut(&Self, usize) -> Follow) {
         let to_start = Rigid2::IDENTITY;
         let start = State {
@@ -257,14 +258,13 @@ impl<'a> Search<'a> {
         self.layers.push(vec![0]);
         let mut time = 0;
         while time < self.layers.len() {
-            let layer = std::mem::take(&mut self.layers[time]);
-            let followed = evenly(&layer, self.width);
-            self.report.cut += layer.len() - followed.len();
+            let mut open = std::mem::take(&mut self.layers[time]);
+            open.retain(|&index| arrive(self, index as usize) == Follow::On);
+            let followed = evenly(&open, self.width);
+            self.report.cut += open.len() - followed.len();
+            self.report.followed += followed.len();
             for index in followed {
-                self.report.followed += 1;
-                if arrive(self, index as usize) == Follow::On {
-                    self.extend(index, limit);
-                }
+                self.extend(index, limit);
             }
             time += 1;
         }
