@@ -18,9 +18,10 @@ use crate::region::BakedGraph;
 pub struct EnumerateSettings {
     /// Paths last at most this long at rate 1 until their evasion starts, seconds. Default 2.
     pub horizon: f32,
-    /// Paths to the same node at the same time are alike when they end within this distance, metres, default 0.05,
+    /// Paths to the same node at the same time are alike when they end in one cell of a grid with this side, metres;
+    /// 0.0001 at least. Default 0.05.
     pub alike_distance: f32,
-    /// and turned by less than this against each other, radians. Default 5°.
+    /// And when their headings lie in one cell of this size, radians; 0.0001 at least. Default 5°.
     pub alike_angle: f32,
     /// Most paths that are followed at a time on the way to an evasion. Default 256.
     pub evasion_width: usize,
@@ -172,6 +173,13 @@ fn natural_path(baked: &BakedGraph, start: NodeId, frames: u32) -> FoundPath {
     path
 }
 
+/// Which stretch of length `side` a value lies in. Places and headings in one cell count as alike.
+pub(super) fn cell(value: f32, side: f32) -> i32 {
+    /// Of a side: with none at all everything would be infinitely far, and so all in one cell.
+    const SHORTEST: f32 = 1e-4;
+    (value / side.max(SHORTEST)).floor() as i32
+}
+
 /// At most `count` of `all`, evenly spread.
 fn evenly<T: Copy>(all: &[T], count: usize) -> Vec<T> {
     if all.len() <= count {
@@ -310,7 +318,6 @@ impl<'a> Search<'a> {
             .clip(node.clip)
             .sample_root(node.frame as f32);
         let place = state.to_start.point(root);
-        let cell = |value: f32, side: f32| (value / side).floor() as i32;
         let at = |metres: f32, radians: f32| {
             [
                 cell(place.x, metres),
@@ -322,11 +329,14 @@ impl<'a> Search<'a> {
         match self.alike {
             Alike::Exact => {
                 let [x, z, turn] = at(self.settings.alike_distance, self.settings.alike_angle);
-                // A fifth of a second more or less that can be retimed makes a different path.
-                let fifth = (self.baked.graph().frame_rate() / 5.0) as u32;
-                let retimable =
-                    (state.faster / fifth.max(1) * 1024 + state.slower / fifth.max(1)) as i32;
-                [state.node.0 as i32, frames, x, z, turn, retimable, 0]
+                // A fifth of a second more or less that can be retimed makes a different path, and so does having
+                // anything to retime at all.
+                let fifth = ((self.baked.graph().frame_rate() / 5.0) as u32).max(1);
+                let [faster, slower] = [state.faster, state.slower].map(|frames| match frames {
+                    0 => -1,
+                    some => (some / fifth) as i32,
+                });
+                [state.node.0 as i32, frames, x, z, turn, faster, slower]
             }
             Alike::Roughly => {
                 let [x, z, turn] = at(

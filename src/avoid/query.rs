@@ -12,7 +12,7 @@ use super::answer::{Answer, CandidateReport, Counts, Fate};
 use super::clearance::{Clearance, Extent, SAMPLE_RATE, clearance};
 use super::cull::{CullInput, Overlap};
 use super::enumerate::{
-    EnumerateSettings, FoundPath, SearchReport, paths_to_evasions, plain_paths,
+    EnumerateSettings, FoundPath, SearchReport, cell, paths_to_evasions, plain_paths,
 };
 use super::placement::{CullMaps, PlacedRegion, cull_maps};
 use super::retime::{Direction, Rate, RateError, RateSettings, rate};
@@ -150,7 +150,6 @@ impl<'a> Query<'a> {
                 return true;
             };
             let place = start * candidate.path.to_start * self.baked.evasions()[evasion].placement;
-            let cell = |value: f32, side: f32| (value / side).floor() as i32;
             let (x, z) = (
                 cell(place.x, settings.alike_distance),
                 cell(place.z, settings.alike_distance),
