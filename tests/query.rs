@@ -9,7 +9,9 @@ use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::avoid::clearance::SAMPLE_RATE;
 use sabaki::avoid::cull::{Overlap, cpu};
-use sabaki::avoid::{Answer, Attack, Fate, Judging, Prepared, Query, QuerySettings};
+use sabaki::avoid::{
+    Answer, Attack, CandidateReport, Fate, Judging, Prepared, Query, QuerySettings,
+};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{Motion, NodeId};
 use sabaki::region::{BakedGraph, SphereKey};
@@ -89,6 +91,41 @@ fn the_exact_clearance_is_that_of_stepping_through_time() {
     }
 }
 
+/// The chosen candidate's score.
+fn best(answer: &Answer) -> f32 {
+    answer.candidates[answer.chosen].score.unwrap().total
+}
+
+/// The best score of those that the maps let pass, or of all where none of these is clean. Everything was judged.
+fn best_passed(all: &Answer) -> f32 {
+    let passed = |c: &&CandidateReport| c.overlap.is_none_or(|overlap| overlap.body == 0);
+    all.candidates
+        .iter()
+        .filter(passed)
+        .filter_map(|c| c.score)
+        .map(|score| score.total)
+        .min_by(f32::total_cmp)
+        .unwrap_or_else(|| best(all))
+}
+
+#[test]
+fn a_weight_that_rewards_distance_finds_the_widest_miss() {
+    let mut settings = QuerySettings::default();
+    settings.weights.distance = -4.0;
+    let mut decided_by_distance = 0;
+    for throw in throws().take(20) {
+        let needed = answer(&settings, &throw, Judging::Needed);
+        let all = answer(&settings, &throw, Judging::All);
+        if all.avoided {
+            assert_eq!(best(&needed), best_passed(&all));
+            let usual = answer(&QuerySettings::default(), &throw, Judging::Needed);
+            let gained = needed.clearance.metres - usual.clearance.metres;
+            decided_by_distance += usize::from(gained > 0.01);
+        }
+    }
+    assert!(decided_by_distance > 5, "{decided_by_distance}");
+}
+
 #[test]
 fn the_maps_never_hide_the_only_clean_candidate() {
     let settings = QuerySettings::default();
@@ -99,20 +136,11 @@ fn the_maps_never_hide_the_only_clean_candidate() {
         assert_eq!(needed.avoided, all.avoided);
         assert_eq!(needed.counts.candidates, all.counts.candidates);
         if all.avoided {
-            let best = |answer: &Answer| answer.candidates[answer.chosen].score.unwrap().total;
-            let passed = |c: &sabaki::avoid::CandidateReport| {
-                c.overlap.is_none_or(|overlap| overlap.body == 0)
-            };
-            let best_passed = all
-                .candidates
-                .iter()
-                .filter(|c| passed(c))
-                .filter_map(|c| c.score)
-                .map(|s| s.total);
-            let expected = best_passed
-                .min_by(f32::total_cmp)
-                .unwrap_or_else(|| best(&all));
-            assert_eq!(best(&needed), expected, "the bound hid a better candidate");
+            assert_eq!(
+                best(&needed),
+                best_passed(&all),
+                "the bound hid a better candidate"
+            );
         } else {
             assert_eq!(
                 needed.clearance.metres, all.clearance.metres,

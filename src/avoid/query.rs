@@ -338,8 +338,9 @@ impl<'a> Prepared<'a> {
 /// How much is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judging {
-    /// What the choice needs: candidates that the maps remove are left out as long as there is a clean one among the others, and a
-    /// candidate that could not win even with no distance at all is not tested.
+    /// What the choice needs: candidates that the maps remove are left out as long as there is a clean one among the
+    /// others, and a candidate that could not win even with no distance at all is not tested (with a weight of distance
+    /// below 0 every one is).
     Needed,
     /// Every candidate, exactly, whatever the maps say: the culling path `exact`.
     All,
@@ -361,7 +362,8 @@ impl Court<'_, '_> {
             .any(|judged| judged.score.is_some())
     }
 
-    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V without it is a bound.
+    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V without it is a bound,
+    /// unless its weight rewards distance.
     fn judge(&mut self, candidates: Vec<usize>) {
         let bound = |&index: &usize| {
             (
@@ -376,9 +378,11 @@ impl Court<'_, '_> {
         } else {
             Extent::UntilHit
         };
+        let is_bounded =
+            self.judging == Judging::Needed && self.case.query.settings.weights.distance >= 0.0;
         let mut best = f32::INFINITY;
         for (bound, index) in bounds {
-            if self.judging == Judging::Needed && bound >= best {
+            if is_bounded && bound >= best {
                 break;
             }
             let judged = self.test(index, extent);

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Weights {
     /// Of V_a. Default 1.
     pub avoid: f32,
-    /// Of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed.
+    /// Of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed. Below 0 the widest miss
+    /// is the best, and every candidate must be tested.
     pub distance: f32,
     /// Of V_t. Default 1: twice the rate weighs as much as missing the evasion region altogether.
     pub time: f32,
