@@ -13,7 +13,8 @@ use sabaki::avoid::{
     Answer, Attack, CandidateReport, Fate, Judging, Prepared, Query, QuerySettings,
 };
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki::graph::{Motion, NodeId};
+use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
+use sabaki::math::Rigid2;
 use sabaki::region::{BakedGraph, SphereKey};
 
 const ATTACKS: u64 = 60;
@@ -288,4 +289,25 @@ fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
         },
         Judging::Needed,
     );
+}
+
+#[test]
+fn a_character_far_out_is_answered_without_overflow() {
+    let (settings, baked) = (QuerySettings::default(), embedded());
+    let attack = |center: Vec3| {
+        let ball = |t: f32| SphereKey {
+            t,
+            center,
+            radius: 0.1,
+        };
+        Attack::new(vec![vec![ball(0.9), ball(1.4)]]).unwrap()
+    };
+    for metres in [1e3, 1e7, 1e30] {
+        for attack in [attack(Vec3::Y), attack(Vec3::new(9_000.0, 1.0, -4_000.0))] {
+            let world = Rigid2::new(0.4, metres, -metres);
+            let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, world);
+            let answer = answer(&settings, &Throw { playhead, attack }, Judging::Needed);
+            assert!(answer.avoided, "{metres} m away");
+        }
+    }
 }

@@ -118,8 +118,10 @@ fn region_rect(atlas: &RegionAtlas, region: RegionId) -> MapRect {
         .fold(MapRect::default(), MapRect::union)
 }
 
-/// The rectangle around another one that is moved and turned.
+/// The rectangle around another one that is moved and turned. What is moved out of all reach stops at its border.
 fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
+    /// Texels: where the furthest discs are.
+    const FURTHEST: f32 = (1 << 24) as f32;
     let (u, v) = (
         [rect.u, rect.u + rect.width as i32],
         [rect.v, rect.v + rect.height as i32],
@@ -133,9 +135,10 @@ fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
         low = low.min(corner);
         high = high.max(corner);
     }
+    let whole = |place: f32| place.clamp(-FURTHEST, FURTHEST) as i32;
     // A texel on every side for rounding.
-    let (first_u, first_v) = (low.x.floor() as i32 - 1, low.z.floor() as i32 - 1);
-    let (end_u, end_v) = (high.x.ceil() as i32 + 1, high.z.ceil() as i32 + 1);
+    let (first_u, first_v) = (whole(low.x.floor()) - 1, whole(low.z.floor()) - 1);
+    let (end_u, end_v) = (whole(high.x.ceil()) + 1, whole(high.z.ceil()) + 1);
     MapRect {
         u: first_u,
         v: first_v,
