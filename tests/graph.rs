@@ -204,6 +204,7 @@ fn bad_settings_and_events_are_named() {
     for bad in [
         event(1, 0.1, 0.2),
         event(0, 5.0, 6.0),
+        event(0, 1.5, 6.0),
         event(0, 0.5, 0.2),
         event(0, f64::NAN, 1.0),
     ] {
@@ -212,6 +213,66 @@ fn bad_settings_and_events_are_named() {
             Err(GraphError::Event { index: 0, .. })
         ));
     }
+}
+
+#[test]
+fn what_cannot_be_kept_whole_is_refused_or_reported() {
+    let skeleton = small_skeleton();
+    // The same motion twice, so that there is a way back.
+    let mut desc = swinging_clip(&skeleton, 60, 0.0).desc().clone();
+    desc.roots.extend_from_within(..);
+    desc.rotations.extend_from_within(..);
+    let clips = [Clip::new(&skeleton, desc).unwrap()];
+    let event = |start, end| Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start,
+        end,
+        joints: Vec::new(),
+    };
+    let settings = GraphSettings {
+        threshold: 10.0,
+        ..GraphSettings::default()
+    };
+    let overlapping = [event(1.0, 1.5), event(0.2, 0.8), event(0.7, 0.9)];
+    assert!(matches!(
+        build(&clips, &overlapping, &settings),
+        Err(GraphError::EventsOverlap {
+            earlier: 1,
+            later: 2
+        })
+    ));
+    let stranger = ClipSource {
+        skeleton: &demo::motions().unwrap().skeleton,
+        clips: &clips,
+        events: &[],
+    };
+    assert!(matches!(
+        graph::build(stranger, &settings),
+        Err(GraphError::ClipJoints { found: 9, .. })
+    ));
+    // One ends where the next one starts: no overlap. The last is shorter than a frame.
+    let events = [event(0.5, 0.8), event(0.8, 0.9), event(0.95, 0.96)];
+    let source = ClipSource {
+        skeleton: &skeleton,
+        clips: &clips,
+        events: &events,
+    };
+    let (graph, report) = graph::build(source, &settings).unwrap();
+    assert_eq!(report.events, (3, 0));
+    assert_eq!(
+        graph.events().len() + report.dropped.evasions.len(),
+        events.len()
+    );
+    assert!(
+        report
+            .dropped
+            .evasions
+            .iter()
+            .any(|name| name.ends_with("0.97-0.97")),
+        "{:?}",
+        report.dropped.evasions
+    );
 }
 
 #[test]

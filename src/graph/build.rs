@@ -21,9 +21,10 @@ pub struct ClipSource<'a> {
     pub skeleton: &'a Skeleton,
     /// At any frame rates.
     pub clips: &'a [Clip],
-    /// Their labelled ranges.
+    /// Their labelled ranges; those of one clip do not overlap.
     pub events: &'a [Event],
 }
+
 /// Builds the graph of `source`.
 ///
 /// # Errors
@@ -36,6 +37,7 @@ pub fn build(
         return Err(GraphError::NoClips);
     }
     let weights = settings.checked_weights(source.skeleton.len())?;
+    check_joints(source)?;
     let clips: Vec<Clip> = source
         .clips
         .iter()
@@ -48,11 +50,7 @@ pub fn build(
         .collect();
     let window = settings.frames(settings.window);
     let mut transitions = find_transitions(&clouds, window, settings);
-    transitions.retain(|transition| {
-        !events
-            .iter()
-            .any(|e| transition.cuts(e.clip.index(), e.first as usize, e.last as usize, window))
-    });
+    transitions.retain(|transition| !events.iter().any(|event| transition.cuts(event, window)));
     let parts = Parts {
         skeleton: source.skeleton,
         clips,
@@ -81,6 +79,24 @@ pub fn build(
     );
     Ok((graph, report))
 }
+
+fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
+    let joints = source.skeleton.len();
+    for clip in source.clips {
+        let found = clip.desc().rotations.len() / clip.frames();
+        if found != joints {
+            return Err(GraphError::ClipJoints {
+                clip: clip.name().to_owned(),
+                found,
+                joints,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The events in frames of the resampled clips. One that is shorter than a frame has no motion to play: no edge will hold
+/// it, and so it is reported as dropped.
 fn events_in_frames(
     source: ClipSource<'_>,
     clips: &[Clip],
@@ -89,10 +105,17 @@ fn events_in_frames(
     let to_frames = |(index, event): (usize, &Event)| {
         let clip = clips.get(event.clip);
         let last_frame = clip.map_or(0, |clip| clip.frames() - 1) as f64;
-        let first = (event.start * settings.frame_rate).round();
+        let (first, last) = (
+            (event.start * settings.frame_rate).round(),
+            (event.end * settings.frame_rate).round(),
+        );
         // An event may be labelled to the very end of a capture, which a resampled clip can miss by a part of a frame.
-        let last = (event.end * settings.frame_rate).round().min(last_frame);
-        if clip.is_none() || !(first >= 0.0 && event.end > event.start && first <= last_frame) {
+        let inside = first >= 0.0 && first <= last_frame && last <= last_frame + 1.0;
+        let joints_known = event
+            .joints
+            .iter()
+            .all(|id| id.index() < source.skeleton.len());
+        if clip.is_none() || !inside || !joints_known || event.end <= event.start {
             return Err(GraphError::Event {
                 index,
                 start: event.start,
@@ -103,20 +126,35 @@ fn events_in_frames(
             clip: ClipId(event.clip as u32),
             kind: event.kind,
             first: first as u32,
-            last: last as u32,
+            last: last.min(last_frame) as u32,
             joints: event.joints.clone(),
         })
     };
-    let events: Result<Vec<_>, _> = source.events.iter().enumerate().map(to_frames).collect();
-    // An event shorter than a frame has no motion to play.
-    events.map(|events| {
-        events
-            .into_iter()
-            .filter(|event| event.first < event.last)
-            .collect()
-    })
+    let events: Vec<GraphEvent> = source
+        .events
+        .iter()
+        .enumerate()
+        .map(to_frames)
+        .collect::<Result<_, _>>()?;
+    check_apart(&events)?;
+    Ok(events)
 }
-/// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself in half its map.
+
+/// No two events share a frame but that in which one ends and the other starts: a node would cut them.
+fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
+    let mut order: Vec<usize> = (0..events.len()).collect();
+    order.sort_by_key(|&index| (events[index].clip, events[index].first, events[index].last));
+    for pair in order.windows(2) {
+        let [earlier, later] = [pair[0], pair[1]];
+        if events[earlier].clip == events[later].clip && events[later].first < events[earlier].last
+        {
+            return Err(GraphError::EventsOverlap { earlier, later });
+        }
+    }
+    Ok(())
+}
+
+/// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself with its whole map.
 fn window_pairs(clouds: &[PointCloud], window: usize) -> u64 {
     let windows = || {
         clouds
@@ -160,7 +198,9 @@ fn find_transitions(
         }
     };
     let mut found: Vec<(usize, Vec<Minimum>)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let workers: Vec<_> = (0..threads.min(pairs.len()))
+            .map(|_| scope.spawn(work))
+            .collect();
         workers
             .into_iter()
             .flat_map(|worker| {
@@ -181,6 +221,7 @@ fn find_transitions(
         })
         .collect()
 }
+
 /// What a graph is put together from.
 struct Parts<'a> {
     skeleton: &'a Skeleton,

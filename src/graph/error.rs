@@ -28,8 +28,28 @@ pub enum GraphError {
         /// How many joints.
         joints: usize,
     },
-    /// An event names a clip that is not there or lies outside it.
-    #[error("event {index}: {start} s to {end} s does not lie inside a clip of the set")]
+    /// A clip is of another skeleton.
+    #[error("clip \"{clip}\" has {found} joints, and the skeleton {joints}")]
+    ClipJoints {
+        /// Name of the clip.
+        clip: String,
+        /// How many joints it has.
+        found: usize,
+        /// How many the skeleton has.
+        joints: usize,
+    },
+    /// Two events of one clip share time. Positions in the list.
+    #[error("events {earlier} and {later} of one clip overlap")]
+    EventsOverlap {
+        /// The one that starts first.
+        earlier: usize,
+        /// The one that starts before that has ended.
+        later: usize,
+    },
+    /// An event names a clip or joints that are not there, or lies outside its clip.
+    #[error(
+        "event {index}: {start} s to {end} s does not lie inside a clip of the set, or names no joint of it"
+    )]
     Event {
         /// Position in the list.
         index: usize,

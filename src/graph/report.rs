@@ -22,7 +22,7 @@ pub struct BuildReport {
     pub dropped: Dropped,
 }
 
-/// What is not in the graph since no way leads there and back.
+/// What is not in the graph since no way leads there and back; events shorter than a frame, too.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Dropped {
     /// Names of the clips of which no frame was kept.
@@ -34,6 +34,7 @@ pub struct Dropped {
     /// Attacks, by clip and seconds.
     pub attacks: Vec<String>,
 }
+
 impl BuildReport {
     /// `graphs` are the one before its largest component was taken, and that component.
     pub(super) fn new(

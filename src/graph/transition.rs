@@ -1,3 +1,4 @@
+use super::GraphEvent;
 use super::minima::Minimum;
 
 /// A blend from one clip to another.
@@ -49,9 +50,11 @@ impl Transition {
         there.into_iter().chain(back)
     }
 
-    /// Whether the blend would play a part of an event at a weight other than all or nothing. `first..=last` are the event's frames.
-    pub(super) fn cuts(&self, clip: usize, first: usize, last: usize, window: usize) -> bool {
-        let blended = |from: usize, to: usize| first < to && last > from;
+    /// Whether the blend would play a part of an event at a weight other than all or nothing.
+    pub(super) fn cuts(&self, event: &GraphEvent, window: usize) -> bool {
+        let clip = event.clip.index();
+        let (first, last) = (event.first as usize, event.last as usize);
+        let blended = |from: usize, to: usize| first < last && first < to && last > from;
         (clip == self.source_clip && blended(self.source_frame, self.source_frame + window))
             || (clip == self.target_clip && blended(self.target_frame - window, self.target_frame))
     }
