@@ -7,7 +7,8 @@ mod common;
 
 use common::baked::embedded_graph;
 use common::clips::{small_skeleton, swinging_clip};
-use sabaki::anim::{Clip, Event, EventKind};
+use glam::Vec3;
+use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
 use sabaki::demo;
 use sabaki::graph::{
     self, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph, NodeId, blend_weight,
@@ -89,7 +90,7 @@ fn the_same_for_any_number_of_threads() {
 #[test]
 fn transitions_start_and_end_on_their_clips() {
     let graph = embedded_graph(&GraphSettings::default());
-    let (mut at, mut pure) = (sabaki::anim::Pose::default(), sabaki::anim::Pose::default());
+    let (mut at, mut pure) = (Pose::default(), Pose::default());
     for id in graph
         .edge_ids()
         .filter(|&id| graph.edge(id).motion != EdgeMotion::Clip)
@@ -111,6 +112,59 @@ fn transitions_start_and_end_on_their_clips() {
             .map(|(a, b)| a.angle_between(*b));
         assert!(turned.fold(0.0, f32::max) < 1e-2);
     }
+}
+
+#[test]
+fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
+    let skeleton = small_skeleton();
+    let plain = swinging_clip(&skeleton, 60, 0.0);
+    let mut desc = plain.desc().clone();
+    // Bones a tenth longer than the skeleton's.
+    for _ in 0..plain.frames() {
+        let longer = skeleton.joints().iter().map(|joint| joint.offset * 1.1);
+        desc.translations.extend(longer);
+    }
+    let mut again = plain.desc().clone();
+    again.roots.extend_from_within(..);
+    again.rotations.extend_from_within(..);
+    let clips = [Clip::new(&skeleton, desc), Clip::new(&skeleton, again)].map(Result::unwrap);
+    let settings = GraphSettings {
+        threshold: 1.0,
+        ..GraphSettings::default()
+    };
+    let graph = build(&clips, &[], &settings).unwrap();
+    let mut joints = Vec::new();
+    let mut places = |pose: &Pose| {
+        forward_kinematics(&skeleton, pose, &mut joints);
+        joints.iter().map(|joint| joint.translation).collect()
+    };
+    let mut mixed = 0;
+    for id in graph.edge_ids() {
+        let edge = graph.edge(id);
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        if from.clip == to.clip {
+            continue;
+        }
+        mixed += 1;
+        let (mut pose, mut before) = (Pose::default(), Vec::<Vec3>::new());
+        let last = 8 * edge.frames as i32;
+        // From the source's own pose to the target's.
+        for step in -1..=last + 1 {
+            if step < 0 {
+                graph.clip(from.clip).pose(from.frame as usize, &mut pose);
+            } else if step > last {
+                graph.clip(to.clip).pose(to.frame as usize, &mut pose);
+                pose.place(graph.clip_change(id));
+            } else {
+                graph.sample_edge(id, step as f32 / 8.0, &mut pose);
+            }
+            let now: Vec<Vec3> = places(&pose);
+            let moved = before.iter().zip(&now).map(|(a, b)| a.distance(*b));
+            assert!(moved.fold(0.0, f32::max) < 0.03, "edge {id:?}, step {step}");
+            before = now;
+        }
+    }
+    assert!(mixed > 0);
 }
 
 #[test]

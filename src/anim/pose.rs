@@ -1,5 +1,6 @@
 use glam::{Quat, Vec3};
 
+use super::Skeleton;
 use crate::math::Rigid2;
 
 /// One posture: the root's place and every joint's rotation from its parent.
@@ -23,10 +24,19 @@ impl Pose {
         }
     }
 
+    /// The same posture with translations of its own: the skeleton's offsets, where it has none.
+    pub fn fill_translations(&mut self, skeleton: &Skeleton) {
+        if self.translations.is_empty() {
+            let offsets = skeleton.joints().iter().map(|joint| joint.offset);
+            self.translations.extend(offsets);
+        }
+    }
+
     /// Moves this posture towards `other`: all `self` at 0, all `other` at 1. The root and the translations go in a
     /// straight line, rotations by slerp along the shorter arc.
     ///
-    /// Where only one of the two has translations, the result has none of its own.
+    /// Where only one of the two has translations, the result has none of its own: [`Pose::fill_translations`] of the
+    /// other one before keeps them.
     pub fn blend(&mut self, other: &Self, weight: f32) {
         self.root = self.root.lerp(other.root, weight);
         for (mine, theirs) in self.rotations.iter_mut().zip(&other.rotations) {

@@ -223,6 +223,11 @@ impl MotionGraph {
             self.clip(to.clip)
                 .sample((to.frame - edge.frames) as f32 + frame, &mut target);
             target.place(align);
+            if out.translations.len() != target.translations.len() {
+                // One of the clips moves joints: the other one's stand where the skeleton has them.
+                out.fill_translations(&self.skeleton);
+                target.fill_translations(&self.skeleton);
+            }
             out.blend(&target, 1.0 - blend_weight(frame / edge.frames as f32));
         }
     }

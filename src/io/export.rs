@@ -69,10 +69,8 @@ fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Result<
         desc.roots.push(pose.root);
         desc.rotations.extend_from_slice(&pose.rotations);
         if moving_joints {
-            let offsets = graph.skeleton().joints().iter().map(|joint| joint.offset);
-            let own = pose.translations.iter().copied();
-            desc.translations
-                .extend(own.chain(offsets.skip(pose.translations.len())));
+            pose.fill_translations(graph.skeleton());
+            desc.translations.extend_from_slice(&pose.translations);
         }
     }
     Clip::new(graph.skeleton(), desc)
