@@ -1,6 +1,6 @@
 //! Many maps in one target: shelves, the tallest maps first.
 
-use super::drawing::Cell;
+use super::{drawing::Cell, passes};
 use crate::{
     gpu::{
         GpuError,
@@ -87,9 +87,11 @@ fn next<'a>(plan: &'a mut Plan, shelves: &mut Shelves) -> &'a mut Batch {
     &mut plan.batches[last]
 }
 
-/// Its discs, those of the first frame a second time, and the map as a whole.
+/// Its discs, those of the first frame a second time, and the map as a whole: at its end and wherever counting starts
+/// again.
 fn instances(drawing: &Drawing) -> u32 {
-    (drawing.discs.len() + drawing.frame(0).len() + 1) as u32
+    let restarts = drawing.frames().saturating_sub(1) / passes::FRAMES_BETWEEN_RESTARTS;
+    (drawing.discs.len() + drawing.frame(0).len() + 1 + restarts) as u32
 }
 
 fn is_sound(drawing: &Drawing) -> bool {

@@ -19,6 +19,8 @@ use crate::{
 const HIGHEST: u32 = 255;
 /// What counting starts from, and what the target is cleared to.
 pub(crate) const START: u32 = 1;
+/// Frames that one run of the count holds.
+pub(crate) const FRAMES_BETWEEN_RESTARTS: usize = (HIGHEST - START) as usize;
 /// After [`every_frame`]: texels of the evasion map. Above it: of the body map.
 pub(crate) const EVASION: u8 = 1;
 
