@@ -308,6 +308,17 @@ fn without_precise_queries_some_and_none_are_still_right() {
     assert!(culler.poll(ticket, &mut overlaps).unwrap());
     for (found, expected) in overlaps.iter().zip(counted(&input)) {
         assert_eq!(found.body > 0, expected.body > 0);
+        assert_eq!(found.evasion > 0, expected.evasion > 0);
+    }
+    // What scores are made of is counted all the same, by whoever can.
+    for (found, expected) in device
+        .cull(&mut culler, &input)
+        .unwrap()
+        .iter()
+        .zip(counted(&input))
+    {
+        assert_eq!(found.body > 0, expected.body > 0);
+        assert_eq!(found.evasion, expected.evasion);
     }
     culler.destroy(device.memory().unwrap());
     finish(device);

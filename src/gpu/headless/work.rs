@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Headless, device::DevicePart};
 use crate::{
-    avoid::cull::{CullInput, Overlap},
+    avoid::cull::{CullInput, Overlap, cpu},
     gpu::{
         GpuError,
         error::Named,
@@ -161,6 +161,9 @@ impl Headless {
 
     /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device.
     ///
+    /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] is 0 or not 0, and
+    /// [`Overlap::evasion`] is counted on the CPU.
+    ///
     /// # Errors
     /// [`Culler::record`]'s, or those of [`Headless::run`].
     pub fn cull(
@@ -168,7 +171,8 @@ impl Headless {
         culler: &mut Culler,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
-        let (mut all, mut some) = (Vec::with_capacity(input.candidates.len()), Vec::new());
+        let mut all = Vec::with_capacity(input.candidates.len());
+        let (mut some, mut exact) = (Vec::new(), Vec::new());
         let most = culler.max_candidates().max(1) as usize;
         for candidates in input.candidates.chunks(most) {
             let part = CullInput {
@@ -179,6 +183,11 @@ impl Headless {
             let ticket = self.run(|cmd| unsafe { culler.record(cmd, 0, &part) })?;
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
+            }
+            if !ticket.counts_exact {
+                cpu::count(&part, &mut exact);
+                let pairs = some.iter_mut().zip(&exact);
+                pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
             }
             all.append(&mut some);
         }
