@@ -5,3 +5,5 @@
 #[cfg(feature = "demo")]
 pub mod baked;
 pub mod clips;
+pub mod random;
+pub mod small;
