@@ -5,5 +5,6 @@
 #[cfg(feature = "demo")]
 pub mod baked;
 pub mod clips;
+pub mod plain_bvh;
 pub mod random;
 pub mod small;
