@@ -9,8 +9,8 @@ mod common;
 mod run;
 
 use std::fs;
+use std::io::{PipeWriter, pipe};
 use std::path::Path;
-use std::process::Stdio;
 
 use common::plain_bvh::PlainBvh;
 use run::{baked, clips, command, folder, sabaki, text_of};
@@ -269,31 +269,30 @@ fn a_graph_without_an_evasion_moves_on_and_says_so() {
     assert!(document["graph"]["warnings"][0].is_string());
 }
 
+/// A pipe that nobody reads.
+fn unread() -> PipeWriter {
+    let (reader, writer) = pipe().unwrap();
+    drop(reader);
+    writer
+}
+
 #[test]
 fn a_reader_that_goes_away_is_no_failure() {
     let folder = folder();
     let (_, events) = clips();
-    for args in [
+    let cases = [
         vec!["inspect", events],
         vec!["inspect", baked(), "--json"],
         vec!["--help"],
-    ] {
-        let mut child = command(folder.path(), &args)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        drop(child.stdout.take());
-        let done = child.wait_with_output().unwrap();
+    ];
+    for args in cases {
+        let mut command = command(folder.path(), &args);
+        let done = command.stdout(unread()).output().unwrap();
         assert_eq!(done.status.code(), Some(0), "{args:?}");
         assert!(done.stderr.is_empty());
     }
     // Nor does an error crash that nobody hears.
-    let mut child = command(folder.path(), &["inspect", "nowhere.bvh"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    drop(child.stderr.take());
-    assert_eq!(child.wait().unwrap().code(), Some(2));
+    let mut command = command(folder.path(), &["inspect", "nowhere.bvh"]);
+    let status = command.stderr(unread()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
 }
