@@ -62,9 +62,9 @@ pub enum ClipError {
         /// Joints of the skeleton.
         joints: usize,
     },
-    /// A number is NaN or infinite, or a quaternion is not of unit length.
+    /// A place is NaN or further away than [`Skeleton::FURTHEST`], or a quaternion is not of unit length.
     #[error(
-        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a finite place and a unit rotation"
+        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a place within {max} m and a unit rotation", max = Skeleton::FURTHEST
     )]
     NotFinite {
         /// Name of the clip.
@@ -129,7 +129,7 @@ impl Clip {
             .desc
             .roots
             .iter()
-            .position(|root| !root.is_finite())
+            .position(|&root| !Skeleton::is_near(root))
             .map(|frame| (frame, 0));
         // A NaN is not normalised.
         let unit = |q: &Quat| (q.length_squared() - 1.0).abs() < 1e-3;
@@ -138,7 +138,7 @@ impl Clip {
             .desc
             .translations
             .iter()
-            .position(|t| !t.is_finite())
+            .position(|&t| !Skeleton::is_near(t))
             .map(place);
         [root, rotation, translation].into_iter().flatten().min()
     }

@@ -133,9 +133,12 @@ fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
         low = low.min(corner);
         high = high.max(corner);
     }
+    // Further away than any map is looked at, and near enough for whole numbers of sub-texels.
+    const FAR: f32 = (1 << 24) as f32;
+    let near = |texels: f32| texels.clamp(-FAR, FAR) as i32;
     // A texel on every side for rounding.
-    let (first_u, first_v) = (low.x.floor() as i32 - 1, low.z.floor() as i32 - 1);
-    let (end_u, end_v) = (high.x.ceil() as i32 + 1, high.z.ceil() as i32 + 1);
+    let (first_u, first_v) = (near(low.x.floor()) - 1, near(low.z.floor()) - 1);
+    let (end_u, end_v) = (near(high.x.ceil()) + 1, near(high.z.ceil()) + 1);
     MapRect {
         u: first_u,
         v: first_v,

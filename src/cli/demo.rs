@@ -32,6 +32,12 @@ struct Shown {
 }
 
 pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    // Before the work, so that it is not done in vain.
+    let folder = Path::new(FOLDER);
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
     let mut device = culling::open(device);
     let baked = source::embedded(&mut device)?;
     let mut culling = Culling::new(device, baked.graph.atlas())?;
@@ -148,7 +154,6 @@ fn write_files(baked: &BakedGraph, throw: &Throw, run: &Run) -> Result<Vec<Strin
         let path = path.to_owned();
         move |source| Failure::Write { path, source }
     };
-    std::fs::create_dir_all(folder).map_err(failed(folder))?;
     let answer = (&run.answer, &throw.attack);
     let mut files = io::export::write_answer(folder, "dodge", baked, answer)
         .map_err(failed(folder))?

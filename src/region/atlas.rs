@@ -32,10 +32,10 @@ impl RegionMaps {
             let sound = maps.body.is_sound() && maps.evasion.is_sound();
             sound && maps.body.rect() == maps.evasion.rect() && maps.body.rect().fits()
         };
-        self.first_slab
-            .0
-            .checked_add(self.slabs.len() as i32)
-            .is_some()
+        let slabs = -MapGrid::HIGHEST_SLAB..=MapGrid::HIGHEST_SLAB;
+        let last = i64::from(self.first_slab.0) + self.slabs.len() as i64;
+        slabs.contains(&self.first_slab.0)
+            && last <= i64::from(*slabs.end())
             && self.slabs.iter().all(fits)
     }
 }

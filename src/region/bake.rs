@@ -41,6 +41,21 @@ pub enum BakeError {
         /// Metres.
         slab_height: f32,
     },
+    /// The settings' body has no sphere, or one without a joint, a place or a size.
+    #[error(
+        "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
+    )]
+    Body,
+    /// The body is higher above the ground, or further below it, than slabs are counted.
+    #[error("the body in evasion {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
+    TooHigh {
+        /// Its clip and seconds.
+        event: String,
+        /// Lowest slab.
+        low: i32,
+        /// Highest slab.
+        high: i32,
+    },
     /// A map with more texels a side than fixed-point products allow.
     #[error("the map of evasion {event} would be {width} x {height} texels; {max} a side is the most: choose larger texels", max = MapGrid::MAX_SIDE)]
     MapTooLarge {
@@ -80,19 +95,27 @@ impl Baker {
     /// Settings that make no maps.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
         let MapGrid { texel, slab_height } = settings.maps;
-        if !((0.001..=1.0).contains(&texel) && (0.001..=10.0).contains(&slab_height)) {
+        if !settings.maps.is_sound() {
             return Err(BakeError::Grid { texel, slab_height });
         }
         let body = settings
             .body
             .clone()
             .unwrap_or_else(|| Body::from_bones(graph.skeleton()));
+        if !body.is_sound(graph.skeleton()) {
+            return Err(BakeError::Body);
+        }
         let evasions: Vec<(EdgeId, _)> = graph.edges_with(EventKind::Evasion).collect();
         let (mut slabs, mut drawings) = (Vec::new(), Vec::new());
         for &(_, event) in &evasions {
             let event = graph.event(event);
             let frames = body_frames(&graph, &body, event);
-            let (first, drawn) = evasion_drawings(&frames, &body, settings.maps);
+            let (low, high) = reached_slabs(&frames[0], &body, settings.maps);
+            if low < -MapGrid::HIGHEST_SLAB || high >= MapGrid::HIGHEST_SLAB {
+                let event = graph.describe_event(event);
+                return Err(BakeError::TooHigh { event, low, high });
+            }
+            let drawn = evasion_drawings(&frames, &body, settings.maps, low..=high);
             if let Some(large) = drawn.iter().find(|drawing| !drawing.rect.fits()) {
                 let MapRect { width, height, .. } = large.rect;
                 return Err(BakeError::MapTooLarge {
@@ -101,7 +124,7 @@ impl Baker {
                     height,
                 });
             }
-            slabs.push((first, drawn.len()));
+            slabs.push((Slab(low), drawn.len()));
             drawings.extend(drawn);
         }
         let evasions = evasions.into_iter().map(|(edge, _)| edge).collect();
@@ -193,8 +216,24 @@ fn body_frames(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<Vec<
         .collect()
 }
 
-/// One drawing for each slab that the first frame reaches, from the lowest up.
-fn evasion_drawings(frames: &[Vec<Vec3>], body: &Body, grid: MapGrid) -> (Slab, Vec<Drawing>) {
+/// The lowest and the highest slab that the body reaches.
+fn reached_slabs(centres: &[Vec3], body: &Body, grid: MapGrid) -> (i32, i32) {
+    let reached = centres
+        .iter()
+        .zip(&body.spheres)
+        .map(|(&c, s)| grid.slabs(c, s.radius));
+    reached.fold((i32::MAX, i32::MIN), |(low, high), r| {
+        (low.min(*r.start()), high.max(*r.end()))
+    })
+}
+
+/// One drawing for each of the slabs.
+fn evasion_drawings(
+    frames: &[Vec<Vec3>],
+    body: &Body,
+    grid: MapGrid,
+    slabs: std::ops::RangeInclusive<i32>,
+) -> Vec<Drawing> {
     let discs = |centres: &[Vec3], slab| -> Vec<Disc> {
         centres
             .iter()
@@ -202,14 +241,7 @@ fn evasion_drawings(frames: &[Vec<Vec3>], body: &Body, grid: MapGrid) -> (Slab, 
             .filter_map(|(&c, s)| grid.disc(c, s.radius, slab))
             .collect()
     };
-    let reached = frames[0]
-        .iter()
-        .zip(&body.spheres)
-        .map(|(&c, s)| grid.slabs(c, s.radius));
-    let (low, high) = reached.fold((i32::MAX, i32::MIN), |(low, high), r| {
-        (low.min(*r.start()), high.max(*r.end()))
-    });
-    let drawings = (low..=high).map(|number| {
+    let drawings = slabs.map(|number| {
         let slab = Slab(number);
         let rect = MapRect::around(&discs(&frames[0], slab));
         let mut drawing = Drawing {
@@ -226,5 +258,5 @@ fn evasion_drawings(frames: &[Vec<Vec3>], body: &Body, grid: MapGrid) -> (Slab, 
         }
         drawing
     });
-    (Slab(low), drawings.collect())
+    drawings.collect()
 }

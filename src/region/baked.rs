@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::{Body, BodySphere, RegionAtlas, RegionId, RegionMaps, Retimable};
+use super::{Body, RegionAtlas, RegionId, RegionMaps, Retimable};
+use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::Rigid2;
 
@@ -116,11 +117,11 @@ impl BakedGraph {
             .iter()
             .filter(|edge| edge.motion == EdgeMotion::Clip);
         for edge in clip_edges {
-            let wait = self.frames_to_evasion(edge.to);
-            for frame in 0..edge.frames {
-                all += 1.0;
-                let frames = wait.map(|wait| f64::from(wait) + f64::from(edge.frames - frame));
-                soon += f64::from(u8::from(frames.is_some_and(|frames| frames <= limit)));
+            let frames = f64::from(edge.frames);
+            all += frames;
+            if let Some(wait) = self.frames_to_evasion(edge.to) {
+                // Of the moments 1 to `frames` before the edge's end, those that leave the wait within the limit.
+                soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
             }
         }
         if all > 0.0 { soon / all } else { 0.0 }
@@ -137,14 +138,6 @@ impl BakedGraph {
             .evasions
             .windows(2)
             .all(|pair| pair[0].edge < pair[1].edge);
-        let joints = self.graph.skeleton().len();
-        let grid = self.atlas.grid;
-        let sphere_ok = |s: &BodySphere| {
-            s.joint.index() < joints
-                && s.offset.is_finite()
-                && s.radius.is_finite()
-                && s.radius > 0.0
-        };
         let checks = [
             (
                 self.retimable.len() == edges,
@@ -152,15 +145,15 @@ impl BakedGraph {
             ),
             (
                 sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
-                "an evasion names an edge or maps that are not there",
+                "an evasion names an edge that is none, or maps that are not there",
             ),
             (
-                !self.body.spheres.is_empty() && self.body.spheres.iter().all(sphere_ok),
+                self.body.is_sound(self.graph.skeleton()),
                 "a body sphere is not sound",
             ),
             (
-                grid.texel > 0.0 && grid.slab_height > 0.0,
-                "the maps' texels or slabs have no size",
+                self.atlas.grid.is_sound(),
+                "the maps' texels or slabs have no possible size",
             ),
             (
                 self.atlas.regions.iter().all(RegionMaps::is_sound),
@@ -181,9 +174,10 @@ impl BakedGraph {
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {
         let edge = self.graph.edges().get(evasion.edge.index());
-        edge.is_some_and(|edge| edge.event.is_some())
+        let event = edge.and_then(|edge| edge.event);
+        event.is_some_and(|event| self.graph.event(event).kind == EventKind::Evasion)
             && evasion.region.index() < self.atlas.regions.len()
-            && evasion.placement.is_sound()
+            && evasion.placement.is_sound(4.0 * Skeleton::FURTHEST)
     }
 }
 

@@ -15,6 +15,15 @@ pub struct BodySphere {
 }
 
 impl BodySphere {
+    /// Whether it hangs from one of `skeleton`'s joints and has a place and a size.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        self.joint.index() < skeleton.len()
+            && Skeleton::is_near(self.offset)
+            && self.radius > 0.0
+            && self.radius <= Skeleton::FURTHEST
+    }
+
     /// Its centre in the space of the motion.
     #[must_use]
     pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
@@ -100,6 +109,13 @@ impl Body {
             });
         }
         Self { spheres }
+    }
+
+    /// Whether there is a sphere and all are sound ([`BodySphere::is_sound`]).
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        let sound = |sphere: &BodySphere| sphere.is_sound(skeleton);
+        !self.spheres.is_empty() && self.spheres.iter().all(sound)
     }
 
     /// The centres of all spheres, in the space of the motion.
