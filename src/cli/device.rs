@@ -3,8 +3,7 @@
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
 use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::gpu::{Context, DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
-use sabaki::region::raster::EvasionMaps;
-use sabaki::region::{Drawing, RegionAtlas};
+use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
 use serde_json::{Value, json};
 
 use super::DeviceArgs;
@@ -125,13 +124,16 @@ impl Opened {
         &self.name
     }
 
-    pub(crate) fn every_frame(&mut self, drawings: &[Drawing]) -> Result<Vec<EvasionMaps>, String> {
+    /// Draws all maps of a bake.
+    pub(crate) fn draw(&mut self, baker: &Baker) -> Result<DrawnMaps, String> {
         let Some((headless, rasterizer)) = &mut self.parts else {
             return Err(closed());
         };
-        headless
-            .every_frame(rasterizer, drawings)
-            .map_err(|error| error.to_string())
+        let evasions = headless.every_frame(rasterizer, baker.evasion_drawings());
+        let evasions = evasions.map_err(|error| error.to_string())?;
+        let attacks = headless.any_frame(rasterizer, baker.attack_drawings());
+        let attacks = attacks.map_err(|error| error.to_string())?;
+        Ok(DrawnMaps { evasions, attacks })
     }
 
     pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Result<Culler, String> {

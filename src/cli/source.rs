@@ -106,7 +106,7 @@ fn bake(
     let (graph, report) = graph::build(source, &settings)?;
     bar.inc(1);
     let baker = Baker::new(graph, BakeSettings::default())?;
-    let (maps, drawn_by) = culling::draw(device, baker.drawings())?;
+    let (maps, drawn_by) = culling::draw(&baker, device)?;
     bar.inc(1);
     let graph = baker.finish(maps)?;
     bar.finish_and_clear();

@@ -122,6 +122,8 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["graph"]["first_edge"] = json!([0]);
     empty["retimable"] = json!([]);
     empty["evasions"] = json!([]);
+    empty["strikes"] = json!([]);
+    empty["atlas"]["attacks"] = json!([]);
     // Two postures, and from each only a way to itself.
     let mut parted = empty.clone();
     parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);
