@@ -111,6 +111,7 @@ unsafe fn frames(
     queue_family: u32,
 ) -> Result<(), Box<dyn Error>> {
     let atlas = RegionAtlas {
+        attacks: Vec::new(),
         grid: MapGrid::default(),
         regions: vec![RegionMaps {
             first_slab: Slab(4),

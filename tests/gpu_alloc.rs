@@ -64,6 +64,7 @@ fn a_cull_allocates_nothing() {
     };
     let atlas = RegionAtlas {
         grid: MapGrid::default(),
+        attacks: Vec::new(),
         regions: vec![RegionMaps {
             first_slab: Slab(0),
             slabs: (0..4)

@@ -35,6 +35,7 @@ fn atlas(random: &mut Random, regions: usize) -> RegionAtlas {
     };
     RegionAtlas {
         grid: MapGrid::default(),
+        attacks: Vec::new(),
         regions: (0..regions).map(|_| region(random)).collect(),
     }
 }

@@ -83,6 +83,7 @@ fn atlas() -> RegionAtlas {
     let maps = raster::every_frame(&drifting(&mut Random(1), rect, 4, 3));
     RegionAtlas {
         grid: MapGrid::default(),
+        attacks: Vec::new(),
         regions: vec![RegionMaps {
             first_slab: Slab(0),
             slabs: vec![maps],

@@ -15,7 +15,7 @@ use sabaki::gpu::Headless;
 use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 use sabaki::io::{ReadOptions, read_clips};
-use sabaki::region::{BakeSettings, Baker, Drawing, raster};
+use sabaki::region::{BakeSettings, Baker, Drawing, DrawnMaps, raster};
 
 /// Draws everything that a bake and many queries draw, and counts everything that they count.
 fn agree(device: &mut Headless, graph: MotionGraph) {
@@ -27,12 +27,25 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
     let mut rasterizer = device
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
         .unwrap();
-    let drawn = device
-        .every_frame(&mut rasterizer, baker.drawings())
-        .unwrap();
-    assert!(drawn.len() >= 8 * 5);
-    for (index, (drawing, maps)) in baker.drawings().iter().zip(&drawn).enumerate() {
-        assert_eq!(*maps, raster::every_frame(drawing), "map {index}");
+    let drawn = DrawnMaps {
+        evasions: device
+            .every_frame(&mut rasterizer, baker.evasion_drawings())
+            .unwrap(),
+        attacks: device
+            .any_frame(&mut rasterizer, baker.attack_drawings())
+            .unwrap(),
+    };
+    assert!(drawn.evasions.len() >= 8 * 5 && drawn.attacks.len() >= 10);
+    assert!(
+        drawn.attacks.iter().all(|map| map.count() > 0),
+        "an attack that passes nowhere"
+    );
+    let expected = baker.draw_on_cpu();
+    for (index, (device, cpu)) in drawn.evasions.iter().zip(&expected.evasions).enumerate() {
+        assert_eq!(device, cpu, "evasion map {index}");
+    }
+    for (index, (device, cpu)) in drawn.attacks.iter().zip(&expected.attacks).enumerate() {
+        assert_eq!(device, cpu, "attack map {index}");
     }
     let baked = baker.finish(drawn).unwrap();
 

@@ -1,10 +1,17 @@
 //! Promise: the CPU's maps are what their definitions say, texel by texel.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod common;
+
+use common::small::small;
 use glam::Vec3;
 use proptest::prelude::*;
+use sabaki::anim::JointId;
 use sabaki::math::Rigid2;
-use sabaki::region::{BitMap, Disc, Drawing, MapGrid, MapRect, MapTurn, Slab, raster};
+use sabaki::region::{
+    BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, MapGrid, MapRect,
+    MapTurn, Slab, raster,
+};
 
 fn drawing() -> impl Strategy<Value = Drawing> {
     let disc =
@@ -140,4 +147,49 @@ fn a_map_that_lost_words_or_padding_is_not_sound() {
     assert!(map.is_sound() && damaged("[0,1,0,1]").is_sound());
     assert!(!damaged("[0,1,0]").is_sound());
     assert!(!damaged("[0,2,0,0]").is_sound());
+}
+
+#[test]
+fn a_body_that_is_none_or_reaches_too_high_is_refused() {
+    let graph = || small().graph().clone();
+    let with = |body: Option<Body>, maps: MapGrid| {
+        let settings = BakeSettings {
+            body,
+            maps,
+            ..BakeSettings::default()
+        };
+        Baker::new(graph(), settings).unwrap_err()
+    };
+    let sphere = |joint, radius| BodySphere {
+        joint: JointId(joint),
+        offset: Vec3::ZERO,
+        radius,
+    };
+    let no_bodies = [
+        vec![],
+        vec![sphere(999, 0.1)],
+        vec![sphere(0, 0.0)],
+        vec![sphere(0, f32::NAN)],
+    ];
+    for spheres in no_bodies {
+        let body = Some(Body { spheres });
+        assert_eq!(with(body, MapGrid::default()), BakeError::Body);
+    }
+    let high = Body {
+        spheres: vec![BodySphere {
+            offset: Vec3::Y * 900.0,
+            ..sphere(0, 0.1)
+        }],
+    };
+    let thin = MapGrid {
+        slab_height: 0.001,
+        ..MapGrid::default()
+    };
+    assert!(matches!(
+        with(Some(high), thin),
+        BakeError::TooHigh {
+            high: 800_000..,
+            ..
+        }
+    ));
 }

@@ -2,7 +2,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Pose, Skeleton, SkeletonError, pose::slerp};
+use super::{Pose, Skeleton, SkeletonError, pose::nlerp};
 
 /// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,9 +62,9 @@ pub enum ClipError {
         /// Joints of the skeleton.
         joints: usize,
     },
-    /// A number is NaN or infinite, or a quaternion is not of unit length.
+    /// A place is NaN or further away than [`Skeleton::FURTHEST`], or a quaternion is not of unit length.
     #[error(
-        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a finite place and a unit rotation"
+        "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a place within {max} m and a unit rotation", max = Skeleton::FURTHEST
     )]
     NotFinite {
         /// Name of the clip.
@@ -129,7 +129,7 @@ impl Clip {
             .desc
             .roots
             .iter()
-            .position(|root| !root.is_finite())
+            .position(|&root| !Skeleton::is_near(root))
             .map(|frame| (frame, 0));
         // A NaN is not normalised.
         let unit = |q: &Quat| (q.length_squared() - 1.0).abs() < 1e-3;
@@ -138,7 +138,7 @@ impl Clip {
             .desc
             .translations
             .iter()
-            .position(|t| !t.is_finite())
+            .position(|&t| !Skeleton::is_near(t))
             .map(place);
         [root, rotation, translation].into_iter().flatten().min()
     }
@@ -198,7 +198,7 @@ impl Clip {
     }
 
     /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the
-    /// rotations by slerp. Before the first and after the last frame those hold.
+    /// rotations along the shorter arc. Before the first and after the last frame those hold.
     pub fn sample(&self, frame: f32, out: &mut Pose) {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
@@ -209,7 +209,7 @@ impl Clip {
             let next = (lower + 1) * self.joints;
             out.root = out.root.lerp(self.desc.roots[lower + 1], weight);
             for (rotation, &to) in out.rotations.iter_mut().zip(&self.desc.rotations[next..]) {
-                *rotation = slerp(*rotation, to, weight);
+                *rotation = nlerp(*rotation, to, weight);
             }
             if !out.translations.is_empty() {
                 for (translation, &to) in out

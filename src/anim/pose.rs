@@ -53,7 +53,36 @@ impl Pose {
 }
 
 /// Slerp along the shorter arc, normalised.
-pub(crate) fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
+fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     a.slerp(b, weight).normalize()
+}
+
+/// The normalised straight line along the shorter arc. Over the angle between two frames of a clip it is slerp, but for
+/// less than a five-hundredth of that angle, at a fraction of the cost.
+pub(super) fn nlerp(a: Quat, b: Quat, weight: f32) -> Quat {
+    let b = if a.dot(b) < 0.0 { -b } else { b };
+    (a + (b - a) * weight).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_frames_nlerp_is_slerp() {
+        // 15 rad/s at 30 frames a second.
+        let (from, to) = (
+            Quat::from_rotation_x(0.4),
+            Quat::from_rotation_x(0.9) * Quat::from_rotation_z(0.05),
+        );
+        for step in 0..=10 {
+            let weight = step as f32 / 10.0;
+            let apart = nlerp(from, to, weight).angle_between(slerp(from, to, weight));
+            assert!(
+                apart < 2e-3 * from.angle_between(to) + 1e-6,
+                "{apart} rad at {weight}"
+            );
+        }
+    }
 }

@@ -64,14 +64,24 @@ pub enum SkeletonError {
     /// Two joints share a name.
     #[error("two joints are named \"{0}\"")]
     Duplicate(String),
-    /// An offset is NaN or infinite.
-    #[error("joint \"{0}\" has an offset that is not finite")]
+    /// An offset is NaN or longer than [`Skeleton::FURTHEST`].
+    #[error("joint \"{0}\" has an offset that is not finite or longer than {max} m", max = Skeleton::FURTHEST)]
     NotFinite(String),
 }
 
 impl Skeleton {
     /// The most joints that a skeleton may have.
     pub const MAX_JOINTS: usize = 4096;
+
+    /// No offset, and no place in a clip, may be further away than this, metres: sums of as many as there are joints, and their
+    /// squares, stay finite.
+    pub const FURTHEST: f32 = 1e6;
+
+    /// Whether a place or an offset is finite and not further away than [`Skeleton::FURTHEST`].
+    #[must_use]
+    pub fn is_near(place: Vec3) -> bool {
+        place.is_finite() && place.length() <= Self::FURTHEST
+    }
 
     /// Checks that `joints` form a tree with parents before children.
     ///
@@ -93,7 +103,7 @@ impl Skeleton {
             if joint.parent.is_some_and(|parent| parent.index() >= index) {
                 return Err(SkeletonError::Order(name()));
             }
-            if !joint.offset.is_finite() {
+            if !Self::is_near(joint.offset) {
                 return Err(SkeletonError::NotFinite(name()));
             }
             if !names.insert(joint.name.as_str()) {

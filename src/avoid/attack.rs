@@ -2,7 +2,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::math::Rigid2;
-use crate::region::{MovingSphere, SphereKey};
+use crate::region::{BakedGraph, MovingSphere, SphereKey, Strike};
 
 /// Where and when an attack passes: one or more moving spheres. Times count from the moment of the query.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -86,6 +86,30 @@ impl Attack {
             });
         }
         MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
+    }
+
+    /// An attack of the graph itself, as it passes when a character at `placement` (root on the ground, facing) begins it
+    /// `start` seconds from now.
+    ///
+    /// # Errors
+    /// None for a start within 0 to 500 s and a placement within some kilometres.
+    pub fn of_strike(
+        baked: &BakedGraph,
+        strike: &Strike,
+        placement: Rigid2,
+        start: f32,
+    ) -> Result<Self, AttackError> {
+        let later = |key: &SphereKey| SphereKey {
+            t: key.t + start,
+            ..*key
+        };
+        let spheres = baked.strike_spheres(strike);
+        let placed = spheres.iter().map(|sphere| sphere.placed(placement));
+        Self::new(
+            placed
+                .map(|sphere| sphere.keys().iter().map(later).collect())
+                .collect(),
+        )
     }
 
     /// All spheres.

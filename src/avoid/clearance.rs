@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use super::Attack;
-use crate::anim::{Pose, forward_kinematics};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
 use crate::region::BakedGraph;
 
@@ -104,6 +104,7 @@ struct BodyTrack<'a> {
     roots: Vec<Option<Vec3>>,
     centres: Vec<Vec<Vec3>>,
     pose: Pose,
+    joints: Vec<JointTransform>,
 }
 
 impl<'a> BodyTrack<'a> {
@@ -114,6 +115,7 @@ impl<'a> BodyTrack<'a> {
             roots: Vec::new(),
             centres: Vec::new(),
             pose: Pose::default(),
+            joints: Vec::new(),
         }
     }
 
@@ -140,9 +142,10 @@ impl<'a> BodyTrack<'a> {
             let graph = self.baked.graph();
             self.motion
                 .sample(graph, tick as f32 / SAMPLE_RATE, &mut self.pose);
-            let mut joints = Vec::new();
-            forward_kinematics(graph.skeleton(), &self.pose, &mut joints);
-            self.baked.body().centres(&joints, &mut self.centres[tick]);
+            forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+            self.baked
+                .body()
+                .centres(&self.joints, &mut self.centres[tick]);
         }
     }
 
@@ -165,10 +168,15 @@ impl<'a> BodyTrack<'a> {
         let ends = self.centres[span.tick]
             .iter()
             .zip(&self.centres[span.tick + 1]);
+        let largest = radii[0].max(radii[1]);
         for (index, (body, (&from, &to))) in self.baked.body().spheres.iter().zip(ends).enumerate()
         {
-            let (share, metres) =
-                closest(apart([from, to]), radii.map(|radius| radius + body.radius));
+            let apart = apart([from, to]);
+            let limit = (best.metres + largest + body.radius).max(0.0);
+            if stays_beyond(apart, limit) {
+                continue;
+            }
+            let (share, metres) = closest(apart, radii.map(|radius| radius + body.radius));
             if metres < best.metres {
                 let time =
                     (span.tick as f32 + span.from + (span.to - span.from) * share) / SAMPLE_RATE;
@@ -180,6 +188,13 @@ impl<'a> BodyTrack<'a> {
             }
         }
     }
+}
+
+/// Whether two points surely stay at least `limit` apart on their straight ways: cheap, and true of most.
+///
+/// The distance is never below |a| - |b - a|, and (x + y)² is never above 2x² + 2y².
+fn stays_beyond(apart: [Vec3; 2], limit: f32) -> bool {
+    apart[0].length_squared() >= 2.0 * (limit * limit + (apart[1] - apart[0]).length_squared())
 }
 
 /// The smallest distance of two spheres that both go straight: `apart` is the vector from one centre to the other at the start and at the

@@ -118,10 +118,8 @@ fn region_rect(atlas: &RegionAtlas, region: RegionId) -> MapRect {
         .fold(MapRect::default(), MapRect::union)
 }
 
-/// The rectangle around another one that is moved and turned. What is moved out of all reach stops at its border.
+/// The rectangle around another one that is moved and turned.
 fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
-    /// Texels: where the furthest discs are.
-    const FURTHEST: f32 = (1 << 24) as f32;
     let (u, v) = (
         [rect.u, rect.u + rect.width as i32],
         [rect.v, rect.v + rect.height as i32],
@@ -135,10 +133,12 @@ fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
         low = low.min(corner);
         high = high.max(corner);
     }
-    let whole = |place: f32| place.clamp(-FURTHEST, FURTHEST) as i32;
+    // Further away than any map is looked at, and near enough for whole numbers of sub-texels.
+    const FAR: f32 = (1 << 24) as f32;
+    let near = |texels: f32| texels.clamp(-FAR, FAR) as i32;
     // A texel on every side for rounding.
-    let (first_u, first_v) = (whole(low.x.floor()) - 1, whole(low.z.floor()) - 1);
-    let (end_u, end_v) = (whole(high.x.ceil()) + 1, whole(high.z.ceil()) + 1);
+    let (first_u, first_v) = (near(low.x.floor()) - 1, near(low.z.floor()) - 1);
+    let (end_u, end_v) = (near(high.x.ceil()) + 1, near(high.z.ceil()) + 1);
     MapRect {
         u: first_u,
         v: first_v,

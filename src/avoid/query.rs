@@ -198,8 +198,8 @@ impl<'a> Prepared<'a> {
             counts.reconsidered = removed.len();
             court.judge(removed);
         }
-        if !court.has_clean() {
-            court.measure_all();
+        if !court.has_clean() && judging == Judging::Needed {
+            court.measure_least();
         }
         let judged = court.judged;
         counts.clean = judged
@@ -391,12 +391,23 @@ impl Court<'_, '_> {
         }
     }
 
-    /// How deep is every hit? Asked where there is nothing else.
-    fn measure_all(&mut self) {
-        if self.judging == Judging::Needed {
-            self.judged = (0..self.judged.len())
-                .map(|index| Some(self.test(index, Extent::Whole)))
-                .collect();
+    /// Which hit is the least deep? Asked where there is nothing else. What was found of a hit so far is a bound: the whole
+    /// attack can only show it to be deeper.
+    fn measure_least(&mut self) {
+        let bound = |(index, judged): (usize, &Option<Judged>)| {
+            Some((index, judged.as_ref()?.clearance.metres))
+        };
+        let mut bounds: Vec<(usize, f32)> =
+            self.judged.iter().enumerate().filter_map(bound).collect();
+        bounds.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut least = f32::NEG_INFINITY;
+        for (index, bound) in bounds {
+            if bound < least {
+                break;
+            }
+            let judged = self.test(index, Extent::Whole);
+            least = least.max(judged.clearance.metres);
+            self.judged[index] = Some(judged);
         }
     }
 

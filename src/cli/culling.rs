@@ -3,8 +3,7 @@
 use clap::ValueEnum;
 use sabaki::avoid::Judging;
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
-use sabaki::region::raster::EvasionMaps;
-use sabaki::region::{Drawing, RegionAtlas, raster};
+use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
 
 use super::Failure;
 
@@ -72,17 +71,14 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
     device::Opened::new(args)
 }
 
-/// Draws maps with the stencil buffer where there is a device, else on the CPU. Says who drew.
+/// Draws a bake's maps with the stencil buffer where there is a device, else on the CPU. Says who drew.
 pub(crate) fn draw(
+    baker: &Baker,
     device: &mut Device,
-    drawings: &[Drawing],
-) -> Result<(Vec<EvasionMaps>, &'static str), Failure> {
+) -> Result<(DrawnMaps, &'static str), Failure> {
     match device {
-        Ok(device) => Ok((
-            device.every_frame(drawings).map_err(Failure::Device)?,
-            "stencil",
-        )),
-        Err(_) => Ok((drawings.iter().map(raster::every_frame).collect(), "cpu")),
+        Ok(device) => Ok((device.draw(baker).map_err(Failure::Device)?, "stencil")),
+        Err(_) => Ok((baker.draw_on_cpu(), "cpu")),
     }
 }
 

@@ -1,6 +1,5 @@
 //! `sabaki` without a subcommand: the demo.
 
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -11,6 +10,7 @@ use sabaki::region::BakedGraph;
 use serde_json::json;
 
 use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::source::Baked;
 use super::stats::{self, Run, Summary};
 use super::{Done, Failure, dodge, output, sheet, source};
 
@@ -21,65 +21,97 @@ const LISTED: usize = 10;
 const SEED: u64 = 1;
 const FOLDER: &str = "out";
 
+/// Everything that the demo found.
+struct Shown {
+    baked: Baked,
+    culling: String,
+    passes: Vec<(CullPath, Vec<Run>)>,
+    /// The attack whose answer was written.
+    written: usize,
+    files: Vec<String>,
+}
+
 pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    // Before the work, so that it is not done in vain.
+    let folder = Path::new(FOLDER);
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
     let mut device = culling::open(device);
     let baked = source::embedded(&mut device)?;
     let mut culling = Culling::new(device, baked.graph.atlas())?;
+    let throws = throws(&baked.graph)?;
+    let passes = passes(&baked.graph, &throws, &mut culling)?;
+    let written = closest_shave(&baked.graph, &passes[0].1);
+    let files = write_files(&baked.graph, &throws[written], &passes[0].1[written])?;
+    let shown = Shown {
+        baked,
+        culling: culling.describe(),
+        passes,
+        written,
+        files,
+    };
+    Ok(Done::ok(if as_json {
+        shown.document()
+    } else {
+        shown.tables()
+    }))
+}
+
+/// Answers all attacks, once with each culling path that runs here.
+fn passes(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    culling: &mut Culling,
+) -> Result<Vec<(CullPath, Vec<Run>)>, Failure> {
     let paths = match culling.best() {
         CullPath::Stencil => vec![CullPath::Stencil, CullPath::Cpu, CullPath::Exact],
         _ => vec![CullPath::Cpu, CullPath::Exact],
     };
-    let throws = throws(&baked.graph)?;
-    let bar = output::progress("dodging", ATTACKS * paths.len() as u64);
+    let settings = QuerySettings::default();
+    let bar = output::progress("dodging", (throws.len() * paths.len()) as u64);
     let mut passes = Vec::new();
-    for &path in &paths {
+    for path in paths {
         let mut runs = Vec::new();
-        for throw in &throws {
-            runs.push(stats::answer(
-                &baked.graph,
-                &QuerySettings::default(),
-                throw,
-                (&mut culling, path),
-            )?);
+        for throw in throws {
+            runs.push(stats::answer(baked, &settings, throw, (culling, path))?);
             bar.inc(1);
         }
         passes.push((path, runs));
     }
     bar.finish_and_clear();
-    let shown = closest_shave(&passes[0].1);
-    let files = write_files(&baked.graph, &throws[shown], &passes[0].1[shown])?;
-    let text = if as_json {
-        let mut document = Summary::of(&passes[0].1).to_json(passes[0].0);
-        document["rows"] = passes
-            .iter()
-            .map(|(path, runs)| Summary::of(runs).to_json(*path))
-            .collect();
-        document["graph"] = source::statistics(&baked);
-        document["files"] = json!(files);
+    Ok(passes)
+}
+
+impl Shown {
+    fn document(&self) -> String {
+        let summary = |(path, runs): &(CullPath, Vec<Run>)| Summary::of(runs).to_json(*path);
+        let mut document = summary(&self.passes[0]);
+        document["rows"] = self.passes.iter().map(summary).collect();
+        document["graph"] = source::statistics(&self.baked);
+        document["files"] = json!(self.files);
         Done::json(&document)
-    } else {
-        let mut text = String::from("The embedded motions:\n");
-        text.push_str(&source::describe(&baked));
-        let _ = writeln!(text, "{}\n", culling.describe());
-        let _ = writeln!(
-            text,
-            "{ATTACKS} balls are thrown, each would hit a character that does nothing. The first {LISTED}:"
-        );
-        let first = &passes[0].1[..LISTED.min(passes[0].1.len())];
-        let _ = writeln!(text, "{}", dodge::attack_table(&baked.graph, first));
-        let _ = writeln!(
-            text,
-            "\nAll of them, by who culls (the answers are tested exactly in every case):"
-        );
-        let _ = writeln!(text, "{}", dodge::summary_table(&passes));
-        let _ = writeln!(
-            text,
-            "\nAttack {shown}, the closest shave by an evasion, is in {}",
-            files.join(", ")
-        );
-        text
-    };
-    Ok(Done::ok(text))
+    }
+
+    fn tables(&self) -> String {
+        let runs = &self.passes[0].1;
+        let first = &runs[..LISTED.min(runs.len())];
+        format!(
+            "The embedded motions:\n{graph}{culling}\n\n\
+             {ATTACKS} balls are thrown; each would hit a character that does nothing. The first {LISTED}:\n{each}\n\
+             by: the evasion and its seconds in the clip, or whatever else moves out of the way. rate p: how fast the way\n\
+             to the evasion is played. clearance: between ball and body; below zero, how deep the ball hits.\n\n\
+             All of them, by who removes hopeless candidates (exact: nobody; every answer is tested exactly in the end):\n\
+             {all}\n\nAttack {written}, a close shave, is in {files}\n",
+            graph = source::describe(&self.baked),
+            culling = self.culling,
+            each = dodge::attack_table(&self.baked.graph, first),
+            all = dodge::summary_table(&self.passes),
+            written = self.written,
+            files = self.files.join(", "),
+        )
+    }
 }
 
 fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
@@ -93,18 +125,25 @@ fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     (0..ATTACKS).map(random).collect()
 }
 
-/// The clean answer by an evasion with the best score; the first attack where there is none.
-fn closest_shave(runs: &[Run]) -> usize {
-    let score = |run: &Run| {
+/// The clean answer by an evasion with the best score, before all by one in which a part of the body stays where it is: of
+/// that the pictures show most. The first attack where no evasion answers any.
+fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
+    let rank = |run: &Run| {
         let chosen = &run.answer.candidates[run.answer.chosen];
-        chosen.evasion.and(chosen.score).map(|score| score.total)
+        let score = chosen.score?;
+        let region = baked.evasion(chosen.evasion?)?.region;
+        let stays = baked.atlas().regions[region.index()]
+            .slabs
+            .iter()
+            .any(|maps| maps.body.count() > 0);
+        Some((!stays, score.total))
     };
-    let scored = runs
+    let ranked = runs
         .iter()
         .enumerate()
-        .filter_map(|(index, run)| Some((index, score(run)?)));
-    scored
-        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .filter_map(|(index, run)| Some((index, rank(run)?)));
+    ranked
+        .min_by(|a, b| a.1.0.cmp(&b.1.0).then(a.1.1.total_cmp(&b.1.1)))
         .map_or(0, |(index, _)| index)
 }
 
@@ -115,7 +154,6 @@ fn write_files(baked: &BakedGraph, throw: &Throw, run: &Run) -> Result<Vec<Strin
         let path = path.to_owned();
         move |source| Failure::Write { path, source }
     };
-    std::fs::create_dir_all(folder).map_err(failed(folder))?;
     let answer = (&run.answer, &throw.attack);
     let mut files = io::export::write_answer(folder, "dodge", baked, answer)
         .map_err(failed(folder))?

@@ -2,9 +2,8 @@
 
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
 use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc, Rasterizer, RasterizerDesc};
-use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
-use sabaki::region::raster::EvasionMaps;
-use sabaki::region::{Drawing, RegionAtlas};
+use sabaki::gpu::{Context, DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
+use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
 use serde_json::{Value, json};
 
 use super::DeviceArgs;
@@ -125,13 +124,16 @@ impl Opened {
         &self.name
     }
 
-    pub(crate) fn every_frame(&mut self, drawings: &[Drawing]) -> Result<Vec<EvasionMaps>, String> {
+    /// Draws all maps of a bake.
+    pub(crate) fn draw(&mut self, baker: &Baker) -> Result<DrawnMaps, String> {
         let Some((headless, rasterizer)) = &mut self.parts else {
             return Err(closed());
         };
-        headless
-            .every_frame(rasterizer, drawings)
-            .map_err(|error| error.to_string())
+        let evasions = headless.every_frame(rasterizer, baker.evasion_drawings());
+        let evasions = evasions.map_err(|error| error.to_string())?;
+        let attacks = headless.any_frame(rasterizer, baker.attack_drawings());
+        let attacks = attacks.map_err(|error| error.to_string())?;
+        Ok(DrawnMaps { evasions, attacks })
     }
 
     pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Result<Culler, String> {
@@ -153,7 +155,15 @@ impl Opened {
             return Err(closed());
         };
         match headless.cull(&mut self.cullers[culler.0], input) {
-            Ok(overlaps) => Ok(overlaps),
+            Ok(overlaps) if headless.context().is_ok_and(Context::precise_queries) => Ok(overlaps),
+            // Any or none is enough to remove candidates; the score needs counts.
+            Ok(mut overlaps) => {
+                let mut counted = Vec::new();
+                cpu::count(input, &mut counted);
+                let counts = overlaps.iter_mut().zip(counted);
+                counts.for_each(|(overlap, counted)| overlap.evasion = counted.evasion);
+                Ok(overlaps)
+            }
             // A limit of this device or of the culler's buffers: the CPU has none, and counts the same.
             Err(GpuError::Limit {
                 limit,

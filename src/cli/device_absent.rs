@@ -1,8 +1,7 @@
 //! In the place of `device` where the command was built without Vulkan: there is never one.
 
 use sabaki::avoid::cull::{CullInput, Overlap};
-use sabaki::region::raster::EvasionMaps;
-use sabaki::region::{Drawing, RegionAtlas};
+use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
 use serde_json::Value;
 
 use super::DeviceArgs;
@@ -42,10 +41,7 @@ impl Opened {
         match *self {}
     }
 
-    pub(crate) fn every_frame(
-        &mut self,
-        _drawings: &[Drawing],
-    ) -> Result<Vec<EvasionMaps>, String> {
+    pub(crate) fn draw(&mut self, _baker: &Baker) -> Result<DrawnMaps, String> {
         match *self {}
     }
 

@@ -88,14 +88,14 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
 
 fn load(args: &Args, device: &mut culling::Device) -> Result<Baked, Failure> {
     match (&args.baked, args.clips.clips.is_empty()) {
+        (_, true) if args.clips.events.is_some() => {
+            Err(Failure::Usage("--events needs --clips".to_owned()))
+        }
         (Some(_), false) => Err(Failure::Usage(
             "either a baked graph or --clips, not both".to_owned(),
         )),
         (Some(path), true) => source::from_file(path),
         (None, false) => source::from_clips(&args.clips, device),
-        (None, true) if args.clips.events.is_some() => {
-            Err(Failure::Usage("--events needs --clips".to_owned()))
-        }
         (None, true) => source::embedded(device),
     }
 }
@@ -115,8 +115,8 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let file = io::AttackFile::read(path)?;
     let attacks = file.attacks.into_iter().enumerate().map(|(index, entry)| {
-        let attack =
-            Attack::new(entry.spheres).map_err(|error| Failure::Attack { index, error })?;
+        let attack = Attack::new(entry.spheres)
+            .map_err(|error| Failure::Attack { index, error }.within(path))?;
         Ok(Throw { playhead, attack })
     });
     attacks.collect()

@@ -1,13 +1,15 @@
 //! `sabaki inspect`.
 
 use std::fmt::Write;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::JointKind;
 use sabaki::io::{self, AttackFile, EventsFile};
 use serde_json::{Value, json};
 
-use super::source::{self, Baked};
+use super::source;
 use super::{Done, Failure};
 
 #[derive(clap::Args)]
@@ -21,24 +23,28 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let path = &args.file;
-    let bytes = std::fs::read(path).map_err(|source| Failure::Open {
+    let head = head(path).map_err(|source| Failure::Open {
         path: path.clone(),
         source,
     })?;
-    let (document, text) = if io::archive::is_baked(&bytes) {
-        let baked = Baked {
-            graph: io::archive::from_bytes(&bytes, path)?,
-            made: None,
-        };
+    let (document, text) = if io::archive::is_baked(&head) {
+        let baked = source::from_file(path)?;
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
         (document, source::describe(&baked))
-    } else if bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
-        json_file(path, &bytes)?
+    } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
+        json_file(path)?
     } else {
         motion(path, args.scale)?
     };
     Ok(Done::ok(if as_json { Done::json(&document) } else { text }))
+}
+
+/// The first bytes of a file, which tell of what kind it is.
+fn head(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(1024).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
@@ -102,9 +108,13 @@ fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {
 }
 
 /// Events or attacks: whichever key the file has.
-fn json_file(path: &Path, bytes: &[u8]) -> Result<(Value, String), Failure> {
+fn json_file(path: &Path) -> Result<(Value, String), Failure> {
+    let bytes = std::fs::read(path).map_err(|source| Failure::Open {
+        path: path.to_owned(),
+        source,
+    })?;
     let has_attacks =
-        serde_json::from_slice::<Value>(bytes).is_ok_and(|value| value.get("attacks").is_some());
+        serde_json::from_slice::<Value>(&bytes).is_ok_and(|value| value.get("attacks").is_some());
     if has_attacks {
         let file = AttackFile::read(path)?;
         let mut text = format!("attacks: {}\n", file.attacks.len());

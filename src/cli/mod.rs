@@ -71,7 +71,7 @@ pub(crate) fn main() -> ExitCode {
     match done.and_then(Done::print) {
         Ok(code) => code,
         Err(failure) => {
-            eprintln!("sabaki: {failure}");
+            failure.print();
             ExitCode::from(2)
         }
     }

@@ -1,7 +1,7 @@
 //! What a subcommand prints, and how it fails.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
@@ -73,6 +73,27 @@ pub(crate) enum Failure {
     Device(String),
     #[error("{0}")]
     Usage(String),
+    #[error("{place}: {failure}")]
+    Within {
+        place: String,
+        failure: Box<Failure>,
+    },
+}
+
+impl Failure {
+    /// The same, with the file that it lies in.
+    pub(crate) fn within(self, place: &Path) -> Self {
+        Self::Within {
+            place: place.display().to_string(),
+            failure: Box::new(self),
+        }
+    }
+
+    /// Says it on stderr in one line, whatever names stand in it. Nobody may be there to read it.
+    pub(crate) fn print(&self) {
+        let text = self.to_string().replace(char::is_control, " ");
+        let _ = writeln!(std::io::stderr(), "sabaki: {text}");
+    }
 }
 
 /// A table with a head; the columns after the first `left` are numbers and stand to the right.

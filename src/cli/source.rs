@@ -54,7 +54,17 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
         clips: &set.clips,
         events: &set.events,
     };
-    let mut baked = bake(source, args.threshold, device, started)?;
+    let baked = bake(source, args.threshold, device, started);
+    // Not one of them is at fault, but the first says which of many runs it was.
+    let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
+        [] => failure,
+        [only] => failure.within(only),
+        [first, more @ ..] => failure.within(Path::new(&format!(
+            "{} and {} more",
+            first.display(),
+            more.len()
+        ))),
+    })?;
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, set.warnings);
     }
@@ -96,7 +106,7 @@ fn bake(
     let (graph, report) = graph::build(source, &settings)?;
     bar.inc(1);
     let baker = Baker::new(graph, BakeSettings::default())?;
-    let (maps, drawn_by) = culling::draw(device, baker.drawings())?;
+    let (maps, drawn_by) = culling::draw(&baker, device)?;
     bar.inc(1);
     let graph = baker.finish(maps)?;
     bar.finish_and_clear();

@@ -262,13 +262,13 @@ impl MotionGraph {
     /// Seconds of clips that the graph can play, transitions not counted.
     #[must_use]
     pub fn seconds_kept(&self) -> f64 {
-        let frames: u32 = self
+        let frames: u64 = self
             .edges
             .iter()
             .filter(|edge| edge.motion == EdgeMotion::Clip)
-            .map(|edge| edge.frames)
+            .map(|edge| u64::from(edge.frames))
             .sum();
-        f64::from(frames) / self.frame_rate
+        frames as f64 / self.frame_rate
     }
 
     /// How many edges are transitions.

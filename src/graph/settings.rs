@@ -34,6 +34,9 @@ impl Default for GraphSettings {
 }
 
 impl GraphSettings {
+    /// Frames per second that a graph may have.
+    pub const FRAME_RATES: std::ops::RangeInclusive<f64> = 1.0..=480.0;
+
     /// A time of the settings in whole frames, at least one.
     pub(super) fn frames(&self, seconds: f64) -> usize {
         ((seconds * self.frame_rate).round() as usize).max(1)
@@ -49,7 +52,7 @@ impl GraphSettings {
             (
                 "frame_rate",
                 self.frame_rate,
-                1.0..=480.0,
+                Self::FRAME_RATES,
                 "1 to 480 a second",
             ),
             ("window", self.window, 0.0..=10.0, "0 to 10 s"),

@@ -1,10 +1,11 @@
 //! Is a graph from a file sound?
 
-use super::{ClipId, Edge, EdgeMotion, GraphEvent, MotionGraph};
-use crate::anim::Clip;
+use super::{ClipId, Edge, EdgeMotion, GraphEvent, GraphSettings, MotionGraph, Node, prune};
+use crate::anim::{Clip, Skeleton};
 
 impl MotionGraph {
-    /// Whether every index is in range and every edge fits its clips: true of all graphs built here, asked of what is read from a file.
+    /// Whether every index is in range, every edge fits its clips and from every node every other can be reached: true of all graphs built here,
+    /// asked of what is read from a file.
     ///
     /// # Errors
     /// What is wrong, in words.
@@ -16,7 +17,8 @@ impl MotionGraph {
         };
         let joints = self.skeleton.len();
         let clip_ok = |clip: &Clip| {
-            Clip::new(&self.skeleton, clip.desc().clone()).is_ok_and(|same| same == *clip)
+            clip.frame_rate() == self.frame_rate
+                && Clip::new(&self.skeleton, clip.desc().clone()).is_ok_and(|same| same == *clip)
         };
         let event_ok = |e: &GraphEvent| {
             e.first < e.last
@@ -24,12 +26,16 @@ impl MotionGraph {
                 && e.joints.iter().all(|joint| joint.index() < joints)
         };
         // In this order: each check relies on those before it.
-        let checks: [(&dyn Fn() -> bool, &str); 6] = [
+        let checks: [(&dyn Fn() -> bool, &str); 8] = [
             (
-                &|| self.frame_rate.is_finite() && self.frame_rate >= 1.0,
+                &|| GraphSettings::FRAME_RATES.contains(&self.frame_rate),
                 "the frame rate is not possible",
             ),
-            (&|| self.clips.iter().all(clip_ok), "a clip is damaged"),
+            (
+                &|| self.clips.iter().all(clip_ok),
+                "a clip is damaged or of another frame rate",
+            ),
+            (&|| !self.nodes.is_empty(), "it has no nodes"),
             (
                 &|| self.nodes.iter().all(|node| node.frame < frames(node.clip)),
                 "a node names a frame that is not there",
@@ -43,6 +49,10 @@ impl MotionGraph {
                 "an edge does not fit its nodes or clips",
             ),
             (&|| self.index_fits(), "the index of edges is damaged"),
+            (
+                &|| self.is_connected(),
+                "from some node another cannot be reached",
+            ),
         ];
         checks
             .iter()
@@ -64,6 +74,12 @@ impl MotionGraph {
             })
     }
 
+    fn is_connected(&self) -> bool {
+        let ends: Vec<(u32, u32)> = self.edges.iter().map(|e| (e.from.0, e.to.0)).collect();
+        let components = prune::components(self.nodes.len(), &ends);
+        components.windows(2).all(|pair| pair[0] == pair[1])
+    }
+
     fn edge_fits(&self, edge: &Edge) -> bool {
         let ends = (
             self.nodes.get(edge.from.index()),
@@ -72,16 +88,23 @@ impl MotionGraph {
         let (Some(from), Some(to)) = ends else {
             return false;
         };
-        let event_ok = edge
-            .event
-            .is_none_or(|event| event.index() < self.events.len());
+        let event_ok = edge.event.is_none_or(|event| {
+            let whole = |e: &GraphEvent| {
+                [e.first, e.last].map(|frame| Node {
+                    clip: e.clip,
+                    frame,
+                })
+            };
+            edge.motion == EdgeMotion::Clip
+                && self.events.get(event.index()).map(whole) == Some([*from, *to])
+        });
         let motion_ok = match edge.motion {
             EdgeMotion::Clip => {
                 from.clip == to.clip && from.frame.checked_add(edge.frames) == Some(to.frame)
             }
             EdgeMotion::Transition { align, distance } => {
                 let last = self.clip(from.clip).frames() as u32;
-                let finite = align.is_sound() && distance.is_finite();
+                let finite = align.is_sound(4.0 * Skeleton::FURTHEST) && distance.is_finite();
                 finite
                     && to.frame >= edge.frames
                     && from

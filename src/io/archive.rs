@@ -9,7 +9,8 @@
 //! What is read is checked twice: the checksum finds damage, and every index is compared with what it points into, so that
 //! a file that was made to do harm is an error as well.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -123,10 +124,18 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
 /// # Errors
 /// What the file system or the contents are wrong with, with the path.
 pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
-    let bytes = std::fs::read(path).map_err(|source| ArchiveError::Io {
+    let io = |source| ArchiveError::Io {
         path: path.to_owned(),
         source,
-    })?;
+    };
+    let file = File::open(path).map_err(io)?;
+    let mut bytes = Vec::new();
+    // Not a byte more of a file that is something else, which may be large or without end.
+    let mut head = (&file).take(MAGIC.len() as u64);
+    head.read_to_end(&mut bytes).map_err(io)?;
+    if is_baked(&bytes) {
+        (&file).read_to_end(&mut bytes).map_err(io)?;
+    }
     from_bytes(&bytes, path)
 }
 

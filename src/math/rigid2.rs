@@ -50,12 +50,12 @@ impl Rigid2 {
         self.sin.atan2(self.cos)
     }
 
-    /// Whether its rotation is one and its translation is finite: true of all made here, asked of what is read from a file.
+    /// Whether its rotation is one and it leads no further than `furthest`: asked of what is read from a file.
     #[must_use]
-    pub fn is_sound(self) -> bool {
+    pub fn is_sound(self, furthest: f32) -> bool {
         (self.cos * self.cos + self.sin * self.sin - 1.0).abs() < 1e-3
-            && self.x.is_finite()
-            && self.z.is_finite()
+            && self.x.abs() <= furthest
+            && self.z.abs() <= furthest
     }
 
     /// Cosine of the heading.

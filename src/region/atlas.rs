@@ -32,21 +32,48 @@ impl RegionMaps {
             let sound = maps.body.is_sound() && maps.evasion.is_sound();
             sound && maps.body.rect() == maps.evasion.rect() && maps.body.rect().fits()
         };
-        self.first_slab
-            .0
-            .checked_add(self.slabs.len() as i32)
-            .is_some()
-            && self.slabs.iter().all(fits)
+        slabs_fit(self.first_slab, self.slabs.len()) && self.slabs.iter().all(fits)
     }
 }
 
-/// The maps of all evasions of a graph, on one grid.
+/// The maps of one attack, slab by slab, in the character's frame where it starts (root on the ground, facing +Z): texels
+/// that it passes at some time.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AttackMaps {
+    /// Of `slabs[0]`; the others follow upwards.
+    pub first_slab: Slab,
+    /// One for each slab that the attack reaches.
+    pub slabs: Vec<BitMap>,
+}
+
+impl AttackMaps {
+    /// Whether every map's words fit its rectangle: true of all drawn here, asked of what is read from a file.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        slabs_fit(self.first_slab, self.slabs.len())
+            && self
+                .slabs
+                .iter()
+                .all(|map| map.is_sound() && map.rect().fits())
+    }
+}
+
+/// Whether so many slabs from the first one up are all within the slabs that are counted.
+fn slabs_fit(first: Slab, count: usize) -> bool {
+    let most = i64::from(MapGrid::HIGHEST_SLAB);
+    let first = i64::from(first.0);
+    (-most..=most).contains(&first) && first + count as i64 <= most
+}
+
+/// The maps of all evasions and attacks of a graph, on one grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionAtlas {
     /// Texel and slab sizes of all maps.
     pub grid: MapGrid,
     /// By [`RegionId`].
     pub regions: Vec<RegionMaps>,
+    /// In the order of [`BakedGraph::strikes`](super::BakedGraph::strikes).
+    pub attacks: Vec<AttackMaps>,
 }
 
 impl RegionAtlas {
@@ -58,7 +85,7 @@ impl RegionAtlas {
         region.slabs.get(index)
     }
 
-    /// All maps as one array of words, ready for a storage buffer.
+    /// The evasions' maps as one array of words, ready for a storage buffer.
     #[must_use]
     pub fn pack(&self) -> PackedAtlas {
         let mut packed = PackedAtlas {

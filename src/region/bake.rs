@@ -1,19 +1,19 @@
 //! From a motion graph to everything that a query needs.
 //!
-//! Source: Masaoka & Oshita, sections 4.2–4.4. The evasions' maps are drawn by whoever has a rasterizer: [`Baker::drawings`] says
-//! what to draw, [`Baker::finish`] takes what was drawn.
+//! Source: Masaoka & Oshita, sections 4.2–4.4. The maps are drawn by whoever has a rasterizer: [`Baker::evasion_drawings`]
+//! and [`Baker::attack_drawings`] say what to draw, [`Baker::finish`] takes what was drawn.
 
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::drawings::{self, SlabDrawings};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    BakedGraph, Body, Disc, Drawing, Evasion, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps,
-    RetimeSettings, Slab,
+    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, MapGrid, MapRect, RegionAtlas,
+    RegionId, RegionMaps, RetimeSettings, Strike,
 };
-use crate::anim::{EventKind, Pose, forward_kinematics};
+use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::Rigid2;
 
@@ -41,8 +41,23 @@ pub enum BakeError {
         /// Metres.
         slab_height: f32,
     },
+    /// The settings' body has no sphere, or one without a joint, a place or a size.
+    #[error(
+        "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
+    )]
+    Body,
+    /// The body is higher above the ground, or further below it, than slabs are counted.
+    #[error("the body in {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
+    TooHigh {
+        /// Its clip and seconds.
+        event: String,
+        /// Lowest slab.
+        low: i32,
+        /// Highest slab.
+        high: i32,
+    },
     /// A map with more texels a side than fixed-point products allow.
-    #[error("the map of evasion {event} would be {width} x {height} texels; {max} a side is the most: choose larger texels", max = MapGrid::MAX_SIDE)]
+    #[error("the map of {event} would be {width} x {height} texels; {max} a side is the most: choose larger texels", max = MapGrid::MAX_SIDE)]
     MapTooLarge {
         /// Its clip and seconds.
         event: String,
@@ -61,64 +76,95 @@ pub enum BakeError {
     },
 }
 
+/// What a rasterizer has drawn for a [`Baker`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DrawnMaps {
+    /// Of [`Baker::evasion_drawings`], in order.
+    pub evasions: Vec<EvasionMaps>,
+    /// Of [`Baker::attack_drawings`], in order.
+    pub attacks: Vec<BitMap>,
+}
+
 /// A bake that waits for its maps.
 #[derive(Clone, Debug)]
 pub struct Baker {
     graph: MotionGraph,
     body: Body,
     settings: BakeSettings,
-    evasions: Vec<EdgeId>,
-    /// For each evasion its lowest slab and how many it has.
-    slabs: Vec<(Slab, usize)>,
+    evasions: Prepared,
+    attacks: Prepared,
+}
+
+/// The drawings of all events of a kind.
+#[derive(Clone, Debug, Default)]
+struct Prepared {
+    edges: Vec<EdgeId>,
+    /// For each edge its lowest slab and how many it has.
+    slabs: Vec<(super::Slab, usize)>,
+    /// Of all slabs of all edges.
     drawings: Vec<Drawing>,
 }
 
 impl Baker {
-    /// Prepares the drawings of all evasions of `graph`.
+    /// Prepares the drawings of all events of `graph`.
     ///
     /// # Errors
     /// Settings that make no maps.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
         let MapGrid { texel, slab_height } = settings.maps;
-        if !((0.001..=1.0).contains(&texel) && (0.001..=10.0).contains(&slab_height)) {
+        if !settings.maps.is_sound() {
             return Err(BakeError::Grid { texel, slab_height });
         }
         let body = settings
             .body
             .clone()
             .unwrap_or_else(|| Body::from_bones(graph.skeleton()));
-        let evasions: Vec<(EdgeId, _)> = graph.edges_with(EventKind::Evasion).collect();
-        let (mut slabs, mut drawings) = (Vec::new(), Vec::new());
-        for &(_, event) in &evasions {
-            let event = graph.event(event);
-            let frames = body_frames(&graph, &body, event);
-            let (first, drawn) = evasion_drawings(&frames, &body, settings.maps);
-            if let Some(large) = drawn.iter().find(|drawing| !drawing.rect.fits()) {
-                let MapRect { width, height, .. } = large.rect;
-                return Err(BakeError::MapTooLarge {
-                    event: graph.describe_event(event),
-                    width,
-                    height,
-                });
-            }
-            slabs.push((first, drawn.len()));
-            drawings.extend(drawn);
+        if !body.is_sound(graph.skeleton()) {
+            return Err(BakeError::Body);
         }
-        let evasions = evasions.into_iter().map(|(edge, _)| edge).collect();
+        let maps = settings.maps;
+        let evasions = prepare(&graph, EventKind::Evasion, |event| {
+            drawings::of_evasion(&graph, &body, event, maps)
+        })?;
+        let attacks = prepare(&graph, EventKind::Attack, |event| {
+            drawings::of_attack(&graph, &body, event, maps)
+        })?;
         Ok(Self {
+            evasions,
+            attacks,
             graph,
             body,
             settings,
-            evasions,
-            slabs,
-            drawings,
         })
     }
 
-    /// What is to be drawn by "every frame" ([`raster::every_frame`] or its twin on the device), in this order.
+    /// What is to be drawn by "every frame" ([`raster::every_frame`] or its twin on the device).
     #[must_use]
-    pub fn drawings(&self) -> &[Drawing] {
-        &self.drawings
+    pub fn evasion_drawings(&self) -> &[Drawing] {
+        &self.evasions.drawings
+    }
+
+    /// What is to be drawn by "any frame" ([`raster::any_frame`] or its twin on the device).
+    #[must_use]
+    pub fn attack_drawings(&self) -> &[Drawing] {
+        &self.attacks.drawings
+    }
+
+    /// Draws all maps on the CPU.
+    #[must_use]
+    pub fn draw_on_cpu(&self) -> DrawnMaps {
+        DrawnMaps {
+            evasions: self
+                .evasion_drawings()
+                .iter()
+                .map(raster::every_frame)
+                .collect(),
+            attacks: self
+                .attack_drawings()
+                .iter()
+                .map(raster::any_frame)
+                .collect(),
+        }
     }
 
     /// Draws on the CPU and finishes.
@@ -126,7 +172,7 @@ impl Baker {
     /// # Errors
     /// None that [`Baker::finish`] would not have.
     pub fn finish_on_cpu(self) -> Result<BakedGraph, BakeError> {
-        let maps = self.drawings.iter().map(raster::every_frame).collect();
+        let maps = self.draw_on_cpu();
         self.finish(maps)
     }
 
@@ -134,97 +180,119 @@ impl Baker {
     ///
     /// # Errors
     /// Another number of maps than drawings, or maps of other rectangles.
-    pub fn finish(self, maps: Vec<EvasionMaps>) -> Result<BakedGraph, BakeError> {
-        let fitting = maps
-            .iter()
-            .zip(&self.drawings)
-            .filter(|(map, drawing)| map.body.rect() == drawing.rect)
-            .count();
-        if fitting != self.drawings.len() || maps.len() != self.drawings.len() {
-            return Err(BakeError::Maps {
-                found: fitting,
-                expected: self.drawings.len(),
-            });
-        }
-        let mut maps = maps.into_iter();
-        let regions = self
-            .slabs
-            .iter()
-            .map(|&(first_slab, count)| RegionMaps {
-                first_slab,
-                slabs: maps.by_ref().take(count).collect(),
+    pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
+        self.evasions
+            .check(maps.evasions.iter().map(|maps| maps.body.rect()))?;
+        self.attacks.check(maps.attacks.iter().map(BitMap::rect))?;
+        let placement = |edge: EdgeId| -> Rigid2 {
+            let from = self.graph.node(self.graph.edge(edge).from);
+            self.graph.placement(from.clip, from.frame)
+        };
+        let regions = (0..).map(RegionId);
+        let evasions = self.evasions.edges.iter().zip(regions);
+        let evasions = evasions
+            .map(|(&edge, region)| Evasion {
+                edge,
+                region,
+                placement: placement(edge),
             })
             .collect();
-        let evasions = self.evasions.iter().enumerate().map(|(index, &edge)| {
-            let from = self.graph.node(self.graph.edge(edge).from);
-            let placement = self.graph.placement(from.clip, from.frame);
-            Evasion {
+        let strikes = self
+            .attacks
+            .edges
+            .iter()
+            .map(|&edge| Strike {
                 edge,
-                region: RegionId(index as u32),
-                placement,
-            }
-        });
+                placement: placement(edge),
+            })
+            .collect();
+        let atlas = RegionAtlas {
+            grid: self.settings.maps,
+            regions: self
+                .evasions
+                .distribute(maps.evasions)
+                .map(|(first_slab, slabs)| RegionMaps { first_slab, slabs })
+                .collect(),
+            attacks: self
+                .attacks
+                .distribute(maps.attacks)
+                .map(|(first_slab, slabs)| AttackMaps { first_slab, slabs })
+                .collect(),
+        };
+        let retimable = retimable_edges(&self.graph, &self.settings.retime);
         Ok(BakedGraph::new(
-            evasions.collect(),
-            retimable_edges(&self.graph, &self.settings.retime),
-            RegionAtlas {
-                grid: self.settings.maps,
-                regions,
-            },
-            self.body,
             self.graph,
+            self.body,
+            atlas,
+            retimable,
+            (evasions, strikes),
         ))
     }
 }
 
-/// The body's sphere centres in each frame of an event, in the frame where it starts (root on the ground, facing +Z).
-fn body_frames(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<Vec<Vec3>> {
-    let to_start: Rigid2 = graph.placement(event.clip, event.first).inverse();
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    (event.first..=event.last)
-        .map(|frame| {
-            graph.clip(event.clip).pose(frame as usize, &mut pose);
-            pose.place(to_start);
-            forward_kinematics(graph.skeleton(), &pose, &mut joints);
-            let mut centres = Vec::new();
-            body.centres(&joints, &mut centres);
-            centres
-        })
-        .collect()
+/// The drawings of all events of a kind, in the order of their edges.
+fn prepare(
+    graph: &MotionGraph,
+    kind: EventKind,
+    draw: impl Fn(&GraphEvent) -> SlabDrawings,
+) -> Result<Prepared, BakeError> {
+    let mut prepared = Prepared::default();
+    for (edge, event) in graph.edges_with(kind) {
+        let event = graph.event(event);
+        let describe = || graph.describe_event(event);
+        let SlabDrawings {
+            first_slab,
+            drawings,
+        } = draw(event);
+        let (low, high) = (
+            first_slab.0,
+            first_slab.0.saturating_add(drawings.len() as i32),
+        );
+        if low < -MapGrid::HIGHEST_SLAB || high > MapGrid::HIGHEST_SLAB {
+            return Err(BakeError::TooHigh {
+                event: describe(),
+                low,
+                high,
+            });
+        }
+        if let Some(large) = drawings.iter().find(|drawing| !drawing.rect.fits()) {
+            let MapRect { width, height, .. } = large.rect;
+            return Err(BakeError::MapTooLarge {
+                event: describe(),
+                width,
+                height,
+            });
+        }
+        prepared.edges.push(edge);
+        prepared.slabs.push((first_slab, drawings.len()));
+        prepared.drawings.extend(drawings);
+    }
+    Ok(prepared)
 }
 
-/// One drawing for each slab that the first frame reaches, from the lowest up.
-fn evasion_drawings(frames: &[Vec<Vec3>], body: &Body, grid: MapGrid) -> (Slab, Vec<Drawing>) {
-    let discs = |centres: &[Vec3], slab| -> Vec<Disc> {
-        centres
-            .iter()
-            .zip(&body.spheres)
-            .filter_map(|(&c, s)| grid.disc(c, s.radius, slab))
-            .collect()
-    };
-    let reached = frames[0]
-        .iter()
-        .zip(&body.spheres)
-        .map(|(&c, s)| grid.slabs(c, s.radius));
-    let (low, high) = reached.fold((i32::MAX, i32::MIN), |(low, high), r| {
-        (low.min(*r.start()), high.max(*r.end()))
-    });
-    let drawings = (low..=high).map(|number| {
-        let slab = Slab(number);
-        let rect = MapRect::around(&discs(&frames[0], slab));
-        let mut drawing = Drawing {
-            rect,
-            ..Drawing::default()
-        };
-        for centres in frames {
-            drawing.discs.extend(
-                discs(centres, slab)
-                    .iter()
-                    .map(|disc| disc.relative_to(rect.u, rect.v)),
-            );
-            drawing.frame_ends.push(drawing.discs.len() as u32);
+impl Prepared {
+    /// Whether maps of these rectangles are those of the drawings.
+    fn check(&self, rects: impl ExactSizeIterator<Item = MapRect>) -> Result<(), BakeError> {
+        let (found, expected) = (rects.len(), self.drawings.len());
+        let fitting = rects
+            .zip(&self.drawings)
+            .filter(|(rect, drawing)| *rect == drawing.rect)
+            .count();
+        if found == expected && fitting == expected {
+            Ok(())
+        } else {
+            Err(BakeError::Maps {
+                found: fitting,
+                expected,
+            })
         }
-        drawing
-    });
-    (Slab(low), drawings.collect())
+    }
+
+    /// Gives each edge its lowest slab and its maps.
+    fn distribute<T>(&self, maps: Vec<T>) -> impl Iterator<Item = (super::Slab, Vec<T>)> {
+        let mut maps = maps.into_iter();
+        self.slabs
+            .iter()
+            .map(move |&(first, count)| (first, maps.by_ref().take(count).collect()))
+    }
 }

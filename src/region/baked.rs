@@ -1,6 +1,8 @@
 use serde::{Deserialize, Serialize};
 
-use super::{Body, BodySphere, RegionAtlas, RegionId, RegionMaps, Retimable};
+use super::strike::attack_spheres;
+use super::{AttackMaps, Body, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike};
+use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::Rigid2;
 
@@ -24,6 +26,7 @@ pub struct BakedGraph {
     /// By edge.
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
+    strikes: Vec<Strike>,
     /// For each node the fewest frames at rate 1 until an evasion starts.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
@@ -34,20 +37,22 @@ pub struct BakedGraph {
 
 impl BakedGraph {
     pub(super) fn new(
-        evasions: Vec<Evasion>,
-        retimable: Vec<Retimable>,
-        atlas: RegionAtlas,
-        body: Body,
         graph: MotionGraph,
+        body: Body,
+        atlas: RegionAtlas,
+        retimable: Vec<Retimable>,
+        (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
     ) -> Self {
+        let (frames_to_evasion, reach) = (Vec::new(), 0.0);
         Self {
             graph,
             body,
             atlas,
             retimable,
             evasions,
-            frames_to_evasion: Vec::new(),
-            reach: 0.0,
+            strikes,
+            frames_to_evasion,
+            reach,
         }
         .derived()
     }
@@ -80,6 +85,25 @@ impl BakedGraph {
     #[must_use]
     pub fn evasions(&self) -> &[Evasion] {
         &self.evasions
+    }
+
+    /// All attacks, by edge.
+    #[must_use]
+    pub fn strikes(&self) -> &[Strike] {
+        &self.strikes
+    }
+
+    /// Where an attack passes, in the character's frame at its start; the clock starts with it.
+    #[must_use]
+    pub fn strike_spheres(&self, strike: &Strike) -> Vec<MovingSphere> {
+        let event = self
+            .graph
+            .edge(strike.edge)
+            .event
+            .map(|event| self.graph.event(event));
+        event.map_or_else(Vec::new, |event| {
+            attack_spheres(&self.graph, &self.body, event)
+        })
     }
 
     /// The evasion that an edge is, if it is one.
@@ -116,11 +140,11 @@ impl BakedGraph {
             .iter()
             .filter(|edge| edge.motion == EdgeMotion::Clip);
         for edge in clip_edges {
-            let wait = self.frames_to_evasion(edge.to);
-            for frame in 0..edge.frames {
-                all += 1.0;
-                let frames = wait.map(|wait| f64::from(wait) + f64::from(edge.frames - frame));
-                soon += f64::from(u8::from(frames.is_some_and(|frames| frames <= limit)));
+            let frames = f64::from(edge.frames);
+            all += frames;
+            if let Some(wait) = self.frames_to_evasion(edge.to) {
+                // Of the moments 1 to `frames` before the edge's end, those that leave the wait within the limit.
+                soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
             }
         }
         if all > 0.0 { soon / all } else { 0.0 }
@@ -136,15 +160,15 @@ impl BakedGraph {
         let sorted = self
             .evasions
             .windows(2)
-            .all(|pair| pair[0].edge < pair[1].edge);
-        let joints = self.graph.skeleton().len();
-        let grid = self.atlas.grid;
-        let sphere_ok = |s: &BodySphere| {
-            s.joint.index() < joints
-                && s.offset.is_finite()
-                && s.radius.is_finite()
-                && s.radius > 0.0
-        };
+            .all(|pair| pair[0].edge < pair[1].edge)
+            && self
+                .strikes
+                .windows(2)
+                .all(|pair| pair[0].edge < pair[1].edge);
+        let strikes_fit = self
+            .strikes
+            .iter()
+            .all(|strike| self.event_fits(strike.edge, EventKind::Attack, strike.placement));
         let checks = [
             (
                 self.retimable.len() == edges,
@@ -152,18 +176,23 @@ impl BakedGraph {
             ),
             (
                 sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
-                "an evasion names an edge or maps that are not there",
+                "an evasion names an edge that is none, or maps that are not there",
             ),
             (
-                !self.body.spheres.is_empty() && self.body.spheres.iter().all(sphere_ok),
+                strikes_fit && self.atlas.attacks.len() == self.strikes.len(),
+                "an attack names an edge that is none, or has no maps",
+            ),
+            (
+                self.body.is_sound(self.graph.skeleton()),
                 "a body sphere is not sound",
             ),
             (
-                grid.texel > 0.0 && grid.slab_height > 0.0,
-                "the maps' texels or slabs have no size",
+                self.atlas.grid.is_sound(),
+                "the maps' texels or slabs have no possible size",
             ),
             (
-                self.atlas.regions.iter().all(RegionMaps::is_sound),
+                self.atlas.regions.iter().all(RegionMaps::is_sound)
+                    && self.atlas.attacks.iter().all(AttackMaps::is_sound),
                 "a map's words do not fit its rectangle",
             ),
         ];
@@ -180,10 +209,18 @@ impl BakedGraph {
     }
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {
-        let edge = self.graph.edges().get(evasion.edge.index());
-        edge.is_some_and(|edge| edge.event.is_some())
+        self.event_fits(evasion.edge, EventKind::Evasion, evasion.placement)
             && evasion.region.index() < self.atlas.regions.len()
-            && evasion.placement.is_sound()
+    }
+
+    fn event_fits(&self, edge: EdgeId, kind: EventKind, placement: Rigid2) -> bool {
+        let event = self
+            .graph
+            .edges()
+            .get(edge.index())
+            .and_then(|edge| edge.event);
+        event.is_some_and(|event| self.graph.event(event).kind == kind)
+            && placement.is_sound(4.0 * Skeleton::FURTHEST)
     }
 }
 

@@ -15,6 +15,15 @@ pub struct BodySphere {
 }
 
 impl BodySphere {
+    /// Whether it hangs from one of `skeleton`'s joints and has a place and a size.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        self.joint.index() < skeleton.len()
+            && Skeleton::is_near(self.offset)
+            && self.radius > 0.0
+            && self.radius <= Skeleton::FURTHEST
+    }
+
     /// Its centre in the space of the motion.
     #[must_use]
     pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
@@ -29,18 +38,23 @@ pub struct Body {
     pub spheres: Vec<BodySphere>,
 }
 
-/// Radii as shares, measured on drawings of the human figure; they are what the body is made of where nobody says better.
+/// Radii as shares, set by eye against drawings of the human figure; they are what the body is made of where nobody says
+/// better. "Height" is the length of the bones from crown to toe, a little more than a person's stature.
 mod shares {
-    /// Trunk: of the stature.
-    pub(super) const TRUNK: f32 = 0.072;
-    /// Hips and shoulders, the bones that leave the trunk sideways: of the stature.
-    pub(super) const GIRDLE: f32 = 0.055;
+    /// Trunk: of the height.
+    pub(super) const TRUNK: f32 = 0.062;
+    /// Hips and shoulders, the bones that leave the trunk sideways: of the height.
+    pub(super) const GIRDLE: f32 = 0.05;
+    /// What of the trunk's line lies above the arms: of the height.
+    pub(super) const NECK: f32 = 0.032;
     /// Head, from its joint to its tip: of that bone.
     pub(super) const HEAD: f32 = 0.62;
+    /// Smallest and largest head: of the height.
+    pub(super) const HEAD_RANGE: (f32, f32) = (0.04, 0.06);
     /// Arms and legs: of the bone.
     pub(super) const LIMB: f32 = 0.17;
-    /// Thinnest and thickest limb: of the stature.
-    pub(super) const LIMB_RANGE: (f32, f32) = (0.022, 0.048);
+    /// Thinnest and thickest limb: of the height.
+    pub(super) const LIMB_RANGE: (f32, f32) = (0.02, 0.042);
     /// Spheres of a bone stand this share of their radius apart.
     pub(super) const SPACING: f32 = 1.2;
 }
@@ -52,37 +66,40 @@ impl Body {
     /// head.
     #[must_use]
     pub fn from_bones(skeleton: &Skeleton) -> Self {
-        let stature = stature(skeleton);
+        let height = height(skeleton);
+        let sided = |id| skeleton.mirror(id).is_some();
+        let within =
+            |length: f32, (low, high): (f32, f32)| length.clamp(height * low, height * high);
         let mut spheres = Vec::new();
         for id in skeleton.ids().skip(1) {
             let joint = skeleton.joint(id);
-            let Some(parent) = joint.parent else { continue };
-            let length = joint.offset.length();
+            let (Some(parent), length) = (joint.parent, joint.offset.length()) else {
+                continue;
+            };
             if length < 1e-4 {
                 continue;
             }
-            let sided = |id| skeleton.mirror(id).is_some();
-            let limb = (length * shares::LIMB).clamp(
-                stature * shares::LIMB_RANGE.0,
-                stature * shares::LIMB_RANGE.1,
-            );
-            match (sided(parent), sided(id), joint.kind) {
+            let has_limbs = || {
+                skeleton
+                    .ids()
+                    .any(|limb| sided(limb) && skeleton.ancestry(limb).any(|j| j == id))
+            };
+            let radius = match (sided(parent), sided(id), joint.kind) {
                 (false, false, JointKind::EndSite) => {
-                    let radius = (length * shares::HEAD).clamp(stature * 0.04, stature * 0.07);
+                    let radius = within(length * shares::HEAD, shares::HEAD_RANGE);
                     spheres.push(BodySphere {
                         joint: parent,
                         offset: joint.offset * 0.5,
                         radius,
                     });
+                    continue;
                 }
-                (false, false, JointKind::Moving) => {
-                    along(&mut spheres, parent, joint.offset, stature * shares::TRUNK)
-                }
-                (false, true, _) => {
-                    along(&mut spheres, parent, joint.offset, stature * shares::GIRDLE)
-                }
-                _ => along(&mut spheres, parent, joint.offset, limb),
-            }
+                (false, false, _) if has_limbs() => height * shares::TRUNK,
+                (false, false, _) => height * shares::NECK,
+                (false, true, _) => height * shares::GIRDLE,
+                _ => within(length * shares::LIMB, shares::LIMB_RANGE),
+            };
+            along(&mut spheres, parent, joint.offset, radius);
         }
         if spheres.is_empty() {
             spheres.push(BodySphere {
@@ -92,6 +109,13 @@ impl Body {
             });
         }
         Self { spheres }
+    }
+
+    /// Whether there is a sphere and all are sound ([`BodySphere::is_sound`]).
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        let sound = |sphere: &BodySphere| sphere.is_sound(skeleton);
+        !self.spheres.is_empty() && self.spheres.iter().all(sound)
     }
 
     /// The centres of all spheres, in the space of the motion.
@@ -140,7 +164,7 @@ fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32)
 }
 
 /// The longest chain of bones without a side, plus the longest one with: trunk and head, and a leg.
-fn stature(skeleton: &Skeleton) -> f32 {
+fn height(skeleton: &Skeleton) -> f32 {
     let longest = |sided: bool| {
         let of_side = skeleton
             .ids()

@@ -20,17 +20,13 @@ pub struct Disc {
 impl Disc {
     /// Largest radius, sub-texels: it reaches across the largest map, and the squares of its sides still fit.
     pub const MAX_RADIUS: i32 = 32_000;
-    /// Furthest centre, sub-texels: so far from every map that it may as well be there, and near enough that sums of two
-    /// places still fit.
-    const FURTHEST: i32 = 1 << 28;
 
-    /// A disc of a radius in sub-texels, rounded to the nearest whole one, at most [`Disc::MAX_RADIUS`]. A centre that is
-    /// further than 2²⁸ sub-texels from the origin is moved there.
+    /// A disc of a radius in sub-texels, rounded to the nearest whole one, at most [`Disc::MAX_RADIUS`].
     #[must_use]
     pub fn new(x: i32, z: i32, radius: f32) -> Self {
         Self {
-            x: x.clamp(-Self::FURTHEST, Self::FURTHEST),
-            z: z.clamp(-Self::FURTHEST, Self::FURTHEST),
+            x,
+            z,
             radius: (radius.round() as i32).min(Self::MAX_RADIUS),
         }
     }

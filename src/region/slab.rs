@@ -32,6 +32,18 @@ impl MapGrid {
     /// Most texels a side of one map: what fixed-point products of 32 bits allow.
     pub const MAX_SIDE: u32 = 2048;
 
+    /// No slab lies higher above the ground, or further below it.
+    pub const HIGHEST_SLAB: i32 = 100_000;
+
+    /// Discs further from the origin are drawn at this distance, sub-texels: it lies far beyond every map, and sums of it fit.
+    const FAR: f32 = (1 << 29) as f32;
+
+    /// Whether texels are 0.001 to 1 m and slabs 0.001 to 10 m.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        (0.001..=1.0).contains(&self.texel) && (0.001..=10.0).contains(&self.slab_height)
+    }
+
     /// The slabs that a sphere reaches.
     #[must_use]
     pub fn slabs(&self, centre: Vec3, radius: f32) -> RangeInclusive<i32> {
@@ -48,11 +60,8 @@ impl MapGrid {
         let squared = radius * radius - (centre.y - nearest).powi(2);
         (squared > 0.0).then(|| {
             let scale = SUB_TEXELS as f32 / self.texel;
-            Disc::new(
-                (centre.x * scale).round() as i32,
-                (centre.z * scale).round() as i32,
-                squared.sqrt() * scale,
-            )
+            let place = |metres: f32| (metres * scale).round().clamp(-Self::FAR, Self::FAR) as i32;
+            Disc::new(place(centre.x), place(centre.z), squared.sqrt() * scale)
         })
     }
 }

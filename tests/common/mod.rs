@@ -10,3 +10,6 @@ mod device;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
+pub mod plain_bvh;
+pub mod random;
+pub mod small;

@@ -1,0 +1,157 @@
+//! Graphs whose numbers and lists somebody has changed, in files that are whole.
+
+use sabaki::io::archive::to_bytes;
+use sabaki::region::BakedGraph;
+use serde_json::{Value, json};
+
+use super::common::small::small;
+use super::{is_accepted, read};
+
+/// The places of all numbers; of long lists those at the ends and a few between.
+fn numbers(value: &Value, path: &str, out: &mut Vec<String>) {
+    match value {
+        Value::Object(fields) => {
+            for (name, field) in fields {
+                numbers(field, &format!("{path}/{name}"), out);
+            }
+        }
+        Value::Array(items) => {
+            let step = items.len().div_ceil(6).max(1);
+            let last = items.len().saturating_sub(1);
+            for index in (0..items.len()).filter(|i| i % step == 0 || *i == last) {
+                numbers(&items[index], &format!("{path}/{index}"), out);
+            }
+        }
+        Value::Number(_) => out.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_number_may_be_any_number() {
+    let whole = serde_json::to_value(small()).unwrap();
+    let mut places = Vec::new();
+    numbers(&whole, "", &mut places);
+    assert!(places.len() > 300, "{}", places.len());
+    let extremes = [
+        json!(0),
+        json!(1),
+        json!(-1),
+        json!(-1e-6),
+        json!(65_535),
+        json!(i32::MIN),
+        json!(i32::MAX),
+        json!(u32::MAX),
+        json!(1e9),
+        json!(-3.4e38),
+        json!(1e-38),
+    ];
+    let (mut sound, mut refused) = (0, 0);
+    for place in &places {
+        for extreme in &extremes {
+            let mut hostile = whole.clone();
+            *hostile.pointer_mut(place).unwrap() = extreme.clone();
+            // What the type itself refuses no file can hold.
+            let Ok(baked) = serde_json::from_value::<BakedGraph>(hostile) else {
+                continue;
+            };
+            let bytes = to_bytes(&baked).unwrap();
+            match is_accepted(&format!("{place} = {extreme}"), &bytes) {
+                true => sound += 1,
+                false => refused += 1,
+            }
+        }
+    }
+    assert!(sound > 100 && refused > 1000, "{sound}, {refused}");
+}
+
+#[test]
+fn a_graph_that_is_none_is_refused_with_the_reason() {
+    let whole = serde_json::to_value(small()).unwrap();
+    let edges = whole["graph"]["edges"].as_array().unwrap();
+    let evasion = whole["evasions"][0]["edge"].as_u64().unwrap() as usize;
+    let first_joint = &whole["graph"]["skeleton"][0];
+    // The graph falls into two where no edge leads into the first node.
+    let looped: Vec<Value> = edges.iter().map(|edge| looped(edge.clone())).collect();
+    let cases = [
+        ("/graph/nodes", json!([]), "no nodes"),
+        ("/graph/clips", json!([]), "a node names a frame"),
+        ("/graph/frame_rate", json!(1e9), "the frame rate"),
+        ("/graph/frame_rate", json!(16.0), "another frame rate"),
+        ("/graph/events", json!([]), "an edge does not fit"),
+        ("/graph/edges", json!(looped), "an edge does not fit"),
+        ("/graph/skeleton", json!([first_joint]), "a clip is damaged"),
+        ("/body/spheres", json!([]), "a body sphere"),
+        ("/atlas/regions", json!([]), "an evasion names an edge"),
+        ("/atlas/grid/texel", json!(1e-9), "the maps' texels"),
+        ("/retimable", json!([]), "one entry an edge"),
+        (
+            "/evasions/0/edge",
+            json!((evasion + 1) % edges.len()),
+            "an evasion names an edge",
+        ),
+        (
+            "/atlas/regions/0/first_slab",
+            json!(-2_000_000_000),
+            "a map's words",
+        ),
+    ];
+    for (place, hostile, reason) in cases {
+        let mut value = whole.clone();
+        *value.pointer_mut(place).unwrap() = hostile;
+        let baked: BakedGraph = serde_json::from_value(value).unwrap();
+        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
+        assert!(error.starts_with("some.sabaki: not sound: "), "{error}");
+        assert!(error.contains(reason), "{place}: {error}");
+    }
+}
+
+/// The edge that leads back to where it starts.
+fn looped(mut edge: Value) -> Value {
+    edge["to"] = edge["from"].clone();
+    edge
+}
+
+#[test]
+fn a_graph_without_a_node_or_in_two_parts_is_refused() {
+    let whole = serde_json::to_value(small()).unwrap();
+    let mut empty = whole.clone();
+    for list in ["nodes", "edges", "events"] {
+        empty["graph"][list] = json!([]);
+    }
+    empty["graph"]["first_edge"] = json!([0]);
+    empty["retimable"] = json!([]);
+    empty["evasions"] = json!([]);
+    empty["strikes"] = json!([]);
+    empty["atlas"]["attacks"] = json!([]);
+    // Two postures, and from each only a way to itself.
+    let mut parted = empty.clone();
+    parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);
+    let align = &whole["graph"]["edges"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find_map(|edge| edge["motion"]["Transition"]["align"].as_object())
+        .unwrap();
+    let edge = |node: u32| {
+        let motion = json!({ "Transition": { "align": align, "distance": 0.1 } });
+        json!({ "from": node, "to": node, "frames": 5, "motion": motion, "event": null })
+    };
+    parted["graph"]["edges"] = json!([edge(0), edge(1)]);
+    parted["graph"]["first_edge"] = json!([0, 1, 2]);
+    parted["retimable"] =
+        json!([{ "faster": true, "slower": true }, { "faster": true, "slower": true }]);
+    for (value, reason) in [(empty, "no nodes"), (parted.clone(), "cannot be reached")] {
+        let baked: BakedGraph = serde_json::from_value(value).unwrap();
+        let error = read(&to_bytes(&baked).unwrap()).unwrap_err().to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+    // The same with ways between them is a graph, without an evasion.
+    parted["graph"]["edges"][0]["to"] = json!(1);
+    parted["graph"]["edges"][1]["to"] = json!(0);
+    let baked: BakedGraph = serde_json::from_value(parted).unwrap();
+    assert!(is_accepted(
+        "a graph of two nodes",
+        &to_bytes(&baked).unwrap()
+    ));
+}

@@ -1,0 +1,249 @@
+//! What is refused: one line with the file and the place in it, exit code 2.
+
+use std::fs;
+use std::path::Path;
+
+use super::run::{baked, clips, folder, sabaki, text_of};
+
+/// One joint, two frames of three values.
+const PLAIN: &str = "HIERARCHY\nROOT Hips\n{\n\tOFFSET 0 90 0\n\tCHANNELS 3 Zrotation Xrotation Yrotation\n\tEnd Site\n\t{\n\t\tOFFSET 0 80 0\n\t}\n}\nMOTION\nFrames: 2\nFrame Time: 0.0333\n0 0 0\n1 2 3\n";
+
+fn bake<'a>(clip: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    [&["bake", "--out", "out.sabaki", "--clips", clip], more].concat()
+}
+
+#[test]
+fn motions_that_are_none() {
+    let folder = folder();
+    let cut = |at: &str| PLAIN.split_once(at).unwrap().0.to_owned();
+    let cases: [(&str, Vec<u8>, &[&str]); 11] = [
+        ("empty.bvh", Vec::new(), &[]),
+        ("cut_tree.bvh", cut("CHANNELS").into(), &["line"]),
+        ("cut_motion.bvh", cut("1 2 3").into(), &["frame"]),
+        (
+            "binary.bvh",
+            (0..=255).cycle().take(5000).collect(),
+            &["line"],
+        ),
+        ("zeros.bvh", vec![0; 5000], &["line"]),
+        (
+            "nan.bvh",
+            PLAIN.replace("1 2 3", "1 NaN 3").into(),
+            &["line 15"],
+        ),
+        (
+            "frames.bvh",
+            PLAIN.replace("Frames: 2", "Frames: 0").into(),
+            &["line 12"],
+        ),
+        (
+            "time.bvh",
+            PLAIN.replace("0.0333", "0").into(),
+            &["line 13"],
+        ),
+        (
+            "past.bvh",
+            PLAIN.replace("0.0333", "-1").into(),
+            &["line 13"],
+        ),
+        (
+            "no_joint.bvh",
+            "HIERARCHY\nMOTION\nFrames: 1\nFrame Time: 1\n\n".into(),
+            &["line"],
+        ),
+        (
+            "far.bvh",
+            PLAIN.replace("OFFSET 0 90 0", "OFFSET 0 1e300 0").into(),
+            &[],
+        ),
+    ];
+    for (name, bytes, words) in cases {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        let words = [&[name], words].concat();
+        sabaki(folder.path(), &["inspect", name]).is_refused(&words);
+        sabaki(folder.path(), &bake(name, &[])).is_refused(&words);
+    }
+    for name in ["missing.bvh", "."] {
+        sabaki(folder.path(), &["inspect", name]).is_refused(&[name]);
+        sabaki(folder.path(), &bake(name, &[])).is_refused(&[name]);
+    }
+    assert!(!folder.path().join("out.sabaki").exists());
+}
+
+#[test]
+fn motions_that_make_no_graph() {
+    let folder = folder();
+    let (clips, _) = clips();
+    let in_folder = |name: &str| folder.path().join(name);
+    fs::write(in_folder("plain.bvh"), PLAIN).unwrap();
+    // Two frames of a turning stick lead nowhere.
+    sabaki(folder.path(), &bake("plain.bvh", &[]))
+        .is_refused(&["plain.bvh", "no motion leads back"]);
+    let one = fs::read_dir(clips).unwrap().next().unwrap().unwrap().path();
+    let one = one.to_str().unwrap();
+    sabaki(folder.path(), &bake(one, &["plain.bvh"])).is_refused(&[
+        "plain.bvh",
+        "differs",
+        "Chest",
+    ]);
+    sabaki(folder.path(), &bake(one, &[one])).is_refused(&[one, "second clip of that name"]);
+    for threshold in ["0", "nan", "1e9"] {
+        let told = sabaki(folder.path(), &bake(one, &["--threshold", threshold]));
+        told.is_refused(&["threshold"]);
+    }
+    for scale in ["0", "inf", "1e30"] {
+        sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
+    }
+    sabaki(folder.path(), &bake(one, &["--scale", "10000"])).is_refused(&[]);
+}
+
+#[test]
+fn events_that_do_not_fit() {
+    let folder = folder();
+    let (clips, _) = clips();
+    let clip = fs::read_dir(clips).unwrap().next().unwrap().unwrap();
+    let name = clip.file_name().into_string().unwrap();
+    let event = |file: &str, kind: &str, start: f64, end: f64| {
+        format!(
+            r#"{{"clips":[{{"file":"{file}","events":[{{"kind":"{kind}","start":{start},"end":{end}}}]}}]}}"#
+        )
+    };
+    let cases: [(String, &[&str]); 8] = [
+        (event("nobody.bvh", "evasion", 0.1, 0.2), &["nobody.bvh"]),
+        (
+            event(&name, "evasion", 0.5, 0.2),
+            &["event 0", "0.5 s to 0.2 s"],
+        ),
+        (event(&name, "evasion", 0.5, 5000.0), &["event 0", "5000"]),
+        (event(&name, "evasion", -1.0, 0.5), &["event 0"]),
+        (event(&name, "attack", 0.1, 0.5), &["event 0", "joints"]),
+        (event(&name, "dance", 0.1, 0.5), &["line 1", "dance"]),
+        (String::new(), &["line"]),
+        ("[1, 2".to_owned(), &["line 1"]),
+    ];
+    let path = clip.path();
+    let path = path.to_str().unwrap();
+    for (text, words) in cases {
+        fs::write(folder.path().join("events.json"), text).unwrap();
+        let words = [&["events.json"], words].concat();
+        sabaki(folder.path(), &bake(path, &["--events", "events.json"])).is_refused(&words);
+    }
+    sabaki(folder.path(), &bake(path, &["--events", "none.json"])).is_refused(&["none.json"]);
+    sabaki(folder.path(), &["dodge", "--events", "events.json"]).is_refused(&["--events"]);
+}
+
+#[test]
+fn baked_graphs_that_are_damaged() {
+    let folder = folder();
+    let whole = fs::read(baked()).unwrap();
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    let mut later = whole.clone();
+    later[8] += 1;
+    let cases: [(&str, &[u8], &str); 5] = [
+        ("flipped.sabaki", &flipped, "damaged"),
+        ("cut.sabaki", &whole[..whole.len() / 2], "damaged"),
+        ("head.sabaki", &whole[..10], "damaged"),
+        ("later.sabaki", &later, "version"),
+        ("empty.sabaki", &[], "not a baked graph"),
+    ];
+    for (name, bytes, word) in cases {
+        fs::write(folder.path().join(name), bytes).unwrap();
+        sabaki(folder.path(), &["dodge", name]).is_refused(&[name, word]);
+        if !bytes.is_empty() {
+            sabaki(folder.path(), &["inspect", name]).is_refused(&[name, word]);
+        }
+    }
+    sabaki(folder.path(), &["dodge", "none.sabaki"]).is_refused(&["none.sabaki"]);
+    sabaki(folder.path(), &["dodge", "."]).is_refused(&["."]);
+    if Path::new("/dev/zero").exists() {
+        sabaki(folder.path(), &["dodge", "/dev/zero"]).is_refused(&["/dev/zero"]);
+    }
+}
+
+#[test]
+fn attacks_that_are_none() {
+    let folder = folder();
+    let key = |t: &str, x: &str, radius: &str| {
+        format!(r#"{{"t":{t},"center":[{x},0.9,0],"radius":{radius}}}"#)
+    };
+    let file = |keys: &str| format!(r#"{{"attacks":[{{"spheres":[{keys}]}}]}}"#);
+    let twice = key("1", "0", "0.1");
+    let cases: [(String, &[&str]); 9] = [
+        (r#"{"attacks":[]}"#.to_owned(), &["no attack"]),
+        (file(""), &["attack 0"]),
+        (file(&key("-1", "0", "0.1")), &["attack 0", "key 0"]),
+        (file(&key("601", "0", "0.1")), &["attack 0", "key 0"]),
+        (file(&key("1", "1e30", "0.1")), &["attack 0", "key 0"]),
+        (file(&key("1", "0", "0")), &["attack 0", "key 0"]),
+        (file(&key("1", "0", "1e300")), &["attack"]),
+        (file(&format!("{twice},{twice}")), &["attack 0", "key 1"]),
+        (file(&key("NaN", "0", "1")), &["line 1"]),
+    ];
+    for (text, words) in cases {
+        fs::write(folder.path().join("attack.json"), text).unwrap();
+        let words = [&["attack.json"], words].concat();
+        let args = ["dodge", baked(), "--attack", "attack.json"];
+        sabaki(folder.path(), &args).is_refused(&words);
+    }
+}
+
+#[test]
+fn places_that_cannot_be_written_to() {
+    let folder = folder();
+    let (clips, events) = clips();
+    fs::write(folder.path().join("file"), "this is a file, and no folder").unwrap();
+    fs::create_dir(folder.path().join("a_folder")).unwrap();
+    for out in ["file/g.sabaki", "no/such/folder/g.sabaki", "a_folder"] {
+        let args = ["bake", "--clips", clips, "--events", events, "--out", out];
+        sabaki(folder.path(), &args).is_refused(&[out]);
+    }
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "1",
+        "--cull",
+        "cpu",
+        "--export",
+        "file",
+    ];
+    sabaki(folder.path(), &args).is_refused(&["file"]);
+    fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
+    sabaki(folder.path(), &[]).is_refused(&["out"]);
+    assert_eq!(
+        text_of(&folder.path().join("out")),
+        "the demo needs this name"
+    );
+    let left = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 3, "a part of a file was left behind");
+}
+
+#[test]
+fn words_that_it_does_not_know() {
+    let folder = folder();
+    let cases: [&[&str]; 10] = [
+        &["dance"],
+        &["dodge", "--cull", "compute"],
+        &["dodge", "--cull", "cpu,guess"],
+        &["dodge", "--grid", "on"],
+        &["dodge", "--attacks", "0"],
+        &["dodge", "--attacks", "-3"],
+        &["dodge", "--seed", "x"],
+        &["inspect"],
+        &["bake", "--clips", "x.bvh"],
+        &["bake", "--out", "x", "--wrong"],
+    ];
+    for args in cases {
+        let ended = sabaki(folder.path(), args);
+        assert_eq!(ended.code, 2, "{args:?}");
+        assert!(ended.stdout.is_empty() && !ended.stderr.contains("panicked"));
+        assert!(ended.stderr.contains("Usage") || ended.stderr.contains("--help"));
+    }
+    sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
+    let both = ["dodge", "x.sabaki", "--clips", "x.bvh"];
+    sabaki(folder.path(), &both).is_refused(&["--clips"]);
+    for args in [["--help"], ["--version"]] {
+        assert!(!sabaki(folder.path(), &args).is(0).stdout.is_empty());
+    }
+}
