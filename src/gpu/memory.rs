@@ -41,7 +41,8 @@ pub struct Block {
     pub size: u64,
     /// The piece's first byte, for [`MemoryUse::Upload`] and [`MemoryUse::Readback`].
     pub mapped: Option<NonNull<u8>>,
-    /// Whether the host's and the device's writes are seen without flush and invalidate.
+    /// Whether the host's and the device's writes are seen without flush and invalidate. Where they are not, the piece
+    /// starts and ends on multiples of `nonCoherentAtomSize`, or with its memory.
     pub coherent: bool,
     /// For the allocator to know it again.
     pub token: u64,

@@ -116,8 +116,8 @@ impl Buffer {
         if block.coherent || bytes.is_empty() {
             return Ok(());
         }
-        let range = [self.range(context, block)];
-        // SAFETY: the range is mapped and in whole atoms.
+        let range = [Self::range(block)];
+        // SAFETY: the range is the whole block, which is mapped, and of whole atoms by the allocator's contract.
         unsafe { context.device().flush_mapped_memory_ranges(&range) }
             .call("vkFlushMappedMemoryRanges")
     }
@@ -128,8 +128,8 @@ impl Buffer {
         if block.coherent {
             return Ok(());
         }
-        let range = [self.range(context, block)];
-        // SAFETY: the range is mapped and in whole atoms.
+        let range = [Self::range(block)];
+        // SAFETY: the range is the whole block, which is mapped, and of whole atoms by the allocator's contract.
         unsafe { context.device().invalidate_mapped_memory_ranges(&range) }
             .call("vkInvalidateMappedMemoryRanges")
     }
@@ -166,14 +166,12 @@ impl Buffer {
             })
     }
 
-    /// The whole block, widened to whole atoms.
-    fn range(&self, context: &Context, block: &Block) -> vk::MappedMemoryRange<'static> {
-        let atom = context.limits().non_coherent_atom_size.max(1);
-        let start = block.offset / atom * atom;
+    /// The whole block: whole atoms, as [`Block::coherent`] asks.
+    fn range(block: &Block) -> vk::MappedMemoryRange<'static> {
         vk::MappedMemoryRange::default()
             .memory(block.memory)
-            .offset(start)
-            .size((block.offset + block.size - start).next_multiple_of(atom))
+            .offset(block.offset)
+            .size(block.size)
     }
 }
 

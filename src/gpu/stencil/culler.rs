@@ -189,7 +189,8 @@ impl Culler {
     /// # Safety
     /// `cmd` is being recorded, outside of rendering and of occlusion queries, for a queue of the context's family. It is
     /// submitted once at most, on the same queue as all culls of this culler. What was recorded into this slot before
-    /// has finished, or will never be submitted.
+    /// has finished, or will never be submitted. Where no [`Culler::record_upload`] came before, the first cull carries
+    /// the upload of the maps: it is submitted, and before all others.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
