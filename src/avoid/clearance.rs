@@ -12,8 +12,8 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
 use crate::region::BakedGraph;
 
-/// The body's spheres are taken this many times a second. In between a rotating limb leaves the straight line by less than a millimetre: at 15 rad/s and
-/// 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm at 120 a second, 0.34 mm at 240.
+/// The body's spheres are taken this many times a second. In between a rotating limb leaves the straight line by little:
+/// at 15 rad/s and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm; it would be 0.34 mm at 240 a second.
 pub const SAMPLE_RATE: f32 = 120.0;
 
 /// How much of an attack is looked at.
