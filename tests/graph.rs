@@ -233,3 +233,27 @@ fn clips_at_other_frame_rates_are_resampled() {
     assert!((report.seconds - original).abs() < 0.1);
     assert!(graph.edges_with(EventKind::Evasion).count() >= 8);
 }
+
+#[test]
+fn an_event_shorter_than_a_frame_is_reported() {
+    let skeleton = small_skeleton();
+    let clip = swinging_clip(&skeleton, 150, 0.3);
+    let event = |start, end| Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start,
+        end,
+        joints: Vec::new(),
+    };
+    let source = ClipSource {
+        skeleton: &skeleton,
+        clips: std::slice::from_ref(&clip),
+        events: &[event(1.0, 1.01), event(2.0, 2.4)],
+    };
+    let settings = GraphSettings {
+        threshold: 3.0,
+        ..GraphSettings::default()
+    };
+    let (_, report) = graph::build(source, &settings).unwrap();
+    assert_eq!(report.dropped.short, [format!("{} 1.00-1.00", clip.name())]);
+}

@@ -219,6 +219,9 @@ pub(crate) fn describe(baked: &Baked) -> String {
         for event in dropped.evasions.iter().chain(&dropped.attacks) {
             line(format!("dropped event: {event}"));
         }
+        for event in &dropped.short {
+            line(format!("dropped event, shorter than a frame: {event}"));
+        }
         line(format!(
             "baked in {:.2} s, maps drawn by {}",
             made.seconds, made.drawn_by

@@ -41,7 +41,7 @@ pub fn build(
         .iter()
         .map(|clip| clip.resampled(settings.frame_rate))
         .collect::<Result<_, _>>()?;
-    let events = events_in_frames(source, &clips, settings)?;
+    let (events, short) = events_in_frames(source, &clips, settings)?;
     let clouds: Vec<PointCloud> = clips
         .iter()
         .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
@@ -68,12 +68,16 @@ pub fn build(
         seconds: source.clips.iter().map(Clip::duration).sum(),
         threshold: settings.threshold,
     })?;
-    let report = BuildReport::new(
+    let mut report = BuildReport::new(
         source,
         (&full, &graph),
         transitions.len(),
         window_pairs(&clouds, window),
     );
+    report.dropped.short = short
+        .iter()
+        .map(|event| full.describe_event(event))
+        .collect();
     tracing::debug!(
         nodes = graph.nodes.len(),
         edges = graph.edges.len(),
@@ -81,11 +85,12 @@ pub fn build(
     );
     Ok((graph, report))
 }
+/// The events, and those that are shorter than a frame: they have no motion to play.
 fn events_in_frames(
     source: ClipSource<'_>,
     clips: &[Clip],
     settings: &GraphSettings,
-) -> Result<Vec<GraphEvent>, GraphError> {
+) -> Result<(Vec<GraphEvent>, Vec<GraphEvent>), GraphError> {
     let to_frames = |(index, event): (usize, &Event)| {
         let clip = clips.get(event.clip);
         let last_frame = clip.map_or(0, |clip| clip.frames() - 1) as f64;
@@ -108,12 +113,10 @@ fn events_in_frames(
         })
     };
     let events: Result<Vec<_>, _> = source.events.iter().enumerate().map(to_frames).collect();
-    // An event shorter than a frame has no motion to play.
     events.map(|events| {
         events
             .into_iter()
-            .filter(|event| event.first < event.last)
-            .collect()
+            .partition(|event| event.first < event.last)
     })
 }
 /// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself in half its map.

@@ -22,7 +22,7 @@ pub struct BuildReport {
     pub dropped: Dropped,
 }
 
-/// What is not in the graph since no way leads there and back.
+/// What is not in the graph, mostly since no way leads there and back.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Dropped {
     /// Names of the clips of which no frame was kept.
@@ -33,6 +33,8 @@ pub struct Dropped {
     pub evasions: Vec<String>,
     /// Attacks, by clip and seconds.
     pub attacks: Vec<String>,
+    /// Events shorter than a frame, by clip and seconds; these are not among the others.
+    pub short: Vec<String>,
 }
 impl BuildReport {
     /// `graphs` are the one before its largest component was taken, and that component.
@@ -81,6 +83,7 @@ impl Dropped {
             seconds: full.seconds_kept() - kept.seconds_kept(),
             evasions: gone(EventKind::Evasion),
             attacks: gone(EventKind::Attack),
+            short: Vec::new(),
         }
     }
 }
