@@ -21,7 +21,7 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     let doubtful = ends >= ENDS && !Facing::of(skeleton).is_of_hips();
     doubtful.then(|| {
         "no joint names tell left from right (as LeftLeg, l_leg, leg.L or Bip01 L Leg do): the character is taken to face along its \
-         root's Z axis, and its limbs to be as thick as its trunk"
+         root's Z axis, and its trunk and limbs to be as thick as its neck"
             .to_owned()
     })
 }
