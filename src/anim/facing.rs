@@ -1,5 +1,6 @@
 use glam::{Vec2, Vec3};
 
+use super::side::Side;
 use super::{JointId, JointTransform, Skeleton};
 use crate::math::Rigid2;
 
@@ -21,11 +22,19 @@ impl Facing {
         let depth = |id| skeleton.ancestry(id).count();
         let pair = skeleton
             .ids()
-            .filter(|&id| is_left(&skeleton.joint(id).name))
-            .filter_map(|left| Some((left, skeleton.mirror(left)?)))
+            .filter_map(|id| match skeleton.sided(id)? {
+                (Side::Left, twin) => Some((id, twin)),
+                (Side::Right, _) => None,
+            })
             .filter(|&(left, right)| apart(skeleton, left, right))
             .min_by_key(|&(left, _)| depth(left));
         Self { pair }
+    }
+
+    /// Whether there is such a pair.
+    #[must_use]
+    pub fn is_of_hips(self) -> bool {
+        self.pair.is_some()
     }
 
     /// The character's frame: the root's place on the ground and the way that the pelvis faces.
@@ -44,16 +53,6 @@ impl Facing {
             root.translation.z,
         )
     }
-}
-
-fn is_left(name: &str) -> bool {
-    let lower = name.to_ascii_lowercase();
-    let bone = lower.rsplit(':').next().unwrap_or(&lower);
-    bone.contains("left")
-        || bone.starts_with('l')
-        || [".l", "_l", "-l", " l"]
-            .iter()
-            .any(|end| bone.ends_with(end))
 }
 
 /// Whether the two can be told apart in the rest pose (CMU's hip joints lie both on the root).

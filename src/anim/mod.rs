@@ -6,6 +6,7 @@ mod facing;
 mod kinematics;
 mod limbs;
 mod pose;
+mod side;
 mod skeleton;
 
 pub use clip::{Clip, ClipDesc, ClipError};

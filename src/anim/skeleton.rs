@@ -2,6 +2,8 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::side::{Side, readings};
+
 /// Index of a joint in its [`Skeleton`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JointId(pub u16);
@@ -166,45 +168,15 @@ impl Skeleton {
             .sum()
     }
 
-    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔ `hand.r`.
+    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔ `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
     #[must_use]
     pub fn mirror(&self, id: JointId) -> Option<JointId> {
-        const PAIRS: [(&str, &str); 3] = [("Left", "Right"), ("left", "right"), ("LEFT", "RIGHT")];
-        const ENDS: [(&str, &str); 8] = [
-            (".L", ".R"),
-            (".l", ".r"),
-            ("_L", "_R"),
-            ("_l", "_r"),
-            ("-L", "-R"),
-            ("-l", "-r"),
-            (" L", " R"),
-            (" l", " r"),
-        ];
-        let name = self.joint(id).name.as_str();
-        let (stem, tail) = name
-            .strip_suffix("_End")
-            .map_or((name, ""), |stem| (stem, "_End"));
-        let both_ways =
-            |pairs: &[(&'static str, &'static str)]| -> Vec<(&'static str, &'static str)> {
-                pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect()
-            };
-        let within = both_ways(&PAIRS)
-            .into_iter()
-            .filter(|(a, _)| stem.contains(a))
-            .map(|(a, b)| stem.replacen(a, b, 1));
-        let at_end = both_ways(&ENDS)
-            .into_iter()
-            .filter_map(|(a, b)| stem.strip_suffix(a).map(|rest| format!("{rest}{b}")));
-        let first = [("L", "R"), ("l", "r")];
-        let at_start = both_ways(&first).into_iter().filter_map(|(a, b)| {
-            let rest = stem.strip_prefix(a)?;
-            let marks_a_side = rest.starts_with(|c: char| c.is_uppercase() || c == '_');
-            marks_a_side.then(|| format!("{b}{rest}"))
-        });
-        within
-            .chain(at_end)
-            .chain(at_start)
-            .find_map(|mirrored| self.find(&(mirrored + tail)))
+        self.sided(id).map(|(_, twin)| twin)
+    }
+
+    /// The side that a joint is on and its twin on the other, if names tell.
+    pub(super) fn sided(&self, id: JointId) -> Option<(Side, JointId)> {
+        readings(&self.joint(id).name).find_map(|(side, twin)| Some((side, self.find(&twin)?)))
     }
 
     /// Whether `other` has the same joints in the same tree; where not, the names that differ.

@@ -2,9 +2,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::bvh::BvhFile;
+use super::doubts::doubts;
 use super::read::{check_scale, clip_name, given, read_bvh, to_metres};
 use super::read_error::shortened;
-use super::{EventsFile, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
+use super::{EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
 use crate::anim::{Clip, Event, Skeleton};
 
 /// Clips of one skeleton, and what happens in them.
@@ -69,6 +71,7 @@ pub fn read_clips(
             error,
         })?;
     }
+    set.warnings.extend(doubts(&set.skeleton, &set.clips));
     Ok(set)
 }
 
@@ -92,19 +95,10 @@ impl ClipSet {
         self.scales.push(scale);
     }
 
-    /// The root's offset does not matter: its place is the motion's.
     fn warn_of_bones(&mut self, path: &Path, other: &Skeleton) {
-        const TOLERANCE: f32 = 0.01;
         /// Metres: what files written with few digits differ by.
         const DIGITS: f32 = 1e-4;
-        let pairs = self.skeleton.joints().iter().zip(other.joints()).skip(1);
-        let differing: Vec<String> = pairs
-            .filter(|(a, b)| {
-                let most = TOLERANCE * a.offset.length().max(b.offset.length()) + DIGITS;
-                a.offset.distance(b.offset) > most
-            })
-            .map(|(a, _)| a.name.clone())
-            .collect();
+        let differing = differing_bones(&self.skeleton, other, DIGITS);
         if !differing.is_empty() {
             self.warnings.push(format!(
                 "{}: bones differ by more than 1% from the first clip's: {}",
@@ -166,19 +160,75 @@ fn load_all(files: &[PathBuf], options: &ReadOptions) -> Result<Vec<LoadedClip>,
         Ok((file, scale))
     };
     let parsed = in_parallel(files, load)?;
-    // A scale that only makes the figure as high as a person hangs on the first pose; one set has one such scale.
-    let fitted = parsed
-        .iter()
-        .map(|(_, scale)| *scale)
-        .find(|scale| scale.found == ScaleSource::Stature);
-    let jobs: Vec<_> = files.iter().zip(parsed).collect();
-    in_parallel(&jobs, |(path, (file, scale))| {
-        let scale = match (scale.found, fitted) {
-            (ScaleSource::Stature, Some(fitted)) => fitted,
-            _ => *scale,
-        };
-        to_metres(path, file, scale)
+    let scales = scales_of_set(&parsed);
+    let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
+    in_parallel(&jobs, |((path, (file, _)), scale)| {
+        to_metres(path, file, *scale)
     })
+}
+
+/// Each file's scale, once the others are known.
+///
+/// A scale is found from a file's first pose, which can mislead; so files whose bones are as long as the first file's, in the unit of each,
+/// have one scale. A scale that only makes the figure as high as a person hangs on the first pose alone; one set has one such scale.
+fn scales_of_set(parsed: &[(BvhFile, Scale)]) -> Vec<Scale> {
+    let first = parsed.first().and_then(|(file, _)| file.skeleton(1.0).ok());
+    let like_first = |file: &BvhFile| {
+        let own = file.skeleton(1.0).ok();
+        first.as_ref().zip(own).is_some_and(|(first, own)| {
+            first.len() == own.len() && differing_bones(first, &own, 0.0).is_empty()
+        })
+    };
+    let alike: Vec<bool> = parsed.iter().map(|(file, _)| like_first(file)).collect();
+    let scales = || parsed.iter().map(|&(_, scale)| scale);
+    let of_alike = most_found_unit(
+        scales()
+            .zip(&alike)
+            .filter_map(|(scale, alike)| alike.then_some(scale)),
+    );
+    let fitted = scales().find(|scale| scale.found == ScaleSource::Stature);
+    scales()
+        .zip(&alike)
+        .map(|(scale, &alike)| match (scale.found, of_alike, fitted) {
+            (ScaleSource::Given, ..) => scale,
+            (_, Some(shared), _) if alike => shared,
+            (ScaleSource::Stature, _, Some(fitted)) => fitted,
+            _ => scale,
+        })
+        .collect()
+}
+
+/// Of the scales that are a unit's the most frequent; of two alike the smaller, since a first pose hides height rather than
+/// adding it.
+fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
+    let found: Vec<LengthUnit> = scales
+        .filter_map(|scale| match scale.found {
+            ScaleSource::Unit(unit) => Some(unit),
+            _ => None,
+        })
+        .collect();
+    let count = |unit: &LengthUnit| found.iter().filter(|other| *other == unit).count();
+    // From the largest to the smallest, and of equal counts the last wins.
+    let unit = LengthUnit::ALL.into_iter().max_by_key(count)?;
+    (count(&unit) > 0).then(|| Scale {
+        metres_per_unit: unit.metres(),
+        found: ScaleSource::Unit(unit),
+    })
+}
+
+/// The names of the joints whose offsets differ by more than 1% and `digits`. The root's offset does not matter: its place is the motion's.
+fn differing_bones(a: &Skeleton, b: &Skeleton, digits: f32) -> Vec<String> {
+    const TOLERANCE: f32 = 0.01;
+    let longest = a.joints().iter().skip(1).map(|joint| joint.offset.length());
+    let digits = digits.max(1e-4 * longest.fold(0.0, f32::max));
+    let pairs = a.joints().iter().zip(b.joints()).skip(1);
+    pairs
+        .filter(|(a, b)| {
+            let most = TOLERANCE * a.offset.length().max(b.offset.length()) + digits;
+            a.offset.distance(b.offset) > most
+        })
+        .map(|(a, _)| a.name.clone())
+        .collect()
 }
 
 /// `work` on each item, in the items' order; of several errors the first item's.

@@ -4,6 +4,7 @@ pub mod archive;
 mod attacks;
 pub mod bvh;
 mod clip_set;
+mod doubts;
 mod events;
 pub mod export;
 mod json;
