@@ -26,10 +26,11 @@
 //! | [`math`] | rigid transforms of the ground plane |
 //!
 //! # Invariants
-//! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data (maps and
-//!   candidates) and takes plain data back (counts).
+//! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data
+//!   (maps and candidates) and takes plain data back (counts).
 //! - Architecture invariant: `vk::` and `ash` stand in `gpu` alone; `unsafe` too.
-//! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers can differ.
+//! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers
+//!   can differ.
 //!
 //! # Units
 //! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.

@@ -1,4 +1,5 @@
-//! Promise: the code keeps the house's arrows and rules: who may use whom, where Vulkan and `unsafe` stand, what a file may be.
+//! Promise: the code keeps the house's arrows and rules: who may use whom, where Vulkan and
+//! `unsafe` stand, what a file may be.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "architecture/rules.rs"]

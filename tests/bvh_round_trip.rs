@@ -1,4 +1,5 @@
-//! A motion that is written as BVH and read again is the same motion; no damage to a file makes the reader panic.
+//! A motion that is written as BVH and read again is the same motion; no damage to a file makes the
+//! reader panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
@@ -6,7 +7,8 @@ use proptest::prelude::*;
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
 use sabaki::io::bvh::{BvhFile, write};
 
-/// Parents as numbers that are taken modulo the joint's own index; whether leaves may be End Sites; offsets.
+/// Parents as numbers that are taken modulo the joint's own index; whether leaves may be End Sites;
+/// offsets.
 fn skeletons() -> impl Strategy<Value = Skeleton> {
     let joint = (any::<u16>(), any::<bool>(), places(0.6));
     prop::collection::vec(joint, 1..20).prop_map(|joints| {
@@ -149,7 +151,8 @@ proptest! {
             prop_assert!(file.frames() > 0);
             let scale = sabaki::io::Scale::of(&file);
             prop_assert!(scale.metres_per_unit > 0.0);
-            // An offset that damage made huge may be too large for single precision: an error, no panic.
+            // An offset that damage made huge may be too large for single precision: an error, no
+            // panic.
             let _ = file.motion("damaged", scale.metres_per_unit);
         }
     }

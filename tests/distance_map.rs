@@ -1,4 +1,5 @@
-//! The sliding-window distance map equals the distance that its definition gives, window pair by window pair.
+//! The sliding-window distance map equals the distance that its definition gives, window pair by
+//! window pair.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -11,7 +12,8 @@ use sabaki::math::Rigid2;
 
 const WINDOW: usize = 10;
 
-/// The weighted mean of squared distances once the second window is moved by `moved`, straight from the definition.
+/// The weighted mean of squared distances once the second window is moved by `moved`, straight from
+/// the definition.
 fn mean_square(a: &PointCloud, i: usize, b: &PointCloud, j: usize, moved: Rigid2) -> f64 {
     let mut sum = 0.0;
     for frame in 0..WINDOW {

@@ -1,5 +1,5 @@
-//! The embedded motions keep their promises: enough of them, feet that stand, bodies that move as bodies can, evasions
-//! that leave in time, and one guard that joins them all.
+//! The embedded motions keep their promises: enough of them, feet that stand, bodies that move as
+//! bodies can, evasions that leave in time, and one guard that joins them all.
 #![cfg(feature = "demo")]
 #![allow(clippy::unwrap_used)]
 

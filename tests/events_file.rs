@@ -1,4 +1,5 @@
-//! Events and attack files: what is sound is read, what is not is an error that names the place. Clip sets likewise.
+//! Events and attack files: what is sound is read, what is not is an error that names the place.
+//! Clip sets likewise.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::PathBuf;

@@ -26,7 +26,8 @@ thread_local! {
 /// The system's allocator, which counts this thread's allocations.
 struct Counting;
 
-// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor unwinds.
+// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor
+// unwinds.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
@@ -97,7 +98,8 @@ fn a_cull_allocates_nothing() {
         let (ticket, recording) = device
             .run(|cmd| {
                 let before = allocations();
-                // SAFETY: `run` gives a buffer that is being recorded, and has waited for the cull before.
+                // SAFETY: `run` gives a buffer that is being recorded, and has waited for the cull
+                // before.
                 let ticket = unsafe { culler.record(cmd, 0, &input) }?;
                 Ok((ticket, allocations() - before))
             })

@@ -1,4 +1,5 @@
-//! Promise: the stencil culling path counts what the CPU's counts, texel for texel, for any candidates, slabs and placements.
+//! Promise: the stencil culling path counts what the CPU's counts, texel for texel, for any
+//! candidates, slabs and placements.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -218,7 +219,8 @@ fn slots_in_flight_keep_their_own_counts() {
             .run(|cmd| {
                 let mut tickets = Vec::new();
                 for slot in 0..3 {
-                    // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls have been waited for.
+                    // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls
+                    // have been waited for.
                     let ticket = unsafe { culler.record(cmd, slot, &input(slot as usize)) }?;
                     assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
                     tickets.push(ticket);

@@ -1,5 +1,5 @@
-//! Promise: a component leaves the device as it found it, whether it was destroyed, or failed half made; and what is missing is
-//! said by name.
+//! Promise: a component leaves the device as it found it, whether it was destroyed, or failed half
+//! made; and what is missing is said by name.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -130,7 +130,8 @@ fn an_empty_atlas_is_no_error() {
 fn validation_is_heard() {
     let device = device();
     let context = device.context().unwrap();
-    // Something that best practices advise against, and something that core validation finds at the end.
+    // Something that best practices advise against, and something that core validation finds at the
+    // end.
     let info = vk::CommandPoolCreateInfo::default()
         .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
         .queue_family_index(context.queue_family());
@@ -152,7 +153,8 @@ fn validation_is_heard() {
 fn raw_handles_make_the_same_context() {
     let device = device();
     let context = device.context().unwrap();
-    // SAFETY: the loader's own lookup function and the headless device's handles; the entry outlives the call.
+    // SAFETY: the loader's own lookup function and the headless device's handles; the entry
+    // outlives the call.
     let raw = unsafe {
         let entry = ash::Entry::load().unwrap();
         Context::from_raw(&RawContextDesc {

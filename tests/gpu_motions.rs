@@ -1,5 +1,6 @@
-//! Promise: on every map and every query of the embedded motions, and of real motion capture where it is there, the device's stencil buffer
-//! and the CPU agree to the texel, and validation has nothing to say.
+//! Promise: on every map and every query of the embedded motions, and of real motion capture where
+//! it is there, the device's stencil buffer and the CPU agree to the texel, and validation has
+//! nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;

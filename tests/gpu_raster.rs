@@ -1,4 +1,5 @@
-//! Promise: the device's rasterizer and the CPU's draw the same maps, to the texel, and validation has nothing to say.
+//! Promise: the device's rasterizer and the CPU's draw the same maps, to the texel, and validation
+//! has nothing to say.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;

@@ -1,5 +1,5 @@
-//! Promise: a graph is strongly connected, keeps events whole, is the same for any number of threads, and where there is none it
-//! says why.
+//! Promise: a graph is strongly connected, keeps events whole, is the same for any number of
+//! threads, and where there is none it says why.
 #![cfg(feature = "demo")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

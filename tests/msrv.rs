@@ -1,7 +1,8 @@
-//! Promise: nothing that a user of the crate builds needs a newer Rust than `rust-version` in Cargo.toml.
+//! Promise: nothing that a user of the crate builds needs a newer Rust than `rust-version` in
+//! Cargo.toml.
 //!
-//! Held for this machine and the features that the test is built with. That our own code keeps to it is for clippy's
-//! `incompatible_msrv`, which Cargo.toml denies.
+//! Held for this machine and the features that the test is built with. That our own code keeps to
+//! it is for clippy's `incompatible_msrv`, which Cargo.toml denies.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
@@ -33,7 +34,8 @@ fn output_of(program: &str, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What cargo knows of the build at hand. Everything in it has been built just now, so it is all on this machine.
+/// What cargo knows of the build at hand. Everything in it has been built just now, so it is all on
+/// this machine.
 fn metadata() -> Value {
     let compiler = output_of("rustc", &["-vV"]);
     let host = compiler
@@ -70,7 +72,8 @@ fn text<'a>(value: &'a Value, key: &str) -> &'a str {
     value[key].as_str().unwrap()
 }
 
-/// The packages reached from the root by normal and build dependencies: what a user builds. Dev-dependencies are ours alone.
+/// The packages reached from the root by normal and build dependencies: what a user builds.
+/// Dev-dependencies are ours alone.
 fn built_for_users(metadata: &Value) -> BTreeSet<&str> {
     let nodes: BTreeMap<&str, &Value> = metadata["resolve"]["nodes"]
         .as_array()

@@ -1,4 +1,5 @@
-//! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in time, and the motion is continuous.
+//! Promise: what is called clean is clean, nothing clean is hidden by the maps, evasions are in
+//! time, and the motion is continuous.
 #![cfg(feature = "demo")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -97,7 +98,8 @@ fn best(answer: &Answer) -> f32 {
     answer.candidates[answer.chosen].score.unwrap().total
 }
 
-/// The best score of those that the maps let pass, or of all where none of these is clean. Everything was judged.
+/// The best score of those that the maps let pass, or of all where none of these is clean.
+/// Everything was judged.
 fn best_passed(all: &Answer) -> f32 {
     let passed = |c: &&CandidateReport| c.overlap.is_none_or(|overlap| overlap.body == 0);
     all.candidates

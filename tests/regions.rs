@@ -66,8 +66,8 @@ proptest! {
         prop_assert_eq!(map.count() as usize, texels(drawing.rect).filter(|&(u, v)| map.get(u, v)).count());
     }
 
-    /// A disc is the outline of the part of the sphere that lies in the slab: points of that part lie under it, and its rim is
-    /// reached.
+    /// A disc is the outline of the part of the sphere that lies in the slab: points of that part
+    /// lie under it, and its rim is reached.
     #[test]
     fn a_disc_is_the_outline_of_the_sphere_in_the_slab(
         height in -0.5f32..2.0, radius in 0.02f32..0.5, slab in -2i32..7, steps in 1u32..40,
@@ -92,7 +92,8 @@ proptest! {
         }
     }
 
-    /// In fixed point a texel's centre lands where it lands in real numbers, but for those that land on a border.
+    /// In fixed point a texel's centre lands where it lands in real numbers, but for those that
+    /// land on a border.
     #[test]
     fn a_turned_texel_lands_where_it_should(
         heading in -3.2f32..3.2, x in -4.0f32..4.0, z in -4.0f32..4.0, (u, v) in (0i32..256, 0i32..256),

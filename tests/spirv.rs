@@ -25,7 +25,8 @@ fn names(folder: &Path, ending: &str) -> BTreeSet<String> {
 
 fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
     let mut options = shaderc::CompileOptions::new().expect("options");
-    // Unoptimised: the words stay readable, their names stay for the table, and every driver optimises again.
+    // Unoptimised: the words stay readable, their names stay for the table, and every driver
+    // optimises again.
     options.set_optimization_level(shaderc::OptimizationLevel::Zero);
     options.set_target_env(
         shaderc::TargetEnv::Vulkan,

@@ -1,4 +1,5 @@
-//! Promise: the attacks of a graph are baked where their fists and feet pass, and can be answered like any other attack.
+//! Promise: the attacks of a graph are baked where their fists and feet pass, and can be answered
+//! like any other attack.
 #![cfg(feature = "demo")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -26,7 +27,8 @@ fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     map.get(texel(place.x) - map.rect().u, texel(place.z) - map.rect().v)
 }
 
-/// The places of the attacking joints in every frame, in the character's frame at the attack's start, by hand.
+/// The places of the attacking joints in every frame, in the character's frame at the attack's
+/// start, by hand.
 fn joint_places(strike: &Strike) -> Vec<glam::Vec3> {
     let graph = embedded().graph();
     let event = graph.event(graph.edge(strike.edge).event.unwrap());
@@ -78,7 +80,8 @@ fn an_attack_passes_without_gaps() {
     }
 }
 
-/// A fighter stands in front, an arm's length away, and strikes: some of it is avoided, some hits, and both are told apart.
+/// A fighter stands in front, an arm's length away, and strikes: some of it is avoided, some hits,
+/// and both are told apart.
 #[test]
 fn an_attack_of_the_graph_is_answered() {
     let (baked, settings) = (embedded(), QuerySettings::default());

@@ -6,9 +6,10 @@ use crate::math::Rigid2;
 
 /// Finds where a posture stands and which way it faces, whatever the axes of its joints.
 ///
-/// The way is read from the line between two joints (the hips, as a rule: of the pairs that names call left and right
-/// and that the rest pose keeps apart, the one nearest to the root): left is +X of the character's frame, so that it
-/// faces +Z. A skeleton without such a pair faces along its root's own Z axis.
+/// The way is read from the line between two joints (the hips, as a rule: of the pairs that names
+/// call left and right and that the rest pose keeps apart, the one nearest to the root): left is +X
+/// of the character's frame, so that it faces +Z. A skeleton without such a pair faces along its
+/// root's own Z axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facing {
     /// Left and right.

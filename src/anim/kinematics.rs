@@ -25,7 +25,8 @@ impl JointTransform {
     }
 }
 
-/// Every joint's frame in the space of the motion, parents first. `out` is resized to the skeleton's joints.
+/// Every joint's frame in the space of the motion, parents first. `out` is resized to the
+/// skeleton's joints.
 pub fn forward_kinematics(skeleton: &Skeleton, pose: &Pose, out: &mut Vec<JointTransform>) {
     out.clear();
     for (index, joint) in skeleton.joints().iter().enumerate() {

@@ -10,8 +10,9 @@ pub struct Limbs {
 }
 
 impl Limbs {
-    /// Finds hands and feet by name (`hand` or `wrist`; `foot` or `ankle`), the one nearest to the root on each side. Where
-    /// names do not tell, every last moving joint of a chain counts as a foot: all ends are then treated alike.
+    /// Finds hands and feet by name (`hand` or `wrist`; `foot` or `ankle`), the one nearest to the
+    /// root on each side. Where names do not tell, every last moving joint of a chain counts as a
+    /// foot: all ends are then treated alike.
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
         let hands = by_name(skeleton, &["hand", "wrist"]);

@@ -10,8 +10,8 @@ pub struct Pose {
     pub root: Vec3,
     /// One for each joint of the skeleton; identity at end sites.
     pub rotations: Vec<Quat>,
-    /// One for each joint where the motion moves joints, else empty: then the skeleton's offsets hold.
-    /// The root's entry is not used.
+    /// One for each joint where the motion moves joints, else empty: then the skeleton's offsets
+    /// hold. The root's entry is not used.
     pub translations: Vec<Vec3>,
 }
 
@@ -32,11 +32,11 @@ impl Pose {
         }
     }
 
-    /// Moves this posture towards `other`: all `self` at 0, all `other` at 1. The root and the translations go in a
-    /// straight line, rotations by slerp along the shorter arc.
+    /// Moves this posture towards `other`: all `self` at 0, all `other` at 1. The root and the
+    /// translations go in a straight line, rotations by slerp along the shorter arc.
     ///
-    /// Where only one of the two has translations, the result has none of its own: [`Pose::fill_translations`] of the
-    /// other one before keeps them.
+    /// Where only one of the two has translations, the result has none of its own:
+    /// [`Pose::fill_translations`] of the other one before keeps them.
     pub fn blend(&mut self, other: &Self, weight: f32) {
         self.root = self.root.lerp(other.root, weight);
         for (mine, theirs) in self.rotations.iter_mut().zip(&other.rotations) {
@@ -58,8 +58,8 @@ fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
     a.slerp(b, weight).normalize()
 }
 
-/// The normalised straight line along the shorter arc. Over the angle between two frames of a clip it is slerp, but for
-/// less than a five-hundredth of that angle, at a fraction of the cost.
+/// The normalised straight line along the shorter arc. Over the angle between two frames of a clip
+/// it is slerp, but for less than a five-hundredth of that angle, at a fraction of the cost.
 pub(super) fn nlerp(a: Quat, b: Quat, weight: f32) -> Quat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     (a + (b - a) * weight).normalize()

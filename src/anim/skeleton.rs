@@ -75,8 +75,8 @@ impl Skeleton {
     /// The most joints that a skeleton may have.
     pub const MAX_JOINTS: usize = 4096;
 
-    /// No offset, and no place in a clip, may be further away than this, metres: sums of as many as there are joints, and their
-    /// squares, stay finite.
+    /// No offset, and no place in a clip, may be further away than this, metres: sums of as many as
+    /// there are joints, and their squares, stay finite.
     pub const FURTHEST: f32 = 1e6;
 
     /// Whether a place or an offset is finite and not further away than [`Skeleton::FURTHEST`].
@@ -168,7 +168,8 @@ impl Skeleton {
             .sum()
     }
 
-    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔ `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
+    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔
+    /// `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
     #[must_use]
     pub fn mirror(&self, id: JointId) -> Option<JointId> {
         self.sided(id).map(|(_, twin)| twin)

@@ -37,7 +37,8 @@ pub struct CandidateReport {
     pub rate: Result<Rate, RateError>,
     /// Texels of the attack on its maps; `None` where nothing was counted.
     pub overlap: Option<Overlap>,
-    /// The exact distance; `None` where it was not needed. Of a hit that was not chosen it may be that of its first moment only.
+    /// The exact distance; `None` where it was not needed. Of a hit that was not chosen it may be
+    /// that of its first moment only.
     pub clearance: Option<Clearance>,
     /// Its score; `None` for a hit and for what was not tested.
     pub score: Option<Score>,
@@ -51,7 +52,8 @@ pub struct CandidateReport {
 pub enum Fate {
     /// It is the answer.
     Chosen,
-    /// Another one scored better; where it has no clearance, it could not have scored better with any.
+    /// Another one scored better; where it has no clearance, it could not have scored better with
+    /// any.
     Outscored,
     /// No rate brings its evasion in time.
     NotInTime,
@@ -72,7 +74,8 @@ pub struct Counts {
     pub not_in_time: usize,
     /// Removed by the maps.
     pub culled: usize,
-    /// Of the culled ones, how many the exact test was asked about after all, since it found nothing clean among the others.
+    /// Of the culled ones, how many the exact test was asked about after all, since it found
+    /// nothing clean among the others.
     pub reconsidered: usize,
     /// Exact hits among those tested.
     pub hits: usize,

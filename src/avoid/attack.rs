@@ -4,7 +4,8 @@ use thiserror::Error;
 use crate::math::Rigid2;
 use crate::region::{BakedGraph, MovingSphere, SphereKey, Strike};
 
-/// Where and when an attack passes: one or more moving spheres. Times count from the moment of the query.
+/// Where and when an attack passes: one or more moving spheres. Times count from the moment of the
+/// query.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
@@ -53,7 +54,8 @@ impl Attack {
     /// Metres.
     const WIDEST: f32 = 100.0;
 
-    /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the query.
+    /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the
+    /// query.
     ///
     /// # Errors
     /// The first key that is not finite or not in order, by its place.
@@ -88,8 +90,8 @@ impl Attack {
         MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
     }
 
-    /// An attack of the graph itself, as it passes when a character at `placement` (root on the ground, facing) begins it
-    /// `start` seconds from now.
+    /// An attack of the graph itself, as it passes when a character at `placement` (root on the
+    /// ground, facing) begins it `start` seconds from now.
     ///
     /// # Errors
     /// None for a start within 0 to 500 s and a placement within some kilometres.

@@ -1,8 +1,9 @@
 //! How near does an attack come? The exact answer, on which the final word rests.
 //!
-//! Source: Masaoka & Oshita, section 5.4, V_d: the smallest distance between any sphere of the body and any of the attack at equal times.
-//! Differs: not at sampled times but between them as well. The body's spheres are taken at [`SAMPLE_RATE`] and go in straight
-//! lines in between, the attack's go in straight lines between their keys; the smallest distance of two such spheres is
+//! Source: Masaoka & Oshita, section 5.4, V_d: the smallest distance between any sphere of the body
+//! and any of the attack at equal times. Differs: not at sampled times but between them as well.
+//! The body's spheres are taken at [`SAMPLE_RATE`] and go in straight lines in between, the
+//! attack's go in straight lines between their keys; the smallest distance of two such spheres is
 //! found in closed form.
 
 use glam::Vec3;
@@ -12,8 +13,9 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
 use crate::region::BakedGraph;
 
-/// The body's spheres are taken this many times a second. In between a rotating limb leaves the straight line by little:
-/// at 15 rad/s and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm; it would be 0.34 mm at 240 a second.
+/// The body's spheres are taken this many times a second. In between a rotating limb leaves the
+/// straight line by little: at 15 rad/s and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m =
+/// 1.4 mm; it would be 0.34 mm at 240 a second.
 pub const SAMPLE_RATE: f32 = 120.0;
 
 /// How much of an attack is looked at.
@@ -36,7 +38,8 @@ pub struct Clearance {
     pub body_sphere: usize,
 }
 
-/// The smallest distance between the body on `motion` and `attack`, both in one world; both clocks start with the motion.
+/// The smallest distance between the body on `motion` and `attack`, both in one world; both clocks
+/// start with the motion.
 ///
 /// `motion` must last as long as the attack.
 #[must_use]
@@ -149,7 +152,8 @@ impl<'a> BodyTrack<'a> {
         }
     }
 
-    /// Lowers `best` where a sphere that goes from `centres[0]` to `centres[1]` within `span` comes nearer to the body.
+    /// Lowers `best` where a sphere that goes from `centres[0]` to `centres[1]` within `span` comes
+    /// nearer to the body.
     fn meet(&mut self, span: Span, centres: [Vec3; 2], radii: [f32; 2], best: &mut Clearance) {
         // The whole body lies within its reach of the root: often that is proof enough.
         let roots = [self.root(span.tick), self.root(span.tick + 1)];
@@ -190,18 +194,20 @@ impl<'a> BodyTrack<'a> {
     }
 }
 
-/// Whether two points surely stay at least `limit` apart on their straight ways: cheap, and true of most.
+/// Whether two points surely stay at least `limit` apart on their straight ways: cheap, and true of
+/// most.
 ///
 /// The distance is never below |a| - |b - a|, and (x + y)² is never above 2x² + 2y².
 fn stays_beyond(apart: [Vec3; 2], limit: f32) -> bool {
     apart[0].length_squared() >= 2.0 * (limit * limit + (apart[1] - apart[0]).length_squared())
 }
 
-/// The smallest distance of two spheres that both go straight: `apart` is the vector from one centre to the other at the start and at the
-/// end, `radii` the sum of their radii then. Returns when (0 at the start, 1 at the end) and the distance of the surfaces.
+/// The smallest distance of two spheres that both go straight: `apart` is the vector from one
+/// centre to the other at the start and at the end, `radii` the sum of their radii then. Returns
+/// when (0 at the start, 1 at the end) and the distance of the surfaces.
 ///
-/// With d(t) = |a + t v| - (r + t k), a convex function, the smallest value lies at an end or where d' = 0:
-/// `(v·a + t v·v)² = k² |a + t v|²`.
+/// With d(t) = |a + t v| - (r + t k), a convex function, the smallest value lies at an end or where
+/// d' = 0: `(v·a + t v·v)² = k² |a + t v|²`.
 #[must_use]
 pub fn closest(apart: [Vec3; 2], radii: [f32; 2]) -> (f32, f32) {
     let (start, motion) = (apart[0], apart[1] - apart[0]);
@@ -218,7 +224,8 @@ pub fn closest(apart: [Vec3; 2], radii: [f32; 2]) -> (f32, f32) {
         (0.0, distance(0.0))
     };
     if vv > growth * growth {
-        // Along the line, the point nearest to the other centre lies at -av/vv; the growing radius shifts the minimum by this much.
+        // Along the line, the point nearest to the other centre lies at -av/vv; the growing radius
+        // shifts the minimum by this much.
         let gap = (aa - av * av / vv).max(0.0);
         let shift = growth * (gap / (vv * (vv - growth * growth))).sqrt();
         let t = (shift - av / vv).clamp(0.0, 1.0);

@@ -1,9 +1,10 @@
 //! Which paths from a node could answer the attack?
 //!
-//! Source: Masaoka & Oshita, sections 3.2 and 5.1: every path within a time horizon. Differs: a graph of real motion has
-//! millions of them within two seconds, nearly all of them different routes to the same answer. What matters of a path is which
-//! evasion starts when, where and facing where, and how much of the way can be retimed; so of paths that are alike in all of that one
-//! is kept, and what a limit drops is counted.
+//! Source: Masaoka & Oshita, sections 3.2 and 5.1: every path within a time horizon. Differs: a
+//! graph of real motion has millions of them within two seconds, nearly all of them different
+//! routes to the same answer. What matters of a path is which evasion starts when, where and facing
+//! where, and how much of the way can be retimed; so of paths that are alike in all of that one is
+//! kept, and what a limit drops is counted.
 
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,8 @@ use crate::region::BakedGraph;
 pub struct EnumerateSettings {
     /// Paths last at most this long at rate 1 until their evasion starts, seconds. Default 2.
     pub horizon: f32,
-    /// Paths to the same node at the same time are alike when they end in one cell of a grid with this side, metres;
-    /// 0.0001 at least. Default 0.05.
+    /// Paths to the same node at the same time are alike when they end in one cell of a grid with
+    /// this side, metres; 0.0001 at least. Default 0.05.
     pub alike_distance: f32,
     /// And when their headings lie in one cell of this size, radians; 0.0001 at least. Default 5°.
     pub alike_angle: f32,
@@ -47,9 +48,11 @@ impl Default for EnumerateSettings {
 /// A path that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundPath {
-    /// From the start node to the evasion's start, or to the end of the attack where there is no evasion.
+    /// From the start node to the evasion's start, or to the end of the attack where there is no
+    /// evasion.
     pub edges: Vec<EdgeId>,
-    /// Position in [`BakedGraph::evasions`] of the evasion that follows; `None` for a path that only moves.
+    /// Position in [`BakedGraph::evasions`] of the evasion that follows; `None` for a path that
+    /// only moves.
     pub evasion: Option<usize>,
     /// Of `edges`.
     pub durations: Durations,
@@ -76,7 +79,8 @@ impl std::ops::AddAssign for SearchReport {
     }
 }
 
-/// All paths from `start` to an evasion that some rate within the limits can bring to start after `available` seconds.
+/// All paths from `start` to an evasion that some rate within the limits can bring to start after
+/// `available` seconds.
 #[must_use]
 pub fn paths_to_evasions(
     baked: &BakedGraph,
@@ -116,8 +120,8 @@ pub fn paths_to_evasions(
     (paths, search.report)
 }
 
-/// Paths from `start` that last `seconds`, whatever they play, as different from each other as the limits allow. The first is what would be
-/// played without an attack.
+/// Paths from `start` that last `seconds`, whatever they play, as different from each other as the
+/// limits allow. The first is what would be played without an attack.
 #[must_use]
 pub fn plain_paths(
     baked: &BakedGraph,
@@ -249,8 +253,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Follows paths in the order of their time, up to `limit` frames. `arrive` is called at each path's end: the
-    /// width limits how many of those that it lets go on do, never which ends it is told of.
+    /// Follows paths in the order of their time, up to `limit` frames. `arrive` is called at each
+    /// path's end: the width limits how many of those that it lets go on do, never which ends it is
+    /// told of.
     fn run(&mut self, start: NodeId, limit: f32, mut arrive: impl FnMut(&Self, usize) -> Follow) {
         let to_start = Rigid2::IDENTITY;
         let start = State {
@@ -329,8 +334,8 @@ impl<'a> Search<'a> {
         match self.alike {
             Alike::Exact => {
                 let [x, z, turn] = at(self.settings.alike_distance, self.settings.alike_angle);
-                // A fifth of a second more or less that can be retimed makes a different path, and so does having
-                // anything to retime at all.
+                // A fifth of a second more or less that can be retimed makes a different path, and
+                // so does having anything to retime at all.
                 let fifth = ((self.baked.graph().frame_rate() / 5.0) as u32).max(1);
                 let [faster, slower] = [state.faster, state.slower].map(|frames| match frames {
                     0 => -1,

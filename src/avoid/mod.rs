@@ -1,6 +1,7 @@
 //! Attack in, path and playback rates out.
 //!
-//! Source: Masaoka & Oshita, sections 3.3 and 5. A query goes [`enumerate`] → [`retime`] → [`cull`] → [`clearance`] and
+//! Source: Masaoka & Oshita, sections 3.3 and 5. A query goes [`enumerate`] → [`retime`] → [`cull`]
+//! → [`clearance`] and
 //! [`score`] → [`Answer`]; [`Query`] takes it through all of them. Whoever culls on a device stops between
 //! [`Query::prepare`] and [`Prepared::decide`].
 //!

@@ -1,7 +1,8 @@
 //! Where candidates stand, and the attack's maps that they are held against.
 //!
-//! Source: Masaoka & Oshita, section 5.3: the attack is drawn in the frame in which the paths start, the evasions' maps are moved and turned
-//! into place. Differs: only the part of the attack is drawn that some candidate's maps can reach.
+//! Source: Masaoka & Oshita, section 5.3: the attack is drawn in the frame in which the paths
+//! start, the evasions' maps are moved and turned into place. Differs: only the part of the attack
+//! is drawn that some candidate's maps can reach.
 
 use glam::Vec3;
 
@@ -26,7 +27,8 @@ pub(super) struct CullMaps {
     pub candidates: Vec<CullCandidate>,
 }
 
-/// Draws `attack`, given in the frame in which the paths start, where the maps of `placed` may meet it.
+/// Draws `attack`, given in the frame in which the paths start, where the maps of `placed` may meet
+/// it.
 pub(super) fn cull_maps(atlas: &RegionAtlas, attack: &Attack, placed: &[PlacedRegion]) -> CullMaps {
     let texel = atlas.grid.texel;
     let reach = placed

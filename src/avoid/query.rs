@@ -1,9 +1,10 @@
 //! A query from end to end.
 //!
-//! Source: Masaoka & Oshita, section 5. Differs: the paper sometimes chose a path that was hit. Here the exact test has the last word on every
-//! candidate that the maps let pass; and where none of them is clean, on those that the maps removed as well. So an answer is a
-//! hit only where every candidate is, whatever the maps said. The price is an exact test of the removed candidates in just those
-//! queries.
+//! Source: Masaoka & Oshita, section 5. Differs: the paper sometimes chose a path that was hit.
+//! Here the exact test has the last word on every candidate that the maps let pass; and where none
+//! of them is clean, on those that the maps removed as well. So an answer is a hit only where every
+//! candidate is, whatever the maps said. The price is an exact test of the removed candidates in
+//! just those queries.
 
 use serde::{Deserialize, Serialize};
 
@@ -65,8 +66,8 @@ impl<'a> Query<'a> {
         Self { baked, settings }
     }
 
-    /// Finds the candidates for a character at `playhead` and draws up their maps. `attack` is in the world of the playhead, its clock
-    /// starts now.
+    /// Finds the candidates for a character at `playhead` and draws up their maps. `attack` is in
+    /// the world of the playhead, its clock starts now.
     #[must_use]
     pub fn prepare(&self, playhead: Playhead, attack: &Attack) -> Prepared<'a> {
         let graph = self.baked.graph();
@@ -125,8 +126,8 @@ impl<'a> Query<'a> {
         }
     }
 
-    /// Of candidates that perform the same evasion at nearly the same place the one whose rate is nearest to 1. Evasions come
-    /// first.
+    /// Of candidates that perform the same evasion at nearly the same place the one whose rate is
+    /// nearest to 1. Evasions come first.
     fn different_answers(
         &self,
         playhead: Playhead,
@@ -162,7 +163,8 @@ impl<'a> Query<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// What a culling path counts. Its candidates are those that end in an evasion; a path that only moves has no maps.
+    /// What a culling path counts. Its candidates are those that end in an evasion; a path that
+    /// only moves has no maps.
     #[must_use]
     pub fn cull_input(&self) -> CullInput<'_> {
         CullInput {
@@ -338,9 +340,9 @@ impl<'a> Prepared<'a> {
 /// How much is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judging {
-    /// What the choice needs: candidates that the maps remove are left out as long as there is a clean one among the
-    /// others, and a candidate that could not win even with no distance at all is not tested (with a weight of distance
-    /// below 0 every one is).
+    /// What the choice needs: candidates that the maps remove are left out as long as there is a
+    /// clean one among the others, and a candidate that could not win even with no distance at all
+    /// is not tested (with a weight of distance below 0 every one is).
     Needed,
     /// Every candidate, exactly, whatever the maps say: the culling path `exact`.
     All,
@@ -362,8 +364,8 @@ impl Court<'_, '_> {
             .any(|judged| judged.score.is_some())
     }
 
-    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V without it is a bound,
-    /// unless its weight rewards distance.
+    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V
+    /// without it is a bound, unless its weight rewards distance.
     fn judge(&mut self, candidates: Vec<usize>) {
         let bound = |&index: &usize| {
             (
@@ -391,8 +393,8 @@ impl Court<'_, '_> {
         }
     }
 
-    /// Which hit is the least deep? Asked where there is nothing else. What was found of a hit so far is a bound: the whole
-    /// attack can only show it to be deeper.
+    /// Which hit is the least deep? Asked where there is nothing else. What was found of a hit so
+    /// far is a bound: the whole attack can only show it to be deeper.
     fn measure_least(&mut self) {
         let bound = |(index, judged): (usize, &Option<Judged>)| {
             Some((index, judged.as_ref()?.clearance.metres))
@@ -437,7 +439,8 @@ struct Judged {
     score: Option<Score>,
 }
 
-/// The clean candidate with the smallest score, or where none is clean, the one that is hit least deep.
+/// The clean candidate with the smallest score, or where none is clean, the one that is hit least
+/// deep.
 fn choose(judged: &[Option<Judged>]) -> usize {
     let of = |value: fn(&Judged) -> Option<f32>| {
         let values = judged

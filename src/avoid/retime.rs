@@ -1,7 +1,7 @@
 //! The common playback rate that lets an evasion start when the attack does.
 //!
-//! Source: Masaoka & Oshita, section 5.2: with F the seconds that keep their rate, E the seconds of the edges that may change it the way
-//! that is needed, and T the time available, p = E / (T - F).
+//! Source: Masaoka & Oshita, section 5.2: with F the seconds that keep their rate, E the seconds of
+//! the edges that may change it the way that is needed, and T the time available, p = E / (T - F).
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,8 @@ pub struct RateSettings {
     pub slowest: f32,
     /// Fastest rate. Default 2.
     pub fastest: f32,
-    /// An evasion that starts this near to the attack's start is in time as it is, seconds. Default 1/60, half a frame.
+    /// An evasion that starts this near to the attack's start is in time as it is, seconds. Default
+    /// 1/60, half a frame.
     pub tolerance: f32,
 }
 
@@ -67,7 +68,8 @@ pub enum RateError {
         /// Faster is needed; slower otherwise.
         faster: bool,
     },
-    /// The rate that is needed is beyond the limits; infinite where even no time at all for the retimable edges would be too long.
+    /// The rate that is needed is beyond the limits; infinite where even no time at all for the
+    /// retimable edges would be too long.
     #[error("a rate of {rate:.2} would be needed")]
     OutOfRange {
         /// That rate.

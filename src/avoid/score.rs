@@ -1,6 +1,7 @@
 //! How natural does a candidate look?
 //!
-//! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t; the smallest wins.
+//! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t;
+//! the smallest wins.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct Weights {
     /// Of V_a. Default 1.
     pub avoid: f32,
-    /// Of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed. Below 0 the widest miss
-    /// is the best, and every candidate must be tested.
+    /// Of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed.
+    /// Below 0 the widest miss is the best, and every candidate must be tested.
     pub distance: f32,
     /// Of V_t. Default 1: twice the rate weighs as much as missing the evasion region altogether.
     pub time: f32,
@@ -29,8 +30,8 @@ impl Default for Weights {
 /// The three terms of a candidate and their weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// V_a, 0 to 1: the share of the evasion region, in the slabs that the attack touches, through which the attack does not pass. 1 for a
-    /// path without an evasion.
+    /// V_a, 0 to 1: the share of the evasion region, in the slabs that the attack touches, through
+    /// which the attack does not pass. 1 for a path without an evasion.
     pub avoid: f32,
     /// V_d, 0 or more: the smallest distance of body and attack, metres.
     pub distance: f32,
@@ -41,8 +42,8 @@ pub struct Score {
 }
 
 impl Score {
-    /// From the texels of the evasion region in the slabs that the attack touches, how many of them the attack covers, the
-    /// clearance in metres and the rate p.
+    /// From the texels of the evasion region in the slabs that the attack touches, how many of them
+    /// the attack covers, the clearance in metres and the rate p.
     #[must_use]
     pub fn new(
         region_texels: u32,

@@ -71,7 +71,8 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
     device::Opened::new(args)
 }
 
-/// Draws a bake's maps with the stencil buffer where there is a device, else on the CPU. Says who drew.
+/// Draws a bake's maps with the stencil buffer where there is a device, else on the CPU. Says who
+/// drew.
 pub(crate) fn draw(
     baker: &Baker,
     device: &mut Device,
@@ -109,7 +110,8 @@ impl Culling {
         }
     }
 
-    /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of the score.
+    /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
+    /// the score.
     ///
     /// # Errors
     /// The stencil path without a device, or with one that fails.

@@ -125,8 +125,9 @@ fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     (0..ATTACKS).map(random).collect()
 }
 
-/// The clean answer by an evasion with the best score, before all by one in which a part of the body stays where it is: of
-/// that the pictures show most. The first attack where no evasion answers any.
+/// The clean answer by an evasion with the best score, before all by one in which a part of the
+/// body stays where it is: of that the pictures show most. The first attack where no evasion
+/// answers any.
 fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
     let rank = |run: &Run| {
         let chosen = &run.answer.candidates[run.answer.chosen];

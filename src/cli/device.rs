@@ -1,4 +1,5 @@
-//! The Vulkan device of the command: a headless one, with a rasterizer for baking and a culler for each graph.
+//! The Vulkan device of the command: a headless one, with a rasterizer for baking and a culler for
+//! each graph.
 
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
 use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc, Rasterizer, RasterizerDesc};
@@ -164,7 +165,8 @@ impl Opened {
                 counts.for_each(|(overlap, counted)| overlap.evasion = counted.evasion);
                 Ok(overlaps)
             }
-            // A limit of this device or of the culler's buffers: the CPU has none, and counts the same.
+            // A limit of this device or of the culler's buffers: the CPU has none, and counts the
+            // same.
             Err(GpuError::Limit {
                 limit,
                 needed,

@@ -23,7 +23,8 @@ pub(crate) struct Args {
     baked: Option<PathBuf>,
     #[command(flatten)]
     clips: ClipArgs,
-    /// How many random attacks: balls thrown at a part of the body, which would hit a character that does nothing.
+    /// How many random attacks: balls thrown at a part of the body, which would hit a character
+    /// that does nothing.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: u64,
     /// Where the random attacks begin; the same seed throws the same balls.
@@ -32,8 +33,8 @@ pub(crate) struct Args {
     /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
     #[arg(long, value_name = "FILE")]
     attack: Option<PathBuf>,
-    /// Who culls; several are run one after the other on the same attacks. Default: stencil where there is a Vulkan
-    /// device, else cpu.
+    /// Who culls; several are run one after the other on the same attacks. Default: stencil where
+    /// there is a Vulkan device, else cpu.
     #[arg(long, value_enum, value_delimiter = ',')]
     cull: Vec<CullPath>,
     /// Whether candidates come from per-node grids; this version has none.

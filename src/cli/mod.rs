@@ -19,7 +19,8 @@ pub(crate) use output::{Done, Failure};
 
 /// Dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
 ///
-/// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and writes pictures and a BVH into out/.
+/// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and
+/// writes pictures and a BVH into out/.
 #[derive(Parser)]
 #[command(
     version,

@@ -1,4 +1,5 @@
-//! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack and what they share.
+//! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack
+//! and what they share.
 
 use std::io::Write;
 
@@ -40,8 +41,8 @@ struct Window {
     v: (i32, i32),
 }
 
-/// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start, the candidate's maps moved and
-/// turned into place. The result is a PNG file's bytes.
+/// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start,
+/// the candidate's maps moved and turned into place. The result is a PNG file's bytes.
 pub(crate) fn png(
     input: &CullInput<'_>,
     candidate: &CullCandidate,
@@ -174,7 +175,8 @@ fn heights(slab: Slab, grid: MapGrid) -> String {
     format!("{:.1}-{:.1} m", bottom, bottom + grid.slab_height)
 }
 
-/// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by somebody who stands behind the character.
+/// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by
+/// somebody who stands behind the character.
 fn draw_cell(
     picture: &mut Picture,
     at: (usize, usize),

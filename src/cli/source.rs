@@ -25,7 +25,8 @@ pub(crate) struct ClipArgs {
     /// Metres per unit of the files; found from the skeleton's height where it is not given.
     #[arg(long, value_name = "METRES", requires = "clips")]
     pub(crate) scale: Option<f64>,
-    /// Moments whose postures lie further apart are not joined: root of the mean squared distance of joints, metres.
+    /// Moments whose postures lie further apart are not joined: root of the mean squared distance
+    /// of joints, metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
 }

@@ -1,7 +1,7 @@
 //! Clips and events in, one strongly connected motion graph out.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4: an event is one edge, which no
-//! node cuts and no transition blends.
+//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4: an
+//! event is one edge, which no node cuts and no transition blends.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -95,8 +95,8 @@ fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
     Ok(())
 }
 
-/// The events in frames of the resampled clips. One that is shorter than a frame has no motion to play: no edge will hold
-/// it, and so it is reported as dropped.
+/// The events in frames of the resampled clips. One that is shorter than a frame has no motion to
+/// play: no edge will hold it, and so it is reported as dropped.
 fn events_in_frames(
     source: ClipSource<'_>,
     clips: &[Clip],
@@ -109,7 +109,8 @@ fn events_in_frames(
             (event.start * settings.frame_rate).round(),
             (event.end * settings.frame_rate).round(),
         );
-        // An event may be labelled to the very end of a capture, which a resampled clip can miss by a part of a frame.
+        // An event may be labelled to the very end of a capture, which a resampled clip can miss by
+        // a part of a frame.
         let inside = first >= 0.0 && first <= last_frame && last <= last_frame + 1.0;
         let joints_known = event
             .joints
@@ -140,7 +141,8 @@ fn events_in_frames(
     Ok(events)
 }
 
-/// No two events share a frame but that in which one ends and the other starts: a node would cut them.
+/// No two events share a frame but that in which one ends and the other starts: a node would cut
+/// them.
 fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
     let mut order: Vec<usize> = (0..events.len()).collect();
     order.sort_by_key(|&index| (events[index].clip, events[index].first, events[index].last));
@@ -154,7 +156,8 @@ fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
     Ok(())
 }
 
-/// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself with its whole map.
+/// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself
+/// with its whole map.
 fn window_pairs(clouds: &[PointCloud], window: usize) -> u64 {
     let windows = || {
         clouds

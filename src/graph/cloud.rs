@@ -2,8 +2,8 @@ use glam::Vec3;
 
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 
-/// The joints of a clip as points, frame after frame, in the layout that the distance map reads: for each joint one
-/// row of x, one of y and one of z over the frames.
+/// The joints of a clip as points, frame after frame, in the layout that the distance map reads:
+/// for each joint one row of x, one of y and one of z over the frames.
 #[derive(Clone, Debug)]
 pub struct PointCloud {
     frames: usize,
@@ -18,8 +18,8 @@ pub struct PointCloud {
 }
 
 impl PointCloud {
-    /// The points of every frame of `clip`, weighted by joint. `weights` need not sum to 1; they must not be negative, and one
-    /// must be above 0.
+    /// The points of every frame of `clip`, weighted by joint. `weights` need not sum to 1; they
+    /// must not be negative, and one must be above 0.
     #[must_use]
     pub fn new(skeleton: &Skeleton, clip: &Clip, weights: &[f32]) -> Self {
         let (frames, joints) = (clip.frames(), skeleton.len());

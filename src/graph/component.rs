@@ -1,7 +1,7 @@
 //! What of a graph can be walked for ever.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), section 3.3. Differs: the largest component is the one with the most motion in it, not
-//! the one with the most nodes.
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.3. Differs: the largest component is the one
+//! with the most motion in it, not the one with the most nodes.
 
 use super::build::with_index;
 use super::{Edge, EdgeMotion, EventId, MotionGraph, NodeId, prune};

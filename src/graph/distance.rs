@@ -1,11 +1,13 @@
 //! The distance between windows of frames, for all pairs of windows of two clips.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), section 3.1: the weighted sum of squared distances between two point clouds,
-//! minimised in closed form over a rotation about the vertical axis and a translation on the ground. Differs: every
-//! term of the closed form is a sum over the frames of the windows, so along a diagonal of the map a window slides by
-//! one pair of frames in and one out; and the result is the root of the mean, metres.
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.1: the weighted sum of squared distances
+//! between two point clouds, minimised in closed form over a rotation about the vertical axis and a
+//! translation on the ground. Differs: every term of the closed form is a sum over the frames of
+//! the windows, so along a diagonal of the map a window slides by one pair of frames in and one
+//! out; and the result is the root of the mean, metres.
 //!
-//! With weights w that sum to 1 over a window, points p of one window and q of the other, and ground means p̄, q̄:
+//! With weights w that sum to 1 over a window, points p of one window and q of the other, and
+//! ground means p̄, q̄:
 //! ```text
 //! dot   = Σ w (px qx + pz qz) - (p̄x q̄x + p̄z q̄z)
 //! cross = Σ w (px qz - pz qx) - (p̄x q̄z - p̄z q̄x)
@@ -34,9 +36,9 @@ struct PairSums {
     cross: f64,
 }
 
-/// Calls `row` for every window of `a`, with the squared distances (m²) to all windows of `b`: `row(i, d)` where `d[j]` compares
-/// the frames `i..i + window` of `a` with `j..j + window` of `b`. Rows come in order. Nothing is called where a clip is
-/// shorter than the window.
+/// Calls `row` for every window of `a`, with the squared distances (m²) to all windows of `b`:
+/// `row(i, d)` where `d[j]` compares the frames `i..i + window` of `a` with `j..j + window` of `b`.
+/// Rows come in order. Nothing is called where a clip is shorter than the window.
 ///
 /// # Panics
 /// When `window` is 0 or the clouds have different joints.
@@ -73,7 +75,8 @@ pub fn for_each_row(
     }
 }
 
-/// Moves the sums one frame down the diagonals. `slot` holds the row that leaves; `refill` puts the new one in its place.
+/// Moves the sums one frame down the diagonals. `slot` holds the row that leaves; `refill` puts the
+/// new one in its place.
 fn slide(
     sums: &mut [PairSums],
     window: usize,
@@ -174,7 +177,8 @@ fn turn(a: WindowSums, b: WindowSums, pair: PairSums, scale: f64) -> (f64, f64) 
     )
 }
 
-/// The transform of the ground that takes the window of `b` best onto the window of `a`, both in their clips' own spaces.
+/// The transform of the ground that takes the window of `b` best onto the window of `a`, both in
+/// their clips' own spaces.
 ///
 /// `start_a` and `start_b` are the windows' first frames.
 #[must_use]

@@ -21,12 +21,13 @@ pub(super) struct MinimaSettings {
     pub threshold: f32,
     /// Of two minima nearer than this many frames (in both clips) the smaller is kept.
     pub separation: usize,
-    /// Only windows of the second clip that start this many frames or more after those of the first: for a clip
-    /// against itself, where the map is symmetric and 0 on its diagonal.
+    /// Only windows of the second clip that start this many frames or more after those of the
+    /// first: for a clip against itself, where the map is symmetric and 0 on its diagonal.
     pub only_after: Option<usize>,
 }
 
-/// The local minima of the distance map under the threshold, best first. Reads the map row by row: it is never held whole.
+/// The local minima of the distance map under the threshold, best first. Reads the map row by row:
+/// it is never held whole.
 pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) -> Vec<Minimum> {
     let limit = settings.threshold * settings.threshold;
     let mut found = Vec::new();

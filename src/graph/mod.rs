@@ -1,6 +1,8 @@
-//! The motion graph: which moments of the clips look alike, and the motion that leads from one to the other.
+//! The motion graph: which moments of the clips look alike, and the motion that leads from one to
+//! the other.
 //!
-//! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), used by Masaoka & Oshita in section 4.4.
+//! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), used by Masaoka & Oshita in section
+//! 4.4.
 
 mod build;
 mod cloud;

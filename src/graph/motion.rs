@@ -73,7 +73,8 @@ pub struct Step {
     pub rate: f32,
 }
 
-/// A continuous motion through the graph: the rest of an edge, then the steps of a path, then whatever way is natural.
+/// A continuous motion through the graph: the rest of an edge, then the steps of a path, then
+/// whatever way is natural.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     pieces: Vec<Piece>,
@@ -91,7 +92,8 @@ struct Piece {
 impl Motion {
     /// From `playhead` on, along `steps`.
     ///
-    /// The first step must start at the playhead's next node, and each at the end of the one before.
+    /// The first step must start at the playhead's next node, and each at the end of the one
+    /// before.
     #[must_use]
     pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[Step]) -> Self {
         let end = playhead.seconds_to_next_node(graph);

@@ -58,7 +58,8 @@ pub struct Edge {
     pub frames: u32,
     /// What is played.
     pub motion: EdgeMotion,
-    /// The event that it holds whole, if any; the edge is then that event, from its first frame to its last.
+    /// The event that it holds whole, if any; the edge is then that event, from its first frame to
+    /// its last.
     pub event: Option<EventId>,
 }
 
@@ -190,7 +191,8 @@ impl MotionGraph {
         (f64::from(self.edge(edge).frames) / self.frame_rate) as f32
     }
 
-    /// Takes the space of the clip in which an edge ends to the space of the clip in which it starts.
+    /// Takes the space of the clip in which an edge ends to the space of the clip in which it
+    /// starts.
     #[must_use]
     pub fn clip_change(&self, edge: EdgeId) -> Rigid2 {
         match self.edge(edge).motion {
@@ -199,7 +201,8 @@ impl MotionGraph {
         }
     }
 
-    /// The way on from a node where nothing asks for another: the clip goes on, or else the closest transition is taken.
+    /// The way on from a node where nothing asks for another: the clip goes on, or else the closest
+    /// transition is taken.
     #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
         let cost = |edge: EdgeId| match self.edge(edge).motion {
@@ -213,7 +216,8 @@ impl MotionGraph {
         )
     }
 
-    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it starts.
+    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
+    /// starts.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
         let edge = self.edge(edge);
         let (from, to) = (self.node(edge.from), self.node(edge.to));
@@ -250,7 +254,8 @@ impl MotionGraph {
         }
     }
 
-    /// Where the root stands on the ground and which way the body faces in a frame of a clip, in that clip's space.
+    /// Where the root stands on the ground and which way the body faces in a frame of a clip, in
+    /// that clip's space.
     #[must_use]
     pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());

@@ -1,6 +1,7 @@
 //! The largest strongly connected part of a graph.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), section 3.3; the components by Tarjan (1972), without recursion.
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.3; the components by Tarjan (1972), without
+//! recursion.
 
 /// For each node, the number of its strongly connected component.
 ///

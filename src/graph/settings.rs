@@ -9,14 +9,16 @@ pub struct GraphSettings {
     pub frame_rate: f64,
     /// How long a transition blends, seconds. Default 1/3 (Kovar).
     pub window: f64,
-    /// Transitions whose windows lie further apart are not made: root of the mean squared distance of joints, metres. Default
-    /// 0.10.
+    /// Transitions whose windows lie further apart are not made: root of the mean squared distance
+    /// of joints, metres. Default 0.10.
     pub threshold: f32,
-    /// Of two transitions that start and end nearer than this to each other the closer one is kept, seconds. Default 1/3.
+    /// Of two transitions that start and end nearer than this to each other the closer one is kept,
+    /// seconds. Default 1/3.
     pub separation: f64,
     /// Weight of each joint in the distance; empty for all alike.
     pub joint_weights: Vec<f32>,
-    /// Threads for the distance maps; 0 for as many as the machine has. The graph is the same for any number.
+    /// Threads for the distance maps; 0 for as many as the machine has. The graph is the same for
+    /// any number.
     pub threads: usize,
 }
 

@@ -3,9 +3,10 @@ use super::minima::Minimum;
 
 /// A blend from one clip to another.
 ///
-/// It leaves the source at its node's frame, plays `window` frames of both, and arrives at the target's node. Frame `i + 1` of the
-/// blend weighs the source by Kovar's 2((i+1)/k)³ - 3((i+1)/k)² + 1 for i = 0..k-1, so that the frame before the blend is
-/// the source alone and its last frame is the target alone.
+/// It leaves the source at its node's frame, plays `window` frames of both, and arrives at the
+/// target's node. Frame `i + 1` of the blend weighs the source, for i = 0..k-1, by Kovar's
+/// `2((i+1)/k)³ - 3((i+1)/k)² + 1`, so that the frame before the blend is the source alone and its
+/// last frame is the target alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     /// Clip that is left.
@@ -28,8 +29,8 @@ pub fn blend_weight(s: f32) -> f32 {
 }
 
 impl Transition {
-    /// The two transitions that a minimum of the map of clips `a` and `b` allows, there and back, where the clips have the frame before
-    /// the window that each starts from.
+    /// The two transitions that a minimum of the map of clips `a` and `b` allows, there and back,
+    /// where the clips have the frame before the window that each starts from.
     pub(super) fn both_ways(
         a: usize,
         b: usize,

@@ -1,10 +1,11 @@
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// A rotation about +Y followed by a translation on the ground: where a character stands and which way it faces.
+/// A rotation about +Y followed by a translation on the ground: where a character stands and which
+/// way it faces.
 ///
-/// A heading of 0 faces +Z, π/2 faces +X. Applying `Rigid2` to a point in the character's frame (root on the
-/// ground, facing +Z) gives the point in the world.
+/// A heading of 0 faces +Z, π/2 faces +X. Applying `Rigid2` to a point in the character's frame
+/// (root on the ground, facing +Z) gives the point in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rigid2 {
     /// Cosine and sine of the heading; always of unit length.
@@ -50,7 +51,8 @@ impl Rigid2 {
         self.sin.atan2(self.cos)
     }
 
-    /// Whether its rotation is one and it leads no further than `furthest`: asked of what is read from a file.
+    /// Whether its rotation is one and it leads no further than `furthest`: asked of what is read
+    /// from a file.
     #[must_use]
     pub fn is_sound(self, furthest: f32) -> bool {
         (self.cos * self.cos + self.sin * self.sin - 1.0).abs() < 1e-3

@@ -1,11 +1,12 @@
-/// Sub-texels in a texel: the fixed-point unit of discs. With 16, maps of up to 2,048 texels a side keep every product
-/// below 2³¹.
+/// Sub-texels in a texel: the fixed-point unit of discs. With 16, maps of up to 2,048 texels a side
+/// keep every product below 2³¹.
 pub const SUB_TEXELS: i32 = 16;
 
 /// A filled circle on a map, in sub-texels.
 ///
-/// It covers a texel when the texel's centre is not further from its own than its radius:
-/// `dx² + dz² <= radius²`, in integers. `shaders/disc.vert.glsl` and `disc.frag.glsl` do the same arithmetic.
+/// It covers a texel when the texel's centre is not further from its own than its radius: `dx² +
+/// dz² <= radius²`, in integers. `shaders/disc.vert.glsl` and `disc.frag.glsl` do the same
+/// arithmetic.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Disc {
@@ -18,10 +19,12 @@ pub struct Disc {
 }
 
 impl Disc {
-    /// Largest radius, sub-texels: it reaches across the largest map, and the squares of its sides still fit.
+    /// Largest radius, sub-texels: it reaches across the largest map, and the squares of its sides
+    /// still fit.
     pub const MAX_RADIUS: i32 = 32_000;
 
-    /// A disc of a radius in sub-texels, rounded to the nearest whole one, at most [`Disc::MAX_RADIUS`].
+    /// A disc of a radius in sub-texels, rounded to the nearest whole one, at most
+    /// [`Disc::MAX_RADIUS`].
     #[must_use]
     pub fn new(x: i32, z: i32, radius: f32) -> Self {
         Self {

@@ -1,7 +1,8 @@
 //! Regions: spheres over time, drawn into one 2-D map for each height slab.
 //!
-//! Source: Masaoka & Oshita, sections 3.2 and 4.3. A sphere becomes one [`Disc`] in each [`Slab`] that it reaches. Whether a
-//! disc covers a texel is decided in integers, so that the device's rasterizer and the CPU's [`raster`] agree to the texel.
+//! Source: Masaoka & Oshita, sections 3.2 and 4.3. A sphere becomes one [`Disc`] in each [`Slab`]
+//! that it reaches. Whether a disc covers a texel is decided in integers, so that the device's
+//! rasterizer and the CPU's [`raster`] agree to the texel.
 
 mod atlas;
 mod bake;

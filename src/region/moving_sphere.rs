@@ -4,7 +4,8 @@ use serde::Serialize;
 use super::SphereKey;
 use crate::math::Rigid2;
 
-/// A sphere on its way: keys in the order of time, straight lines between them. Before the first and after the last key it is not there.
+/// A sphere on its way: keys in the order of time, straight lines between them. Before the first
+/// and after the last key it is not there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct MovingSphere {
@@ -73,8 +74,8 @@ impl MovingSphere {
         }
     }
 
-    /// Calls `visit` with the sphere at times so close to each other that it moves at most half its radius in between, first and last
-    /// key included.
+    /// Calls `visit` with the sphere at times so close to each other that it moves at most half its
+    /// radius in between, first and last key included.
     pub fn for_each_step(&self, mut visit: impl FnMut(Vec3, f32)) {
         /// A sphere that is far faster than wide is drawn with gaps rather than without end.
         const MOST_STEPS: f32 = 1024.0;

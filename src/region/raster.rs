@@ -1,4 +1,5 @@
-//! The CPU's rasterizer: twin of the stencil passes in `gpu`, of the same names, equal to the texel.
+//! The CPU's rasterizer: twin of the stencil passes in `gpu`, of the same names, equal to the
+//! texel.
 //!
 //! Source: Masaoka & Oshita, section 4.3.
 
@@ -15,7 +16,8 @@ pub struct EvasionMaps {
     pub evasion: BitMap,
 }
 
-/// Draws the texels that are covered in every frame, and those that are covered in the first frame only for a while.
+/// Draws the texels that are covered in every frame, and those that are covered in the first frame
+/// only for a while.
 #[must_use]
 pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
     let rect = drawing.rect;

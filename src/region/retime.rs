@@ -1,8 +1,9 @@
 //! Which edges may be played faster or slower.
 //!
-//! Source: Masaoka & Oshita, section 4.2. Differs: edges of a dense graph can be shorter than the window in which travel is measured; the window
-//! then reaches over the edge's ends into what is played before and after it in the clip, and an edge counts as still only when
-//! that whole window is.
+//! Source: Masaoka & Oshita, section 4.2. Differs: edges of a dense graph can be shorter than the
+//! window in which travel is measured; the window then reaches over the edge's ends into what is
+//! played before and after it in the clip, and an edge counts as still only when that whole window
+//! is.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -46,7 +47,8 @@ pub struct Retimable {
     pub slower: bool,
 }
 
-/// Judges every edge of a graph, by [`EdgeId`]. Events and transitions between clips are judged like all others.
+/// Judges every edge of a graph, by [`EdgeId`]. Events and transitions between clips are judged
+/// like all others.
 #[must_use]
 pub fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
     let limbs: Vec<JointId> = Limbs::of(graph.skeleton()).all().collect();
@@ -63,7 +65,8 @@ pub fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Re
 struct Travel {
     /// Largest travel of any limb in any window that meets the edge.
     window: f32,
-    /// Largest travel of any limb from the edge's start to its end, or over one window where that is longer.
+    /// Largest travel of any limb from the edge's start to its end, or over one window where that
+    /// is longer.
     whole: f32,
 }
 
@@ -113,7 +116,8 @@ fn travel(
 ) -> Travel {
     let edge = graph.edge(edge);
     let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-    // A transition plays the end of its source's stretch and the start of its target's: the worse of the two counts.
+    // A transition plays the end of its source's stretch and the start of its target's: the worse
+    // of the two counts.
     let stretches = match edge.motion {
         EdgeMotion::Clip => vec![(from.clip, from.frame, to.frame)],
         EdgeMotion::Transition { .. } => {

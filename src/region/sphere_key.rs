@@ -1,7 +1,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Where a moving sphere is at one moment; between two keys its centre and radius go in a straight line.
+/// Where a moving sphere is at one moment; between two keys its centre and radius go in a straight
+/// line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SphereKey {
     /// Seconds.

@@ -1,11 +1,13 @@
 use super::BitMap;
 use crate::math::Rigid2;
 
-/// Takes the texels of one map to those of another that is moved and turned against it, in fixed point.
+/// Takes the texels of one map to those of another that is moved and turned against it, in fixed
+/// point.
 ///
-/// For the centre of texel `(u, v)` of the first map, `a (2u + 1) + b (2v + 1) + tx` and `a (2v + 1) - b (2u + 1) + tz` are its
-/// place in the second map's frame in units of 2⁻¹⁵ texel; shifted right by [`MapTurn::SHIFT`] (towards −∞) they
-/// name the texel that it falls into. The device does the same in `shaders/candidate.frag.glsl`.
+/// For the centre of texel `(u, v)` of the first map, `a (2u + 1) + b (2v + 1) + tx` and `a (2v +
+/// 1) - b (2u + 1) + tz` are its place in the second map's frame in units of 2⁻¹⁵ texel; shifted
+/// right by [`MapTurn::SHIFT`] (towards −∞) they name the texel that it falls into. The device does
+/// the same in `shaders/candidate.frag.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MapTurn {
@@ -22,11 +24,13 @@ pub struct MapTurn {
 impl MapTurn {
     /// Bits behind the point.
     pub const SHIFT: u32 = 15;
-    /// Further than this many texels from the origin no place is kept: the two maps cannot meet there. It leaves room for maps of 2,048 texels.
+    /// Further than this many texels from the origin no place is kept: the two maps cannot meet
+    /// there. It leaves room for maps of 2,048 texels.
     const FAR: f32 = 32_000.0;
 
-    /// From texels `(u, v)` counted from `origin` (columns, rows, in the first frame's texels) to the second frame, where
-    /// `placement` takes points of the first frame to the second. `texel` in metres.
+    /// From texels `(u, v)` counted from `origin` (columns, rows, in the first frame's texels) to
+    /// the second frame, where `placement` takes points of the first frame to the second. `texel`
+    /// in metres.
     #[must_use]
     pub fn new(placement: Rigid2, origin: (i32, i32), texel: f32) -> Self {
         let one = (1i32 << (Self::SHIFT - 1)) as f32;

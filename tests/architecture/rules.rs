@@ -2,7 +2,8 @@
 
 use super::source::{Source, block_end, name_at, words};
 
-/// Each room, and the rooms that it may use beside itself. A room that is not here has no place yet.
+/// Each room, and the rooms that it may use beside itself. A room that is not here has no place
+/// yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("anim", &["math"]),
@@ -86,7 +87,8 @@ pub(crate) fn arrows(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// The first name of every path that starts at the crate's root, by `crate::` or by enough `super::`.
+/// The first name of every path that starts at the crate's root, by `crate::` or by enough
+/// `super::`.
 fn names_from_the_root(source: &Source) -> Vec<(usize, String)> {
     let code = &source.code;
     let mut names = Vec::new();
@@ -105,7 +107,8 @@ fn names_from_the_root(source: &Source) -> Vec<(usize, String)> {
     names
 }
 
-/// `math::Rigid2` names `math`; `{anim::{Clip, Pose}, math}` names `anim` and `math`; `*` names itself.
+/// `math::Rigid2` names `math`; `{anim::{Clip, Pose}, math}` names `anim` and `math`; `*` names
+/// itself.
 fn first_names(path: &str) -> Vec<String> {
     let path = path.trim_start();
     if path.starts_with('*') {
@@ -156,7 +159,8 @@ pub(crate) fn device_names(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// `unsafe` stands in gpu/ and in one SIMD dispatch file; a block or impl has its SAFETY line, a function its `# Safety`.
+/// `unsafe` stands in gpu/ and in one SIMD dispatch file; a block or impl has its SAFETY line, a
+/// function its `# Safety`.
 pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
     let code = &source.code;
     let may = is_under(source, &["src/gpu/", "src/math/isa.rs"]);
@@ -235,7 +239,8 @@ pub(crate) fn length(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// A stranger finds a thing where its name says: nothing stands at the top that the layout does not name.
+/// A stranger finds a thing where its name says: nothing stands at the top that the layout does not
+/// name.
 pub(crate) fn top_level(names: &[String]) -> Vec<String> {
     names
         .iter()

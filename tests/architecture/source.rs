@@ -1,9 +1,12 @@
-//! One file of Rust as the rules read it: code, comments and test modules told apart, each line and column kept.
+//! One file of Rust as the rules read it: code, comments and test modules told apart, each line and
+//! column kept.
 //!
-//! No parser: the lexical grammar (The Rust Reference, "Tokens" and "Comments") is enough to say what is code, and the
-//! rules then look for paths and words. A path that a macro puts together is not seen.
+//! No parser: the lexical grammar (The Rust Reference, "Tokens" and "Comments") is enough to say
+//! what is code, and the rules then look for paths and words. A path that a macro puts together is
+//! not seen.
 
-/// A file's text three times over, each as long as the file itself, with blanks for what is left out.
+/// A file's text three times over, each as long as the file itself, with blanks for what is left
+/// out.
 pub(crate) struct Source {
     /// From the repository's root, with `/` on every system.
     pub(crate) path: String,

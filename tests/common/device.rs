@@ -1,4 +1,5 @@
-//! What the device's tests share: a headless device that listens to validation, and a small random generator.
+//! What the device's tests share: a headless device that listens to validation, and a small random
+//! generator.
 
 use sabaki::{
     gpu::{DeviceChoice, Headless, HeadlessDesc, ash::vk},

@@ -1,7 +1,8 @@
 //! Culling: which candidates does the attack hit for certain?
 //!
-//! Source: Masaoka & Oshita, section 5.3. Plain data in ([`CullInput`]), plain data out (an [`Overlap`] for each
-//! candidate): whoever counts, the CPU ([`cpu`]) or a device, counts the same texels.
+//! Source: Masaoka & Oshita, section 5.3. Plain data in ([`CullInput`]), plain data out (an
+//! [`Overlap`] for each candidate): whoever counts, the CPU ([`cpu`]) or a device, counts the same
+//! texels.
 
 pub mod cpu;
 
