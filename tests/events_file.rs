@@ -189,6 +189,15 @@ fn attacks_that_are_wrong() {
     assert_eq!(none.to_string(), "the file holds no attack");
 }
 
+#[test]
+fn a_byte_order_mark_does_not_matter() {
+    let events = "\u{FEFF}{\"clips\":[]}";
+    assert!(EventsFile::parse(events.as_bytes()).is_ok());
+    let attacks =
+        "\u{FEFF}{\"attacks\":[{\"spheres\":[[{\"t\":1,\"center\":[0,1,0],\"radius\":0.1}]]}]}";
+    assert!(AttackFile::parse(attacks.as_bytes()).is_ok());
+}
+
 const BVH: &str =
     "HIERARCHY ROOT Hips\n{ OFFSET 0 0 0 CHANNELS 4 Xposition Yposition Zposition Yrotation
 JOINT Head\n{ OFFSET 0 70 0 }\nJOINT Foot\n{ OFFSET 0 -100 0 } }

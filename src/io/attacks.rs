@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;
 
 use super::ReadError;
-use super::json::JsonError;
+use super::json::{self, JsonError};
 use super::read::read_bytes;
 use crate::region::SphereKey;
 
@@ -78,7 +78,7 @@ impl AttackFile {
     /// # Errors
     /// What is wrong, with line and column or the index of attack, sphere and key.
     pub fn parse(text: &[u8]) -> Result<Self, AttacksError> {
-        let file: Self = serde_json::from_slice(text).map_err(JsonError::from)?;
+        let file: Self = json::parse(text)?;
         file.check()?;
         Ok(file)
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::ReadError;
-use super::json::JsonError;
+use super::json::{self, JsonError};
 use super::read::read_bytes;
 use crate::anim::{Clip, Event, EventKind, JointId, Skeleton};
 
@@ -113,7 +113,7 @@ impl EventsFile {
     /// # Errors
     /// What is wrong, with line and column.
     pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
-        serde_json::from_slice(text).map_err(|error| JsonError::from(error).into())
+        Ok(json::parse(text)?)
     }
 
     /// Reads a file.

@@ -1,3 +1,4 @@
+use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 /// Why a text is not the JSON that it should be, and where.
@@ -24,4 +25,10 @@ impl From<serde_json::Error> for JsonError {
             message,
         }
     }
+}
+
+/// Reads a document, with or without the byte order mark that some editors put before it.
+pub(super) fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T, JsonError> {
+    let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
+    serde_json::from_slice(text).map_err(JsonError::from)
 }
