@@ -28,6 +28,8 @@ pub struct EnumerateSettings {
     pub evasion_width: usize,
     /// Most paths that are followed at a time where any motion will do. Default 64.
     pub plain_width: usize,
+    /// Most candidates that end in an evasion, those first whose rate is nearest to 1. Default 256.
+    pub evasion_candidates: usize,
     /// Most candidates without an evasion. Default 64.
     pub plain_candidates: usize,
 }
@@ -39,6 +41,7 @@ impl Default for EnumerateSettings {
             alike_distance: 0.05,
             alike_angle: 5f32.to_radians(),
             evasion_width: 256,
+            evasion_candidates: 256,
             plain_width: 64,
             plain_candidates: 64,
         }

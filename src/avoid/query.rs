@@ -158,6 +158,10 @@ impl<'a> Query<'a> {
             seen.insert((evasion, x, z, cell(place.heading(), settings.alike_angle)))
         });
         search.alike += before - all.len();
+        let evasions = all.partition_point(|candidate| candidate.path.evasion.is_some());
+        let kept = evasions.min(settings.evasion_candidates);
+        all.drain(kept..evasions);
+        search.cut += evasions - kept;
         all
     }
 }
@@ -177,6 +181,8 @@ impl<'a> Prepared<'a> {
     /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order.
     #[must_use]
     pub fn decide(self, overlaps: &[Overlap], judging: Judging) -> Answer {
+        // What only moves has no counts, however many are given.
+        let overlaps = &overlaps[..overlaps.len().min(self.maps.candidates.len())];
         let culled = |index: usize| {
             judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0)
         };

@@ -238,7 +238,8 @@ pub(super) fn summary_table(passes: &[(CullPath, Vec<Run>)]) -> comfy_table::Tab
             percent(s.evading),
             format!("{:.0}, {:.0}", s.candidates, s.with_evasion),
             format!("{:.0}%", 100.0 * s.culled_share),
-            format!("{:.1}", 100.0 * s.median_clearance),
+            s.median_clearance
+                .map_or("-".to_owned(), |metres| format!("{:.1}", 100.0 * metres)),
             format!("{:.2} / {:.2}", s.query_ms[0], s.query_ms[1]),
             format!("{:.3} / {:.3}", s.cull_ms[0], s.cull_ms[1]),
         ]);

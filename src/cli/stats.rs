@@ -105,8 +105,8 @@ pub(crate) struct Summary {
     pub(crate) candidates: f64,
     /// Share of the candidates with maps that the maps removed.
     pub(crate) culled_share: f64,
-    /// Of the clean answers, metres.
-    pub(crate) median_clearance: f64,
+    /// Of the clean answers, metres; `None` where there is none.
+    pub(crate) median_clearance: Option<f64>,
     pub(crate) query_ms: [f64; 2],
     pub(crate) cull_ms: [f64; 2],
     /// Answers that perform an evasion.
@@ -139,7 +139,7 @@ impl Summary {
             } else {
                 0.0
             },
-            median_clearance: percentile(clean, 0.5),
+            median_clearance: (!clean.is_empty()).then(|| percentile(clean, 0.5)),
             query_ms: times(Run::query_ms),
             cull_ms: times(|r| r.cull_ms),
             evading: runs

@@ -1,6 +1,7 @@
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, MovingSphere, SphereKey};
+use super::{Body, BodySphere, MovingSphere, SphereKey};
 use crate::anim::{JointId, Pose, Skeleton, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::Rigid2;
@@ -19,11 +20,7 @@ pub struct Strike {
 #[must_use]
 pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<MovingSphere> {
     let to_start = graph.placement(event.clip, event.first).inverse();
-    let attacking: Vec<_> = body
-        .spheres
-        .iter()
-        .filter(|sphere| takes_part(graph.skeleton(), event, sphere.joint))
-        .collect();
+    let attacking = attacking(graph.skeleton(), body, event);
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut keys = vec![Vec::new(); attacking.len()];
     for frame in event.first..=event.last {
@@ -42,10 +39,80 @@ pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> V
     keys.into_iter().filter_map(MovingSphere::new).collect()
 }
 
-/// Whether a joint is one that the event names, or hangs from one; all do where it names none.
-fn takes_part(skeleton: &Skeleton, event: &GraphEvent, joint: JointId) -> bool {
-    event.joints.is_empty()
-        || skeleton
-            .ancestry(joint)
-            .any(|above| event.joints.contains(&above))
+/// The spheres of the joints that the event names and of all that hangs from them; of the whole body where it names none.
+///
+/// Joints at the very end of a chain have no bone and so no spheres: each then attacks with one of its own, as thick as the
+/// body is just above.
+fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
+    let takes_part = |joint: JointId| {
+        event.joints.is_empty()
+            || skeleton
+                .ancestry(joint)
+                .any(|above| event.joints.contains(&above))
+    };
+    let spheres: Vec<BodySphere> = body
+        .spheres
+        .iter()
+        .filter(|sphere| takes_part(sphere.joint))
+        .copied()
+        .collect();
+    if !spheres.is_empty() {
+        return spheres;
+    }
+    let thinnest = |joint: JointId| {
+        let here = body
+            .spheres
+            .iter()
+            .filter(move |sphere| sphere.joint == joint);
+        here.map(|sphere| sphere.radius).min_by(f32::total_cmp)
+    };
+    let own = |&joint: &JointId| {
+        let radius = skeleton.ancestry(joint).find_map(thinnest)?;
+        Some(BodySphere {
+            joint,
+            offset: Vec3::ZERO,
+            radius,
+        })
+    };
+    event.joints.iter().filter_map(own).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{EventKind, Joint, JointKind};
+    use crate::graph::ClipId;
+
+    #[test]
+    fn a_hand_without_a_bone_attacks_as_thick_as_its_arm() {
+        let joint = |name: &str, parent: Option<u16>, offset| Joint {
+            name: name.to_owned(),
+            parent: parent.map(JointId),
+            offset,
+            kind: JointKind::Moving,
+        };
+        let joints = [
+            ("Hips", None, Vec3::ZERO),
+            ("LeftArm", Some(0), Vec3::X),
+            ("LeftHand", Some(1), Vec3::X),
+        ];
+        let skeleton = Skeleton::new(
+            joints
+                .map(|(name, parent, offset)| joint(name, parent, offset))
+                .into(),
+        )
+        .unwrap();
+        let body = Body::from_bones(&skeleton);
+        let joints = vec![JointId(2)];
+        let event = GraphEvent {
+            clip: ClipId(0),
+            kind: EventKind::Attack,
+            first: 0,
+            last: 1,
+            joints,
+        };
+        let spheres = attacking(&skeleton, &body, &event);
+        assert_eq!((spheres.len(), spheres[0].joint), (1, JointId(2)));
+        assert!(spheres[0].radius > 0.0);
+    }
 }

@@ -183,6 +183,11 @@ impl Headless {
 
     fn teardown(&mut self) -> Vec<Message> {
         self.live = false;
+        if self.work.as_ref().is_some_and(WorkPart::is_stuck) {
+            tracing::error!("the device did not finish: it is left as it is");
+            std::mem::forget((self.memory.take(), self.collector.take()));
+            return Vec::new();
+        }
         self.context = None;
         // The allocator frees its blocks while the device still lives.
         self.memory = None;

@@ -21,6 +21,8 @@ pub(super) struct WorkPart {
     pool: vk::CommandPool,
     cmd: vk::CommandBuffer,
     fence: vk::Fence,
+    /// A run timed out: the device may still be at work, and nothing of it may be touched any more.
+    stuck: bool,
 }
 
 impl WorkPart {
@@ -29,6 +31,7 @@ impl WorkPart {
             pool: vk::CommandPool::null(),
             cmd: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
+            stuck: false,
         };
         match work.fill(device) {
             Ok(()) => Ok(work),
@@ -65,10 +68,16 @@ impl WorkPart {
         device: &DevicePart,
         record: impl FnOnce(vk::CommandBuffer) -> Result<T, GpuError>,
     ) -> Result<T, GpuError> {
+        let timeout = || GpuError::Timeout {
+            seconds: PATIENCE_SECONDS,
+        };
+        if self.stuck {
+            return Err(timeout());
+        }
         let (queue, device) = (device.queue, &device.device);
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: every run waits, so that the buffer is not in use; a run that timed out left the device lost to us.
+        // SAFETY: every run waits, so that the buffer is not in use; after one that did not see its end there is no other.
         unsafe {
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
@@ -91,9 +100,8 @@ impl WorkPart {
             let nanoseconds = PATIENCE_SECONDS * 1_000_000_000;
             match device.wait_for_fences(&[self.fence], true, nanoseconds) {
                 Err(vk::Result::TIMEOUT) => {
-                    return Err(GpuError::Timeout {
-                        seconds: PATIENCE_SECONDS,
-                    });
+                    self.stuck = true;
+                    return Err(timeout());
                 }
                 waited => waited.call("vkWaitForFences")?,
             }
@@ -102,8 +110,13 @@ impl WorkPart {
         Ok(recorded)
     }
 
+    /// Whether the device may still be at work.
+    pub(super) fn is_stuck(&self) -> bool {
+        self.stuck
+    }
+
     pub(super) fn destroy(self, device: &DevicePart) {
-        // SAFETY: the handles are null or of this device, and every run has waited.
+        // SAFETY: the handles are null or of this device, and every run has seen its end: a stuck one is not destroyed.
         unsafe {
             device.device.destroy_fence(self.fence, None);
             device.device.destroy_command_pool(self.pool, None);
