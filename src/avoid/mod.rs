@@ -12,11 +12,15 @@ mod attack;
 pub mod clearance;
 pub mod cull;
 pub mod enumerate;
+mod judge;
 mod placement;
+mod prepared;
 mod query;
 pub mod retime;
 pub mod score;
 
 pub use answer::{Answer, CandidateReport, Counts, Fate};
 pub use attack::{Attack, AttackError};
-pub use query::{Judging, Prepared, Query, QuerySettings};
+pub use judge::Judging;
+pub use prepared::Prepared;
+pub use query::{Query, QuerySettings};
