@@ -3,7 +3,7 @@
 
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
 use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc, Rasterizer, RasterizerDesc};
-use sabaki::gpu::{Context, DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
+use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
 use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
 use serde_json::{Value, json};
 
@@ -156,15 +156,7 @@ impl Opened {
             return Err(closed());
         };
         match headless.cull(&mut self.cullers[culler.0], input) {
-            Ok(overlaps) if headless.context().is_ok_and(Context::precise_queries) => Ok(overlaps),
-            // Any or none is enough to remove candidates; the score needs counts.
-            Ok(mut overlaps) => {
-                let mut counted = Vec::new();
-                cpu::count(input, &mut counted);
-                let counts = overlaps.iter_mut().zip(counted);
-                counts.for_each(|(overlap, counted)| overlap.evasion = counted.evasion);
-                Ok(overlaps)
-            }
+            Ok(overlaps) => Ok(overlaps),
             // A limit of this device or of the culler's buffers: the CPU has none, and counts the
             // same.
             Err(GpuError::Limit {

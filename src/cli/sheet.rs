@@ -134,29 +134,11 @@ fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (bo
 fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> [u8; 3] {
     let (body, evasion) = region(column, candidate, u, v);
     let attack = column.attack.as_ref().is_some_and(|map| map.get(u, v));
-    let layers: [(bool, [u8; 3]); 5] = match row {
-        0 => [
-            (body, BODY),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-        ],
-        1 => [
-            (evasion, EVASION),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-        ],
-        2 => [
-            (attack, ATTACK),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-            (false, CELL),
-        ],
-        _ => [
+    let layers: &[(bool, [u8; 3])] = match row {
+        0 => &[(body, BODY)],
+        1 => &[(evasion, EVASION)],
+        2 => &[(attack, ATTACK)],
+        _ => &[
             (attack && body, HIT),
             (attack && evasion, AVOIDED),
             (attack, ATTACK),
@@ -164,10 +146,8 @@ fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v:
             (evasion, EVASION),
         ],
     };
-    layers
-        .into_iter()
-        .find(|(lit, _)| *lit)
-        .map_or(CELL, |(_, colour)| colour)
+    let top = layers.iter().find(|(lit, _)| *lit);
+    top.map_or(CELL, |&(_, colour)| colour)
 }
 
 fn heights(slab: Slab, grid: MapGrid) -> String {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sabaki::anim::EventKind;
 use sabaki::demo;
-use sabaki::graph::{self, BuildReport, ClipSource, GraphSettings};
+use sabaki::graph::{self, BuildReport, ClipSource, GraphSettings, MotionGraph};
 use sabaki::io;
 use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
@@ -130,16 +130,17 @@ fn bake(
     })
 }
 
+fn count(graph: &MotionGraph, kind: EventKind) -> usize {
+    graph
+        .events()
+        .iter()
+        .filter(|event| event.kind == kind)
+        .count()
+}
+
 /// What a graph holds, with stable keys.
 pub(crate) fn statistics(baked: &Baked) -> Value {
     let graph = baked.graph.graph();
-    let count = |kind| {
-        graph
-            .events()
-            .iter()
-            .filter(|event| event.kind == kind)
-            .count()
-    };
     let mut value = json!({
         "joints": graph.skeleton().len(),
         "frame_rate": graph.frame_rate(),
@@ -148,8 +149,8 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "edges": graph.edges().len(),
         "transitions": graph.transitions(),
         "seconds_kept": graph.seconds_kept(),
-        "evasions": count(EventKind::Evasion),
-        "attacks": count(EventKind::Attack),
+        "evasions": count(graph, EventKind::Evasion),
+        "attacks": count(graph, EventKind::Attack),
         "body_spheres": baked.graph.body().spheres.len(),
         "map_bytes": baked.graph.atlas().pack().words.len() * 4,
         "evasion_within": {
@@ -175,13 +176,6 @@ pub(crate) fn describe(baked: &Baked) -> String {
         text.push_str(&text_line);
         text.push('\n');
     };
-    let count = |kind| {
-        graph
-            .events()
-            .iter()
-            .filter(|event| event.kind == kind)
-            .count()
-    };
     let kept = format!("{:.1} s of motion", graph.seconds_kept());
     line(match &baked.made {
         Some(made) => format!(
@@ -198,8 +192,8 @@ pub(crate) fn describe(baked: &Baked) -> String {
     ));
     line(format!(
         "{} evasions and {} attacks",
-        count(EventKind::Evasion),
-        count(EventKind::Attack)
+        count(graph, EventKind::Evasion),
+        count(graph, EventKind::Attack)
     ));
     let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
     line(format!(
