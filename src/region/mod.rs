@@ -17,6 +17,7 @@ mod retime;
 mod slab;
 mod sphere_key;
 mod strike;
+mod track;
 mod turn;
 
 pub use atlas::{AttackMaps, PackedAtlas, PackedMaps, RegionAtlas, RegionId, RegionMaps};
@@ -31,4 +32,5 @@ pub use retime::{Retimable, RetimeSettings, retimable_edges};
 pub use slab::{MapGrid, Slab};
 pub use sphere_key::SphereKey;
 pub use strike::{Strike, attack_spheres};
+pub use track::BodyTrack;
 pub use turn::MapTurn;
