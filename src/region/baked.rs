@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
 use super::{AttackMaps, Body, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike};
 use crate::anim::{EventKind, Skeleton};
@@ -27,6 +28,7 @@ pub struct BakedGraph {
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
     strikes: Vec<Strike>,
+    paths: PathTable,
     /// For each node the fewest frames at rate 1 until an evasion starts.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
@@ -42,7 +44,14 @@ impl BakedGraph {
         atlas: RegionAtlas,
         retimable: Vec<Retimable>,
         (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
+        paths: &PathSettings,
     ) -> Self {
+        let source = PathSource {
+            graph: &graph,
+            retimable: &retimable,
+            evasions: &evasions,
+        };
+        let paths = find_paths(source, paths);
         let (frames_to_evasion, reach) = (Vec::new(), 0.0);
         Self {
             graph,
@@ -51,6 +60,7 @@ impl BakedGraph {
             retimable,
             evasions,
             strikes,
+            paths,
             frames_to_evasion,
             reach,
         }
@@ -106,6 +116,12 @@ impl BakedGraph {
         })
     }
 
+    /// The ways from every node to an evasion.
+    #[must_use]
+    pub fn paths(&self) -> &PathTable {
+        &self.paths
+    }
+
     /// The evasion that an edge is, if it is one.
     #[must_use]
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
@@ -154,7 +170,7 @@ impl BakedGraph {
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn restored(self) -> Result<Self, String> {
+    pub fn restored(mut self) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -199,6 +215,9 @@ impl BakedGraph {
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        self.paths = self
+            .paths
+            .restored(&self.graph, &self.retimable, &self.evasions)?;
         Ok(self.derived())
     }
 
