@@ -144,6 +144,10 @@ impl PathTable {
         &self.paths[self.first[node.index()] as usize..self.first[node.index() + 1] as usize]
     }
 
+    pub(super) fn all(&self) -> &[NodePath] {
+        &self.paths
+    }
+
     /// The ids of [`PathTable::of`], in its order.
     #[must_use]
     pub fn ids(&self, node: NodeId) -> impl ExactSizeIterator<Item = PathId> + use<> {
