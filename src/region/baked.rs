@@ -4,10 +4,11 @@ use super::grid::{Grid, GridSettings, GridSource};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
 use super::{
-    AttackMaps, Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike,
+    AttackMaps, Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab,
+    Strike,
 };
 use crate::anim::{EventKind, Skeleton};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::math::Rigid2;
 
 /// An edge that avoids.
@@ -44,6 +45,15 @@ pub struct BakedGraph {
     /// No part of the body is further from the root.
     #[serde(skip)]
     reach: f32,
+    /// Radii of the body's spheres, padded.
+    #[serde(skip)]
+    radii: Vec<f32>,
+    /// For each region and slab.
+    #[serde(skip)]
+    evasion_texels: Vec<Vec<u32>>,
+    /// For each node the character's frame there, in the space of its clip.
+    #[serde(skip)]
+    placements: Vec<Rigid2>,
 }
 
 impl BakedGraph {
@@ -79,6 +89,9 @@ impl BakedGraph {
             tracks,
             frames_to_evasion,
             reach,
+            radii: Vec::new(),
+            evasion_texels: Vec::new(),
+            placements: Vec::new(),
         }
         .derived()
     }
@@ -167,6 +180,30 @@ impl BakedGraph {
         self.reach
     }
 
+    /// Texels of an evasion's region in a slab: what an attack there can cover at most.
+    #[must_use]
+    pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
+        let first = self.atlas.regions[region.index()].first_slab;
+        let texels = &self.evasion_texels[region.index()];
+        let index = slab.0.checked_sub(first.0).map(usize::try_from);
+        index
+            .and_then(Result::ok)
+            .and_then(|index| texels.get(index))
+            .map_or(0, |&texels| texels)
+    }
+
+    /// The radii of the body's spheres, padded as the rows of a [`BodyTrack`] are.
+    #[must_use]
+    pub fn radii_row(&self) -> &[f32] {
+        &self.radii
+    }
+
+    /// The character's frame (root on the ground, facing +Z) at a node, in the space of its clip.
+    #[must_use]
+    pub fn placement(&self, node: NodeId) -> Rigid2 {
+        self.placements[node.index()]
+    }
+
     /// The fewest frames at rate 1 from a node until an evasion starts; `None` where the graph has no evasion.
     #[must_use]
     pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
@@ -253,6 +290,12 @@ impl BakedGraph {
     fn derived(mut self) -> Self {
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        let texels =
+            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
+        self.evasion_texels = self.atlas.regions.iter().map(texels).collect();
+        self.radii = BodyTrack::radii(&self.body);
+        let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
+        self.placements = self.graph.nodes().iter().map(placement).collect();
         let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
         let track = |evasion: &Evasion| {
             let place = (evasion.edge, evasion.placement);

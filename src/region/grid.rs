@@ -48,6 +48,21 @@ impl CellColumn {
             .clamp(0, 63) as u32
     }
 
+    /// Its cells one by one.
+    pub fn cells(&self) -> impl Iterator<Item = Self> + use<> {
+        let Self { x, z, heights } = *self;
+        let bits = (0..64).map(|bit| 1 << bit);
+        bits.filter(move |bit| heights & bit != 0)
+            .map(move |heights| Self { x, z, heights })
+    }
+
+    /// The middle of its lowest cell, metres.
+    #[must_use]
+    pub fn middle(&self, cell: f32) -> Vec3 {
+        let height = self.heights.trailing_zeros() as i32 - Self::BELOW;
+        (Vec3::new(self.x as f32, height as f32, self.z as f32) + 0.5) * cell
+    }
+
     /// The heights that a sphere reaches in the column of cells `(x, z)`; none where it does not
     /// reach the column.
     fn reached(centre: Vec3, radius: f32, cell: f32, (x, z): (i32, i32)) -> u64 {
@@ -282,9 +297,9 @@ impl TouchedCells {
         self.columns.clear();
     }
 
-    /// Adds the cells that a sphere reaches, as far as they lie within `reach` (metres) of the
+    /// Adds the cells that a sphere (centre and radius, metres) reaches, as far as they lie within `reach` (metres) of the
     /// node's root along x and along z.
-    pub fn add(&mut self, centre: Vec3, radius: f32, cell: f32, reach: f32) {
+    pub fn add(&mut self, (centre, radius): (Vec3, f32), cell: f32, reach: f32) {
         if centre.x.abs() - radius > reach || centre.z.abs() - radius > reach {
             return;
         }
