@@ -1,7 +1,11 @@
 use serde::{Deserialize, Serialize};
 
+use super::grid::{Grid, GridSettings, GridSource};
+use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
-use super::{AttackMaps, Body, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike};
+use super::{
+    AttackMaps, Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike,
+};
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::Rigid2;
@@ -27,6 +31,13 @@ pub struct BakedGraph {
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
     strikes: Vec<Strike>,
+    paths: PathTable,
+    grid_settings: GridSettings,
+    #[serde(skip)]
+    grid: Grid,
+    /// By evasion.
+    #[serde(skip)]
+    tracks: Vec<BodyTrack>,
     /// For each node the fewest frames at rate 1 until an evasion starts.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
@@ -36,13 +47,24 @@ pub struct BakedGraph {
 }
 
 impl BakedGraph {
+    /// The body is known this long from each evasion's start on, or until its end, seconds.
+    pub const TRACK_SECONDS: f32 = 1.5;
+
     pub(super) fn new(
         graph: MotionGraph,
         body: Body,
         atlas: RegionAtlas,
         retimable: Vec<Retimable>,
         (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
+        (paths, grid_settings): (&PathSettings, GridSettings),
     ) -> Self {
+        let source = PathSource {
+            graph: &graph,
+            retimable: &retimable,
+            evasions: &evasions,
+        };
+        let paths = find_paths(source, paths);
+        let (grid, tracks) = (Grid::default(), Vec::new());
         let (frames_to_evasion, reach) = (Vec::new(), 0.0);
         Self {
             graph,
@@ -51,6 +73,10 @@ impl BakedGraph {
             retimable,
             evasions,
             strikes,
+            paths,
+            grid_settings,
+            grid,
+            tracks,
             frames_to_evasion,
             reach,
         }
@@ -106,6 +132,25 @@ impl BakedGraph {
         })
     }
 
+    /// The ways from every node to an evasion.
+    #[must_use]
+    pub fn paths(&self) -> &PathTable {
+        &self.paths
+    }
+
+    /// Those ways, by the cells of space that they take the body out of.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The body all through an evasion and beyond, by the evasion's position in
+    /// [`BakedGraph::evasions`].
+    #[must_use]
+    pub fn track(&self, evasion: usize) -> &BodyTrack {
+        &self.tracks[evasion]
+    }
+
     /// The evasion that an edge is, if it is one.
     #[must_use]
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
@@ -154,7 +199,7 @@ impl BakedGraph {
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn restored(self) -> Result<Self, String> {
+    pub fn restored(mut self) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -199,12 +244,30 @@ impl BakedGraph {
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        self.paths = self
+            .paths
+            .restored(&self.graph, &self.retimable, &self.evasions)?;
         Ok(self.derived())
     }
 
     fn derived(mut self) -> Self {
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
+        let track = |evasion: &Evasion| {
+            let place = (evasion.edge, evasion.placement);
+            let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
+            BodyTrack::along(&self.graph, &self.body, place, seconds)
+        };
+        self.tracks = self.evasions.iter().map(track).collect();
+        let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
+        let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
+        let source = GridSource {
+            body: &self.body,
+            evasions: evasions.collect(),
+            paths: &self.paths,
+        };
+        self.grid = Grid::new(&source, self.grid_settings);
         self
     }
 
