@@ -56,6 +56,7 @@ pub fn build(
     let under_threshold = transitions.len();
     let links = links::add(
         LinkSource {
+            clips: &clips,
             clouds: &clouds,
             events: &events,
             settings,

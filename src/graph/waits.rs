@@ -98,3 +98,62 @@ fn wait(frames: u16) -> u32 {
         u32::from(frames)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const CLIPS: [usize; 4] = [5, 1, 7, 4];
+
+    /// Bellman and Ford: every way again and again until nothing falls.
+    fn naive(moments: &Moments, jumps: &[Jump], start: u32, horizon: u32) -> Vec<u32> {
+        let mut waits = vec![u32::MAX; moments.len()];
+        waits[start as usize] = 0;
+        let steps = moments.goes_on().into_iter().enumerate();
+        let mut ways: Vec<Jump> = steps
+            .filter(|(_, goes_on)| *goes_on)
+            .map(|(moment, _)| Jump {
+                from: moment as u32,
+                to: moment as u32 + 1,
+                frames: 1,
+            })
+            .collect();
+        ways.extend(jumps);
+        for _ in 0..waits.len() {
+            for way in &ways {
+                let over = waits[way.to as usize].saturating_add(way.frames);
+                waits[way.from as usize] = waits[way.from as usize].min(over);
+            }
+        }
+        let far = |wait: &u32| if *wait > horizon { u32::MAX } else { *wait };
+        waits.iter().map(far).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn jumps_that_come_later_are_taken_in(
+            jumps in prop::collection::vec((0..17u32, 0..17u32, 1..6u32), 0..14),
+            (early, horizon) in (0usize..14, 0..15u32),
+            starts in [0..17u32, 0..17u32],
+        ) {
+            let moments = Moments::new(CLIPS.into_iter());
+            let jumps: Vec<Jump> =
+                jumps.into_iter().map(|(from, to, frames)| Jump { from, to, frames }).collect();
+            let early = early.min(jumps.len());
+            let mut waits = Waits::new(&moments, &jumps[..early], horizon);
+            for start in starts {
+                waits.add_goal(start, |_, _, _| {});
+            }
+            for jump in &jumps[early..] {
+                waits.add_jump(*jump, |_, old, new| assert!(new < old && new <= horizon));
+            }
+            for (evasion, start) in starts.into_iter().enumerate() {
+                let expected = naive(&moments, &jumps, start, horizon);
+                let found: Vec<u32> =
+                    (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+}

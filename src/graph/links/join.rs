@@ -89,7 +89,10 @@ fn unlinked(work: &Work<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
             } else {
                 open.contains(&event).then(|| why(event))?
             };
-            Some(UnlinkedEvent { event, obstacle })
+            Some(UnlinkedEvent {
+                event: found.describe(work.source.clips, work.source.settings.frame_rate),
+                obstacle,
+            })
         })
         .collect()
 }

@@ -25,10 +25,13 @@ use lengths::Lengths;
 
 use super::moments::{Jump, Moments};
 use super::{GraphEvent, GraphSettings, PointCloud, Transition};
+use crate::anim::Clip;
 
 /// What links are sought in.
 #[derive(Clone, Copy)]
 pub(super) struct LinkSource<'a> {
+    /// At the graph's frame rate.
+    pub(super) clips: &'a [Clip],
     /// Of each clip.
     pub(super) clouds: &'a [PointCloud],
     /// In frames of the clips; none overlap.
@@ -93,7 +96,7 @@ impl Work<'_> {
 
     /// How many links may be made.
     fn most(&self) -> usize {
-        let seconds = self.moments.len() as f64 / self.source.settings.frame_rate;
+        let seconds: f64 = self.source.clips.iter().map(Clip::duration).sum();
         (seconds * self.settings.most_per_second) as usize
     }
 

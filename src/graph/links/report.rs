@@ -32,10 +32,10 @@ pub struct GoalReport {
 }
 
 /// An event that is not in the graph.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnlinkedEvent {
-    /// Position in the list of events.
-    pub event: usize,
+    /// Its clip and seconds: `"duck.bvh 0.77-1.77"`.
+    pub event: String,
     /// Why.
     pub obstacle: LinkObstacle,
 }

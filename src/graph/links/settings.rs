@@ -5,12 +5,12 @@ use crate::graph::GraphError;
 /// Which links a graph gets for the sake of its events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkSettings {
-    /// What is to be reached, one after the other. Default: from 85% of the moments an evasion
-    /// within 1 s, from 97% within 1.5 s, from 80% three different ones within 1.5 s.
+    /// What is to be reached, one after the other. Default: an evasion within 1 s from 90% of the
+    /// moments and within 1.5 s from 97%; four different ones within 1 s from 80%.
     pub goals: Vec<LinkGoal>,
     /// Windows that lie further apart are not linked: root of the mean squared distance of joints,
     /// metres; times window / blend where the blend is shorter than the graph's window. Default
-    /// 0.30.
+    /// 0.35: strides of a walk come no closer to a guard, and only they need more than 0.25.
     pub loosest: f32,
     /// A link may end this long before the event's first frame, or start this long after its last,
     /// seconds. Default 0.25.
@@ -24,7 +24,8 @@ pub struct LinkSettings {
     pub spread: f64,
     /// A goal's link must help at least this long a stretch of moments, seconds. Default 0.1.
     pub least_gain: f64,
-    /// Most links for each second of clips. Default 10.
+    /// Most links for each second of clips; those that keep an event in the graph are counted but
+    /// always made. Default 10.
     pub most_per_second: f64,
 }
 
@@ -47,8 +48,8 @@ impl Default for LinkSettings {
             share,
         };
         Self {
-            goals: vec![goal(1.0, 1, 0.85), goal(1.5, 1, 0.97), goal(1.5, 3, 0.80)],
-            loosest: 0.30,
+            goals: vec![goal(1.0, 1, 0.90), goal(1.5, 1, 0.97), goal(1.0, 4, 0.80)],
+            loosest: 0.35,
             lead: 0.25,
             shortest: 1.0 / 6.0,
             longest: 0.5,
