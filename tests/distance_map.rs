@@ -7,8 +7,8 @@ mod common;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
-use sabaki::graph::distance::WindowPair;
-use sabaki::graph::{PointCloud, distance};
+use sabaki::graph::PointCloud;
+use sabaki::graph::distance::{DistanceMap, WindowPair, Windows};
 use sabaki::math::Rigid2;
 
 const WINDOW: usize = 10;
@@ -25,6 +25,11 @@ fn mean_square(a: &PointCloud, i: usize, b: &PointCloud, j: usize, moved: Rigid2
         }
     }
     sum / WINDOW as f64
+}
+
+fn for_each_row(a: &PointCloud, b: &PointCloud, row: impl FnMut(usize, &[f32])) {
+    let [a, b] = [a, b].map(|cloud| Windows::new(cloud, WINDOW));
+    DistanceMap::new(&a, &b).for_each_row(row);
 }
 
 fn pair<'a>(a: &'a PointCloud, i: usize, b: &'a PointCloud, j: usize) -> WindowPair<'a> {
@@ -49,7 +54,7 @@ fn every_pair_of_windows_equals_the_definition() {
     let weights = [1.0, 0.5, 0.2, 2.0, 0.3, 1.0, 1.0, 0.7, 1.4];
     let (a, b) = clouds((0.3, 2.2), &weights);
     let mut rows = 0;
-    distance::for_each_row(&a, &b, WINDOW, |i, row| {
+    for_each_row(&a, &b, |i, row| {
         assert_eq!((i, row.len()), (rows, b.frames() + 1 - WINDOW));
         rows += 1;
         for (j, &distance) in row.iter().enumerate() {
@@ -101,7 +106,7 @@ fn a_moved_and_turned_copy_has_no_distance() {
         PointCloud::new(&skeleton, &clip, &weights),
         PointCloud::new(&skeleton, &copy, &weights),
     );
-    distance::for_each_row(&a, &b, WINDOW, |i, row| {
+    for_each_row(&a, &b, |i, row| {
         assert!(row[i] < 1e-5, "window {i}: {}", row[i])
     });
     let back = pair(&a, 5, &b, 5).alignment() * moved;
@@ -113,10 +118,10 @@ fn clips_shorter_than_the_window_have_no_rows() {
     let skeleton = small_skeleton();
     let cloud =
         |frames| PointCloud::new(&skeleton, &swinging_clip(&skeleton, frames, 0.0), &[1.0; 9]);
-    distance::for_each_row(&cloud(9), &cloud(20), WINDOW, |_, _| {
+    for_each_row(&cloud(9), &cloud(20), |_, _| {
         panic!("a row of a clip without windows")
     });
-    distance::for_each_row(&cloud(20), &cloud(9), WINDOW, |_, _| {
+    for_each_row(&cloud(20), &cloud(9), |_, _| {
         panic!("a row without windows")
     });
 }
