@@ -41,28 +41,36 @@ pub(super) fn products<const R: usize, const L: usize>(
     sums
 }
 
-/// Adds `row` to `sums`, value by value.
+/// Adds `row` to `sums`, value by value, as far as both go.
 #[inline(always)]
-pub(super) fn add(sums: &mut [f32], row: &[f32]) {
+pub(super) fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
     for (sum, value) in sums.iter_mut().zip(row) {
-        *sum += value;
+        *sum += (*value).into();
+    }
+}
+
+/// Writes `row` over `sums`, value by value, as far as both go.
+#[inline(always)]
+pub(super) fn copy(sums: &mut [f64], row: &[f32]) {
+    for (sum, value) in sums.iter_mut().zip(row) {
+        *sum = f64::from(*value);
     }
 }
 
 /// A window of the first cloud against all windows of the second.
 pub(super) struct WindowRow<'a> {
     /// 1 over the frames of a window.
-    pub(super) scale: f32,
+    pub(super) scale: f64,
     /// Ground mean and spread of the first cloud's window.
-    pub(super) mean: [f32; 2],
-    pub(super) spread: f32,
+    pub(super) mean: [f64; 2],
+    pub(super) spread: f64,
     /// Of the second cloud's windows.
-    pub(super) x: &'a [f32],
-    pub(super) z: &'a [f32],
-    pub(super) spreads: &'a [f32],
+    pub(super) x: &'a [f64],
+    pub(super) z: &'a [f64],
+    pub(super) spreads: &'a [f64],
     /// The sums of pairs of frames over the earlier and the later part of the windows.
-    pub(super) early: [&'a [f32]; SUMS],
-    pub(super) late: [&'a [f32]; SUMS],
+    pub(super) early: [&'a [f64]; SUMS],
+    pub(super) late: [&'a [f64]; SUMS],
 }
 
 impl WindowRow<'_> {
@@ -80,9 +88,10 @@ impl WindowRow<'_> {
             let heights = scale * (heights0[j] + heights1[j]);
             let dot = scale * (dot0[j] + dot1[j]) - (ax * x[j] + az * z[j]);
             let cross = scale * (cross0[j] + cross1[j]) - (ax * z[j] - az * x[j]);
-            let turned = (dot * dot + cross * cross).sqrt();
-            let squared = (self.spread + spreads[j] - 2.0 * heights) - 2.0 * turned;
-            out[j] = squared.max(0.0);
+            // What cancels has done so: an f32's root is close enough, and quick.
+            let turned = ((dot * dot + cross * cross) as f32).sqrt();
+            let still = (self.spread + spreads[j] - 2.0 * heights) as f32;
+            out[j] = (still - 2.0 * turned).max(0.0);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A window's sums run along a diagonal. The rows of frame pairs are cut into blocks as long as a
 //! window, so that a window ends in one block and starts in it or in the one before: its sum is
 //! that of the earlier block from some row on, plus that of the later block up to some row. Both
-//! run up by one addition a row, nothing is ever taken off again, and so no rounding piles up
+//! run up by one addition a row, in f64; nothing is ever taken off again, and so no rounding piles up
 //! however long a clip is. (The sliding maximum of van Herk, 1992, and Gil & Werman, 1993, for sums.)
 
 use std::ops::Range;
@@ -89,19 +89,19 @@ impl<'a> DistanceMap<'a> {
 /// Rows of sums over frame pairs: heights, dot, cross. Row `phase` of a block has the pair with
 /// frame `column` of `b` at `column + window - 1 - phase`, so that pairs on one diagonal have one
 /// place; the rest is 0 or unused.
-struct Block {
+struct Block<T> {
     length: usize,
-    sums: [Vec<f32>; SUMS],
+    sums: [Vec<T>; SUMS],
 }
 
-impl Block {
+impl<T: Copy + Default> Block<T> {
     fn new(rows: usize, length: usize) -> Self {
-        let sums = [0; SUMS].map(|_| vec![0.0; rows * length]);
+        let sums = [0; SUMS].map(|_| vec![T::default(); rows * length]);
         Self { length, sums }
     }
 
     #[inline(always)]
-    fn row(&self, sum: usize, phase: usize) -> &[f32] {
+    fn row(&self, sum: usize, phase: usize) -> &[T] {
         &self.sums[sum][phase * self.length..(phase + 1) * self.length]
     }
 }
@@ -111,13 +111,13 @@ struct Sums<'a> {
     a: &'a Windows,
     b: &'a Windows,
     /// Of the block's rows alone.
-    block: Block,
+    block: Block<f32>,
     /// Of the block before: each row's sums with those of all rows after it.
-    before: Block,
+    before: Block<f64>,
     /// Of the block's rows so far.
-    so_far: Block,
+    so_far: Block<f64>,
     /// The part in the block before of windows that need none of it.
-    nothing: Vec<f32>,
+    nothing: Vec<f64>,
 }
 
 impl<'a> Sums<'a> {
@@ -181,7 +181,7 @@ impl<'a> Sums<'a> {
             let so_far = &mut self.so_far.sums[sum][written.clone()];
             let row = &self.block.row(sum, phase)[written.clone()];
             if phase == 0 {
-                so_far.copy_from_slice(row);
+                kernel::copy(so_far, row);
             } else {
                 kernel::add(so_far, row);
             }
@@ -202,7 +202,7 @@ impl<'a> Sums<'a> {
             _ => &self.nothing[..],
         });
         WindowRow {
-            scale: 1.0 / window as f32,
+            scale: 1.0 / window as f64,
             mean: [self.a.x[start], self.a.z[start]],
             spread: self.a.spread[start],
             x: &self.b.x,
@@ -217,16 +217,18 @@ impl<'a> Sums<'a> {
     /// Makes the block the one before the next.
     #[inline(always)]
     fn next_block(&mut self) {
-        std::mem::swap(&mut self.block, &mut self.before);
         let (window, length) = (self.a.window(), self.before.length);
-        for phase in (0..window - 1).rev() {
+        for phase in (0..window).rev() {
             let written = self.written(phase);
-            // The last pair has no other after it.
-            let both = written.start..written.end - 1;
-            for sums in &mut self.before.sums {
-                let (rows, after) = sums.split_at_mut((phase + 1) * length);
-                let row = &mut rows[phase * length..];
-                kernel::add(&mut row[both.clone()], &after[both.clone()]);
+            for sum in 0..SUMS {
+                let row = &self.block.row(sum, phase)[written.clone()];
+                let (rows, after) = self.before.sums[sum].split_at_mut((phase + 1) * length);
+                let out = &mut rows[phase * length..][written.clone()];
+                kernel::copy(out, row);
+                // The last pair has no other after it, and the last row no row.
+                if let Some(after) = after.get(written.start..written.end - 1) {
+                    kernel::add(out, after);
+                }
             }
         }
     }

@@ -40,9 +40,9 @@ pub struct Windows {
     /// `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
     tiles: Vec<[[f32; TILE]; 3]>,
     /// Of each window: ground mean and spread.
-    pub(super) x: Vec<f32>,
-    pub(super) z: Vec<f32>,
-    pub(super) spread: Vec<f32>,
+    pub(super) x: Vec<f64>,
+    pub(super) z: Vec<f64>,
+    pub(super) spread: Vec<f64>,
 }
 
 impl Windows {
@@ -90,9 +90,9 @@ impl Windows {
                 z: mean(frames, |s| s.z),
                 squares: mean(frames, |s| s.squares),
             };
-            windows.x.push(mean.x as f32);
-            windows.z.push(mean.z as f32);
-            windows.spread.push(mean.spread() as f32);
+            windows.x.push(mean.x);
+            windows.z.push(mean.z);
+            windows.spread.push(mean.spread());
         }
         windows
     }
