@@ -93,7 +93,7 @@ impl<'a> Prepared<'a> {
         let covered = overlap.map_or(0, |overlap| overlap.evasion);
         let weights = &self.query.settings.weights;
         Score::new(
-            self.region_texels(candidate),
+            self.region_texels(index),
             covered,
             metres,
             candidate.rate.rate,
@@ -102,16 +102,17 @@ impl<'a> Prepared<'a> {
     }
 
     /// Texels of a candidate's evasion region in the slabs that the attack touches.
-    fn region_texels(&self, candidate: &Candidate) -> u32 {
-        let Some(evasion) = candidate.path.evasion else {
+    fn region_texels(&self, index: usize) -> u32 {
+        let Some(candidate) = self.maps.candidates.get(index) else {
             return 0;
         };
-        let region = self.query.baked.evasions()[evasion].region;
-        let maps = |slab: Slab| self.query.baked.atlas().maps(region, slab);
+        let maps = |slab: Slab| self.query.baked.atlas().maps(candidate.region, slab);
         self.maps
             .attack
+            .layers
             .iter()
-            .filter_map(|attack| maps(attack.slab))
+            .filter(|layer| layer.clock == candidate.clock && !layer.inner.is_empty())
+            .filter_map(|layer| maps(layer.slab))
             .map(|maps| maps.evasion.count())
             .sum()
     }

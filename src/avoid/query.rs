@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::enumerate::{
     EnumerateSettings, FoundPath, SearchReport, cell, paths_to_evasions, plain_paths,
 };
-use super::placement::{CullMaps, PlacedRegion, cull_maps};
+use super::placement::{CullMaps, PlacedRegion, Scene};
 use super::prepared::Candidate;
 use super::retime::{Direction, Rate, RateError, RateSettings, rate};
 use super::score::Weights;
@@ -100,17 +100,40 @@ impl<'a> Query<'a> {
         let graph = self.baked.graph();
         let start = graph.node(playhead.next_node(graph));
         let path_start = graph.placement(start.clip, start.frame);
+        let available = attack.start() - playhead.seconds_to_next_node(graph);
+        let mut clocks: Vec<f32> = Vec::new();
+        let mut clock = |candidate: &Candidate| {
+            // Retimed, the evasion starts just with the attack.
+            let late = match candidate.rate.direction {
+                Direction::Unchanged => candidate.path.durations.total - available,
+                _ => 0.0,
+            };
+            let alike = |other: &f32| (other - late).abs() <= 1e-5;
+            clocks.iter().position(alike).unwrap_or_else(|| {
+                clocks.push(late);
+                clocks.len() - 1
+            }) as u32
+        };
         let placed = candidates.iter().filter_map(|candidate| {
             let evasion = &self.baked.evasions()[candidate.path.evasion?];
             let placement = path_start.inverse() * candidate.path.to_start * evasion.placement;
             Some(PlacedRegion {
                 region: evasion.region,
                 placement,
+                clock: clock(candidate),
             })
         });
         let placed: Vec<PlacedRegion> = placed.collect();
         let to_path_start = (playhead.next_clip_to_world(graph) * path_start).inverse();
-        cull_maps(self.baked.atlas(), &attack.placed(to_path_start), &placed)
+        let mut maps = CullMaps::default();
+        maps.fill(&Scene {
+            atlas: self.baked.atlas(),
+            attack: &attack.placed(to_path_start),
+            clocks: &clocks,
+            placed: &placed,
+            reach: self.baked.reach(),
+        });
+        maps
     }
 
     /// Of candidates that perform the same evasion at nearly the same place the one whose rate is

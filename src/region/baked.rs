@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
-use super::{AttackMaps, Body, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike};
+use super::{Body, MovingSphere, RegionAtlas, RegionId, Retimable, Strike};
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::Rigid2;
@@ -195,26 +195,18 @@ impl BakedGraph {
                 "an evasion names an edge that is none, or maps that are not there",
             ),
             (
-                strikes_fit && self.atlas.attacks.len() == self.strikes.len(),
+                strikes_fit && self.atlas.attacks().len() == self.strikes.len(),
                 "an attack names an edge that is none, or has no maps",
             ),
             (
                 self.body.is_sound(self.graph.skeleton()),
                 "a body sphere is not sound",
             ),
-            (
-                self.atlas.grid.is_sound(),
-                "the maps' texels or slabs have no possible size",
-            ),
-            (
-                self.atlas.regions.iter().all(RegionMaps::is_sound)
-                    && self.atlas.attacks.iter().all(AttackMaps::is_sound),
-                "a map's words do not fit its rectangle",
-            ),
         ];
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        self.atlas.check().map_err(str::to_owned)?;
         self.paths = self
             .paths
             .restored(&self.graph, &self.retimable, &self.evasions)?;
@@ -229,7 +221,7 @@ impl BakedGraph {
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {
         self.event_fits(evasion.edge, EventKind::Evasion, evasion.placement)
-            && evasion.region.index() < self.atlas.regions.len()
+            && evasion.region.index() < self.atlas.regions().len()
     }
 
     fn event_fits(&self, edge: EdgeId, kind: EventKind, placement: Rigid2) -> bool {

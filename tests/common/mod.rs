@@ -7,6 +7,7 @@ pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod maps;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
