@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use common::baked::embedded_graph;
 use sabaki::avoid::cull::cpu::Culler;
-use sabaki::avoid::{Judging, Query, QuerySettings};
+use sabaki::avoid::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
 use sabaki::io::{ReadOptions, read_clips};
@@ -39,17 +39,22 @@ struct Tally {
 }
 
 fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
-    let settings = QuerySettings::default();
+    let settings = QuerySettings {
+        enumerate: Enumerate::Whole,
+        ..QuerySettings::default()
+    };
     let (mut culler, mut overlaps) = (Culler::default(), Vec::new());
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let mut tally = Tally::default();
     for index in 0..attacks {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
-        let prepared = Query::new(baked, &settings).prepare(throw.playhead, &throw.attack);
+        let prepared =
+            Query::new(baked, &settings).prepare(throw.playhead, &throw.attack, &mut context);
         culler.count(&prepared.cull_input(), &mut overlaps);
         let open: Vec<bool> = (prepared.cull_input().candidates.iter())
             .map(|candidate| candidate.open)
             .collect();
-        let answer = prepared.decide(&overlaps, Judging::All);
+        let _ = prepared.decide(&overlaps, Judging::All, &mut answer);
         for (index, (overlap, open)) in overlaps.iter().zip(open).enumerate() {
             let clean = answer.candidates[index].clearance.unwrap().metres >= 0.0;
             let (removed, proven) = (overlap.body > 0, overlap.outer == 0 && !open);

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use super::Attack;
 use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
 use crate::math::Rigid2;
-use crate::region::{CLOCK_ERROR, MapRect, MapTurn, RegionAtlas, RegionId, SphereKey};
+use crate::region::{CLOCK_ERROR, MapRect, MapTurn, RegionAtlas, RegionId, Slab, SphereKey};
 
 /// An evasion where a candidate performs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +42,26 @@ pub(super) struct CullMaps {
     scratch: Steps,
 }
 
+/// Which clock has this offset, seconds from the attack's start to an evasion's; a new one where
+/// none has. Single precision keeps such times no better than they are merged here.
+pub(super) fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
+    const ALIKE: f32 = 1e-5;
+    let alike = |other: &f32| (other - offset).abs() <= ALIKE;
+    let found = clocks.iter().position(alike);
+    found.unwrap_or_else(|| {
+        clocks.push(offset);
+        clocks.len() - 1
+    }) as u32
+}
+
 impl CullMaps {
+    /// The slabs that the attack touches, by one clock.
+    pub(super) fn slabs(&self, clock: u32) -> impl Iterator<Item = Slab> + '_ {
+        let layers = self.attack.layers.iter();
+        let touched = layers.filter(move |layer| layer.clock == clock && !layer.inner.is_empty());
+        touched.map(|layer| layer.slab)
+    }
+
     /// Draws the attack where the maps of the placed evasions may meet it.
     pub(super) fn fill(&mut self, scene: &Scene<'_>) {
         let grid = scene.atlas.grid();

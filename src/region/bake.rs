@@ -12,8 +12,8 @@ use super::gather::{Gathering, Kind, Member};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    BakedGraph, BitMap, Body, Drawing, Evasion, MapGrid, MapRect, PathSettings, RegionAtlas,
-    RegionId, RetimeSettings, Strike,
+    BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect, PathSettings,
+    RegionAtlas, RegionId, RetimeSettings, Strike,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
@@ -28,6 +28,8 @@ pub struct BakeSettings {
     pub retime: RetimeSettings,
     /// How far ways to evasions are followed.
     pub paths: PathSettings,
+    /// The cells that those are filed in.
+    pub grid: GridSettings,
     /// The body's spheres; from the bones where there are none.
     pub body: Option<Body>,
     /// Threads for the maps; 0 for as many as the machine has. The maps are the same for any number.
@@ -275,7 +277,7 @@ impl Baker {
             atlas,
             retimable,
             (evasions, strikes),
-            &self.settings.paths,
+            (&self.settings.paths, self.settings.grid),
         ))
     }
 }

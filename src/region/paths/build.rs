@@ -211,7 +211,8 @@ impl<'a> Layers<'a> {
             0 => -1,
             some => i32::from(some / fifth),
         };
-        let [x, z, heading] = alike_cell(path.placement, self.settings);
+        let [x, z, heading] =
+            path.alike_cell(self.settings.alike_distance, self.settings.alike_angle);
         let evasion = path.evasion as i32;
         [
             evasion,
@@ -234,18 +235,6 @@ fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
 
 /// What a transition costs beside its distance, metres: fewer are better.
 const TRANSITION_COST: f32 = 0.02;
-
-/// Where a placement lies in the grid whose cells hold what is alike.
-pub(super) fn alike_cell(placement: Rigid2, settings: &PathSettings) -> [i32; 3] {
-    /// With no side at all everything would be infinitely far, and so all in one cell.
-    const SHORTEST: f32 = 1e-3;
-    let cell = |value: f32, side: f32| (value / side.max(SHORTEST)).floor() as i32;
-    [
-        cell(placement.x, settings.alike_distance),
-        cell(placement.z, settings.alike_distance),
-        cell(placement.heading(), settings.alike_angle),
-    ]
-}
 
 /// For each edge the character's frame at its end in that at its start.
 pub(super) fn steps(graph: &MotionGraph) -> Vec<Rigid2> {

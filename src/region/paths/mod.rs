@@ -62,7 +62,7 @@ pub struct PathReport {
 }
 
 /// A path in the [`PathTable`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PathId(pub u32);
 
 /// A path from a node to an evasion's start.
@@ -95,6 +95,19 @@ impl NodePath {
             slower: 0,
             placement: Rigid2::IDENTITY,
         }
+    }
+
+    /// Where its evasion starts, in the grid whose cells hold what is alike: x, z and heading.
+    #[must_use]
+    pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
+        /// With no side at all everything would be infinitely far, and so all in one cell.
+        const SHORTEST: f32 = 1e-3;
+        let cell = |value: f32, side: f32| (value / side.max(SHORTEST)).floor() as i32;
+        [
+            cell(self.placement.x, distance),
+            cell(self.placement.z, distance),
+            cell(self.placement.heading(), angle),
+        ]
     }
 
     /// This path with an edge before it, of so many frames, that takes the character a `step` on;
@@ -142,6 +155,10 @@ impl PathTable {
     #[must_use]
     pub fn of(&self, node: NodeId) -> &[NodePath] {
         &self.paths[self.first[node.index()] as usize..self.first[node.index() + 1] as usize]
+    }
+
+    pub(super) fn all(&self) -> &[NodePath] {
+        &self.paths
     }
 
     /// The ids of [`PathTable::of`], in its order.
