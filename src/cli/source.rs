@@ -10,7 +10,6 @@ use sabaki::io;
 use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
-use super::culling::{self, Device};
 use super::{Failure, output};
 
 /// Clips and how to make a graph of them.
@@ -41,12 +40,11 @@ pub(crate) struct Baked {
 pub(crate) struct Made {
     pub(crate) report: BuildReport,
     pub(crate) seconds: f64,
-    pub(crate) drawn_by: &'static str,
     pub(crate) warnings: Vec<String>,
 }
 
 /// Bakes the clips of `args`.
-pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, Failure> {
+pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let started = Instant::now();
     let options = io::ReadOptions { scale: args.scale };
     let set = io::read_clips(&args.clips, args.events.as_deref(), &options)?;
@@ -55,7 +53,7 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
         clips: &set.clips,
         events: &set.events,
     };
-    let baked = bake(source, args.threshold, device, started);
+    let baked = bake(source, args.threshold, started);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
         [] => failure,
@@ -73,7 +71,7 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
 }
 
 /// Bakes the embedded motions.
-pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
+pub(crate) fn embedded() -> Result<Baked, Failure> {
     let started = Instant::now();
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
     let source = ClipSource {
@@ -81,7 +79,7 @@ pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
         clips: &motions.clips,
         events: &motions.events,
     };
-    bake(source, GraphSettings::default().threshold, device, started)
+    bake(source, GraphSettings::default().threshold, started)
 }
 
 /// Reads a baked file.
@@ -92,12 +90,7 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
     })
 }
 
-fn bake(
-    source: ClipSource<'_>,
-    threshold: f32,
-    device: &mut Device,
-    started: Instant,
-) -> Result<Baked, Failure> {
+fn bake(source: ClipSource<'_>, threshold: f32, started: Instant) -> Result<Baked, Failure> {
     let bar = output::progress("baking", 3);
     bar.tick();
     let settings = GraphSettings {
@@ -107,7 +100,7 @@ fn bake(
     let (graph, report) = graph::build(source, &settings)?;
     bar.inc(1);
     let baker = Baker::new(graph, BakeSettings::default())?;
-    let (maps, drawn_by) = culling::draw(&baker, device)?;
+    let maps = baker.draw_on_cpu();
     bar.inc(1);
     let graph = baker.finish(maps)?;
     bar.finish_and_clear();
@@ -124,7 +117,6 @@ fn bake(
         made: Some(Made {
             report,
             seconds: started.elapsed().as_secs_f64(),
-            drawn_by,
             warnings,
         }),
     })
@@ -152,7 +144,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "evasions": count(graph, EventKind::Evasion),
         "attacks": count(graph, EventKind::Attack),
         "body_spheres": baked.graph.body().spheres.len(),
-        "map_bytes": baked.graph.atlas().pack().words.len() * 4,
+        "map_bytes": baked.graph.atlas().bytes(),
         "evasion_within": {
             "0.5": baked.graph.responsive_share(0.5),
             "1.0": baked.graph.responsive_share(1.0),
@@ -161,7 +153,6 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
     });
     if let Some(made) = &baked.made {
         value["build_seconds"] = json!(made.seconds);
-        value["maps_drawn_by"] = json!(made.drawn_by);
         value["report"] = json!(made.report);
         value["warnings"] = json!(made.warnings);
     }
@@ -215,8 +206,9 @@ pub(crate) fn describe(baked: &Baked) -> String {
             line(format!("dropped event: {event}"));
         }
         line(format!(
-            "baked in {:.2} s, maps drawn by {}",
-            made.seconds, made.drawn_by
+            "baked in {:.2} s; {:.1} MB of maps",
+            made.seconds,
+            baked.graph.atlas().bytes() as f64 * 1e-6
         ));
         made.warnings
             .iter()
