@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::component::largest_component;
 use super::minima::{self, MinimaSettings, Minimum};
 use super::{
-    BuildReport, ClipId, Edge, EdgeMotion, EventId, GraphError, GraphEvent, GraphSettings,
+    BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, distance,
 };
 use crate::anim::{Clip, Event, Skeleton};
@@ -66,6 +66,7 @@ pub fn build(
         seconds: source.clips.iter().map(Clip::duration).sum(),
         threshold: settings.threshold,
     })?;
+    let graph = graph.with_feet(&settings.feet);
     let report = BuildReport::new(
         source,
         (&full, &graph),
@@ -260,6 +261,7 @@ impl Parts<'_> {
             nodes,
             edges,
             first_edge: Vec::new(),
+            feet: Feet::default(),
         })
     }
 

@@ -4,7 +4,7 @@
 //! with the most motion in it, not the one with the most nodes.
 
 use super::build::with_index;
-use super::{Edge, EdgeMotion, EventId, MotionGraph, NodeId, prune};
+use super::{Edge, EdgeMotion, EventId, Feet, MotionGraph, NodeId, prune};
 
 /// The strongly connected component with the most motion in it; `None` where none has an edge.
 pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
@@ -73,5 +73,6 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         nodes,
         edges,
         first_edge: Vec::new(),
+        feet: Feet::default(),
     }))
 }

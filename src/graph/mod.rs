@@ -9,11 +9,13 @@ mod cloud;
 mod component;
 pub mod distance;
 mod error;
+mod feet;
 mod minima;
 mod motion;
 mod motion_graph;
 mod prune;
 mod report;
+mod sample;
 mod settings;
 mod transition;
 mod validate;
@@ -21,6 +23,7 @@ mod validate;
 pub use build::{ClipSource, build};
 pub use cloud::PointCloud;
 pub use error::GraphError;
+pub use feet::{Feet, FeetSettings, FootSlide, LegBlend, Plant};
 pub use motion::{Motion, Playhead, Step};
 pub use motion_graph::{
     ClipId, Edge, EdgeId, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
