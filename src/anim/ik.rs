@@ -122,3 +122,134 @@ fn knee_axis(thigh: Vec3, shin: Vec3, forward: Vec3) -> Vec3 {
     let guess = by_foot.normalize_or(thigh.any_orthogonal_vector().normalize_or(Vec3::X));
     (bent + guess * (STRAIGHT * thigh.length() * shin.length())).normalize_or(guess)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Joint, JointKind, forward_kinematics};
+    use proptest::prelude::*;
+
+    const BONES: [f32; 2] = [0.43, 0.40];
+
+    fn skeleton() -> Skeleton {
+        let joint = |(name, parent, offset): (&str, Option<u16>, Vec3)| Joint {
+            name: name.into(),
+            parent: parent.map(JointId),
+            offset,
+            kind: JointKind::Moving,
+        };
+        let joints = [
+            ("Hips", None, Vec3::ZERO),
+            ("LeftUpLeg", Some(0), Vec3::new(0.1, -0.05, 0.0)),
+            ("LeftUpLegTwist", Some(1), Vec3::NEG_Y * 0.2),
+            ("LeftLeg", Some(2), Vec3::NEG_Y * (BONES[0] - 0.2)),
+            ("LeftFoot", Some(3), Vec3::NEG_Y * BONES[1]),
+            ("LeftToe", Some(4), Vec3::new(0.0, -0.05, 0.15)),
+        ];
+        Skeleton::new(joints.map(joint).to_vec()).unwrap()
+    }
+
+    fn turn() -> impl Strategy<Value = Quat> {
+        prop::array::uniform3(-3.0f32..3.0).prop_map(|v| Quat::from_scaled_axis(Vec3::from(v)))
+    }
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        let place = prop::array::uniform3(-2.0f32..2.0).prop_map(Vec3::from);
+        // The knee bends, the rest turns as it likes.
+        let rotations = (turn(), turn(), -0.5f32..0.5, 0.0f32..2.6, turn());
+        (place, rotations).prop_map(|(root, (hips, hip, twist, knee, foot))| Pose {
+            root,
+            rotations: vec![
+                hips,
+                hip,
+                Quat::from_rotation_y(twist),
+                Quat::from_rotation_x(knee),
+                foot,
+                Quat::IDENTITY,
+            ],
+            translations: Vec::new(),
+        })
+    }
+
+    fn joints(pose: &Pose) -> Vec<JointTransform> {
+        let mut joints = Vec::new();
+        forward_kinematics(&skeleton(), pose, &mut joints);
+        joints
+    }
+
+    proptest! {
+        #[test]
+        fn the_foot_comes_where_it_should_or_as_near_as_the_leg_goes(
+            pose in pose(), away in prop::array::uniform3(-0.9f32..0.9), foot in turn(),
+        ) {
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let leg = Leg::all(&skeleton)[0];
+            let hip = before[1].translation;
+            let wanted = JointTransform { rotation: foot, translation: hip + Vec3::from(away) };
+            let mut bent = pose.clone();
+            let missed = reach(&skeleton, &mut bent, &leg, wanted).missed;
+            let after = joints(&bent);
+            let [knee, ankle] = [3, 4].map(|joint| after[joint].translation);
+            prop_assert!((hip.distance(knee) - BONES[0]).abs() < 1e-5);
+            prop_assert!((knee.distance(ankle) - BONES[1]).abs() < 1e-5);
+            prop_assert!((ankle.distance(wanted.translation) - missed).abs() < 2e-3, "{} {missed}", ankle.distance(wanted.translation));
+            prop_assert!(after[4].rotation.angle_between(foot) < 3e-3);
+            // What it can reach without losing its bend it does reach, and no leg tears.
+            let (now, far) = (hip.distance(before[4].translation), Vec3::from(away).length());
+            let free = now + FREELY * (BONES[0] + BONES[1] - now);
+            if far < free && far > 0.05 {
+                prop_assert!(missed < 1e-5, "{missed} at {far} of {free}");
+            }
+            prop_assert!(hip.distance(ankle) < BONES[0] + BONES[1] + 1e-5);
+            // Nothing else moves.
+            for joint in [0, 2, 5] {
+                prop_assert_eq!(bent.rotations[joint], pose.rotations[joint]);
+            }
+            prop_assert_eq!(bent.root, pose.root);
+        }
+
+        #[test]
+        fn a_foot_that_is_there_stays_and_so_does_the_knee(pose in pose()) {
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let mut same = pose.clone();
+            let leg = Leg::all(&skeleton)[0];
+            prop_assert!(reach(&skeleton, &mut same, &leg, before[4]).missed < 1e-5);
+            // Of a leg that is all but straight, the knee says little about its angle.
+            for (a, b) in joints(&same).iter().zip(&before) {
+                prop_assert!(a.translation.distance(b.translation) < 1e-3);
+            }
+        }
+
+        #[test]
+        fn the_knee_stays_in_its_plane(pose in pose(), nearer in 0.3f32..0.95) {
+            // Pulled straight towards the hip, the leg has no reason to turn.
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let [hip, knee, ankle] = [1, 3, 4].map(|joint| before[joint].translation);
+            let normal = (knee - hip).cross(ankle - hip);
+            prop_assume!(normal.length() > 0.02);
+            let mut bent = pose.clone();
+            let wanted = JointTransform { translation: hip.lerp(ankle, nearer), ..before[4] };
+            reach(&skeleton, &mut bent, &Leg::all(&skeleton)[0], wanted);
+            let moved = joints(&bent)[3].translation - hip;
+            prop_assert!(moved.dot(normal.normalize()).abs() < 5e-3);
+            prop_assert!(moved.dot(knee - hip - (knee - hip).project_onto(ankle - hip)) > 0.0, "it bends the same way");
+        }
+    }
+
+    #[test]
+    fn beyond_its_reach_a_leg_slows_down_before_it_is_straight() {
+        let (now, full) = (0.7, BONES[0] + BONES[1]);
+        let at = |wanted: f32| soft_distance(wanted, now, BONES);
+        let mut before = at(0.1);
+        for step in 1..2000 {
+            let wanted = 0.1 + step as f32 * 1e-3;
+            let distance = at(wanted);
+            assert!(distance >= before && distance - before < 1.01e-3 && distance <= full);
+            if wanted < now + FREELY * (full - now) {
+                assert_eq!(distance, wanted);
+            }
+            before = distance;
+        }
+        assert!(full - before < 1e-3);
+    }
+}

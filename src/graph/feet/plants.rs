@@ -34,19 +34,29 @@ fn find(
     settings: &FeetSettings,
 ) -> Vec<Vec<Plant>> {
     let tracks = tracks(skeleton, clip, legs);
-    // Feet stand on one ground, even where one of them never does.
-    let grounds = [0, 1].map(|point| {
-        let of = |track: &[Vec<Vec3>; 2]| ground(&track[point]);
-        tracks.iter().map(of).fold(f32::INFINITY, f32::min)
+    let grounds: Vec<[f32; 2]> = tracks
+        .iter()
+        .map(|track| [0, 1].map(|point| ground(&track[point])))
+        .collect();
+    let lowest = [0, 1].map(|point| {
+        let of = grounds.iter().map(|ground| ground[point]);
+        of.fold(f32::INFINITY, f32::min)
     });
-    let plants = |(leg, track): (&Leg, &[Vec<Vec3>; 2])| {
+    let plants = |(leg, (track, ground)): (&Leg, (&[Vec<Vec3>; 2], &[f32; 2]))| {
         let limits = Limits::new(skeleton, clip, leg, settings);
-        let points = [0, 1].map(|point| limits.standing(&track[point], grounds[point]));
+        let points = [0, 1].map(|point| {
+            // A little above the other foot's is calibration; more, and this foot is never down.
+            let ground = ground[point].min(lowest[point] + limits.low);
+            limits.standing(&track[point], ground)
+        });
         let stands = |frame: usize| points[0][frame].max(points[1][frame]);
         let states: Vec<Standing> = (0..clip.frames()).map(stands).collect();
         limits.plants(&states)
     };
-    legs.iter().zip(&tracks).map(plants).collect()
+    legs.iter()
+        .zip(tracks.iter().zip(&grounds))
+        .map(plants)
+        .collect()
 }
 
 /// For each leg the places of its ankle and of its toe, frame by frame.
