@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{FeetSettings, GraphError};
+use super::{FeetSettings, GraphError, LinkSettings};
 
 /// How a graph is built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,9 @@ pub struct GraphSettings {
     pub joint_weights: Vec<f32>,
     /// What counts as a planted foot, and whether transitions keep it from sliding.
     pub feet: FeetSettings,
+    /// Links for the sake of events: looser transitions where they bring evasions near. `None` for
+    /// a graph of the transitions under `threshold` alone.
+    pub links: Option<LinkSettings>,
     /// Threads for the distance maps; 0 for as many as the machine has. The graph is the same for
     /// any number.
     pub threads: usize,
@@ -33,6 +36,7 @@ impl Default for GraphSettings {
             separation: 1.0 / 3.0,
             joint_weights: Vec::new(),
             feet: FeetSettings::default(),
+            links: Some(LinkSettings::default()),
             threads: 0,
         }
     }
@@ -69,6 +73,7 @@ impl GraphSettings {
                 return Err(GraphError::Setting { name, value, range });
             }
         }
+        self.links.as_ref().map_or(Ok(()), LinkSettings::check)?;
         if self.joint_weights.is_empty() {
             return Ok(vec![1.0; joints]);
         }

@@ -10,8 +10,8 @@ use super::drawings::{self, SlabDrawings};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, MapGrid, MapRect, RegionAtlas,
-    RegionId, RegionMaps, RetimeSettings, Strike,
+    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect,
+    PathSettings, RegionAtlas, RegionId, RegionMaps, RetimeSettings, Strike,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
@@ -24,6 +24,10 @@ pub struct BakeSettings {
     pub maps: MapGrid,
     /// Which edges may be retimed.
     pub retime: RetimeSettings,
+    /// How far ways to evasions are followed.
+    pub paths: PathSettings,
+    /// The cells that those are filed in.
+    pub grid: GridSettings,
     /// The body's spheres; from the bones where there are none.
     pub body: Option<Body>,
 }
@@ -226,6 +230,7 @@ impl Baker {
             atlas,
             retimable,
             (evasions, strikes),
+            (&self.settings.paths, self.settings.grid),
         ))
     }
 }

@@ -119,7 +119,7 @@ fn stand(graph: &MotionGraph, edge: &Edge, leg: usize) -> Stand {
     let until = within(from.clip, from.frame)
         .filter(|&[first, last]| first <= 0.5 * frames && last > 0.0)
         .map(|[_, last]| last.min(frames))
-        .last();
+        .next_back();
     let from = within(to.clip, to.frame - edge.frames)
         .find(|&[first, last]| last >= 0.5 * frames && first < frames)
         .map(|[first, _]| first.max(0.0));
