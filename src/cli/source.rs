@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sabaki::anim::EventKind;
 use sabaki::demo;
-use sabaki::graph::{self, BuildReport, ClipSource, GraphSettings, MotionGraph};
+use sabaki::graph::{self, BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
 use sabaki::io;
 use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
@@ -30,6 +30,9 @@ pub(crate) struct ClipArgs {
     pub(crate) threshold: f32,
 }
 
+/// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
+const MEASURED: usize = 2000;
+
 /// A graph, and how it was made where it was.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
@@ -39,6 +42,7 @@ pub(crate) struct Baked {
 /// How a graph was made.
 pub(crate) struct Made {
     pub(crate) report: BuildReport,
+    pub(crate) feet: FootSlide,
     pub(crate) seconds: f64,
     pub(crate) warnings: Vec<String>,
 }
@@ -98,6 +102,7 @@ fn bake(source: ClipSource<'_>, threshold: f32, started: Instant) -> Result<Bake
         ..GraphSettings::default()
     };
     let (graph, report) = graph::build(source, &settings)?;
+    let feet = graph.foot_slide(MEASURED);
     bar.inc(1);
     let baker = Baker::new(graph, BakeSettings::default())?;
     let maps = baker.draw_on_cpu();
@@ -116,6 +121,7 @@ fn bake(source: ClipSource<'_>, threshold: f32, started: Instant) -> Result<Bake
         graph,
         made: Some(Made {
             report,
+            feet,
             seconds: started.elapsed().as_secs_f64(),
             warnings,
         }),
@@ -154,6 +160,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
     if let Some(made) = &baked.made {
         value["build_seconds"] = json!(made.seconds);
         value["report"] = json!(made.report);
+        value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
     }
     value
@@ -204,6 +211,12 @@ pub(crate) fn describe(baked: &Baked) -> String {
         }
         for event in dropped.evasions.iter().chain(&dropped.attacks) {
             line(format!("dropped event: {event}"));
+        }
+        if made.feet.planted_seconds > 0.0 {
+            line(format!(
+                "planted feet slide {:.0} mm/s in transitions ({:.0} if only blended, {:.0} in the clips)",
+                made.feet.kept, made.feet.blended, made.feet.clips
+            ));
         }
         line(format!(
             "baked in {:.2} s; {:.1} MB of maps",
