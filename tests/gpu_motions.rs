@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use common::baked::embedded_graph;
 use common::{device, finish};
 use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Query, QuerySettings};
+use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::gpu::Headless;
 use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
