@@ -2,6 +2,7 @@
 
 pub mod archive;
 mod attacks;
+mod body;
 pub mod bvh;
 mod clip_set;
 mod doubts;
@@ -15,6 +16,7 @@ mod whole;
 
 pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
+pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
