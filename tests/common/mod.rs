@@ -12,4 +12,5 @@ mod device;
 pub(crate) use device::*;
 pub mod plain_bvh;
 pub mod random;
+pub mod shapes;
 pub mod small;

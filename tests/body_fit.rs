@@ -1,0 +1,129 @@
+//! Promise: spheres fitted to a mesh cover it to the error that is reported, stick out of it no further than reported, and are the
+//! same each time.
+#![cfg(feature = "demo")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+#[path = "body_fit/hostile.rs"]
+mod hostile;
+
+use common::random::Random;
+use common::shapes::Shape;
+use glam::Vec3;
+use sabaki::anim::{JointTransform, Skeleton};
+use sabaki::demo;
+use sabaki::io::parse_obj;
+use sabaki::region::Body;
+use sabaki::region::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
+
+fn skeleton() -> Skeleton {
+    demo::motions().unwrap().skeleton
+}
+
+fn thickness(end: &str) -> f32 {
+    match end {
+        end if end.contains("Hand") => 0.035,
+        end if end.contains("Arm") || end.contains("Foot") => 0.045,
+        "Spine" | "Chest" | "Neck" => 0.12,
+        end if end.contains("Head_End") => 0.09,
+        _ => 0.06,
+    }
+}
+
+/// A man of tubes in centimetres, as an OBJ file, read again and in metres.
+fn man(pose: &BindPose<'_>, skeleton: &Skeleton) -> Mesh {
+    let text = Shape::man(skeleton, pose.joints(), thickness).obj(0.01);
+    parse_obj(text.as_bytes())
+        .unwrap()
+        .placed(0.01, JointTransform::IDENTITY)
+        .unwrap()
+}
+
+fn fitted(mesh: &Mesh, pose: &BindPose<'_>) -> (Body, FitReport) {
+    fit_body(pose, mesh, &FitSettings::default()).unwrap()
+}
+
+/// Places all over a mesh, by chance, as many on each triangle.
+fn places(mesh: &Mesh, each: usize) -> Vec<Vec3> {
+    let mut random = Random::new(7);
+    let mut share = || random.below(1 << 20) as f32 / (1 << 20) as f32;
+    let mut places = Vec::new();
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions()[vertex as usize]);
+        for _ in 0..each {
+            let (u, v) = (share(), share());
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            places.push(a + (b - a) * u + (c - a) * v);
+        }
+    }
+    places
+}
+
+/// How far a place sticks out of all spheres.
+fn outside_of(body: &Body, joints: &[JointTransform], place: Vec3) -> f32 {
+    let out =
+        |sphere: &sabaki::region::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
+    body.spheres.iter().map(out).fold(f32::INFINITY, f32::min)
+}
+
+#[test]
+fn a_man_of_tubes_is_covered_and_not_puffed_up() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let (body, report) = fitted(&mesh, &pose);
+    let settings = FitSettings::default();
+    let worst = report.worst();
+    println!("{report:#?}\n{worst:?}");
+    assert!(
+        !worst.limited && worst.mesh_out_max <= settings.cover + 1e-5,
+        "{worst:?}"
+    );
+    assert!(
+        worst.mesh_out_mean < 0.005 && worst.spheres_out_mean <= settings.bulge,
+        "{worst:?}"
+    );
+    assert!(body.spheres.len() < 120, "{} spheres", body.spheres.len());
+    for place in places(&mesh, 20) {
+        let out = outside_of(&body, pose.joints(), place);
+        assert!(
+            out <= worst.mesh_out_max + report.spacing,
+            "{place} is {out} m outside of all spheres"
+        );
+    }
+    // Independently of winding numbers: the tubes are known.
+    let mut bones = Vec::new();
+    for id in skeleton.ids().skip(1) {
+        let joint = skeleton.joint(id);
+        let ends = [joint.parent.unwrap(), id].map(|j| pose.joints()[j.index()].translation);
+        if ends[0].distance(ends[1]) > 0.02 {
+            bones.push((ends, thickness(&joint.name)));
+        }
+    }
+    let off = |place: Vec3| {
+        let from_tube = |&([a, b], radius): &([Vec3; 2], f32)| {
+            let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            place.distance(a.lerp(b, along)) - radius
+        };
+        bones.iter().map(from_tube).fold(f32::INFINITY, f32::min)
+    };
+    let mut random = Random::new(3);
+    for sphere in &body.spheres {
+        let centre = sphere.centre(pose.joints());
+        assert!(off(centre) < 0.0, "a centre outside of the man");
+        for _ in 0..200 {
+            let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
+            let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
+            let out = off(centre + direction * sphere.radius);
+            // 16 sides of a tube leave 2% of its radius, the points between which a ball stands some more.
+            assert!(
+                out <= settings.bulge + 0.006,
+                "a sphere sticks out by {out} m"
+            );
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Meshes that nobody would draw.
