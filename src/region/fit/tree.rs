@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 /// Points of a node that is not halved further.
-const LEAF: usize = 8;
+const LEAF: usize = 4;
 
 /// A node: a stretch of [`PointTree::order`].
 #[derive(Clone, Debug)]

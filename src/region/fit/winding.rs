@@ -56,31 +56,43 @@ impl<'a> Winding<'a> {
 
     /// Whether the mesh winds around a place by more than half a turn.
     pub(super) fn is_inside(&self, place: Vec3) -> bool {
-        self.number(place).abs() > 0.5
+        let [number] = self.numbers(place, [place]);
+        number.abs() > 0.5
     }
 
-    /// How often the mesh winds around a place: 0 outside and 1 or -1 inside of a closed mesh, something between where it is open.
-    pub(super) fn number(&self, place: Vec3) -> f32 {
-        let (mut sum, mut work) = (0.0, 0);
-        let mut open = vec![0_u32];
+    /// The same of the places a step before and a step after.
+    pub(super) fn are_inside(&self, place: Vec3, step: Vec3) -> [bool; 2] {
+        let numbers = self.numbers(place, [place - step, place + step]);
+        numbers.map(|number| number.abs() > 0.5)
+    }
+
+    /// How often the mesh winds around each of some places close to `place`: 0 outside and 1 or -1 inside of a closed mesh, something
+    /// between where it is open.
+    fn numbers<const N: usize>(&self, place: Vec3, places: [Vec3; N]) -> [f32; N] {
+        let (mut near, mut far, mut work) = ([0.0; N], 0.0, 0);
+        let mut open = Vec::with_capacity(64);
+        open.push(0_u32);
         while let Some(id) = open.pop() {
             let (node, dipole) = (&self.tree.nodes[id as usize], &self.dipoles[id as usize]);
             let distance = dipole.centre.distance(place);
             work += 1;
             if distance > FAR * dipole.radius || work > MOST_WORK {
-                sum += dipole.turns(place, distance);
+                far += dipole.turns(place, distance);
             } else if let Some([a, b]) = node.children {
-                let far = |child: u32| self.dipoles[child as usize].centre.distance_squared(place);
-                open.extend(if far(a) <= far(b) { [b, a] } else { [a, b] });
+                let from = |child: u32| self.dipoles[child as usize].centre.distance_squared(place);
+                open.extend(if from(a) <= from(b) { [b, a] } else { [a, b] });
             } else {
                 let inside = &self.tree.order[node.start as usize..node.end as usize];
                 work += inside.len();
                 for &triangle in inside {
-                    sum += turns(self.mesh.corners(triangle as usize).map(|p| p - place));
+                    let corners = self.mesh.corners(triangle as usize);
+                    for (sum, &place) in near.iter_mut().zip(&places) {
+                        *sum += turns(corners.map(|corner| corner - place));
+                    }
                 }
             }
         }
-        sum
+        near.map(|near| near + far)
     }
 }
 
