@@ -23,11 +23,18 @@ fn main() {
 fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput<'_>)) {
     let settings = QuerySettings::default();
     let throws = throws(baked, 40);
-    let prepared = throws.iter().map(|throw| prepare(baked, &settings, throw));
-    let busiest = prepared
-        .max_by_key(|prepared| prepared.cull_input().candidates.len())
+    let query = Query::new(baked, &settings);
+    let mut context = QueryContext::default();
+    let mut candidates_of = |throw: &Throw| {
+        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+        prepared.cull_input().candidates.len()
+    };
+    let busiest = throws
+        .iter()
+        .max_by_key(|throw| candidates_of(throw))
         .unwrap();
-    let input = busiest.cull_input();
+    let prepared = query.prepare(busiest.playhead, &busiest.attack, &mut context);
+    let input = prepared.cull_input();
     let candidates: Vec<CullCandidate> = input
         .candidates
         .iter()

@@ -1,13 +1,16 @@
-//! A whole query and its parts, over the same random attacks. Items are queries.
+//! A whole query, over the same random attacks: candidates from the grid or from everywhere, culled
+//! on the CPU or all tested exactly. Items are queries.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
 
-use common::{Motions, prepare, throws};
+use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Judging, QuerySettings};
+use sabaki::avoid::{
+    Answer, Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Verdict,
+};
 
 const ATTACKS: u64 = 50;
 
@@ -15,43 +18,61 @@ fn main() {
     divan::main();
 }
 
-#[divan::bench]
-fn enumerate(bencher: Bencher<'_, '_>) {
-    let (baked, settings) = (Motions::read().bake(), QuerySettings::default());
+const PLACES: [Enumerate; 4] = [
+    Enumerate::Grid(Lookup::Nearest),
+    Enumerate::Grid(Lookup::NearestFiled),
+    Enumerate::Grid(Lookup::Union),
+    Enumerate::Whole,
+];
+
+fn settings(place: usize) -> QuerySettings {
+    QuerySettings {
+        enumerate: PLACES[place],
+        ..QuerySettings::default()
+    }
+}
+
+#[divan::bench(args = 0..PLACES.len())]
+fn prepare(bencher: Bencher<'_, '_>, place: usize) {
+    let (baked, settings) = (Motions::read().bake(), settings(place));
     let throws = throws(&baked, ATTACKS);
+    let (query, mut context) = (Query::new(&baked, &settings), QueryContext::default());
     bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
-        throws
-            .iter()
-            .map(|throw| {
-                prepare(&baked, &settings, throw)
-                    .cull_input()
-                    .candidates
-                    .len()
-            })
-            .sum::<usize>()
+        let mut candidates = 0;
+        for throw in &throws {
+            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+            candidates += prepared.cull_input().candidates.len();
+        }
+        candidates
     });
 }
 
-fn whole(bencher: Bencher<'_, '_>, judging: Judging) {
-    let (baked, settings) = (Motions::read().bake(), QuerySettings::default());
+fn whole(bencher: Bencher<'_, '_>, place: usize, judging: Judging) {
+    let (baked, settings) = (Motions::read().bake(), settings(place));
     let throws = throws(&baked, ATTACKS);
+    let query = Query::new(&baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut overlaps = Vec::new();
     bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
-        let mut overlaps = Vec::new();
-        let answer = |throw| {
-            let prepared = prepare(&baked, &settings, throw);
-            cpu::count(&prepared.cull_input(), &mut overlaps);
-            prepared.decide(&overlaps, judging).avoided
-        };
-        throws.iter().map(answer).filter(|&avoided| avoided).count()
+        for throw in &throws {
+            let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+            loop {
+                cpu::count(&prepared.cull_input(), &mut overlaps);
+                match prepared.decide(&overlaps, judging, &mut answer) {
+                    Verdict::Answered => break,
+                    Verdict::Widened(wider) => prepared = wider,
+                }
+            }
+        }
     });
 }
 
-#[divan::bench]
-fn culled_on_the_cpu(bencher: Bencher<'_, '_>) {
-    whole(bencher, Judging::Needed);
+#[divan::bench(args = 0..PLACES.len())]
+fn culled_on_the_cpu(bencher: Bencher<'_, '_>, place: usize) {
+    whole(bencher, place, Judging::Needed);
 }
 
-#[divan::bench]
-fn exact(bencher: Bencher<'_, '_>) {
-    whole(bencher, Judging::All);
+#[divan::bench(args = 0..PLACES.len())]
+fn exact(bencher: Bencher<'_, '_>, place: usize) {
+    whole(bencher, place, Judging::All);
 }

@@ -5,7 +5,7 @@ use std::error::Error;
 
 use glam::Vec3;
 use sabaki::anim::Pose;
-use sabaki::avoid::{Attack, Judging, Query, QuerySettings, cull};
+use sabaki::avoid::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
 use sabaki::demo;
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::math::Rigid2;
@@ -37,14 +37,21 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The query stops in the middle for whoever culls: here the CPU, in a renderer `sabaki::gpu::stencil`.
     let settings = QuerySettings::default();
-    let prepared = Query::new(&baked, &settings).prepare(playhead, &attack);
-    let mut overlaps = Vec::new();
-    cull::cpu::count(&prepared.cull_input(), &mut overlaps);
-    let answer = prepared.decide(&overlaps, Judging::Needed);
+    let query = Query::new(&baked, &settings);
+    let (mut context, mut answer, mut overlaps) =
+        (QueryContext::default(), Answer::default(), Vec::new());
+    let mut prepared = query.prepare(playhead, &attack, &mut context);
+    loop {
+        cull::cpu::count(&prepared.cull_input(), &mut overlaps);
+        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
+            Verdict::Answered => break,
+            Verdict::Widened(wider) => prepared = wider,
+        }
+    }
     println!(
         "avoided: {}, by {:.1} cm",
         answer.avoided,
-        100.0 * answer.clearance.metres
+        100.0 * answer.clearance().metres
     );
 
     // Every frame: a pose in the world, from the moment of the query on.

@@ -24,10 +24,7 @@ fn answers() -> impl Iterator<Item = (Throw, Answer)> {
     (0..ATTACKS).map(|index| {
         let throw = throw(embedded(), &ThrowSettings::default(), 11, index).unwrap();
         let settings = QuerySettings::default();
-        let prepared = Query::new(embedded(), &settings).prepare(throw.playhead, &throw.attack);
-        let mut overlaps = Vec::new();
-        cpu::count(&prepared.cull_input(), &mut overlaps);
-        let answer = prepared.decide(&overlaps, Judging::Needed);
+        let answer = answer_throw(&Query::new(embedded(), &settings), &throw, Judging::Needed);
         (throw, answer)
     })
 }
@@ -129,7 +126,7 @@ fn the_clearance_is_that_of_the_files() {
             (stated - found).abs() < 2e-3,
             "stated {stated} m, found {found} m"
         );
-        assert_eq!(stated as f32, answer.clearance.metres);
+        assert_eq!(stated as f32, answer.clearance().metres);
         let avoided = exported.facts["avoided"].as_bool().unwrap();
         assert_eq!(avoided, answer.avoided);
         // A hit that is deeper than the stepping is coarse is seen; and a clean answer is never a hit.

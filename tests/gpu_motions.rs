@@ -54,11 +54,12 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
-    let settings = QuerySettings::default();
+    let (settings, mut context) = (QuerySettings::default(), QueryContext::default());
     let (mut body, mut evasion, mut attacks) = (0u64, 0u64, Vec::<Drawing>::new());
     for index in 0..60 {
         let throw = throw(&baked, &ThrowSettings::default(), 11, index).unwrap();
-        let prepared = Query::new(&baked, &settings).prepare(throw.playhead, &throw.attack);
+        let query = Query::new(&baked, &settings);
+        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
         let input = prepared.cull_input();
         let mut expected = Vec::new();
         cpu::count(&input, &mut expected);

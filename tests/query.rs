@@ -5,6 +5,7 @@
 
 mod common;
 
+use common::answer::answer_throw;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
@@ -24,19 +25,8 @@ fn throws() -> impl Iterator<Item = Throw> {
     (0..ATTACKS).map(|index| throw(embedded(), &ThrowSettings::default(), 7, index).unwrap())
 }
 
-fn prepare<'a>(settings: &'a QuerySettings, throw: &Throw) -> (Prepared<'a>, Vec<Overlap>)
-where
-    'static: 'a,
-{
-    let prepared = Query::new(embedded(), settings).prepare(throw.playhead, &throw.attack);
-    let mut overlaps = Vec::new();
-    cpu::count(&prepared.cull_input(), &mut overlaps);
-    (prepared, overlaps)
-}
-
 fn answer(settings: &QuerySettings, throw: &Throw, judging: Judging) -> Answer {
-    let (prepared, overlaps) = prepare(settings, throw);
-    prepared.decide(&overlaps, judging)
+    answer_throw(&Query::new(embedded(), settings), throw, judging)
 }
 
 fn centres(baked: &BakedGraph, motion: &Motion, t: f32) -> Vec<Vec3> {
@@ -82,7 +72,7 @@ fn the_exact_clearance_is_that_of_stepping_through_time() {
     for throw in throws() {
         let answer = answer(&settings, &throw, Judging::Needed);
         let stepped = stepped_clearance(embedded(), &answer.motion, &throw.attack);
-        let exact = answer.clearance.metres;
+        let exact = answer.clearance().metres;
         assert!(
             exact <= stepped + 1e-4,
             "exact {exact}, but {stepped} is further"
@@ -95,7 +85,7 @@ fn the_exact_clearance_is_that_of_stepping_through_time() {
 
 /// The chosen candidate's score.
 fn best(answer: &Answer) -> f32 {
-    answer.candidates[answer.chosen].score.unwrap().total
+    answer.chosen().score.unwrap().total
 }
 
 /// The best score of those that the maps let pass, or of all where none of these is clean.
@@ -122,7 +112,7 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
         if all.avoided {
             assert_eq!(best(&needed), best_passed(&all));
             let usual = answer(&QuerySettings::default(), &throw, Judging::Needed);
-            let gained = needed.clearance.metres - usual.clearance.metres;
+            let gained = needed.clearance().metres - usual.clearance().metres;
             decided_by_distance += usize::from(gained > 0.01);
         }
     }
@@ -146,7 +136,8 @@ fn the_maps_never_hide_the_only_clean_candidate() {
             );
         } else {
             assert_eq!(
-                needed.clearance.metres, all.clearance.metres,
+                needed.clearance().metres,
+                all.clearance().metres,
                 "the least bad is not the same"
             );
         }
@@ -166,17 +157,18 @@ fn the_evasion_starts_when_the_attack_does() {
     let mut evasions = 0;
     for throw in throws() {
         let answer = answer(&settings, &throw, Judging::Needed);
-        let chosen = &answer.candidates[answer.chosen];
+        let chosen = answer.chosen();
+        let path = answer.path(chosen);
         let Some(evasion) = chosen.evasion else {
             continue;
         };
         evasions += 1;
         let mut start = throw.playhead.seconds_to_next_node(baked.graph());
         let steps: Vec<_> = answer.motion.steps().collect();
-        for step in steps.iter().take(chosen.path.len()) {
+        for step in steps.iter().take(path.len()) {
             start += baked.graph().seconds(step.edge) / step.rate;
         }
-        assert_eq!(steps[chosen.path.len()].edge, evasion);
+        assert_eq!(steps[path.len()].edge, evasion);
         let late = (start - throw.attack.start()).abs();
         assert!(late <= settings.rates.tolerance + 1e-4, "{late} s off");
         let rates = steps.iter().map(|step| step.rate);

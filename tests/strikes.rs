@@ -93,11 +93,10 @@ fn an_attack_of_the_graph_is_answered() {
         let playhead: Playhead = throw(baked, &ThrowSettings::default(), 3, index as u64)
             .unwrap()
             .playhead;
-        let prepared = Query::new(baked, &settings).prepare(playhead, &attack);
-        let mut overlaps = Vec::new();
-        cpu::count(&prepared.cull_input(), &mut overlaps);
-        let answer = prepared.decide(&overlaps, Judging::Needed);
-        assert_eq!(answer.avoided, answer.clearance.metres >= 0.0);
+        let query = Query::new(baked, &settings);
+        let overlaps = first_counts(&query, (playhead, &attack));
+        let answer = answer_attack(&query, (playhead, &attack), Judging::Needed);
+        assert_eq!(answer.avoided, answer.clearance().metres >= 0.0);
         avoided += usize::from(answer.avoided);
         met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));
     }

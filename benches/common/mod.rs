@@ -5,7 +5,6 @@
 use std::path::PathBuf;
 
 use sabaki::anim::{Clip, Event, Skeleton};
-use sabaki::avoid::{Prepared, Query, QuerySettings};
 use sabaki::demo;
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{self, ClipSource, GraphSettings};
@@ -67,12 +66,4 @@ pub(crate) fn throws(baked: &BakedGraph, count: u64) -> Vec<Throw> {
     (0..count)
         .map(|index| throw(baked, &ThrowSettings::default(), 5, index).unwrap())
         .collect()
-}
-
-pub(crate) fn prepare<'a>(
-    baked: &'a BakedGraph,
-    settings: &'a QuerySettings,
-    throw: &Throw,
-) -> Prepared<'a> {
-    Query::new(baked, settings).prepare(throw.playhead, &throw.attack)
 }

@@ -1,36 +1,58 @@
 use serde::{Deserialize, Serialize};
 
+use super::Judging;
+use super::candidate::Way;
+use super::case::Case;
 use super::clearance::Clearance;
 use super::cull::Overlap;
-use super::enumerate::SearchReport;
+use super::judge::Judged;
+use super::moves::SearchReport;
 use super::retime::{Rate, RateError};
 use super::score::Score;
 use crate::graph::{EdgeId, Motion};
+use crate::region::{BakedGraph, PathId};
 
-/// What a query answers.
-#[derive(Clone, Debug)]
+/// What a query answers. Its memory is used again by the next one.
+#[derive(Clone, Debug, Default)]
 pub struct Answer {
     /// Position of the chosen candidate in `candidates`.
     pub chosen: usize,
     /// Whether the chosen motion avoids the attack: exactly tested, not by maps.
     pub avoided: bool,
-    /// The smallest distance of body and attack on the chosen motion.
-    pub clearance: Clearance,
     /// What to play, from the moment of the query on.
     pub motion: Motion,
     /// Every candidate with what became of it.
     pub candidates: Vec<CandidateReport>,
+    /// Where the candidates come from.
+    pub source: Source,
     /// How many of each.
     pub counts: Counts,
     /// How the search for candidates went.
     pub search: SearchReport,
+    /// The edges of all paths.
+    edges: Vec<EdgeId>,
+}
+
+/// Where the candidates of an answer come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// The node's grid.
+    Grid,
+    /// From everywhere: nothing is filed in the cells that were looked up.
+    NothingFiled,
+    /// From everywhere: nothing that is filed there is clean.
+    NothingClean,
+    /// From everywhere, as the settings say.
+    #[default]
+    Whole,
 }
 
 /// One candidate and what became of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateReport {
-    /// From the next node to the evasion's start, or to the attack's end.
-    pub path: Vec<EdgeId>,
+    /// Where its path lies in the answer's edges.
+    path: (u32, u32),
     /// The evasion's edge, which follows the path; `None` for a path that only moves.
     pub evasion: Option<EdgeId>,
     /// The rate of the retimable edges, or why there is none.
@@ -81,4 +103,138 @@ pub struct Counts {
     pub hits: usize,
     /// Exactly clean among those tested.
     pub clean: usize,
+}
+
+/// How a query was decided.
+pub(super) struct Decision {
+    pub chosen: usize,
+    pub source: Source,
+    pub search: SearchReport,
+    pub judging: Judging,
+    pub reconsidered: usize,
+    pub not_in_time: usize,
+}
+
+impl Answer {
+    /// The edges of a candidate's path: from the next node to the evasion's start, or as far as the
+    /// search for moves went. `report` is one of `candidates`.
+    #[must_use]
+    pub fn path(&self, report: &CandidateReport) -> &[EdgeId] {
+        &self.edges[report.path.0 as usize..report.path.1 as usize]
+    }
+
+    /// The chosen candidate.
+    #[must_use]
+    pub fn chosen(&self) -> &CandidateReport {
+        &self.candidates[self.chosen]
+    }
+
+    /// The smallest distance of body and attack on the chosen motion.
+    #[must_use]
+    pub fn clearance(&self) -> Clearance {
+        // The chosen one was tested.
+        let none = Clearance::none(0.0);
+        self.candidates
+            .get(self.chosen)
+            .and_then(|report| report.clearance)
+            .unwrap_or(none)
+    }
+
+    /// Takes over everything but the motion.
+    pub(super) fn fill(&mut self, case: &Case<'_>, judged: &[Option<Judged>], decision: &Decision) {
+        self.chosen = decision.chosen;
+        self.source = decision.source;
+        self.search = decision.search;
+        self.edges.clear();
+        self.candidates.clear();
+        for index in 0..case.candidates.len() {
+            let report = self.report(case, (index, judged[index]), decision);
+            self.candidates.push(report);
+        }
+        self.avoided = self.candidates[self.chosen].score.is_some();
+        self.counts = Counts::of(&self.candidates, case.overlaps, decision);
+    }
+
+    fn report(
+        &mut self,
+        case: &Case<'_>,
+        (index, judged): (usize, Option<Judged>),
+        decision: &Decision,
+    ) -> CandidateReport {
+        let candidate = &case.candidates[index];
+        let baked = case.query.baked;
+        let (path, evasion) = match candidate.way {
+            Way::Evasion { path, .. } => self.push_path(baked, path),
+            Way::Move(path) => {
+                let start = self.edges.len();
+                self.edges.extend(case.moves.edges_backwards(path));
+                self.edges[start..].reverse();
+                ((start as u32, self.edges.len() as u32), None)
+            }
+        };
+        let overlap = case.overlaps.get(index).copied();
+        let score = judged.and_then(|judged| judged.score);
+        let is_culled =
+            decision.judging == Judging::Needed && overlap.is_some_and(|overlap| overlap.body > 0);
+        CandidateReport {
+            path,
+            evasion,
+            rate: Ok(candidate.rate),
+            overlap,
+            clearance: judged.map(|judged| judged.clearance),
+            score,
+            fate: if index == decision.chosen {
+                Fate::Chosen
+            } else if is_culled {
+                Fate::Culled
+            } else if judged.is_some() && score.is_none() {
+                Fate::Hit
+            } else {
+                Fate::Outscored
+            },
+        }
+    }
+
+    fn push_path(&mut self, baked: &BakedGraph, path: PathId) -> ((u32, u32), Option<EdgeId>) {
+        let start = self.edges.len() as u32;
+        self.edges.extend(baked.paths().edges(path));
+        let evasion = baked.paths().path(path).evasion as usize;
+        let end = self.edges.len() as u32;
+        ((start, end), Some(baked.evasions()[evasion].edge))
+    }
+
+    /// Appends the paths that no rate brings in time.
+    pub(super) fn list_late(&mut self, baked: &BakedGraph, late: &[(PathId, RateError)]) {
+        for &(path, error) in late {
+            let (path, evasion) = self.push_path(baked, path);
+            self.candidates.push(CandidateReport {
+                path,
+                evasion,
+                rate: Err(error),
+                overlap: None,
+                clearance: None,
+                score: None,
+                fate: Fate::NotInTime,
+            });
+        }
+    }
+}
+
+impl Counts {
+    fn of(candidates: &[CandidateReport], overlaps: &[Overlap], decision: &Decision) -> Self {
+        let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
+        let culled = match decision.judging {
+            Judging::Needed => overlaps.iter().filter(|overlap| overlap.body > 0).count(),
+            Judging::All => 0,
+        };
+        Self {
+            candidates: candidates.len(),
+            with_evasion: count(|report| report.evasion.is_some()),
+            not_in_time: decision.not_in_time,
+            culled,
+            reconsidered: decision.reconsidered,
+            hits: count(|report| report.clearance.is_some() && report.score.is_none()),
+            clean: count(|report| report.score.is_some()),
+        }
+    }
 }

@@ -12,6 +12,26 @@ pub struct Attack {
     spheres: Vec<MovingSphere>,
 }
 
+/// An attack in the frame of a query; of no spheres before the first one.
+#[derive(Clone, Debug)]
+pub(super) struct QueryAttack(Attack);
+
+impl QueryAttack {
+    /// The attack as it is seen from another frame: `placement` takes its points there.
+    pub(super) fn place(&mut self, attack: &Attack, placement: Rigid2) -> &Attack {
+        self.0.place_from(attack, placement);
+        &self.0
+    }
+}
+
+impl Default for QueryAttack {
+    fn default() -> Self {
+        Self(Attack {
+            spheres: Vec::new(),
+        })
+    }
+}
+
 /// Why spheres are no attack.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AttackError {
@@ -136,6 +156,19 @@ impl Attack {
             .iter()
             .map(MovingSphere::end)
             .fold(0.0, f32::max)
+    }
+
+    /// Becomes another attack seen from another frame, in the memory that it has; `placement` takes
+    /// the other's points there.
+    fn place_from(&mut self, other: &Self, placement: Rigid2) {
+        self.spheres.truncate(other.spheres.len());
+        let known = self.spheres.len();
+        for (mine, theirs) in self.spheres.iter_mut().zip(&other.spheres) {
+            mine.place_from(theirs, placement);
+        }
+        let others = other.spheres[known..].iter();
+        self.spheres
+            .extend(others.map(|sphere| sphere.placed(placement)));
     }
 
     /// The same attack in another frame: `placement` takes points of this one there.

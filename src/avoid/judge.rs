@@ -3,138 +3,191 @@
 //! Source: Masaoka & Oshita, section 5.4. Differs: V_d is never below 0, so that the other two terms bound the score, and a
 //! candidate whose bound is no better than the best score so far need not be tested.
 
-use super::Prepared;
-use super::clearance::{Clearance, Extent, clearance};
-use super::cull::Overlap;
+use super::case::Case;
+use super::clearance::{Clearance, Extent, MotionBody, on_motion};
 use super::score::Score;
+use crate::graph::Motion;
+use crate::math::{in_parallel, thread_count};
 
 /// How much is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judging {
     /// What the choice needs: candidates that the maps remove are left out as long as there is a
     /// clean one among the others, and a candidate that could not win even with no distance at all
-    /// is not tested (with a weight of distance below 0 every one is).
+    /// is not tested (with a weight of distance below 0 every one is). Evasions are tested on what
+    /// is known of them beforehand; the winner once more, on its very motion.
     Needed,
-    /// Every candidate, exactly, whatever the maps say: the culling path `exact`.
+    /// Every candidate, posed sample by sample over the whole attack, whatever the maps say: the
+    /// culling path `exact`, which all others are held to.
     All,
 }
 
-/// The exact test of candidates, from the most promising on.
-pub(super) struct Court<'a, 'b> {
-    case: &'b Prepared<'a>,
-    overlaps: &'b [Overlap],
-    judging: Judging,
+/// What a court works with; kept from one query to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CourtScratch {
     /// By candidate; `None` for those that were not tested.
-    pub(super) judged: Vec<Option<Judged>>,
+    pub judged: Vec<Option<Judged>>,
+    order: Vec<(f32, usize)>,
+    body: MotionBody,
 }
 
-impl<'a, 'b> Court<'a, 'b> {
-    pub(super) fn new(case: &'b Prepared<'a>, overlaps: &'b [Overlap], judging: Judging) -> Self {
-        let judged = vec![None; case.candidates.len()];
+/// What the exact test says of a candidate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    pub clearance: Clearance,
+    /// `None` for a hit.
+    pub score: Option<Score>,
+}
+
+/// The exact test of candidates, from the most promising on.
+pub(super) struct Court<'s, 'a> {
+    scratch: &'s mut CourtScratch,
+    case: Case<'a>,
+    judging: Judging,
+}
+
+impl<'s, 'a> Court<'s, 'a> {
+    /// What `scratch` says was judged stays so.
+    pub(super) fn new(scratch: &'s mut CourtScratch, case: Case<'a>, judging: Judging) -> Self {
+        scratch.judged.resize(case.candidates.len(), None);
         Self {
+            scratch,
             case,
-            overlaps,
             judging,
-            judged,
         }
     }
 
     /// Whether a tested candidate is clean.
     pub(super) fn has_clean(&self) -> bool {
-        self.judged
-            .iter()
-            .flatten()
-            .any(|judged| judged.score.is_some())
+        self.best().is_finite()
     }
 
-    /// Judges candidates, best bound first, as far as it is needed: V_d is never below 0, so that V
-    /// without it is a bound, unless its weight rewards distance.
-    pub(super) fn judge(&mut self, candidates: Vec<usize>) {
-        let bound = |&index: &usize| {
-            (
-                self.case.score(index, self.overlaps.get(index), 0.0).total,
-                index,
-            )
-        };
-        let mut bounds: Vec<(f32, usize)> = candidates.iter().map(bound).collect();
-        bounds.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let extent = if self.judging == Judging::All {
-            Extent::Whole
+    /// The best score so far; infinite where nothing is clean.
+    fn best(&self) -> f32 {
+        let scores = self.scratch.judged.iter().flatten().filter_map(|j| j.score);
+        scores
+            .map(|score| score.total)
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    /// V_d is never below 0, so that V without it is a bound, unless its weight rewards distance.
+    fn is_bounded(&self) -> bool {
+        self.judging == Judging::Needed && self.case.query.settings.weights.distance >= 0.0
+    }
+
+    /// Whether a path that only moves could score better than what was judged so far.
+    pub(super) fn can_moves_win(&self) -> bool {
+        !self.is_bounded()
+            || self.best() > Score::least_of_a_move(&self.case.query.settings.weights)
+    }
+
+    /// Judges those of `candidates` that were not, best bound first, as far as it is needed.
+    pub(super) fn judge(&mut self, candidates: impl Iterator<Item = usize>) {
+        let mut order = std::mem::take(&mut self.scratch.order);
+        order.clear();
+        order.extend(
+            candidates
+                .filter(|&index| self.scratch.judged[index].is_none())
+                .map(|index| (self.case.score(index, 0.0).total, index)),
+        );
+        if self.judging == Judging::All {
+            self.judge_all(&order);
         } else {
-            Extent::UntilHit
-        };
-        let is_bounded =
-            self.judging == Judging::Needed && self.case.query.settings.weights.distance >= 0.0;
-        let mut best = f32::INFINITY;
-        for (bound, index) in bounds {
-            if is_bounded && bound >= best {
-                break;
+            order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let mut best = self.best();
+            for &(bound, index) in &order {
+                if self.is_bounded() && bound >= best {
+                    break;
+                }
+                let clearance = self
+                    .case
+                    .test(index, Extent::UntilHit, &mut self.scratch.body);
+                let judged = self.judged(index, clearance);
+                best = judged.score.map_or(best, |score| best.min(score.total));
+                self.scratch.judged[index] = Some(judged);
             }
-            let judged = self.test(index, extent);
-            best = judged.score.map_or(best, |score| best.min(score.total));
-            self.judged[index] = Some(judged);
+        }
+        self.scratch.order = order;
+    }
+
+    /// Every one, by as many threads as the settings say.
+    fn judge_all(&mut self, order: &[(f32, usize)]) {
+        let threads = thread_count(self.case.query.settings.threads);
+        if threads == 1 {
+            for &(_, index) in order {
+                let body = &mut self.scratch.body;
+                let clearance = self.case.test_posed(index, Extent::Whole, body);
+                self.scratch.judged[index] = Some(self.judged(index, clearance));
+            }
+            return;
+        }
+        let (part, case) = (order.len().div_ceil(threads).max(1), &self.case);
+        let parts = in_parallel(threads, order.len().div_ceil(part), |number| {
+            let mut body = MotionBody::default();
+            let part = &order[number * part..order.len().min((number + 1) * part)];
+            let test = |&(_, index): &(f32, usize)| {
+                (index, case.test_posed(index, Extent::Whole, &mut body))
+            };
+            part.iter().map(test).collect::<Vec<_>>()
+        });
+        for (index, clearance) in parts.into_iter().flatten() {
+            self.scratch.judged[index] = Some(self.judged(index, clearance));
         }
     }
 
     /// Which hit is the least deep? Asked where there is nothing else. What was found of a hit so
     /// far is a bound: the whole attack can only show it to be deeper.
     pub(super) fn measure_least(&mut self) {
-        let bound = |(index, judged): (usize, &Option<Judged>)| {
-            Some((index, judged.as_ref()?.clearance.metres))
-        };
-        let mut bounds: Vec<(usize, f32)> =
-            self.judged.iter().enumerate().filter_map(bound).collect();
-        bounds.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        if self.judging == Judging::All {
+            return;
+        }
+        let mut order = std::mem::take(&mut self.scratch.order);
+        order.clear();
+        let judged = self.scratch.judged.iter().enumerate();
+        order.extend(judged.filter_map(|(index, j)| Some((j.as_ref()?.clearance.metres, index))));
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut least = f32::NEG_INFINITY;
-        for (index, bound) in bounds {
+        for &(bound, index) in &order {
             if bound < least {
                 break;
             }
-            let judged = self.test(index, Extent::Whole);
-            least = least.max(judged.clearance.metres);
-            self.judged[index] = Some(judged);
+            let clearance = self.case.test(index, Extent::Whole, &mut self.scratch.body);
+            least = least.max(clearance.metres);
+            self.scratch.judged[index] = Some(self.judged(index, clearance));
         }
+        self.scratch.order = order;
     }
 
-    fn test(&self, index: usize, extent: Extent) -> Judged {
-        let clearance = clearance(
-            self.case.query.baked,
-            &self.case.motion(index),
-            &self.case.attack,
-            extent,
-        );
-        let clean = clearance.metres >= 0.0;
+    fn judged(&self, index: usize, clearance: Clearance) -> Judged {
+        let score = || self.case.score(index, clearance.metres);
         Judged {
             clearance,
-            score: clean.then(|| {
-                self.case
-                    .score(index, self.overlaps.get(index), clearance.metres)
-            }),
+            score: clearance.is_clean().then(score),
         }
     }
-}
 
-/// What the exact test says of a candidate.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judged {
-    pub(super) clearance: Clearance,
-    /// `None` for a hit.
-    pub(super) score: Option<Score>,
-}
+    /// The clean candidate with the smallest score, or where none is clean, the one that is hit
+    /// least deep. Of equal ones the first.
+    pub(super) fn choose(&self) -> usize {
+        let of = |value: fn(&Judged) -> Option<f32>| {
+            let judged = self.scratch.judged.iter().enumerate();
+            let values = judged.filter_map(move |(i, j)| Some((i, value(j.as_ref()?)?)));
+            values.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+        };
+        of(|judged| judged.score.map(|score| score.total))
+            .or_else(|| of(|judged| Some(-judged.clearance.metres)))
+            .unwrap_or(0)
+    }
 
-/// The clean candidate with the smallest score, or where none is clean, the one that is hit least
-/// deep.
-pub(super) fn choose(judged: &[Option<Judged>]) -> usize {
-    let of = |value: fn(&Judged) -> Option<f32>| {
-        let values = judged
-            .iter()
-            .enumerate()
-            .filter_map(move |(index, j)| Some((index, value(j.as_ref()?)?)));
-        values
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(index, _)| index)
-    };
-    let best = of(|judged| judged.score.map(|score| score.total));
-    best.or_else(|| of(|judged| Some(-judged.clearance.metres)))
-        .unwrap_or(0)
+    /// Tests the chosen candidate on the very motion that will be played, and leaves that in
+    /// `motion`. False where it looked clean and is not after all.
+    pub(super) fn confirms(&mut self, chosen: usize, motion: &mut Motion) -> bool {
+        self.case.motion(chosen, motion);
+        let attack = (self.case.situation.attack, Extent::Whole);
+        let looked_clean = self.scratch.judged[chosen].is_some_and(|j| j.score.is_some());
+        let baked = self.case.query.baked;
+        let clearance = on_motion(baked, motion, attack, &mut self.scratch.body);
+        self.scratch.judged[chosen] = Some(self.judged(chosen, clearance));
+        clearance.is_clean() || !looked_clean
+    }
 }

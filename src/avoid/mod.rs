@@ -1,26 +1,33 @@
 //! Attack in, path and playback rates out.
 //!
-//! Source: Masaoka & Oshita, sections 3.3 and 5. A query goes [`enumerate`] → [`retime`] → [`cull`]
-//! → [`clearance`] and
-//! [`score`] → [`Answer`]; [`Query`] takes it through all of them. Whoever culls on a device stops between
+//! Source: Masaoka & Oshita, sections 3.3 and 5. A query goes from where the character is to the candidates that its
+//! node holds, [`retime`]s them, has them [`cull`]ed, tests them ([`clearance`]) and [`score`]s them, to an
+//! [`Answer`]; [`Query`] takes it through all of that. Whoever culls on a device stops between
 //! [`Query::prepare`] and [`Prepared::decide`].
 //!
 //! Architecture invariant: nothing here knows of a device.
 
 mod answer;
 mod attack;
+mod candidate;
+mod case;
 pub mod clearance;
+mod context;
 pub mod cull;
-pub mod enumerate;
+mod gather;
 mod judge;
+mod moves;
 mod placement;
 mod prepared;
 mod query;
 pub mod retime;
 pub mod score;
+mod situation;
 
-pub use answer::{Answer, CandidateReport, Counts, Fate};
+pub use answer::{Answer, CandidateReport, Counts, Fate, Source};
 pub use attack::{Attack, AttackError};
+pub use context::QueryContext;
 pub use judge::Judging;
-pub use prepared::Prepared;
-pub use query::{Query, QuerySettings};
+pub use moves::{MoveSettings, SearchReport};
+pub use prepared::{Prepared, Verdict};
+pub use query::{Enumerate, Lookup, Query, QuerySettings};

@@ -27,6 +27,13 @@ pub(super) struct CullMaps {
     pub candidates: Vec<CullCandidate>,
 }
 
+impl CullMaps {
+    /// The slabs that the attack touches.
+    pub(super) fn slabs(&self) -> impl Iterator<Item = Slab> + '_ {
+        self.attack.iter().map(|attack| attack.slab)
+    }
+}
+
 /// Draws `attack`, given in the frame in which the paths start, where the maps of `placed` may meet
 /// it.
 pub(super) fn cull_maps(atlas: &RegionAtlas, attack: &Attack, placed: &[PlacedRegion]) -> CullMaps {

@@ -1,211 +1,209 @@
 //! The second half of a query: from the counts of a culling path to the answer.
 //!
-//! Source: Masaoka & Oshita, sections 5.3 and 5.4. Differs: the paper sometimes chose a path that was hit.
-//! Here the exact test has the last word on every candidate that the maps let pass; and where none
-//! of them is clean, on those that the maps removed as well. So an answer is a hit only where every
-//! candidate is, whatever the maps said. The price is an exact test of the removed candidates in
-//! just those queries.
+//! Source: Masaoka & Oshita, sections 5.3 and 5.4. Differs: the paper sometimes chose a path that
+//! was hit. Here the exact test has the last word on every candidate that the maps let pass; where
+//! none of them is clean, on those that the maps removed as well, and where a node's grid holds
+//! nothing clean, the search goes on outside of it. So an answer is a hit only where every
+//! candidate is, whatever the maps said. The price is paid in just those queries: an exact test of
+//! each removed candidate, up to its first hit, and the wider search.
 
-use super::answer::{Answer, CandidateReport, Counts, Fate};
-use super::clearance::{Clearance, SAMPLE_RATE};
+use super::Query;
+use super::answer::{Answer, Decision, Source};
+use super::candidate::{Candidate, Way};
+use super::case::Case;
+use super::context::QueryContext;
 use super::cull::{CullInput, Overlap};
-use super::enumerate::{FoundPath, SearchReport};
-use super::judge::{Court, Judged, Judging, choose};
-use super::placement::CullMaps;
-use super::retime::{Direction, Rate, RateError};
-use super::score::Score;
-use super::{Attack, Query};
-use crate::graph::{EdgeId, Motion, Playhead, Step};
-use crate::region::Slab;
+use super::gather::Gathering;
+use super::judge::{Court, CourtScratch, Judging};
+use super::placement::{PlacedRegion, cull_maps};
+use super::query::{Enumerate, Lookup};
+use super::retime::Rate;
+use super::situation::Situation;
 
 /// A query between its two halves: candidates that wait for the counts of a culling path.
-#[derive(Clone, Debug)]
-pub struct Prepared<'a> {
-    pub(super) query: Query<'a>,
-    pub(super) playhead: Playhead,
-    pub(super) attack: Attack,
-    pub(super) candidates: Vec<Candidate>,
-    /// Paths to an evasion that no rate brings in time.
-    pub(super) late: Vec<(FoundPath, RateError)>,
-    pub(super) maps: CullMaps,
-    pub(super) search: SearchReport,
+#[derive(Debug)]
+pub struct Prepared<'a, 'c> {
+    query: Query<'a>,
+    situation: Situation<'c>,
+    context: &'c mut QueryContext,
+    source: Source,
 }
 
-/// A path that is in time.
-#[derive(Clone, Debug)]
-pub(super) struct Candidate {
-    pub(super) path: FoundPath,
-    pub(super) rate: Rate,
+/// What became of a query.
+#[derive(Debug)]
+pub enum Verdict<'a, 'c> {
+    /// The answer stands where the caller wanted it.
+    Answered,
+    /// Nothing that the node's grid holds for this attack is clean: here are the candidates from
+    /// everywhere, to be counted anew.
+    Widened(Prepared<'a, 'c>),
 }
 
-impl<'a> Prepared<'a> {
-    /// What a culling path counts. Its candidates are those that end in an evasion; a path that
-    /// only moves has no maps.
+impl<'a, 'c> Prepared<'a, 'c> {
+    pub(super) fn new(
+        query: Query<'a>,
+        situation: Situation<'c>,
+        context: &'c mut QueryContext,
+    ) -> Self {
+        let mut prepared = Self {
+            query,
+            situation,
+            context,
+            source: Source::Whole,
+        };
+        if let Enumerate::Grid(lookup) = query.settings.enumerate {
+            prepared.source = Source::Grid;
+            prepared.gather(Some(lookup));
+            if !prepared.context.candidates.is_empty() {
+                return prepared;
+            }
+            prepared.source = Source::NothingFiled;
+        }
+        prepared.gather(None);
+        prepared
+    }
+
+    fn gather(&mut self, lookup: Option<Lookup>) {
+        let Query { baked, settings } = self.query;
+        let gathering = Gathering {
+            baked,
+            settings,
+            lookup,
+        };
+        gathering.run(&self.situation, self.context);
+        self.draw_maps();
+    }
+
+    /// Draws up the maps of the candidates, in the frame of the next node.
+    fn draw_maps(&mut self) {
+        let baked = self.query.baked;
+        let QueryContext {
+            candidates,
+            placed,
+            attack,
+            maps,
+            ..
+        } = &mut *self.context;
+        placed.clear();
+        placed.extend(candidates.iter().filter_map(|candidate| {
+            let Way::Evasion { path, .. } = candidate.way else {
+                return None;
+            };
+            let path = baked.paths().path(path);
+            Some(PlacedRegion {
+                region: baked.evasions()[path.evasion as usize].region,
+                placement: path.placement,
+            })
+        }));
+        let to_node = self.situation.node_frame.inverse();
+        let attack = attack.place(self.situation.attack, to_node);
+        *maps = cull_maps(baked.atlas(), attack, placed);
+    }
+
+    /// What a culling path counts: the candidates that end in an evasion.
     #[must_use]
     pub fn cull_input(&self) -> CullInput<'_> {
         CullInput {
             atlas: self.query.baked.atlas(),
-            attack: &self.maps.attack,
-            candidates: &self.maps.candidates,
+            attack: &self.context.maps.attack,
+            candidates: &self.context.maps.candidates,
         }
     }
 
     /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order.
-    #[must_use]
-    pub fn decide(self, overlaps: &[Overlap], judging: Judging) -> Answer {
-        // What only moves has no counts, however many are given.
-        let overlaps = &overlaps[..overlaps.len().min(self.maps.candidates.len())];
-        let culled = |index: usize| {
+    pub fn decide(
+        mut self,
+        overlaps: &[Overlap],
+        judging: Judging,
+        answer: &mut Answer,
+    ) -> Verdict<'a, 'c> {
+        let evasions = self.context.candidates.len();
+        let overlaps = &overlaps[..overlaps.len().min(evasions)];
+        let is_culled = |index: usize| {
             judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0)
         };
-        let (removed, passed): (Vec<usize>, Vec<usize>) =
-            (0..self.candidates.len()).partition(|&index| culled(index));
-        let mut counts = Counts {
-            candidates: self.candidates.len(),
-            with_evasion: self.maps.candidates.len(),
-            not_in_time: self.late.len(),
-            culled: removed.len(),
-            ..Counts::default()
+        let mut court = std::mem::take(&mut self.context.court);
+        court.judged.clear();
+        let (mut has_moves, mut reconsidered) = (false, 0);
+        let chosen = loop {
+            let all = self.context.candidates.len();
+            let mut bench = Court::new(&mut court, self.case(overlaps), judging);
+            bench.judge((0..all).filter(|&index| !is_culled(index)));
+            if !bench.has_clean() && self.source == Source::Grid {
+                return self.widened(court);
+            }
+            if self.source != Source::Grid && !has_moves && bench.can_moves_win() {
+                has_moves = true;
+                self.search_moves();
+                continue;
+            }
+            if !bench.has_clean() && reconsidered == 0 {
+                reconsidered = (0..all).filter(|&index| is_culled(index)).count();
+                bench.judge((0..all).filter(|&index| is_culled(index)));
+            }
+            if !bench.has_clean() {
+                bench.measure_least();
+            }
+            // Where the winner is none after all, what was left out since it seemed to be one is
+            // judged as well.
+            let chosen = bench.choose();
+            if bench.confirms(chosen, &mut answer.motion) {
+                break chosen;
+            }
         };
-        let mut court = Court::new(&self, overlaps, judging);
-        court.judge(passed);
-        if !court.has_clean() {
-            counts.reconsidered = removed.len();
-            court.judge(removed);
-        }
-        if !court.has_clean() && judging == Judging::Needed {
-            court.measure_least();
-        }
-        let judged = court.judged;
-        counts.clean = judged
-            .iter()
-            .flatten()
-            .filter(|judged| judged.score.is_some())
-            .count();
-        counts.hits = judged.iter().flatten().count() - counts.clean;
-        let chosen = choose(&judged);
-        self.answer(chosen, &judged, overlaps, counts)
-    }
-
-    /// A candidate's score if its clearance were `metres`.
-    pub(super) fn score(&self, index: usize, overlap: Option<&Overlap>, metres: f32) -> Score {
-        let candidate = &self.candidates[index];
-        let covered = overlap.map_or(0, |overlap| overlap.evasion);
-        let weights = &self.query.settings.weights;
-        Score::new(
-            self.region_texels(candidate),
-            covered,
-            metres,
-            candidate.rate.rate,
-            weights,
-        )
-    }
-
-    /// Texels of a candidate's evasion region in the slabs that the attack touches.
-    fn region_texels(&self, candidate: &Candidate) -> u32 {
-        let Some(evasion) = candidate.path.evasion else {
-            return 0;
-        };
-        let region = self.query.baked.evasions()[evasion].region;
-        let maps = |slab: Slab| self.query.baked.atlas().maps(region, slab);
-        self.maps
-            .attack
-            .iter()
-            .filter_map(|attack| maps(attack.slab))
-            .map(|maps| maps.evasion.count())
-            .sum()
-    }
-
-    /// A candidate's whole motion, from now until a sample after the attack's end at least.
-    pub(super) fn motion(&self, index: usize) -> Motion {
-        let graph = self.query.baked.graph();
-        let candidate = &self.candidates[index];
-        let rate_of = |edge: EdgeId| {
-            let retimable = self.query.baked.retimable(edge);
-            let changed = match candidate.rate.direction {
-                Direction::Unchanged => false,
-                Direction::Faster => retimable.faster,
-                Direction::Slower => retimable.slower,
-            };
-            if changed { candidate.rate.rate } else { 1.0 }
-        };
-        let mut steps: Vec<Step> = candidate
-            .path
-            .edges
-            .iter()
-            .map(|&edge| Step {
-                edge,
-                rate: rate_of(edge),
-            })
-            .collect();
-        if let Some(evasion) = candidate.path.evasion {
-            steps.push(Step {
-                edge: self.query.baked.evasions()[evasion].edge,
-                rate: 1.0,
-            });
-        }
-        let mut motion = Motion::new(graph, self.playhead, &steps);
-        motion.extend(graph, self.attack.end() + 2.0 / SAMPLE_RATE);
-        motion
-    }
-
-    fn answer(
-        self,
-        chosen: usize,
-        judged: &[Option<Judged>],
-        overlaps: &[Overlap],
-        counts: Counts,
-    ) -> Answer {
-        let motion = self.motion(chosen);
-        let body = |index: usize| overlaps.get(index).map_or(0, |overlap| overlap.body);
-        let fate = |index: usize| match &judged[index] {
-            _ if index == chosen => Fate::Chosen,
-            Some(judged) if judged.score.is_none() => Fate::Hit,
-            None if body(index) > 0 => Fate::Culled,
-            _ => Fate::Outscored,
-        };
-        let edge_of = |path: &FoundPath| {
-            path.evasion
-                .map(|evasion| self.query.baked.evasions()[evasion].edge)
-        };
-        let mut candidates: Vec<CandidateReport> = self
-            .candidates
-            .iter()
-            .enumerate()
-            .map(|(index, candidate)| CandidateReport {
-                path: candidate.path.edges.clone(),
-                evasion: edge_of(&candidate.path),
-                rate: Ok(candidate.rate),
-                overlap: overlaps.get(index).copied(),
-                clearance: judged[index].as_ref().map(|judged| judged.clearance),
-                score: judged[index].as_ref().and_then(|judged| judged.score),
-                fate: fate(index),
-            })
-            .collect();
-        candidates.extend(self.late.iter().map(|(path, error)| CandidateReport {
-            path: path.edges.clone(),
-            evasion: edge_of(path),
-            rate: Err(*error),
-            overlap: None,
-            clearance: None,
-            score: None,
-            fate: Fate::NotInTime,
-        }));
-        // Every candidate that could be chosen was judged; there is always one that only moves.
-        let clearance = candidates[chosen].clearance.unwrap_or(Clearance {
-            metres: 0.0,
-            time: 0.0,
-            body_sphere: 0,
-        });
-        let avoided = candidates[chosen].score.is_some();
-        Answer {
+        let verdict = Decision {
             chosen,
-            avoided,
-            clearance,
-            motion,
-            candidates,
-            counts,
-            search: self.search,
+            source: self.source,
+            search: self.context.search,
+            judging,
+            reconsidered,
+            not_in_time: self.context.late_count,
+        };
+        answer.fill(&self.case(overlaps), &court.judged, &verdict);
+        answer.list_late(self.query.baked, &self.context.late);
+        self.context.court = court;
+        Verdict::Answered
+    }
+
+    /// The same query with the candidates from everywhere.
+    fn widened(mut self, court: CourtScratch) -> Verdict<'a, 'c> {
+        self.context.court = court;
+        self.source = Source::NothingClean;
+        self.gather(None);
+        Verdict::Widened(self)
+    }
+
+    fn case<'b>(&'b self, overlaps: &'b [Overlap]) -> Case<'b> {
+        Case {
+            query: self.query,
+            situation: self.situation,
+            candidates: &self.context.candidates,
+            moves: &self.context.moves,
+            maps: &self.context.maps,
+            overlaps,
         }
+    }
+
+    /// Adds the paths that only move.
+    fn search_moves(&mut self) {
+        let QueryContext {
+            candidates,
+            moves,
+            search,
+            ..
+        } = &mut *self.context;
+        let settings = &self.query.settings;
+        let seconds = (self.situation.attack.end() - self.situation.wait).min(LONGEST_MOVE);
+        let start = (self.situation.node, seconds);
+        let report = moves.run(self.query.baked.graph(), start, &settings.moves, |path| {
+            candidates.push(Candidate {
+                way: Way::Move(path),
+                rate: Rate::UNCHANGED,
+            });
+        });
+        *search += report;
     }
 }
+
+/// Moves are searched this far; then they go on along the natural way, seconds.
+const LONGEST_MOVE: f32 = 4.0;

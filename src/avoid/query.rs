@@ -1,32 +1,106 @@
 //! The first half of a query: from where a character is to the candidates and their maps.
 //!
-//! Source: Masaoka & Oshita, sections 5.1 to 5.3. The second half is [`Prepared::decide`]; between the two, somebody counts.
+//! Source: Masaoka & Oshita, sections 5.1 to 5.3. The second half is [`Prepared::decide`]; between
+//! the two, somebody counts.
 
 use serde::{Deserialize, Serialize};
 
-use super::enumerate::{
-    EnumerateSettings, FoundPath, SearchReport, cell, paths_to_evasions, plain_paths,
-};
-use super::placement::{CullMaps, PlacedRegion, cull_maps};
-use super::prepared::Candidate;
-use super::retime::{Direction, Rate, RateError, RateSettings, rate};
+use super::context::QueryContext;
+use super::moves::MoveSettings;
+use super::prepared::Verdict;
+use super::retime::RateSettings;
 use super::score::Weights;
-use super::{Attack, Prepared};
+use super::situation::Situation;
+use super::{Answer, Attack, Judging, Prepared};
 use crate::graph::Playhead;
 use crate::region::BakedGraph;
 
+/// Which of the cells that an attack touches are looked up in a node's grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Lookup {
+    /// The one that is nearest to the character's root (the paper's).
+    Nearest,
+    /// The nearest one that a path in time is filed in.
+    NearestFiled,
+    /// All of them.
+    #[default]
+    Union,
+}
+
+/// Where candidates come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Enumerate {
+    /// From the node's grid; where nothing is filed in the attack's cells, or nothing of it is
+    /// clean, from everywhere.
+    Grid(Lookup),
+    /// Every path from the node to an evasion, and where those are no better, moves.
+    Whole,
+}
+
+impl Default for Enumerate {
+    fn default() -> Self {
+        Self::Grid(Lookup::default())
+    }
+}
+
 /// How a query is answered.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuerySettings {
-    /// The search for candidates.
-    pub enumerate: EnumerateSettings,
+    /// Where candidates come from.
+    pub enumerate: Enumerate,
     /// Limits of the playback rate.
     pub rates: RateSettings,
+    /// Candidates that perform the same evasion are alike when they do so in one cell of a grid
+    /// with this side, metres; 0.001 at least. Default 0.05.
+    pub alike_distance: f32,
+    /// And when the character faces into one cell of this size then, radians; 0.001 at least.
+    /// Default 5°.
+    pub alike_angle: f32,
+    /// Most candidates that end in an evasion, those first whose rate is nearest to 1. Default 256.
+    pub most_evasions: usize,
+    /// The search for paths that only move.
+    pub moves: MoveSettings,
     /// Weights of the score.
     pub weights: Weights,
+    /// Whether the answer also lists the paths that are not in time, each with its reason. Default
+    /// no: they are counted only.
+    pub list_late: bool,
+    /// Threads that test candidates exactly when all are tested ([`Judging::All`]); 0 for as many
+    /// as the machine has. Default 1. The answer is the same for any number.
+    pub threads: usize,
+}
+
+impl Default for QuerySettings {
+    fn default() -> Self {
+        Self {
+            enumerate: Enumerate::default(),
+            rates: RateSettings::default(),
+            alike_distance: 0.05,
+            alike_angle: 5f32.to_radians(),
+            most_evasions: 256,
+            moves: MoveSettings::default(),
+            weights: Weights::default(),
+            list_late: false,
+            threads: 1,
+        }
+    }
 }
 
 /// Asks a baked graph how to avoid attacks.
+///
+/// ```
+/// # fn ask(baked: &sabaki::region::BakedGraph, playhead: sabaki::graph::Playhead, attack: &sabaki::avoid::Attack) {
+/// use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
+///
+/// let settings = QuerySettings::default();
+/// // Kept from one query to the next: after some of them nothing is allocated any more.
+/// let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+/// Query::new(baked, &settings).answer(playhead, attack, &mut context, &mut answer);
+/// println!("avoided: {}, by {} m", answer.avoided, answer.clearance().metres);
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'a> {
     pub(super) baked: &'a BakedGraph,
@@ -43,112 +117,33 @@ impl<'a> Query<'a> {
     /// Finds the candidates for a character at `playhead` and draws up their maps. `attack` is in
     /// the world of the playhead, its clock starts now.
     #[must_use]
-    pub fn prepare(&self, playhead: Playhead, attack: &Attack) -> Prepared<'a> {
-        let graph = self.baked.graph();
-        let (node, wait) = (
-            playhead.next_node(graph),
-            playhead.seconds_to_next_node(graph),
-        );
-        let available = attack.start() - wait;
-        let limits = (&self.settings.enumerate, &self.settings.rates);
-        let (mut paths, mut search) = paths_to_evasions(self.baked, node, available, limits);
-        let seconds = (attack.end() - wait).min(2.0 * self.settings.enumerate.horizon);
-        let (plain, plain_search) =
-            plain_paths(self.baked, node, seconds, &self.settings.enumerate);
-        search += plain_search;
-        paths.extend(plain);
-        let (in_time, late) = self.retime(paths, available);
-        let candidates = self.different_answers(playhead, in_time, &mut search);
-        Prepared {
-            query: *self,
-            playhead,
-            attack: attack.clone(),
-            maps: self.maps(playhead, attack, &candidates),
-            candidates,
-            late,
-            search,
-        }
-    }
-
-    /// Parts the paths into those that a rate brings in time, `available` seconds after their
-    /// start, and those that none does. A path that only moves is always in time.
-    fn retime(
-        &self,
-        paths: Vec<FoundPath>,
-        available: f32,
-    ) -> (Vec<Candidate>, Vec<(FoundPath, RateError)>) {
-        let unchanged = Rate {
-            rate: 1.0,
-            direction: Direction::Unchanged,
-        };
-        let (mut in_time, mut late) = (Vec::new(), Vec::new());
-        for path in paths {
-            let found = match path.evasion {
-                Some(_) => rate(&path.durations, available, &self.settings.rates),
-                None => Ok(unchanged),
-            };
-            match found {
-                Ok(rate) => in_time.push(Candidate { path, rate }),
-                Err(error) => late.push((path, error)),
-            }
-        }
-        (in_time, late)
-    }
-
-    /// The maps of the candidates that end in an evasion, in the frame of the next node.
-    fn maps(&self, playhead: Playhead, attack: &Attack, candidates: &[Candidate]) -> CullMaps {
-        let graph = self.baked.graph();
-        let start = graph.node(playhead.next_node(graph));
-        let path_start = graph.placement(start.clip, start.frame);
-        let placed = candidates.iter().filter_map(|candidate| {
-            let evasion = &self.baked.evasions()[candidate.path.evasion?];
-            let placement = path_start.inverse() * candidate.path.to_start * evasion.placement;
-            Some(PlacedRegion {
-                region: evasion.region,
-                placement,
-            })
-        });
-        let placed: Vec<PlacedRegion> = placed.collect();
-        let to_path_start = (playhead.next_clip_to_world(graph) * path_start).inverse();
-        cull_maps(self.baked.atlas(), &attack.placed(to_path_start), &placed)
-    }
-
-    /// Of candidates that perform the same evasion at nearly the same place the one whose rate is
-    /// nearest to 1. Evasions come first.
-    fn different_answers(
+    pub fn prepare<'c>(
         &self,
         playhead: Playhead,
-        mut all: Vec<Candidate>,
-        search: &mut SearchReport,
-    ) -> Vec<Candidate> {
-        let settings = &self.settings.enumerate;
-        let start = playhead.next_clip_to_world(self.baked.graph());
-        let change = |candidate: &Candidate| (candidate.rate.rate - 1.0).abs();
-        all.sort_by(|a, b| {
-            a.path
-                .evasion
-                .is_none()
-                .cmp(&b.path.evasion.is_none())
-                .then(change(a).total_cmp(&change(b)))
-        });
-        let mut seen = rustc_hash::FxHashSet::default();
-        let before = all.len();
-        all.retain(|candidate| {
-            let Some(evasion) = candidate.path.evasion else {
-                return true;
-            };
-            let place = start * candidate.path.to_start * self.baked.evasions()[evasion].placement;
-            let (x, z) = (
-                cell(place.x, settings.alike_distance),
-                cell(place.z, settings.alike_distance),
-            );
-            seen.insert((evasion, x, z, cell(place.heading(), settings.alike_angle)))
-        });
-        search.alike += before - all.len();
-        let evasions = all.partition_point(|candidate| candidate.path.evasion.is_some());
-        let kept = evasions.min(settings.evasion_candidates);
-        all.drain(kept..evasions);
-        search.cut += evasions - kept;
-        all
+        attack: &'c Attack,
+        context: &'c mut QueryContext,
+    ) -> Prepared<'a, 'c> {
+        let situation = Situation::new(self.baked, playhead, attack);
+        Prepared::new(*self, situation, context)
+    }
+
+    /// The whole query, culled on the CPU.
+    pub fn answer(
+        &self,
+        playhead: Playhead,
+        attack: &Attack,
+        context: &mut QueryContext,
+        answer: &mut Answer,
+    ) {
+        let mut counting = std::mem::take(&mut context.counting);
+        let mut prepared = self.prepare(playhead, attack, context);
+        loop {
+            counting.count(&prepared.cull_input());
+            match prepared.decide(&counting.overlaps, Judging::Needed, answer) {
+                Verdict::Answered => break,
+                Verdict::Widened(wider) => prepared = wider,
+            }
+        }
+        context.counting = counting;
     }
 }

@@ -58,6 +58,14 @@ pub struct Rate {
     pub direction: Direction,
 }
 
+impl Rate {
+    /// As captured.
+    pub const UNCHANGED: Self = Self {
+        rate: 1.0,
+        direction: Direction::Unchanged,
+    };
+}
+
 /// Why no rate brings a path in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
@@ -87,10 +95,7 @@ pub fn rate(
     settings: &RateSettings,
 ) -> Result<Rate, RateError> {
     if (durations.total - available).abs() <= settings.tolerance {
-        return Ok(Rate {
-            rate: 1.0,
-            direction: Direction::Unchanged,
-        });
+        return Ok(Rate::UNCHANGED);
     }
     let faster = durations.total > available;
     let (retimable, direction) = if faster {

@@ -42,12 +42,16 @@ pub struct Score {
 }
 
 impl Score {
-    /// From the texels of the evasion region in the slabs that the attack touches, how many of them
-    /// the attack covers, the clearance in metres and the rate p.
+    /// No path that only moves scores below it, whatever its clearance.
+    pub(super) fn least_of_a_move(weights: &Weights) -> f32 {
+        weights.avoid
+    }
+
+    /// From the texels of the evasion region in the slabs that the attack touches and how many of
+    /// them the attack covers, the clearance in metres and the rate p.
     #[must_use]
     pub fn new(
-        region_texels: u32,
-        covered_texels: u32,
+        (region_texels, covered_texels): (u32, u32),
         clearance: f32,
         rate: f32,
         weights: &Weights,

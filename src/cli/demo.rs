@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use sabaki::avoid::{Query, QuerySettings};
+use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::io;
 use sabaki::region::BakedGraph;
@@ -73,9 +73,15 @@ fn passes(
     let bar = output::progress("dodging", (throws.len() * paths.len()) as u64);
     let mut passes = Vec::new();
     for path in paths {
-        let mut runs = Vec::new();
+        let (mut runs, mut context) = (Vec::new(), QueryContext::default());
         for throw in throws {
-            runs.push(stats::answer(baked, &settings, throw, (culling, path))?);
+            runs.push(stats::answer(
+                baked,
+                &settings,
+                throw,
+                (culling, path),
+                &mut context,
+            )?);
             bar.inc(1);
         }
         passes.push((path, runs));
@@ -130,7 +136,7 @@ fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
 /// answers any.
 fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
     let rank = |run: &Run| {
-        let chosen = &run.answer.candidates[run.answer.chosen];
+        let chosen = run.answer.chosen();
         let score = chosen.score?;
         let region = baked.evasion(chosen.evasion?)?.region;
         let stays = baked.atlas().regions[region.index()]
@@ -160,7 +166,9 @@ fn write_files(baked: &BakedGraph, throw: &Throw, run: &Run) -> Result<Vec<Strin
         .map_err(failed(folder))?
         .to_vec();
     let settings = QuerySettings::default();
-    let prepared = Query::new(baked, &settings).prepare(throw.playhead, &throw.attack);
+    let mut context = QueryContext::default();
+    let query = Query::new(baked, &settings);
+    let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
     let input = prepared.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(run.answer.chosen) {

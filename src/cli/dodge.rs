@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use sabaki::avoid::{Attack, QuerySettings};
+use sabaki::avoid::{Attack, QueryContext, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::io;
@@ -133,8 +133,9 @@ fn pass(
     let settings = QuerySettings::default();
     let bar = output::progress(path.name(), throws.len() as u64);
     let mut runs = Vec::with_capacity(throws.len());
+    let mut context = QueryContext::default();
     for (index, throw) in throws.iter().enumerate() {
-        let run = stats::answer(baked, &settings, throw, (culling, path))?;
+        let run = stats::answer(baked, &settings, throw, (culling, path), &mut context)?;
         if let Some(folder) = export {
             let name = format!("attack_{index:04}");
             io::export::write_answer(folder, &name, baked, (&run.answer, &throw.attack)).map_err(
@@ -205,7 +206,7 @@ pub(super) fn attack_table(baked: &BakedGraph, runs: &[Run]) -> comfy_table::Tab
             if run.answer.avoided { "avoided" } else { "HIT" }.to_owned(),
             run.evasion(baked).unwrap_or_else(|| "moving on".to_owned()),
             format!("{:.2}", run.rate()),
-            format!("{:.1}", run.answer.clearance.metres * 100.0),
+            format!("{:.1}", run.answer.clearance().metres * 100.0),
             counts.candidates.to_string(),
             counts.culled.to_string(),
             format!("{:.2}", run.query_ms()),

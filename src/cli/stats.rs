@@ -1,8 +1,8 @@
 //! Answers to many attacks, summed up.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use sabaki::avoid::{Answer, Query, QuerySettings};
+use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings, Verdict};
 use sabaki::demo::throw::Throw;
 use sabaki::region::BakedGraph;
 use serde_json::{Value, json};
@@ -38,7 +38,8 @@ impl Run {
 
     /// The rate of the chosen path.
     pub(crate) fn rate(&self) -> f32 {
-        self.answer.candidates[self.answer.chosen]
+        self.answer
+            .chosen()
             .rate
             .as_ref()
             .map_or(1.0, |rate| rate.rate)
@@ -46,7 +47,7 @@ impl Run {
 
     /// The chosen evasion by clip and seconds; `None` where the path only moves.
     pub(crate) fn evasion(&self, baked: &BakedGraph) -> Option<String> {
-        let edge = self.answer.candidates[self.answer.chosen].evasion?;
+        let edge = self.answer.chosen().evasion?;
         let event = baked.graph().edge(edge).event?;
         Some(baked.graph().describe_event(baked.graph().event(event)))
     }
@@ -57,7 +58,7 @@ impl Run {
             "cull": cull.name(),
             "grid": "off",
             "avoided": self.answer.avoided,
-            "clearance": self.answer.clearance.metres,
+            "clearance": self.answer.clearance().metres,
             "evasion": self.evasion(baked),
             "p": self.rate(),
             "counts": self.answer.counts,
@@ -78,19 +79,28 @@ pub(crate) fn answer(
     settings: &QuerySettings,
     throw: &Throw,
     (culling, path): (&mut Culling, CullPath),
+    context: &mut QueryContext,
 ) -> Result<Run, Failure> {
+    let mut answer = Answer::default();
+    let (mut enumerate, mut cull) = (Duration::ZERO, Duration::ZERO);
     let started = Instant::now();
-    let prepared = Query::new(baked, settings).prepare(throw.playhead, &throw.attack);
-    let enumerated = Instant::now();
-    let overlaps = culling.count(path, &prepared.cull_input())?;
-    let culled = Instant::now();
-    let answer = prepared.decide(&overlaps, path.judging());
-    let ms = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
+    let mut prepared = Query::new(baked, settings).prepare(throw.playhead, &throw.attack, context);
+    enumerate += started.elapsed();
+    loop {
+        let counting = Instant::now();
+        let overlaps = culling.count(path, &prepared.cull_input())?;
+        cull += counting.elapsed();
+        match prepared.decide(&overlaps, path.judging(), &mut answer) {
+            Verdict::Answered => break,
+            Verdict::Widened(wider) => prepared = wider,
+        }
+    }
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
     Ok(Run {
         answer,
-        enumerate_ms: ms(started, enumerated),
-        cull_ms: ms(enumerated, culled),
-        decide_ms: ms(culled, Instant::now()),
+        enumerate_ms: ms(enumerate),
+        cull_ms: ms(cull),
+        decide_ms: ms(started.elapsed() - enumerate - cull),
     })
 }
 
@@ -124,7 +134,7 @@ impl Summary {
         let clean: Vec<f64> = runs
             .iter()
             .filter(|r| r.answer.avoided)
-            .map(|r| f64::from(r.answer.clearance.metres))
+            .map(|r| f64::from(r.answer.clearance().metres))
             .collect();
         let times =
             |of: fn(&Run) -> f64| [percentile(values(of), 0.5), percentile(values(of), 0.99)];
@@ -144,7 +154,7 @@ impl Summary {
             cull_ms: times(|r| r.cull_ms),
             evading: runs
                 .iter()
-                .filter(|r| r.answer.candidates[r.answer.chosen].evasion.is_some())
+                .filter(|r| r.answer.chosen().evasion.is_some())
                 .count(),
         }
     }

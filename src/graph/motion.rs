@@ -75,7 +75,7 @@ pub struct Step {
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then
 /// whatever way is natural.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     pieces: Vec<Piece>,
 }
@@ -89,6 +89,22 @@ struct Piece {
     end: f32,
 }
 
+impl Piece {
+    /// What comes after it when an edge is played next.
+    fn followed(&self, graph: &MotionGraph, edge: EdgeId, rate: f32) -> Self {
+        Self {
+            playhead: Playhead {
+                edge,
+                frame: 0.0,
+                clip_to_world: self.playhead.next_clip_to_world(graph),
+            },
+            rate,
+            start: self.end,
+            end: self.end + graph.seconds(edge) / rate,
+        }
+    }
+}
+
 impl Motion {
     /// From `playhead` on, along `steps`.
     ///
@@ -96,69 +112,83 @@ impl Motion {
     /// before.
     #[must_use]
     pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[Step]) -> Self {
-        let end = playhead.seconds_to_next_node(graph);
-        let mut motion = Self {
-            pieces: vec![Piece {
-                playhead,
-                rate: 1.0,
-                start: 0.0,
-                end,
-            }],
-        };
-        for step in steps {
-            motion.push(graph, *step);
-        }
+        let mut motion = Self::default();
+        motion.restart(graph, playhead, steps.iter().copied());
         motion
     }
 
-    fn last(&self) -> &Piece {
-        &self.pieces[self.pieces.len() - 1]
+    /// Becomes what [`Motion::new`] would make, in the memory that it has.
+    pub fn restart(
+        &mut self,
+        graph: &MotionGraph,
+        playhead: Playhead,
+        steps: impl IntoIterator<Item = Step>,
+    ) {
+        self.pieces.clear();
+        self.pieces.push(Piece {
+            playhead,
+            rate: 1.0,
+            start: 0.0,
+            end: playhead.seconds_to_next_node(graph),
+        });
+        for step in steps {
+            self.push(graph, step);
+        }
+    }
+
+    /// The same for steps that come last one first.
+    pub fn restart_backwards(
+        &mut self,
+        graph: &MotionGraph,
+        playhead: Playhead,
+        steps: impl IntoIterator<Item = Step>,
+    ) {
+        self.restart(graph, playhead, steps);
+        // The pieces were made in the wrong order: what they play is right, where and when is not.
+        self.pieces[1..].reverse();
+        let count = self.pieces.len();
+        for index in 1..count {
+            let Piece { playhead, rate, .. } = self.pieces[index];
+            self.pieces[index] = self.pieces[index - 1].followed(graph, playhead.edge, rate);
+        }
     }
 
     fn push(&mut self, graph: &MotionGraph, step: Step) {
-        let last = self.last();
-        let clip_to_world = last.playhead.next_clip_to_world(graph);
-        let playhead = Playhead {
-            edge: step.edge,
-            frame: 0.0,
-            clip_to_world,
-        };
-        let (start, end) = (last.end, last.end + graph.seconds(step.edge) / step.rate);
-        self.pieces.push(Piece {
-            playhead,
-            rate: step.rate,
-            start,
-            end,
-        });
+        if let Some(last) = self.pieces.last() {
+            let next = last.followed(graph, step.edge, step.rate);
+            self.pieces.push(next);
+        }
     }
 
     /// Walks on by [`MotionGraph::natural_edge`] until the motion lasts at least `seconds`.
     pub fn extend(&mut self, graph: &MotionGraph, seconds: f32) {
-        while self.duration() < seconds {
-            let node = self.last().playhead.next_node(graph);
-            self.push(
-                graph,
-                Step {
-                    edge: graph.natural_edge(node),
-                    rate: 1.0,
-                },
-            );
+        while let Some(last) = self.pieces.last().filter(|last| last.end < seconds) {
+            let step = Step {
+                edge: graph.natural_edge(last.playhead.next_node(graph)),
+                rate: 1.0,
+            };
+            self.push(graph, step);
         }
     }
 
     /// Seconds from its start to its end.
     #[must_use]
     pub fn duration(&self) -> f32 {
-        self.last().end
+        self.pieces.last().map_or(0.0, |last| last.end)
     }
 
-    /// Where the motion is after `seconds`.
+    /// Where the motion is after `seconds`; before its start and after its end those hold. A motion
+    /// that was never started is at the start of the first edge.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
-        let piece = &self.pieces[self
-            .pieces
-            .partition_point(|piece| piece.end < seconds)
-            .min(self.pieces.len() - 1)];
+        let index = self.pieces.partition_point(|piece| piece.end < seconds);
+        let Some(piece) = self.pieces.get(index).or(self.pieces.last()) else {
+            return Playhead {
+                edge: EdgeId(0),
+                frame: 0.0,
+                clip_to_world: Rigid2::IDENTITY,
+            };
+        };
         let frames = (seconds - piece.start).max(0.0) * piece.rate * graph.frame_rate() as f32;
         let longest = graph.edge(piece.playhead.edge).frames as f32;
         Playhead {
@@ -183,7 +213,7 @@ impl Motion {
 
     /// The steps that follow the first, begun edge.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
-        self.pieces[1..].iter().map(|piece| Step {
+        self.pieces.iter().skip(1).map(|piece| Step {
             edge: piece.playhead.edge,
             rate: piece.rate,
         })

@@ -167,7 +167,7 @@ impl BodyFile {
             .enumerate()
             .map(sphere)
             .collect::<Result<_, BodyFileError>>()?;
-        Ok(Body { spheres })
+        Ok(Body::new(spheres))
     }
 
     /// Writes the file; it appears whole or not at all.

@@ -85,12 +85,12 @@ fn facts_of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Value {
     let candidates: Vec<Value> = answer
         .candidates
         .iter()
-        .map(|candidate| describe(baked, candidate))
+        .map(|candidate| describe(baked, answer, candidate))
         .collect();
     json!({
         "avoided": answer.avoided,
-        "clearance": answer.clearance.metres,
-        "clearance_time": answer.clearance.time,
+        "clearance": answer.clearance().metres,
+        "clearance_time": answer.clearance().time,
         "metres_per_unit": METRES_PER_UNIT,
         "frames_per_second": SAMPLE_RATE,
         "attack": { "spheres": attack.spheres() },
@@ -102,11 +102,11 @@ fn facts_of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Value {
     })
 }
 
-/// A candidate in words and numbers: its path, what it performs, its rate, counts, score and fate.
+/// A candidate of an answer in words and numbers: its path, what it performs, its rate, counts, score and fate.
 #[must_use]
-pub fn describe(baked: &BakedGraph, candidate: &CandidateReport) -> Value {
+pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport) -> Value {
     let mut value = json!({
-        "path": candidate.path.iter().map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
+        "path": answer.path(candidate).iter().map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
         "evasion": candidate.evasion.and_then(|edge| event_of(baked, edge)),
         "fate": candidate.fate,
     });

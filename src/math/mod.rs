@@ -1,7 +1,9 @@
-//! Rigid transforms of the ground plane; the choice of an instruction set.
+//! Rigid transforms of the ground plane; the choice of an instruction set; threads.
 
 mod isa;
+mod parallel;
 mod rigid2;
 
 pub use isa::Isa;
+pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;

@@ -10,8 +10,8 @@ use super::drawings::{self, SlabDrawings};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, MapGrid, MapRect, RegionAtlas,
-    RegionId, RegionMaps, RetimeSettings, Strike,
+    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect,
+    PathSettings, Prop, RegionAtlas, RegionId, RegionMaps, RetimeSettings, Strike,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
@@ -24,8 +24,14 @@ pub struct BakeSettings {
     pub maps: MapGrid,
     /// Which edges may be retimed.
     pub retime: RetimeSettings,
+    /// How far ways to evasions are followed.
+    pub paths: PathSettings,
+    /// The cells that those are filed in.
+    pub grid: GridSettings,
     /// The body's spheres; from the bones where there are none.
     pub body: Option<Body>,
+    /// What the body's joints hold, beside what [`BakeSettings::body`] holds already.
+    pub props: Vec<Prop>,
 }
 
 /// Why a graph cannot be baked.
@@ -46,6 +52,11 @@ pub enum BakeError {
         "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
     )]
     Body,
+    /// One of the settings' props, counted from 0, has no sphere, or one without a joint, a place or a size.
+    #[error(
+        "prop {0} needs spheres, and a joint of the skeleton, each with a finite place and a radius above 0"
+    )]
+    Prop(usize),
     /// The body is higher above the ground, or further below it, than slabs are counted.
     #[error("the body in {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
     TooHigh {
@@ -115,10 +126,16 @@ impl Baker {
         if !settings.maps.is_sound() {
             return Err(BakeError::Grid { texel, slab_height });
         }
-        let body = settings
+        let mut body = settings
             .body
             .clone()
             .unwrap_or_else(|| Body::from_bones(graph.skeleton()));
+        for (index, prop) in settings.props.iter().enumerate() {
+            if !prop.is_sound(graph.skeleton()) {
+                return Err(BakeError::Prop(index));
+            }
+            body.hold(prop.clone());
+        }
         if !body.is_sound(graph.skeleton()) {
             return Err(BakeError::Body);
         }
@@ -226,6 +243,7 @@ impl Baker {
             atlas,
             retimable,
             (evasions, strikes),
+            (&self.settings.paths, self.settings.grid),
         ))
     }
 }

@@ -1,9 +1,14 @@
 use serde::{Deserialize, Serialize};
 
+use super::grid::{Grid, GridSettings, GridSource};
+use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
-use super::{AttackMaps, Body, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Strike};
+use super::{
+    AttackMaps, Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab,
+    Strike,
+};
 use crate::anim::{EventKind, Skeleton};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::math::Rigid2;
 
 /// An edge that avoids.
@@ -27,22 +32,49 @@ pub struct BakedGraph {
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
     strikes: Vec<Strike>,
+    paths: PathTable,
+    grid_settings: GridSettings,
+    #[serde(skip)]
+    grid: Grid,
+    /// By evasion.
+    #[serde(skip)]
+    tracks: Vec<BodyTrack>,
     /// For each node the fewest frames at rate 1 until an evasion starts.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
     /// No part of the body is further from the root.
     #[serde(skip)]
     reach: f32,
+    /// Radii of the body's spheres, padded.
+    #[serde(skip)]
+    radii: Vec<f32>,
+    /// For each region and slab.
+    #[serde(skip)]
+    evasion_texels: Vec<Vec<u32>>,
+    /// For each node the character's frame there, in the space of its clip.
+    #[serde(skip)]
+    placements: Vec<Rigid2>,
 }
 
 impl BakedGraph {
+    /// The body is known this long from each evasion's start on, or until its end, seconds.
+    pub const TRACK_SECONDS: f32 = 1.5;
+
     pub(super) fn new(
         graph: MotionGraph,
         body: Body,
         atlas: RegionAtlas,
         retimable: Vec<Retimable>,
         (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
+        (paths, grid_settings): (&PathSettings, GridSettings),
     ) -> Self {
+        let source = PathSource {
+            graph: &graph,
+            retimable: &retimable,
+            evasions: &evasions,
+        };
+        let paths = find_paths(source, paths);
+        let (grid, tracks) = (Grid::default(), Vec::new());
         let (frames_to_evasion, reach) = (Vec::new(), 0.0);
         Self {
             graph,
@@ -51,8 +83,15 @@ impl BakedGraph {
             retimable,
             evasions,
             strikes,
+            paths,
+            grid_settings,
+            grid,
+            tracks,
             frames_to_evasion,
             reach,
+            radii: Vec::new(),
+            evasion_texels: Vec::new(),
+            placements: Vec::new(),
         }
         .derived()
     }
@@ -106,6 +145,25 @@ impl BakedGraph {
         })
     }
 
+    /// The ways from every node to an evasion.
+    #[must_use]
+    pub fn paths(&self) -> &PathTable {
+        &self.paths
+    }
+
+    /// Those ways, by the cells of space that they take the body out of.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The body all through an evasion and beyond, by the evasion's position in
+    /// [`BakedGraph::evasions`].
+    #[must_use]
+    pub fn track(&self, evasion: usize) -> &BodyTrack {
+        &self.tracks[evasion]
+    }
+
     /// The evasion that an edge is, if it is one.
     #[must_use]
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
@@ -120,6 +178,30 @@ impl BakedGraph {
     #[must_use]
     pub fn reach(&self) -> f32 {
         self.reach
+    }
+
+    /// Texels of an evasion's region in a slab: what an attack there can cover at most.
+    #[must_use]
+    pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
+        let first = self.atlas.regions[region.index()].first_slab;
+        let texels = &self.evasion_texels[region.index()];
+        let index = slab.0.checked_sub(first.0).map(usize::try_from);
+        index
+            .and_then(Result::ok)
+            .and_then(|index| texels.get(index))
+            .map_or(0, |&texels| texels)
+    }
+
+    /// The radii of the body's spheres, padded as the rows of a [`BodyTrack`] are.
+    #[must_use]
+    pub fn radii_row(&self) -> &[f32] {
+        &self.radii
+    }
+
+    /// The character's frame (root on the ground, facing +Z) at a node, in the space of its clip.
+    #[must_use]
+    pub fn placement(&self, node: NodeId) -> Rigid2 {
+        self.placements[node.index()]
     }
 
     /// The fewest frames at rate 1 from a node until an evasion starts; `None` where the graph has no evasion.
@@ -154,7 +236,7 @@ impl BakedGraph {
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn restored(self) -> Result<Self, String> {
+    pub fn restored(mut self) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -199,12 +281,36 @@ impl BakedGraph {
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        self.paths = self
+            .paths
+            .restored(&self.graph, &self.retimable, &self.evasions)?;
         Ok(self.derived())
     }
 
     fn derived(mut self) -> Self {
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
+        let texels =
+            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
+        self.evasion_texels = self.atlas.regions.iter().map(texels).collect();
+        self.radii = BodyTrack::radii(&self.body);
+        let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
+        self.placements = self.graph.nodes().iter().map(placement).collect();
+        let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
+        let track = |evasion: &Evasion| {
+            let place = (evasion.edge, evasion.placement);
+            let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
+            BodyTrack::along(&self.graph, &self.body, place, seconds)
+        };
+        self.tracks = self.evasions.iter().map(track).collect();
+        let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
+        let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
+        let source = GridSource {
+            body: &self.body,
+            evasions: evasions.collect(),
+            paths: &self.paths,
+        };
+        self.grid = Grid::new(&source, self.grid_settings);
         self
     }
 

@@ -20,6 +20,15 @@ impl MovingSphere {
         (ordered && !keys.is_empty()).then_some(Self { keys })
     }
 
+    /// Becomes another sphere seen from another frame; `placement` takes its points there.
+    pub fn place_from(&mut self, other: &Self, placement: Rigid2) {
+        self.keys.clear();
+        self.keys.extend(other.keys.iter().map(|key| SphereKey {
+            center: placement.point(key.center),
+            ..*key
+        }));
+    }
+
     /// The same sphere in another frame: `placement` takes points of this one there.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
@@ -61,6 +70,13 @@ impl MovingSphere {
             self.keys[next - 1],
             self.keys[next.min(self.keys.len() - 1)],
         );
+        Self::between(before, after, t)
+    }
+
+    /// Where a sphere is that goes straight from one key to a later one; before the first that,
+    /// after the last the other.
+    #[must_use]
+    pub fn between(before: SphereKey, after: SphereKey, t: f32) -> SphereKey {
         let span = after.t - before.t;
         let share = if span > 0.0 {
             ((t - before.t) / span).clamp(0.0, 1.0)

@@ -6,7 +6,7 @@
 use glam::Vec3;
 
 use super::Body;
-use crate::anim::{Pose, forward_kinematics};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
@@ -17,6 +17,8 @@ pub struct BodyTrack {
     spheres: usize,
     /// `[tick][x, y, z][sphere]`, rows padded to whole lanes.
     rows: Vec<f32>,
+    /// For each sample a sphere that holds the whole body.
+    bounds: Vec<(Vec3, f32)>,
 }
 
 impl BodyTrack {
@@ -47,37 +49,66 @@ impl BodyTrack {
         motion.extend(graph, ticks as f32 / Self::RATE);
         let mut track = Self {
             spheres: body.spheres.len(),
-            rows: Vec::with_capacity(ticks * 3 * body.spheres.len().next_multiple_of(Self::LANES)),
+            rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
+            bounds: Vec::with_capacity(ticks),
         };
         let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
         for tick in 0..ticks {
             motion.sample(graph, tick as f32 / Self::RATE, &mut pose);
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            Self::push_rows(body, &joints, &mut track.rows);
             body.centres(&joints, &mut centres);
-            track.push(&centres);
+            track.bounds.push(bound(body, &centres));
         }
         track
     }
 
-    fn push(&mut self, centres: &[Vec3]) {
-        let padding = self.row() - centres.len();
-        let last = centres.last().copied().unwrap_or_default();
-        for axis in 0..3 {
-            self.rows.extend(centres.iter().map(|centre| centre[axis]));
-            self.rows.extend(std::iter::repeat_n(last[axis], padding));
+    fn padded(spheres: usize) -> usize {
+        spheres.next_multiple_of(Self::LANES)
+    }
+
+    /// Appends the x, then the y, then the z of the body's spheres, each padded to whole lanes with
+    /// copies of the last sphere.
+    pub fn push_rows(body: &Body, joints: &[JointTransform], rows: &mut Vec<f32>) {
+        let (start, row) = (rows.len(), Self::padded(body.spheres.len()));
+        rows.resize(start + 3 * row, 0.0);
+        let last = body.spheres.len().saturating_sub(1);
+        let (x, rest) = rows[start..].split_at_mut(row);
+        let (y, z) = rest.split_at_mut(row);
+        let mut centre = Vec3::ZERO;
+        for index in 0..row {
+            if index <= last {
+                centre = body.spheres[index].centre(joints);
+            }
+            (x[index], y[index], z[index]) = (centre.x, centre.y, centre.z);
         }
+    }
+
+    /// The radii of the body's spheres, padded as the rows are.
+    #[must_use]
+    pub fn radii(body: &Body) -> Vec<f32> {
+        let last = body.spheres.last().map_or(0.0, |sphere| sphere.radius);
+        let mut radii: Vec<f32> = body.spheres.iter().map(|sphere| sphere.radius).collect();
+        radii.resize(Self::padded(radii.len()), last);
+        radii
+    }
+
+    /// A sphere that holds the whole body at one sample: its centre and radius.
+    #[must_use]
+    pub fn bound(&self, tick: usize) -> (Vec3, f32) {
+        self.bounds[tick]
     }
 
     /// Values in a row of one tick and axis.
     #[must_use]
     pub fn row(&self) -> usize {
-        self.spheres.next_multiple_of(Self::LANES)
+        Self::padded(self.spheres)
     }
 
     /// How many samples.
     #[must_use]
     pub fn ticks(&self) -> usize {
-        self.rows.len() / (3 * self.row()).max(1)
+        self.bounds.len()
     }
 
     /// Seconds from the first sample to the last.
@@ -100,4 +131,18 @@ impl BodyTrack {
         let [x, y, z] = self.axes(tick);
         Vec3::new(x[sphere], y[sphere], z[sphere])
     }
+}
+
+/// The sphere around the middle of the body's box.
+fn bound(body: &Body, centres: &[Vec3]) -> (Vec3, f32) {
+    let low = centres.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+    let high = centres.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let middle = (low + high) / 2.0;
+    let radius = body
+        .spheres
+        .iter()
+        .zip(centres)
+        .map(|(sphere, centre)| centre.distance(middle) + sphere.radius)
+        .fold(0.0, f32::max);
+    (middle, radius)
 }

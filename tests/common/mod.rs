@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may")]
 
 #[cfg(feature = "demo")]
+pub mod answer;
+#[cfg(feature = "demo")]
 pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]

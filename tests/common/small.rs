@@ -59,11 +59,10 @@ pub fn use_it(baked: &BakedGraph) {
         radius: 0.1,
     };
     let attack = Attack::new(vec![vec![key(0.9, -1.0), key(1.1, 1.0)]]).unwrap();
-    let prepared = Query::new(baked, &settings).prepare(playhead, &attack);
-    let mut overlaps = Vec::new();
-    cpu::count(&prepared.cull_input(), &mut overlaps);
-    let answer = prepared.decide(&overlaps, Judging::Needed);
-    let _ = clearance(baked, &answer.motion, &attack, Extent::Whole);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    Query::new(baked, &settings).answer(playhead, &attack, &mut context, &mut answer);
+    let whole = (&attack, Extent::Whole);
+    let _ = on_motion(baked, &answer.motion, whole, &mut MotionBody::default());
     let _ = (baked.responsive_share(1.0), baked.graph().seconds_kept());
     let _ = baked.atlas().pack();
     for event in baked.graph().events() {

@@ -145,9 +145,7 @@ pub fn fit_body(
     check(settings)?;
     let vertices = bind::bind(pose, mesh, settings.furthest)?;
     let surface = Surface::new(mesh, &vertices, 0.5 * settings.cover);
-    let mut body = Body {
-        spheres: Vec::new(),
-    };
+    let mut body = Body::default();
     let mut report = FitReport::of(&surface);
     for joint in pose.skeleton.ids() {
         let piece = Piece::of(&surface, joint);

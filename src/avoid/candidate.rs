@@ -1,0 +1,23 @@
+use super::moves::MoveId;
+use super::retime::Rate;
+use crate::region::PathId;
+
+/// A path that is in time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub way: Way,
+    pub rate: Rate,
+}
+
+/// Where a candidate leads.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Way {
+    /// To an evasion.
+    Evasion {
+        path: PathId,
+        /// When that starts, seconds since the query.
+        start: f32,
+    },
+    /// On, for as long as the attack lasts.
+    Move(MoveId),
+}

@@ -1,0 +1,153 @@
+//! The body's spheres where they are known beforehand, and where they are posed.
+
+use glam::Vec3;
+
+use super::SAMPLE_RATE;
+use super::nearest::Spheres;
+use super::sweep::Samples;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::Motion;
+use crate::region::{BakedGraph, BodyTrack};
+
+/// What posing the body along a motion needs; kept from one motion to the next.
+#[derive(Clone, Debug, Default)]
+pub struct MotionBody {
+    pose: Pose,
+    joints: Vec<JointTransform>,
+    /// For each sample from the first one asked for, where its rows begin.
+    slots: Vec<Option<usize>>,
+    first_tick: Option<usize>,
+    /// `[slot][x, y, z][sphere]`, padded.
+    rows: Vec<f32>,
+    /// For those who build a motion only to have it tested.
+    motion: Motion,
+}
+
+impl MotionBody {
+    /// The body along `motion`.
+    pub(super) fn on<'a>(&'a mut self, baked: &'a BakedGraph, motion: &'a Motion) -> Posed<'a> {
+        self.slots.clear();
+        self.rows.clear();
+        self.first_tick = None;
+        Posed {
+            baked,
+            motion,
+            scratch: self,
+        }
+    }
+
+    pub(in crate::avoid) fn take_motion(&mut self) -> Motion {
+        std::mem::take(&mut self.motion)
+    }
+
+    pub(in crate::avoid) fn return_motion(&mut self, motion: Motion) {
+        self.motion = motion;
+    }
+}
+
+/// The body along a motion, posed at the samples that are asked for.
+pub(super) struct Posed<'a> {
+    baked: &'a BakedGraph,
+    motion: &'a Motion,
+    scratch: &'a mut MotionBody,
+}
+
+impl Posed<'_> {
+    fn slot(&self, tick: usize) -> Option<usize> {
+        let index = tick.checked_sub(self.scratch.first_tick?)?;
+        self.scratch.slots.get(index).copied().flatten()
+    }
+
+    fn make(&mut self, tick: usize) {
+        // Samples are asked for in the order of time, but for an attack of several spheres.
+        let first = *self.scratch.first_tick.get_or_insert(tick);
+        if tick < first {
+            self.scratch.slots.clear();
+            self.scratch.rows.clear();
+            self.scratch.first_tick = Some(tick);
+        }
+        let index = tick - first.min(tick);
+        if self.scratch.slots.len() <= index {
+            self.scratch.slots.resize(index + 1, None);
+        }
+        if self.scratch.slots[index].is_none() {
+            self.scratch.slots[index] = Some(self.scratch.rows.len());
+            let seconds = tick as f32 / SAMPLE_RATE;
+            let graph = self.baked.graph();
+            let scratch = &mut *self.scratch;
+            self.motion.sample(graph, seconds, &mut scratch.pose);
+            forward_kinematics(graph.skeleton(), &scratch.pose, &mut scratch.joints);
+            BodyTrack::push_rows(self.baked.body(), &scratch.joints, &mut scratch.rows);
+        }
+    }
+
+    fn axes(&self, tick: usize) -> [&[f32]; 3] {
+        let row = self.baked.radii_row().len();
+        let start = self.slot(tick).unwrap_or(0);
+        [0, 1, 2].map(|axis| &self.scratch.rows[start + axis * row..start + (axis + 1) * row])
+    }
+}
+
+impl Samples for Posed<'_> {
+    fn bound(&mut self, tick: usize) -> (Vec3, f32) {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let root = self.motion.root(self.baked.graph(), seconds);
+        (root, self.baked.reach())
+    }
+
+    fn prepare(&mut self, tick: usize) {
+        self.make(tick);
+        self.make(tick + 1);
+    }
+
+    fn spheres(&self, tick: usize) -> Spheres<'_> {
+        Spheres {
+            from: self.axes(tick),
+            to: self.axes(tick + 1),
+            radii: self.baked.radii_row(),
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.baked.body().spheres.len()
+    }
+}
+
+/// The body from an evasion's start on.
+pub(super) struct Tracked<'a> {
+    track: &'a BodyTrack,
+    radii: &'a [f32],
+    count: usize,
+}
+
+impl BakedGraph {
+    pub(super) fn of_track<'a>(&'a self, track: &'a BodyTrack) -> Tracked<'a> {
+        Tracked {
+            track,
+            radii: self.radii_row(),
+            count: self.body().spheres.len(),
+        }
+    }
+}
+
+impl Samples for Tracked<'_> {
+    fn bound(&mut self, tick: usize) -> (Vec3, f32) {
+        self.track.bound(tick.min(self.track.ticks() - 1))
+    }
+
+    fn prepare(&mut self, _: usize) {}
+
+    fn spheres(&self, tick: usize) -> Spheres<'_> {
+        // The last sample has no next one: there the body stays for the moment that is asked for.
+        let last = self.track.ticks() - 1;
+        Spheres {
+            from: self.track.axes(tick.min(last)),
+            to: self.track.axes((tick + 1).min(last)),
+            radii: self.radii,
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+}
