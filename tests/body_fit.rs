@@ -127,3 +127,123 @@ fn a_man_of_tubes_is_covered_and_not_puffed_up() {
         }
     }
 }
+
+#[test]
+fn the_same_mesh_gives_the_same_spheres_inside_out_too() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let first = fitted(&mesh, &pose);
+    assert_eq!(fitted(&mesh, &pose), first);
+    let turned = mesh
+        .triangles()
+        .iter()
+        .map(|&[a, b, c]| [a, c, b])
+        .collect();
+    let inside_out = Mesh::new(mesh.positions().to_vec(), turned, Vec::new()).unwrap();
+    let (body, report) = fitted(&inside_out, &pose);
+    assert!(
+        (report.border - first.1.border).abs() < 0.01,
+        "inside is inside, whatever the normals say"
+    );
+    assert!(report.worst().mesh_out_max <= 0.02 + 1e-5 && body.spheres.len() < 120);
+}
+
+#[test]
+fn a_group_named_like_a_joint_goes_there_and_nothing_else_does() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mut shape = Shape::man(&skeleton, pose.joints(), thickness);
+    let hand = skeleton.find("LeftHand").unwrap();
+    // A shield, nearest to the forearm and the upper arm.
+    let middle = pose.joints()[hand.index()].translation - Vec3::new(0.2, 0.15, 0.0);
+    shape.group("LeftHand");
+    shape.capsule(middle - Vec3::Z * 0.2, middle + Vec3::Z * 0.2, 0.03, 12);
+    shape.group("of no joint");
+    shape.capsule(middle + Vec3::Y * 0.6, middle + Vec3::Y * 0.6, 0.03, 12);
+    let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
+    let (body, _) = fitted(&mesh, &pose);
+    let near = |middle: Vec3| {
+        let here = |sphere: &&sabaki::region::BodySphere| {
+            sphere.centre(pose.joints()).distance(middle) < 0.03
+        };
+        let joints: Vec<_> = body
+            .spheres
+            .iter()
+            .filter(here)
+            .map(|sphere| sphere.joint)
+            .collect();
+        assert!(!joints.is_empty());
+        joints
+    };
+    assert!(near(middle).iter().all(|&joint| joint == hand));
+    assert!(
+        near(middle + Vec3::Y * 0.6)
+            .iter()
+            .all(|&joint| joint != hand)
+    );
+}
+
+/// The figure is fitted in one frame and covers the figure of another: spheres move as the bones do.
+#[test]
+fn a_mesh_fitted_in_a_frame_of_a_clip_moves_with_the_bones() {
+    let motions = demo::motions().unwrap();
+    let (skeleton, clip) = (&motions.skeleton, &motions.clips[0]);
+    let bind = BindPose::of_frame(skeleton, clip, 40).unwrap();
+    let (body, report) = fitted(&man(&bind, skeleton), &bind);
+    assert!(!report.worst().limited);
+    for frame in [0, 90, clip.frames() - 1] {
+        let pose = BindPose::of_frame(skeleton, clip, frame).unwrap();
+        let places = places(&man(&pose, skeleton), 4);
+        let covered = |&&place: &&Vec3| outside_of(&body, pose.joints(), place) <= 0.03;
+        let share = places.iter().filter(covered).count() as f32 / places.len() as f32;
+        assert!(
+            share > 0.97,
+            "frame {frame}: {share} of the mesh is covered"
+        );
+    }
+    let error = BindPose::of_frame(skeleton, clip, clip.frames()).unwrap_err();
+    assert!(error.to_string().contains(clip.name()), "{error}");
+}
+
+#[test]
+fn a_mesh_can_be_stood_where_the_skeleton_stands() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let (low, high) = mesh.bounds();
+    // As programs write a figure: the origin between the soles.
+    let away = JointTransform {
+        translation: Vec3::new(3.0, -low.y, -2.0),
+        ..JointTransform::IDENTITY
+    };
+    let moved = mesh.placed(1.0, away).unwrap();
+    let back = JointTransform {
+        translation: moved.to_stand_at(pose.joints()),
+        ..away
+    };
+    let stood = moved.placed(1.0, back).unwrap().bounds();
+    assert!(
+        (stood.0 - low).abs().max_element() < 0.1 && (stood.1 - high).abs().max_element() < 0.1
+    );
+}
+
+/// The zero pose of these captures is none that a person could take: the mesh stands in a frame.
+#[test]
+fn captures_without_a_t_pose_are_bound_in_a_frame() {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        println!("skipped: SABAKI_MOCAP is not set");
+        return;
+    };
+    let path = std::path::Path::new(&folder).join("fight/Male2_A1_Stand.bvh");
+    let set = sabaki::io::read_clips(&[path], None, &sabaki::io::ReadOptions::default()).unwrap();
+    let pose = BindPose::of_frame(&set.skeleton, &set.clips[0], 10).unwrap();
+    let mesh = man(&pose, &set.skeleton);
+    let (body, report) = fitted(&mesh, &pose);
+    let worst = report.worst();
+    println!("{} spheres, {worst:?}", body.spheres.len());
+    assert!(!worst.limited && body.is_sound(&set.skeleton) && body.spheres.len() < 150);
+    for place in places(&mesh, 10) {
+        assert!(outside_of(&body, pose.joints(), place) <= worst.mesh_out_max + report.spacing);
+    }
+}

@@ -11,6 +11,7 @@ use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
 use super::culling::{self, Device};
+use super::figure::{Figure, FigureArgs};
 use super::{Failure, output};
 
 /// Clips and how to make a graph of them.
@@ -29,6 +30,8 @@ pub(crate) struct ClipArgs {
     /// of joints, metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
 }
 
 /// A graph, and how it was made where it was.
@@ -43,6 +46,7 @@ pub(crate) struct Made {
     pub(crate) seconds: f64,
     pub(crate) drawn_by: &'static str,
     pub(crate) warnings: Vec<String>,
+    pub(crate) figure: Figure,
 }
 
 /// Bakes the clips of `args`.
@@ -55,7 +59,13 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
         clips: &set.clips,
         events: &set.events,
     };
-    let baked = bake(source, args.threshold, device, started);
+    let figure = args.figure.read(&set)?;
+    let settings = BakeSettings {
+        body: figure.body.clone(),
+        props: figure.props.clone(),
+        ..BakeSettings::default()
+    };
+    let baked = bake(source, (args.threshold, settings), device, started);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
         [] => failure,
@@ -68,6 +78,7 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
     })?;
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, set.warnings);
+        made.figure = figure;
     }
     Ok(baked)
 }
@@ -81,7 +92,8 @@ pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
         clips: &motions.clips,
         events: &motions.events,
     };
-    bake(source, GraphSettings::default().threshold, device, started)
+    let settings = (GraphSettings::default().threshold, BakeSettings::default());
+    bake(source, settings, device, started)
 }
 
 /// Reads a baked file.
@@ -94,19 +106,19 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
 
 fn bake(
     source: ClipSource<'_>,
-    threshold: f32,
+    (threshold, settings): (f32, BakeSettings),
     device: &mut Device,
     started: Instant,
 ) -> Result<Baked, Failure> {
     let bar = output::progress("baking", 3);
     bar.tick();
-    let settings = GraphSettings {
+    let graph_settings = GraphSettings {
         threshold,
         ..GraphSettings::default()
     };
-    let (graph, report) = graph::build(source, &settings)?;
+    let (graph, report) = graph::build(source, &graph_settings)?;
     bar.inc(1);
-    let baker = Baker::new(graph, BakeSettings::default())?;
+    let baker = Baker::new(graph, settings)?;
     let (maps, drawn_by) = culling::draw(&baker, device)?;
     bar.inc(1);
     let graph = baker.finish(maps)?;
@@ -126,6 +138,7 @@ fn bake(
             seconds: started.elapsed().as_secs_f64(),
             drawn_by,
             warnings,
+            figure: Figure::default(),
         }),
     })
 }
@@ -152,6 +165,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "evasions": count(graph, EventKind::Evasion),
         "attacks": count(graph, EventKind::Attack),
         "body_spheres": baked.graph.body().spheres.len(),
+        "props": baked.graph.body().props.len(),
         "map_bytes": baked.graph.atlas().pack().words.len() * 4,
         "evasion_within": {
             "0.5": baked.graph.responsive_share(0.5),
@@ -164,6 +178,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         value["maps_drawn_by"] = json!(made.drawn_by);
         value["report"] = json!(made.report);
         value["warnings"] = json!(made.warnings);
+        value["fits"] = made.figure.to_json();
     }
     value
 }
@@ -202,6 +217,13 @@ pub(crate) fn describe(baked: &Baked) -> String {
         share(1.0),
         share(1.5)
     ));
+    if let Some(made) = &baked.made {
+        text.push_str(&made.figure.describe());
+    }
+    let mut line = |text_line: String| {
+        text.push_str(&text_line);
+        text.push('\n');
+    };
     if let Some(made) = &baked.made {
         let dropped = &made.report.dropped;
         if dropped.seconds > 0.05 {
