@@ -7,6 +7,7 @@ mod common;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
+use sabaki::graph::distance::WindowPair;
 use sabaki::graph::{PointCloud, distance};
 use sabaki::math::Rigid2;
 
@@ -26,6 +27,16 @@ fn mean_square(a: &PointCloud, i: usize, b: &PointCloud, j: usize, moved: Rigid2
     sum / WINDOW as f64
 }
 
+fn pair<'a>(a: &'a PointCloud, i: usize, b: &'a PointCloud, j: usize) -> WindowPair<'a> {
+    WindowPair {
+        a,
+        start_a: i,
+        b,
+        start_b: j,
+        frames: WINDOW,
+    }
+}
+
 fn clouds(seeds: (f32, f32), weights: &[f32]) -> (PointCloud, PointCloud) {
     let skeleton = small_skeleton();
     let cloud =
@@ -42,7 +53,7 @@ fn every_pair_of_windows_equals_the_definition() {
         assert_eq!((i, row.len()), (rows, b.frames() + 1 - WINDOW));
         rows += 1;
         for (j, &distance) in row.iter().enumerate() {
-            let expected = mean_square(&a, i, &b, j, distance::alignment(&a, i, &b, j, WINDOW));
+            let expected = mean_square(&a, i, &b, j, pair(&a, i, &b, j).alignment());
             let error = (f64::from(distance) - expected).abs();
             assert!(
                 error < 2e-5 * (1.0 + expected),
@@ -62,7 +73,7 @@ proptest! {
         (turn, x, z) in (-0.3f32..0.3, -0.2f32..0.2, -0.2f32..0.2),
     ) {
         let (a, b) = clouds(seeds, &[1.0; 9]);
-        let best = distance::alignment(&a, i, &b, j, WINDOW);
+        let best = pair(&a, i, &b, j).alignment();
         // Turned about the window itself, not about a far origin.
         let pivot = best.point(b.centre());
         let about = Rigid2::new(turn, pivot.x + x, pivot.z + z) * Rigid2::new(0.0, -pivot.x, -pivot.z);
@@ -93,7 +104,7 @@ fn a_moved_and_turned_copy_has_no_distance() {
     distance::for_each_row(&a, &b, WINDOW, |i, row| {
         assert!(row[i] < 1e-5, "window {i}: {}", row[i])
     });
-    let back = distance::alignment(&a, 5, &b, 5, WINDOW) * moved;
+    let back = pair(&a, 5, &b, 5).alignment() * moved;
     assert!(back.point(Vec3::X).distance(Vec3::X) < 1e-3);
 }
 

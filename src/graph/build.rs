@@ -4,13 +4,15 @@
 //! event is one edge, which no node cuts and no transition blends.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::component::largest_component;
-use super::minima::{self, MinimaSettings, Minimum};
+use super::distance::WindowPair;
+use super::links::{self, LinkSource};
+use super::minima::{self, MinimaSettings};
+use super::report::Made;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, GraphError, GraphEvent, GraphSettings,
-    MotionGraph, Node, NodeId, PointCloud, Transition, distance,
+    MotionGraph, Node, NodeId, PointCloud, Transition, events, workers,
 };
 use crate::anim::{Clip, Event, Skeleton};
 
@@ -43,21 +45,30 @@ pub fn build(
         .iter()
         .map(|clip| clip.resampled(settings.frame_rate))
         .collect::<Result<_, _>>()?;
-    let events = events_in_frames(source, &clips, settings)?;
+    let events = events::in_frames(source, &clips, settings.frame_rate)?;
     let clouds: Vec<PointCloud> = clips
         .iter()
         .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
         .collect();
     let window = settings.frames(settings.window);
     let mut transitions = find_transitions(&clouds, window, settings);
-    transitions.retain(|transition| !events.iter().any(|event| transition.cuts(event, window)));
+    transitions.retain(|transition| !events.iter().any(|event| transition.cuts(event)));
+    let under_threshold = transitions.len();
+    let links = links::add(
+        LinkSource {
+            clips: &clips,
+            clouds: &clouds,
+            events: &events,
+            settings,
+        },
+        &mut transitions,
+    );
     let parts = Parts {
         skeleton: source.skeleton,
         clips,
         events,
         clouds: &clouds,
         transitions: &transitions,
-        window,
         frame_rate: settings.frame_rate,
     };
     let full = parts.assemble();
@@ -69,8 +80,11 @@ pub fn build(
     let report = BuildReport::new(
         source,
         (&full, &graph),
-        transitions.len(),
-        window_pairs(&clouds, window),
+        Made {
+            transitions: under_threshold,
+            window_pairs: window_pairs(&clouds, window),
+            links,
+        },
     );
     tracing::debug!(
         nodes = graph.nodes.len(),
@@ -90,67 +104,6 @@ fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
                 found,
                 joints,
             });
-        }
-    }
-    Ok(())
-}
-
-/// The events in frames of the resampled clips. One that is shorter than a frame has no motion to
-/// play: no edge will hold it, and so it is reported as dropped.
-fn events_in_frames(
-    source: ClipSource<'_>,
-    clips: &[Clip],
-    settings: &GraphSettings,
-) -> Result<Vec<GraphEvent>, GraphError> {
-    let to_frames = |(index, event): (usize, &Event)| {
-        let clip = clips.get(event.clip);
-        let last_frame = clip.map_or(0, |clip| clip.frames() - 1) as f64;
-        let (first, last) = (
-            (event.start * settings.frame_rate).round(),
-            (event.end * settings.frame_rate).round(),
-        );
-        // An event may be labelled to the very end of a capture, which a resampled clip can miss by
-        // a part of a frame.
-        let inside = first >= 0.0 && first <= last_frame && last <= last_frame + 1.0;
-        let joints_known = event
-            .joints
-            .iter()
-            .all(|id| id.index() < source.skeleton.len());
-        if clip.is_none() || !inside || !joints_known || event.end <= event.start {
-            return Err(GraphError::Event {
-                index,
-                start: event.start,
-                end: event.end,
-            });
-        }
-        Ok(GraphEvent {
-            clip: ClipId(event.clip as u32),
-            kind: event.kind,
-            first: first as u32,
-            last: last.min(last_frame) as u32,
-            joints: event.joints.clone(),
-        })
-    };
-    let events: Vec<GraphEvent> = source
-        .events
-        .iter()
-        .enumerate()
-        .map(to_frames)
-        .collect::<Result<_, _>>()?;
-    check_apart(&events)?;
-    Ok(events)
-}
-
-/// No two events share a frame but that in which one ends and the other starts: a node would cut
-/// them.
-fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
-    let mut order: Vec<usize> = (0..events.len()).collect();
-    order.sort_by_key(|&index| (events[index].clip, events[index].first, events[index].last));
-    for pair in order.windows(2) {
-        let [earlier, later] = [pair[0], pair[1]];
-        if events[earlier].clip == events[later].clip && events[later].first < events[earlier].last
-        {
-            return Err(GraphError::EventsOverlap { earlier, later });
         }
     }
     Ok(())
@@ -177,52 +130,23 @@ fn find_transitions(
     let pairs: Vec<(usize, usize)> = (0..clouds.len())
         .flat_map(|a| (a..clouds.len()).map(move |b| (a, b)))
         .collect();
-    let threads = match settings.threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        threads => threads,
-    };
-    let next = AtomicUsize::new(0);
     let separation = settings.frames(settings.separation);
-    let work = || {
-        let mut found: Vec<(usize, Vec<Minimum>)> = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(&(a, b)) = pairs.get(index) else {
-                return found;
-            };
-            let only_after = (a == b).then_some(separation);
-            let minima = MinimaSettings {
-                window,
-                threshold: settings.threshold,
-                separation,
-                only_after,
-            };
-            found.push((index, minima::find(&clouds[a], &clouds[b], &minima)));
-        }
-    };
-    let mut found: Vec<(usize, Vec<Minimum>)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.min(pairs.len()))
-            .map(|_| scope.spawn(work))
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|worker| {
-                worker
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
+    let found = workers::in_order(pairs.len(), settings.threads, |index| {
+        let (a, b) = pairs[index];
+        let minima = MinimaSettings {
+            window,
+            threshold: settings.threshold,
+            separation,
+            only_after: (a == b).then_some(separation),
+        };
+        minima::find(&clouds[a], &clouds[b], &minima)
     });
-    found.sort_by_key(|&(index, _)| index);
-    found
-        .iter()
-        .flat_map(|(index, minima)| {
-            let (a, b) = pairs[*index];
-            minima
-                .iter()
-                .flat_map(move |minimum| Transition::both_ways(a, b, minimum, window))
-        })
-        .collect()
+    let transitions = pairs.iter().zip(&found).flat_map(|(&(a, b), minima)| {
+        minima
+            .iter()
+            .flat_map(move |minimum| Transition::both_ways(a, b, minimum, window))
+    });
+    transitions.collect()
 }
 
 /// What a graph is put together from.
@@ -232,8 +156,6 @@ struct Parts<'a> {
     events: Vec<GraphEvent>,
     clouds: &'a [PointCloud],
     transitions: &'a [Transition],
-    /// Frames of a transition.
-    window: usize,
     frame_rate: f64,
 }
 
@@ -303,15 +225,19 @@ impl Parts<'_> {
 
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
         let id = |place: Node| NodeId(nodes.partition_point(|other| *other < place) as u32);
-        let (source, target) = (&self.clouds[t.source_clip], &self.clouds[t.target_clip]);
-        let (source_start, target_start) = (t.source_frame + 1, t.target_frame + 1 - self.window);
-        let align = distance::alignment(source, source_start, target, target_start, self.window);
+        let windows = WindowPair {
+            a: &self.clouds[t.source_clip],
+            start_a: t.source_frame + 1,
+            b: &self.clouds[t.target_clip],
+            start_b: t.target_frame + 1 - t.frames,
+            frames: t.frames,
+        };
         Edge {
             from: id(node(t.source_clip, t.source_frame)),
             to: id(node(t.target_clip, t.target_frame)),
-            frames: self.window as u32,
+            frames: t.frames as u32,
             motion: EdgeMotion::Transition {
-                align,
+                align: windows.alignment(),
                 distance: t.distance,
             },
             event: None,

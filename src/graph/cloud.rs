@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use glam::Vec3;
 
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
@@ -47,6 +49,22 @@ impl PointCloud {
             }
         }
         cloud
+    }
+
+    /// Some of the frames, at least one, as a cloud of their own with the same centre.
+    pub(super) fn part(&self, frames: Range<usize>) -> Self {
+        let part = |rows: &[f32]| -> Vec<f32> {
+            let rows = rows.chunks_exact(self.frames);
+            rows.flat_map(|row| &row[frames.clone()]).copied().collect()
+        };
+        Self {
+            frames: frames.len(),
+            weights: self.weights.clone(),
+            x: part(&self.x),
+            y: part(&self.y),
+            z: part(&self.z),
+            centre: self.centre,
+        }
     }
 
     /// How many frames.

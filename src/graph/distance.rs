@@ -15,7 +15,7 @@
 //! θ     = atan2(cross, dot)
 //! ```
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::PointCloud;
 use crate::math::Rigid2;
@@ -26,6 +26,14 @@ struct WindowSums {
     x: f64,
     z: f64,
     squares: f64,
+}
+
+impl WindowSums {
+    fn add(&mut self, weight: f64, point: DVec3) {
+        self.x += weight * point.x;
+        self.z += weight * point.z;
+        self.squares += weight * point.length_squared();
+    }
 }
 
 /// Sums over a pair of windows: what slides along a diagonal.
@@ -139,15 +147,12 @@ impl FrameRow {
 fn window_sums(cloud: &PointCloud, window: usize) -> Vec<WindowSums> {
     let frames: Vec<WindowSums> = (0..cloud.frames())
         .map(|frame| {
-            (0..cloud.joints()).fold(WindowSums::default(), |sum, joint| {
+            let mut sums = WindowSums::default();
+            for joint in 0..cloud.joints() {
                 let weight = f64::from(cloud.weight(joint));
-                let p = cloud.point(joint, frame).as_dvec3();
-                WindowSums {
-                    x: sum.x + weight * p.x,
-                    z: sum.z + weight * p.z,
-                    squares: sum.squares + weight * p.length_squared(),
-                }
-            })
+                sums.add(weight, cloud.point(joint, frame).as_dvec3());
+            }
+            sums
         })
         .collect();
     let mean = |frames: &[WindowSums], of: fn(&WindowSums) -> f64| {
@@ -177,39 +182,59 @@ fn turn(a: WindowSums, b: WindowSums, pair: PairSums, scale: f64) -> (f64, f64) 
     )
 }
 
-/// The transform of the ground that takes the window of `b` best onto the window of `a`, both in
-/// their clips' own spaces.
-///
-/// `start_a` and `start_b` are the windows' first frames.
-#[must_use]
-pub fn alignment(
-    a: &PointCloud,
-    start_a: usize,
-    b: &PointCloud,
-    start_b: usize,
-    window: usize,
-) -> Rigid2 {
-    let mut pair = PairSums::default();
-    let (mut of_a, mut of_b) = (WindowSums::default(), WindowSums::default());
-    let scale = 1.0 / window as f64;
-    for frame in 0..window {
-        for joint in 0..a.joints() {
-            let weight = f64::from(a.weight(joint));
-            let p = a.point(joint, start_a + frame).as_dvec3();
-            let q = b.point(joint, start_b + frame).as_dvec3();
-            pair.dot += weight * (p.x * q.x + p.z * q.z);
-            pair.cross += weight * (p.x * q.z - p.z * q.x);
-            of_a.x += scale * weight * p.x;
-            of_a.z += scale * weight * p.z;
-            of_b.x += scale * weight * q.x;
-            of_b.z += scale * weight * q.z;
-        }
+/// Two windows of frames, one of each cloud.
+#[derive(Clone, Copy, Debug)]
+pub struct WindowPair<'a> {
+    /// The cloud that is stayed with.
+    pub a: &'a PointCloud,
+    /// First frame of the window of `a`.
+    pub start_a: usize,
+    /// The cloud that is moved; of the same joints.
+    pub b: &'a PointCloud,
+    /// First frame of the window of `b`.
+    pub start_b: usize,
+    /// Frames of either window; at least 1, and inside both clouds.
+    pub frames: usize,
+}
+
+impl WindowPair<'_> {
+    /// The transform of the ground that takes the window of `b` best onto the window of `a`, both
+    /// in their clips' own spaces.
+    #[must_use]
+    pub fn alignment(&self) -> Rigid2 {
+        let (of_a, of_b, pair) = self.sums();
+        let (dot, cross) = turn(of_a, of_b, pair, 1.0 / self.frames as f64);
+        let heading = cross.atan2(dot) as f32;
+        // Both means in their clips' own spaces, with what the clouds took off put back.
+        let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + self.a.centre();
+        let mean_b = Vec3::new(of_b.x as f32, 0.0, of_b.z as f32) + self.b.centre();
+        let shift = mean_a - Rigid2::new(heading, 0.0, 0.0).point(mean_b);
+        Rigid2::new(heading, shift.x, shift.z)
     }
-    let (dot, cross) = turn(of_a, of_b, pair, scale);
-    let heading = cross.atan2(dot) as f32;
-    // Both means in their clips' own spaces, with what the clouds took off put back.
-    let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + a.centre();
-    let mean_b = Vec3::new(of_b.x as f32, 0.0, of_b.z as f32) + b.centre();
-    let shift = mean_a - Rigid2::new(heading, 0.0, 0.0).point(mean_b);
-    Rigid2::new(heading, shift.x, shift.z)
+
+    /// Root of the mean squared distance of the points once the windows are aligned, metres.
+    #[must_use]
+    pub fn distance(&self) -> f32 {
+        let (of_a, of_b, pair) = self.sums();
+        squared_distance(of_a, of_b, pair, self.frames).sqrt() as f32
+    }
+
+    fn sums(&self) -> (WindowSums, WindowSums, PairSums) {
+        let mut pair = PairSums::default();
+        let (mut of_a, mut of_b) = (WindowSums::default(), WindowSums::default());
+        let scale = 1.0 / self.frames as f64;
+        for frame in 0..self.frames {
+            for joint in 0..self.a.joints() {
+                let weight = f64::from(self.a.weight(joint));
+                let p = self.a.point(joint, self.start_a + frame).as_dvec3();
+                let q = self.b.point(joint, self.start_b + frame).as_dvec3();
+                pair.heights += weight * p.y * q.y;
+                pair.dot += weight * (p.x * q.x + p.z * q.z);
+                pair.cross += weight * (p.x * q.z - p.z * q.x);
+                of_a.add(scale * weight, p);
+                of_b.add(scale * weight, q);
+            }
+        }
+        (of_a, of_b, pair)
+    }
 }

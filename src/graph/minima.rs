@@ -29,22 +29,19 @@ pub(super) struct MinimaSettings {
 /// The local minima of the distance map under the threshold, best first. Reads the map row by row:
 /// it is never held whole.
 pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) -> Vec<Minimum> {
-    let limit = settings.threshold * settings.threshold;
     let mut found = Vec::new();
     // The two rows before the newest one.
     let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
     let mut rows = 0;
     distance::for_each_row(a, b, settings.window, |row, distances| {
-        if row > 0 {
-            collect_row(
-                row - 1,
-                &before,
-                &middle,
-                distances,
-                limit,
-                settings,
-                &mut found,
-            );
+        if let Some(index) = row.checked_sub(1) {
+            let three = Rows {
+                index,
+                above: &before,
+                here: &middle,
+                below: distances,
+            };
+            three.collect(settings, &mut found);
         }
         std::mem::swap(&mut before, &mut middle);
         middle.clear();
@@ -52,7 +49,13 @@ pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) ->
         rows = row + 1;
     });
     if rows > 0 {
-        collect_row(rows - 1, &before, &middle, &[], limit, settings, &mut found);
+        let last = Rows {
+            index: rows - 1,
+            above: &before,
+            here: &middle,
+            below: &[],
+        };
+        last.collect(settings, &mut found);
     }
     found.sort_by(|x, y| {
         x.distance
@@ -62,33 +65,35 @@ pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) ->
     thin_out(found, settings.separation)
 }
 
-/// Adds the minima of the row `here`, with the rows above and below it (empty beyond the map).
-fn collect_row(
-    row: usize,
-    above: &[f32],
-    here: &[f32],
-    below: &[f32],
-    limit: f32,
-    settings: &MinimaSettings,
-    found: &mut Vec<Minimum>,
-) {
-    let first = settings.only_after.map_or(0, |gap| row + gap);
-    for column in first..here.len() {
-        let value = here[column];
-        if value >= limit {
-            continue;
-        }
-        let around = column.saturating_sub(1)..(column + 2).min(here.len());
-        let lower = |row: &[f32]| {
-            row.get(around.clone())
-                .is_some_and(|values| values.iter().any(|&other| other < value))
-        };
-        if !lower(above) && !lower(here) && !lower(below) {
-            found.push(Minimum {
-                a: row,
-                b: column,
-                distance: value.sqrt(),
-            });
+/// A row of the map, with the rows above and below it (empty beyond the map).
+struct Rows<'a> {
+    index: usize,
+    above: &'a [f32],
+    here: &'a [f32],
+    below: &'a [f32],
+}
+
+impl Rows<'_> {
+    /// Adds the minima of the middle row.
+    fn collect(&self, settings: &MinimaSettings, found: &mut Vec<Minimum>) {
+        let limit = settings.threshold * settings.threshold;
+        let first = settings.only_after.map_or(0, |gap| self.index + gap);
+        for (column, &value) in self.here.iter().enumerate().skip(first) {
+            if value >= limit {
+                continue;
+            }
+            let around = column.saturating_sub(1)..(column + 2).min(self.here.len());
+            let lower = |row: &[f32]| {
+                row.get(around.clone())
+                    .is_some_and(|values| values.iter().any(|&other| other < value))
+            };
+            if !lower(self.above) && !lower(self.here) && !lower(self.below) {
+                found.push(Minimum {
+                    a: self.index,
+                    b: column,
+                    distance: value.sqrt(),
+                });
+            }
         }
     }
 }

@@ -9,22 +9,30 @@ mod cloud;
 mod component;
 pub mod distance;
 mod error;
+mod events;
+mod links;
 mod minima;
+mod moments;
 mod motion;
 mod motion_graph;
 mod prune;
 mod report;
+mod responsiveness;
 mod settings;
 mod transition;
 mod validate;
+mod waits;
+mod workers;
 
 pub use build::{ClipSource, build};
 pub use cloud::PointCloud;
 pub use error::GraphError;
+pub use links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent};
 pub use motion::{Motion, Playhead, Step};
 pub use motion_graph::{
     ClipId, Edge, EdgeId, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
 };
 pub use report::{BuildReport, Dropped};
+pub use responsiveness::Responsiveness;
 pub use settings::GraphSettings;
 pub use transition::{Transition, blend_weight};

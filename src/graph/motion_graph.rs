@@ -92,6 +92,19 @@ pub struct GraphEvent {
     pub joints: Vec<JointId>,
 }
 
+impl GraphEvent {
+    /// In words: its clip and its seconds.
+    pub(super) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
+        let seconds = |frame: u32| f64::from(frame) / frame_rate;
+        format!(
+            "{} {:.2}-{:.2}",
+            clips[self.clip.index()].name(),
+            seconds(self.first),
+            seconds(self.last)
+        )
+    }
+}
+
 /// Clips of one skeleton and the ways between them. From every node every other can be reached.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionGraph {
@@ -288,12 +301,6 @@ impl MotionGraph {
     /// An event in words: its clip and its seconds.
     #[must_use]
     pub fn describe_event(&self, event: &GraphEvent) -> String {
-        let seconds = |frame: u32| f64::from(frame) / self.frame_rate;
-        format!(
-            "{} {:.2}-{:.2}",
-            self.clip(event.clip).name(),
-            seconds(event.first),
-            seconds(event.last)
-        )
+        event.describe(&self.clips, self.frame_rate)
     }
 }

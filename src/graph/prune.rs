@@ -1,7 +1,44 @@
 //! The largest strongly connected part of a graph.
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), section 3.3; the components by Tarjan (1972), without
-//! recursion.
+//! recursion. Differs: the largest component is the one with the most motion in it, not the one
+//! with the most nodes.
+
+/// A piece of motion between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub(super) from: u32,
+    pub(super) to: u32,
+    /// Frames of a clip that it plays; 0 for a blend.
+    pub(super) clip_frames: u32,
+    /// Frames that it lasts.
+    pub(super) frames: u32,
+}
+
+/// For each of `nodes` nodes whether it lies in the strongly connected component with the most
+/// motion of clips in it; of equal ones that with the most motion, then the first. `None` where no
+/// way leads back to where it started.
+pub(super) fn largest(nodes: usize, ways: &[Way]) -> Option<Vec<bool>> {
+    let ends: Vec<(u32, u32)> = ways.iter().map(|way| (way.from, way.to)).collect();
+    let components = components(nodes, &ends);
+    let mut frames = vec![(0u64, 0u64); nodes];
+    for way in ways {
+        let of = components[way.from as usize];
+        if of == components[way.to as usize] {
+            let sums = &mut frames[of as usize];
+            *sums = (
+                sums.0 + u64::from(way.clip_frames),
+                sums.1 + u64::from(way.frames),
+            );
+        }
+    }
+    // From the last node to the first, so that of equal components the first node's is taken.
+    let best = components
+        .iter()
+        .rev()
+        .max_by_key(|&&component| frames[component as usize])?;
+    (frames[*best as usize].1 > 0).then(|| components.iter().map(|c| c == best).collect())
+}
 
 /// For each node, the number of its strongly connected component.
 ///

@@ -2,7 +2,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ClipId, ClipSource, GraphEvent, MotionGraph};
+use super::{ClipId, ClipSource, GraphEvent, LinkReport, MotionGraph, Responsiveness};
 use crate::anim::{Clip, EventKind};
 
 /// What was found on the way.
@@ -18,6 +18,10 @@ pub struct BuildReport {
     pub transitions: usize,
     /// Pairs of windows that were compared.
     pub window_pairs: u64,
+    /// Links that were made for the sake of events.
+    pub links: LinkReport,
+    /// How soon moments of the graph reach evasions: within 0.5, 1 and 1.5 s.
+    pub responsiveness: Vec<Responsiveness>,
     /// What the largest strongly connected component left out.
     pub dropped: Dropped,
 }
@@ -35,13 +39,22 @@ pub struct Dropped {
     pub attacks: Vec<String>,
 }
 
+/// What the build counted.
+pub(super) struct Made {
+    pub(super) transitions: usize,
+    pub(super) window_pairs: u64,
+    pub(super) links: LinkReport,
+}
+
 impl BuildReport {
+    /// Seconds within which evasions are counted.
+    const SOON: [f64; 3] = [0.5, 1.0, 1.5];
+
     /// `graphs` are the one before its largest component was taken, and that component.
     pub(super) fn new(
         source: ClipSource<'_>,
         (full, kept): (&MotionGraph, &MotionGraph),
-        transitions: usize,
-        window_pairs: u64,
+        made: Made,
     ) -> Self {
         let count = |kind| {
             source
@@ -54,8 +67,12 @@ impl BuildReport {
             clips: source.clips.len(),
             seconds: source.clips.iter().map(Clip::duration).sum(),
             events: (count(EventKind::Evasion), count(EventKind::Attack)),
-            transitions,
-            window_pairs,
+            transitions: made.transitions,
+            window_pairs: made.window_pairs,
+            links: made.links,
+            responsiveness: Self::SOON
+                .map(|seconds| kept.responsiveness(seconds))
+                .to_vec(),
             dropped: Dropped::between(full, kept),
         }
     }

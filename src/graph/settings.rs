@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::GraphError;
+use super::{GraphError, LinkSettings};
 
 /// How a graph is built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,9 @@ pub struct GraphSettings {
     pub separation: f64,
     /// Weight of each joint in the distance; empty for all alike.
     pub joint_weights: Vec<f32>,
+    /// Links for the sake of events: looser transitions where they bring evasions near. `None` for
+    /// a graph of the transitions under `threshold` alone.
+    pub links: Option<LinkSettings>,
     /// Threads for the distance maps; 0 for as many as the machine has. The graph is the same for
     /// any number.
     pub threads: usize,
@@ -30,6 +33,7 @@ impl Default for GraphSettings {
             threshold: 0.10,
             separation: 1.0 / 3.0,
             joint_weights: Vec::new(),
+            links: Some(LinkSettings::default()),
             threads: 0,
         }
     }
@@ -66,6 +70,7 @@ impl GraphSettings {
                 return Err(GraphError::Setting { name, value, range });
             }
         }
+        self.links.as_ref().map_or(Ok(()), LinkSettings::check)?;
         if self.joint_weights.is_empty() {
             return Ok(vec![1.0; joints]);
         }

@@ -3,7 +3,7 @@ use super::minima::Minimum;
 
 /// A blend from one clip to another.
 ///
-/// It leaves the source at its node's frame, plays `window` frames of both, and arrives at the
+/// It leaves the source at its node's frame, plays `frames` frames of both, and arrives at the
 /// target's node. Frame `i + 1` of the blend weighs the source, for i = 0..k-1, by Kovar's
 /// `2((i+1)/k)³ - 3((i+1)/k)² + 1`, so that the frame before the blend is the source alone and its
 /// last frame is the target alone.
@@ -17,6 +17,8 @@ pub struct Transition {
     pub target_clip: usize,
     /// Frame of the target where the blend ends, the first one of the target alone.
     pub target_frame: usize,
+    /// How long the blend is.
+    pub frames: usize,
     /// Root of the mean squared point distance of the windows, metres.
     pub distance: f32,
 }
@@ -43,6 +45,7 @@ impl Transition {
                 source_frame: source - 1,
                 target_clip,
                 target_frame: target + window - 1,
+                frames: window,
                 distance: minimum.distance,
             })
         };
@@ -52,11 +55,12 @@ impl Transition {
     }
 
     /// Whether the blend would play a part of an event at a weight other than all or nothing.
-    pub(super) fn cuts(&self, event: &GraphEvent, window: usize) -> bool {
+    pub(super) fn cuts(&self, event: &GraphEvent) -> bool {
         let clip = event.clip.index();
         let (first, last) = (event.first as usize, event.last as usize);
         let blended = |from: usize, to: usize| first < last && first < to && last > from;
-        (clip == self.source_clip && blended(self.source_frame, self.source_frame + window))
-            || (clip == self.target_clip && blended(self.target_frame - window, self.target_frame))
+        (clip == self.source_clip && blended(self.source_frame, self.source_frame + self.frames))
+            || (clip == self.target_clip
+                && blended(self.target_frame - self.frames, self.target_frame))
     }
 }

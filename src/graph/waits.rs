@@ -1,0 +1,159 @@
+//! How soon each moment reaches each evasion's start: Dijkstra against the motion's direction, up
+//! to a horizon, that takes new jumps in as they come.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::moments::{Jump, Moments};
+
+/// A time in whole frames, as many as fit in it.
+pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
+    // A time that is whole frames stays so whatever rounding made of it.
+    (seconds * frame_rate + 1e-6).floor() as u32
+}
+
+/// Frames at rate 1 from each moment until each evasion starts.
+#[derive(Debug)]
+pub(super) struct Waits {
+    /// Longer waits are not followed.
+    horizon: u32,
+    /// For each moment whether it follows another one of its clip.
+    follows: Vec<bool>,
+    /// For each moment the jumps that end there.
+    into: Vec<Vec<Jump>>,
+    /// For each evasion, for each moment; `u16::MAX` where it is beyond the horizon.
+    frames: Vec<Vec<u16>>,
+    /// What is still to be followed: frames and moment.
+    open: BinaryHeap<Reverse<(u32, u32)>>,
+}
+
+impl Waits {
+    /// Of no evasions yet.
+    pub(super) fn new(moments: &Moments, jumps: &[Jump], horizon: u32) -> Self {
+        let mut follows = vec![false; moments.len()];
+        for (moment, goes_on) in moments.goes_on().into_iter().enumerate() {
+            if goes_on {
+                follows[moment + 1] = true;
+            }
+        }
+        let mut into = vec![Vec::new(); moments.len()];
+        for jump in jumps {
+            into[jump.to as usize].push(*jump);
+        }
+        Self {
+            horizon: horizon.min(u32::from(u16::MAX) - 1),
+            follows,
+            into,
+            frames: Vec::new(),
+            open: BinaryHeap::new(),
+        }
+    }
+
+    /// Frames from a moment until an evasion starts; `u32::MAX` where that is beyond the horizon.
+    pub(super) fn of(&self, evasion: usize, moment: u32) -> u32 {
+        wait(self.frames[evasion][moment as usize])
+    }
+
+    /// Adds an evasion that starts at `start`. `lowered(moment, from, to)` hears of every moment of
+    /// a clip that is reached from the one before it, when its wait falls.
+    pub(super) fn add_goal(&mut self, start: u32, mut lowered: impl FnMut(u32, u32, u32)) {
+        let moments = self.follows.len();
+        self.frames.push(vec![u16::MAX; moments]);
+        self.lower(self.frames.len() - 1, (0, start), &mut lowered);
+    }
+
+    /// Adds a jump.
+    pub(super) fn add_jump(&mut self, jump: Jump, mut lowered: impl FnMut(u32, u32, u32)) {
+        self.into[jump.to as usize].push(jump);
+        for evasion in 0..self.frames.len() {
+            let frames = self.of(evasion, jump.to).saturating_add(jump.frames);
+            self.lower(evasion, (frames, jump.from), &mut lowered);
+        }
+    }
+
+    fn lower(&mut self, evasion: usize, from: (u32, u32), lowered: &mut impl FnMut(u32, u32, u32)) {
+        let waits = &mut self.frames[evasion];
+        self.open.push(Reverse(from));
+        while let Some(Reverse((frames, moment))) = self.open.pop() {
+            let old = wait(waits[moment as usize]);
+            if frames >= old || frames > self.horizon {
+                continue;
+            }
+            waits[moment as usize] = frames as u16;
+            if self.follows[moment as usize] {
+                lowered(moment, old, frames);
+                self.open.push(Reverse((frames + 1, moment - 1)));
+            }
+            let jumps = self.into[moment as usize].iter();
+            self.open
+                .extend(jumps.map(|jump| Reverse((frames + jump.frames, jump.from))));
+        }
+    }
+}
+
+fn wait(frames: u16) -> u32 {
+    if frames == u16::MAX {
+        u32::MAX
+    } else {
+        u32::from(frames)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const CLIPS: [usize; 4] = [5, 1, 7, 4];
+
+    /// Bellman and Ford: every way again and again until nothing falls.
+    fn naive(moments: &Moments, jumps: &[Jump], start: u32, horizon: u32) -> Vec<u32> {
+        let mut waits = vec![u32::MAX; moments.len()];
+        waits[start as usize] = 0;
+        let steps = moments.goes_on().into_iter().enumerate();
+        let mut ways: Vec<Jump> = steps
+            .filter(|(_, goes_on)| *goes_on)
+            .map(|(moment, _)| Jump {
+                from: moment as u32,
+                to: moment as u32 + 1,
+                frames: 1,
+            })
+            .collect();
+        ways.extend(jumps);
+        for _ in 0..waits.len() {
+            for way in &ways {
+                let over = waits[way.to as usize].saturating_add(way.frames);
+                waits[way.from as usize] = waits[way.from as usize].min(over);
+            }
+        }
+        let far = |wait: &u32| if *wait > horizon { u32::MAX } else { *wait };
+        waits.iter().map(far).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn jumps_that_come_later_are_taken_in(
+            jumps in prop::collection::vec((0..17u32, 0..17u32, 1..6u32), 0..14),
+            (early, horizon) in (0usize..14, 0..15u32),
+            starts in [0..17u32, 0..17u32],
+        ) {
+            let moments = Moments::new(CLIPS.into_iter());
+            let jumps: Vec<Jump> =
+                jumps.into_iter().map(|(from, to, frames)| Jump { from, to, frames }).collect();
+            let early = early.min(jumps.len());
+            let mut waits = Waits::new(&moments, &jumps[..early], horizon);
+            for start in starts {
+                waits.add_goal(start, |_, _, _| {});
+            }
+            for jump in &jumps[early..] {
+                waits.add_jump(*jump, |_, old, new| assert!(new < old && new <= horizon));
+            }
+            for (evasion, start) in starts.into_iter().enumerate() {
+                let expected = naive(&moments, &jumps, start, horizon);
+                let found: Vec<u32> =
+                    (0..moments.len() as u32).map(|moment| waits.of(evasion, moment)).collect();
+                prop_assert_eq!(found, expected);
+            }
+        }
+    }
+}
