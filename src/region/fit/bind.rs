@@ -121,9 +121,9 @@ pub(super) fn bind(
     }
     let vertices = mesh.positions().iter().zip(named).zip(used).enumerate();
     let joint = |(vertex, ((&place, named), used)): (usize, ((&Vec3, Option<JointId>), bool))| {
-        let (nearest, metres) = nearest(&bones, place);
+        let (joint, (metres, closest)) = nearest(&bones, place);
         if used && metres > furthest {
-            let joint = pose.skeleton.joint(nearest).name.clone();
+            let joint = pose.skeleton.joint(closest).name.clone();
             return Err(FitError::Far {
                 vertex,
                 metres,
@@ -131,26 +131,28 @@ pub(super) fn bind(
                 furthest,
             });
         }
-        Ok(named.unwrap_or(nearest))
+        Ok(named.unwrap_or(joint))
     };
     vertices.map(joint).collect()
 }
 
-/// The bone that is nearest in thicknesses, and how far the nearest in metres is.
-fn nearest(bones: &[Bone], place: Vec3) -> (JointId, f32) {
+/// The joint of the bone that is nearest in thicknesses; how far the nearest in metres is, and its joint.
+fn nearest(bones: &[Bone], place: Vec3) -> (JointId, (f32, JointId)) {
     /// Shares of a distance that rounding makes.
     const ALIKE: f32 = 1e-4;
     let (mut best, mut joint, mut depth) = (f32::INFINITY, JointId::ROOT, 0);
-    let mut least = f32::INFINITY;
+    let mut closest = (f32::INFINITY, JointId::ROOT);
     for bone in bones {
         let (scaled, metres) = bone.distances(place);
-        least = least.min(metres);
+        if metres < closest.0 {
+            closest = (metres, bone.joint);
+        }
         let is_alike = (scaled - best).abs() <= ALIKE * best;
         if (is_alike && bone.depth > depth) || (!is_alike && scaled < best) {
             (best, joint, depth) = (scaled, bone.joint, bone.depth);
         }
     }
-    (joint, least.sqrt())
+    (joint, (closest.0.sqrt(), closest.1))
 }
 
 /// The joint itself, or of a tip the joint that carries it.
