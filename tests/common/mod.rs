@@ -9,9 +9,11 @@ pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod maps;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
 pub mod plain_bvh;
 pub mod random;
+pub mod shapes;
 pub mod small;

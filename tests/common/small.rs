@@ -4,9 +4,8 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 use sabaki::anim::{Event, EventKind, JointId};
-use sabaki::avoid::clearance::{Extent, clearance};
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Attack, Judging, Query, QuerySettings};
+use sabaki::avoid::clearance::{Extent, MotionBody, on_motion};
+use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::math::Rigid2;
 use sabaki::region::{BakeSettings, BakedGraph, Baker, SphereKey};
