@@ -4,16 +4,17 @@
 
 mod common;
 
-use common::{Motions, prepare, throws};
+use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::avoid::QuerySettings;
 use sabaki::avoid::cull::{CullCandidate, CullInput, cpu};
+use sabaki::avoid::{Query, QueryContext, QuerySettings};
+use sabaki::demo::throw::Throw;
 use sabaki::gpu::stencil::{Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc};
-use sabaki::region::BakedGraph;
+use sabaki::region::{BakedGraph, MapGrid};
 
-const COUNTS: [usize; 4] = [5, 100, 300, 1000];
+const COUNTS: [usize; 5] = [5, 100, 300, 1000, 10_000];
 
 fn main() {
     divan::main();
@@ -52,16 +53,16 @@ fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput
 fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
     let baked = Motions::read().bake();
     with_candidates(&baked, count, |input| {
-        let mut overlaps = Vec::new();
+        let (mut culler, mut overlaps) = (cpu::Culler::default(), Vec::new());
         bencher
             .counter(ItemsCount::new(count))
-            .bench_local(|| cpu::count(input, &mut overlaps));
+            .bench_local(|| culler.count(input, &mut overlaps));
     });
 }
 
 #[divan::bench(args = COUNTS)]
 fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
-    let baked = Motions::read().bake();
+    let baked = Motions::read().bake_on(MapGrid::PAPER);
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
     let desc = CullerDesc::new("bench", baked.atlas());
     let mut culler = device

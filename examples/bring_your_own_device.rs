@@ -11,14 +11,15 @@ use std::{
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use sabaki::{
-    avoid::cull::{AttackDrawing, CullCandidate, CullInput, cpu},
+    avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, TimedDisc, cpu},
     gpu::{
         Context, ContextDesc, GpuAllocatorMemory,
         stencil::{Culler, CullerDesc},
     },
     math::Rigid2,
     region::{
-        Disc, Drawing, MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab, raster,
+        BitMap, Disc, Drawing, MapGrid, MapRect, MapTurn, MaskMap, RegionAtlas, RegionId,
+        RegionMaps, Slab, SlabMaps, raster,
     },
 };
 
@@ -110,26 +111,43 @@ unsafe fn frames(
     queue: vk::Queue,
     queue_family: u32,
 ) -> Result<(), Box<dyn Error>> {
-    let atlas = RegionAtlas {
-        attacks: Vec::new(),
-        grid: MapGrid::default(),
-        regions: vec![RegionMaps {
-            first_slab: Slab(4),
-            slabs: vec![raster::every_frame(&drawing(12))],
+    // One evasion with one map, in which the body stays where it is.
+    let mut body = MaskMap::new(drawing(12).rect, 1);
+    raster::any_frame(&drawing(12)).for_each(|column, row| body.set(column, row, 0));
+    let region = RegionMaps {
+        first_slab: Slab(4),
+        slabs: vec![SlabMaps {
+            outer: body.clone(),
+            body,
+            evasion: BitMap::default(),
         }],
+        seconds: 1.0,
     };
-    let attack = [AttackDrawing {
-        slab: Slab(4),
-        drawing: drawing(6),
-    }];
+    let atlas = RegionAtlas::new(MapGrid::PAPER, vec![region], Vec::new());
+    let disc = TimedDisc {
+        disc: drawing(6).discs[0],
+        slice: 0,
+    };
+    let attack = AttackDrawing {
+        rect: drawing(6).rect,
+        layers: vec![AttackLayer {
+            slab: Slab(4),
+            clock: 0,
+            inner: 0..1,
+            outer: 0..1,
+        }],
+        discs: vec![disc],
+    };
     // Ever further to the side: the last ones are out of reach.
     let candidates: Vec<_> = (0..10)
         .map(|step| CullCandidate {
             region: RegionId(0),
+            clock: 0,
+            open: false,
             turn: MapTurn::new(
                 Rigid2::new(0.3, 0.06 * step as f32, 0.0),
                 (-32, -32),
-                atlas.grid.texel,
+                atlas.grid().texel,
             ),
         })
         .collect();

@@ -8,15 +8,16 @@ use std::{
     cell::Cell,
 };
 
+use common::maps::{attack_of, untimed};
 use common::{Random, desc, drifting};
 use sabaki::{
-    avoid::cull::{AttackDrawing, CullCandidate, CullInput},
+    avoid::cull::{CullCandidate, CullInput},
     gpu::{
         Headless, HeadlessDesc,
         stencil::{Culler, CullerDesc},
     },
     math::Rigid2,
-    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab, raster},
+    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
 };
 
 thread_local! {
@@ -63,25 +64,20 @@ fn a_cull_allocates_nothing() {
         width: 60,
         height: 50,
     };
-    let atlas = RegionAtlas {
-        grid: MapGrid::default(),
-        attacks: Vec::new(),
-        regions: vec![RegionMaps {
-            first_slab: Slab(0),
-            slabs: (0..4)
-                .map(|_| raster::every_frame(&drifting(&mut random, rect, 5, 4)))
-                .collect(),
-        }],
+    let region = RegionMaps {
+        first_slab: Slab(0),
+        slabs: (0..4)
+            .map(|_| untimed(&drifting(&mut random, rect, 5, 4)))
+            .collect(),
+        seconds: 1.0,
     };
-    let attack: Vec<_> = (0..3)
-        .map(|slab| AttackDrawing {
-            slab: Slab(slab),
-            drawing: drifting(&mut random, rect, 5, 4),
-        })
-        .collect();
+    let atlas = RegionAtlas::new(MapGrid::PAPER, vec![region], Vec::new());
+    let attack = attack_of((0..3).map(|slab| (Slab(slab), drifting(&mut random, rect, 5, 4))));
     let candidates: Vec<_> = (0..100)
         .map(|index| CullCandidate {
             region: RegionId(0),
+            clock: 0,
+            open: false,
             turn: MapTurn::new(Rigid2::new(index as f32, 0.1, 0.0), (-20, -20), 0.02),
         })
         .collect();

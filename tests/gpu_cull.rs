@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::maps::{attack_of, empty_attack, untimed};
 use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
 use sabaki::{
     avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
@@ -12,7 +13,7 @@ use sabaki::{
         stencil::{Culler, CullerDesc},
     },
     math::Rigid2,
-    region::{Drawing, MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab, raster},
+    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
 };
 
 /// Evasions of all sizes, in slabs from -1 to 6; some are empty.
@@ -27,27 +28,20 @@ fn atlas(random: &mut Random, regions: usize) -> RegionAtlas {
                 height: random.int(0, 80) as u32,
             };
             let (frames, discs) = (random.int(1, 12), random.int(0, 7));
-            raster::every_frame(&drifting(random, rect, frames as usize, discs as usize))
+            untimed(&drifting(random, rect, frames as usize, discs as usize))
         };
         RegionMaps {
             first_slab: Slab(random.int(-1, 2)),
             slabs: (0..slabs).map(|_| maps(random)).collect(),
+            seconds: 1.0,
         }
     };
-    RegionAtlas {
-        grid: MapGrid::default(),
-        attacks: Vec::new(),
-        regions: (0..regions).map(|_| region(random)).collect(),
-    }
+    let regions = (0..regions).map(|_| region(random)).collect();
+    RegionAtlas::new(MapGrid::PAPER, regions, Vec::new())
 }
 
-fn attack(random: &mut Random, rect: MapRect, slabs: std::ops::Range<i32>) -> Vec<AttackDrawing> {
-    slabs
-        .map(|slab| AttackDrawing {
-            slab: Slab(slab),
-            drawing: drifting(random, rect, 6, 4),
-        })
-        .collect()
+fn attack(random: &mut Random, rect: MapRect, slabs: std::ops::Range<i32>) -> AttackDrawing {
+    attack_of(slabs.map(|slab| (Slab(slab), drifting(random, rect, 6, 4))))
 }
 
 fn candidates(
@@ -61,11 +55,13 @@ fn candidates(
         let heading = random.float(-4.0, 4.0);
         let (x, z) = (random.float(-reach, reach), random.float(-reach, reach));
         CullCandidate {
-            region: RegionId(random.int(0, atlas.regions.len() as i32 - 1) as u32),
+            region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
+            clock: 0,
+            open: false,
             turn: MapTurn::new(
                 Rigid2::new(heading, x, z),
                 (origin.u, origin.v),
-                atlas.grid.texel,
+                atlas.grid().texel,
             ),
         }
     };
@@ -81,6 +77,8 @@ fn culler(device: &mut Headless, desc: &CullerDesc<'_>) -> Culler {
 fn counted(input: &CullInput<'_>) -> Vec<Overlap> {
     let mut overlaps = Vec::new();
     cpu::count(input, &mut overlaps);
+    // The device does not count the outer maps yet, and says so.
+    overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
     overlaps
 }
 
@@ -147,26 +145,20 @@ fn edges_of_the_input_agree() {
         (candidate.turn.a, candidate.turn.b) = (0, 0);
     }
     let no_texels = attack(&mut random, MapRect::default(), 0..2);
-    let no_discs: Vec<_> = (0..3)
-        .map(|slab| AttackDrawing {
-            slab: Slab(slab),
-            drawing: Drawing {
-                rect,
-                ..Drawing::default()
-            },
-        })
-        .collect();
+    let no_discs = empty_attack(rect, 0..3);
+    let no_slabs = AttackDrawing::default();
+    let first_slab = attack(&mut random, rect, 0..1);
     let elsewhere = attack(&mut random, rect, 50..53);
     let below = attack(&mut random, rect, -9..-4);
-    let cases: [(&str, &[AttackDrawing], &[CullCandidate]); 9] = [
+    let cases: [(&str, &AttackDrawing, &[CullCandidate]); 9] = [
         ("no candidates", &some, &[]),
-        ("no slabs", &[], &many),
+        ("no slabs", &no_slabs, &many),
         ("no texels", &no_texels, &many),
         ("no discs", &no_discs, &many),
         ("slabs that no region has", &elsewhere, &many),
         ("slabs below all regions", &below, &many),
         ("a turn that is none", &some, &unplaced),
-        ("one of each", &some[..1], &many[..1]),
+        ("one of each", &first_slab, &many[..1]),
         ("a whole cull after all that", &some, &many),
     ];
     for (case, attack, candidates) in cases {
@@ -351,17 +343,12 @@ fn what_does_not_fit_is_refused_by_name() {
     let slabs = attack(&mut random, rect(8, 8), 0..3);
     let wide = attack(&mut random, rect(129, 8), 0..1);
     let tall = attack(&mut random, rect(8, 65), 0..2);
-    let discs: Vec<_> = (0..2)
-        .map(|slab| AttackDrawing {
-            slab: Slab(slab),
-            drawing: drifting(&mut random, rect(64, 64), 17, 3),
-        })
-        .collect();
-    let uneven = [fits[0].clone(), wide[0].clone()];
+    let discs =
+        attack_of((0..2).map(|slab| (Slab(slab), drifting(&mut random, rect(64, 64), 17, 3))));
     let mut stranger = few.clone();
     stranger[3].region = RegionId(4);
 
-    let mut refused = |attack: &[AttackDrawing], candidates: &[CullCandidate]| {
+    let mut refused = |attack: &AttackDrawing, candidates: &[CullCandidate]| {
         let input = CullInput {
             atlas: &atlas,
             attack,
@@ -381,7 +368,6 @@ fn what_does_not_fit_is_refused_by_name() {
     says(refused(&discs, &few), "max_discs: 102 needed, 100");
     says(refused(&wide, &few), "max_attack_texels: 129 needed, 128");
     says(refused(&tall, &few), "max_attack_texels: 65 needed, 64");
-    says(refused(&uneven, &few), "map 1 is not of the size");
     says(refused(&fits, &stranger), "candidate 3 names region 4");
     assert_eq!(refused(&fits, &few), Ok(()), "and the culler goes on");
     culler.destroy(device.memory().unwrap());

@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::maps::untimed;
 use common::{Random, desc, device, drifting, finish};
 use sabaki::{
     gpu::{
@@ -13,7 +14,7 @@ use sabaki::{
         check, requirements,
         stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc},
     },
-    region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab, raster},
+    region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab},
 };
 
 /// Runs out after some allocations.
@@ -80,15 +81,12 @@ fn atlas() -> RegionAtlas {
         width: 40,
         height: 40,
     };
-    let maps = raster::every_frame(&drifting(&mut Random(1), rect, 4, 3));
-    RegionAtlas {
-        grid: MapGrid::default(),
-        attacks: Vec::new(),
-        regions: vec![RegionMaps {
-            first_slab: Slab(0),
-            slabs: vec![maps],
-        }],
-    }
+    let region = RegionMaps {
+        first_slab: Slab(0),
+        slabs: vec![untimed(&drifting(&mut Random(1), rect, 4, 3))],
+        seconds: 1.0,
+    };
+    RegionAtlas::new(MapGrid::PAPER, vec![region], Vec::new())
 }
 
 #[test]
@@ -115,10 +113,7 @@ fn a_failed_creation_leaves_nothing_behind() {
 #[test]
 fn an_empty_atlas_is_no_error() {
     let mut device = device();
-    let atlas = RegionAtlas {
-        regions: Vec::new(),
-        ..atlas()
-    };
+    let atlas = RegionAtlas::new(MapGrid::PAPER, Vec::new(), Vec::new());
     let culler = device
         .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
         .unwrap();

@@ -72,7 +72,7 @@ proptest! {
     fn a_disc_is_the_outline_of_the_sphere_in_the_slab(
         height in -0.5f32..2.0, radius in 0.02f32..0.5, slab in -2i32..7, steps in 1u32..40,
     ) {
-        let grid = MapGrid::default();
+        let grid = MapGrid::PAPER;
         let centre = Vec3::new(0.3, height, -0.2);
         let disc = grid.disc(centre, radius, Slab(slab));
         let (bottom, top) = (slab as f32 * 0.3, (slab + 1) as f32 * 0.3);

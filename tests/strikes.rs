@@ -5,9 +5,10 @@
 
 mod common;
 
+use common::answer::{answer_attack, first_counts};
 use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::cull::cpu;
+
 use sabaki::avoid::{Attack, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::Playhead;
@@ -15,7 +16,7 @@ use sabaki::math::Rigid2;
 use sabaki::region::{AttackMaps, Strike};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
-    let grid = embedded().atlas().grid;
+    let grid = embedded().atlas().grid();
     let slab = (place.y / grid.slab_height).floor() as i32;
     let Some(map) = usize::try_from(slab - maps.first_slab.0)
         .ok()
@@ -49,7 +50,7 @@ fn joint_places(strike: &Strike) -> Vec<glam::Vec3> {
 fn attack_maps_lie_under_the_attacking_joints() {
     let baked = embedded();
     assert!(baked.strikes().len() >= 6);
-    for (strike, maps) in baked.strikes().iter().zip(&baked.atlas().attacks) {
+    for (strike, maps) in baked.strikes().iter().zip(baked.atlas().attacks()) {
         let places = joint_places(strike);
         assert!(places.len() > 5);
         for place in places {

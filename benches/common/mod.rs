@@ -9,7 +9,7 @@ use sabaki::demo;
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::io::{ReadOptions, read_clips};
-use sabaki::region::{BakeSettings, BakedGraph, Baker};
+use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
 
 pub(crate) struct Motions {
     pub(crate) skeleton: Skeleton,
@@ -54,8 +54,16 @@ impl Motions {
     }
 
     pub(crate) fn bake(&self) -> BakedGraph {
+        self.bake_on(MapGrid::default())
+    }
+
+    pub(crate) fn bake_on(&self, maps: MapGrid) -> BakedGraph {
         let (graph, _) = graph::build(self.source(), &GraphSettings::default()).unwrap();
-        Baker::new(graph, BakeSettings::default())
+        let settings = BakeSettings {
+            maps,
+            ..BakeSettings::default()
+        };
+        Baker::new(graph, settings)
             .unwrap()
             .finish_on_cpu()
             .unwrap()

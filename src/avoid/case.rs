@@ -28,21 +28,18 @@ impl Case<'_> {
         let candidate = &self.candidates[index];
         let covered = self.overlaps.get(index).map_or(0, |o| o.evasion);
         let weights = &self.query.settings.weights;
-        let texels = self.region_texels(candidate);
+        let texels = self.region_texels(index);
         Score::new((texels, covered), metres, candidate.rate.rate, weights)
     }
 
     /// Texels of a candidate's evasion region in the slabs that the attack touches.
-    fn region_texels(&self, candidate: &Candidate) -> u32 {
-        let Way::Evasion { path, .. } = candidate.way else {
+    fn region_texels(&self, index: usize) -> u32 {
+        let Some(candidate) = self.maps.candidates.get(index) else {
             return 0;
         };
-        let baked = self.query.baked;
-        let evasion = baked.paths().path(path).evasion as usize;
-        let region = baked.evasions()[evasion].region;
         self.maps
-            .slabs()
-            .map(|slab| baked.evasion_texels(region, slab))
+            .slabs(candidate.clock)
+            .map(|slab| self.query.baked.evasion_texels(candidate.region, slab))
             .sum()
     }
 

@@ -25,6 +25,7 @@ pub struct QueryContext {
     pub(super) seen: FxHashSet<[i32; 4]>,
     pub(super) attack: QueryAttack,
     pub(super) placed: Vec<PlacedRegion>,
+    pub(super) clocks: Vec<f32>,
     pub(super) maps: CullMaps,
     pub(super) moves: MoveSearch,
     pub(super) court: CourtScratch,
@@ -35,10 +36,11 @@ pub struct QueryContext {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counting {
     pub overlaps: Vec<Overlap>,
+    culler: cpu::Culler,
 }
 
 impl Counting {
     pub(super) fn count(&mut self, input: &CullInput<'_>) {
-        cpu::count(input, &mut self.overlaps);
+        self.culler.count(input, &mut self.overlaps);
     }
 }

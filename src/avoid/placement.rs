@@ -4,12 +4,12 @@
 //! start, the evasions' maps are moved and turned into place. Differs: only the part of the attack
 //! is drawn that some candidate's maps can reach.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Attack;
-use super::cull::{AttackDrawing, CullCandidate};
+use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
 use crate::math::Rigid2;
-use crate::region::{Drawing, MapRect, MapTurn, RegionAtlas, RegionId, Slab};
+use crate::region::{CLOCK_ERROR, MapRect, MapTurn, RegionAtlas, RegionId, Slab, SphereKey};
 
 /// An evasion where a candidate performs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,118 +17,160 @@ pub(super) struct PlacedRegion {
     pub region: RegionId,
     /// The character's frame at the evasion's start, in the frame in which the paths start.
     pub placement: Rigid2,
+    /// Position among the clocks.
+    pub clock: u32,
 }
 
-/// The maps of one query.
+/// What is held against what: an attack, in the frame in which the paths start, and evasions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scene<'a> {
+    pub atlas: &'a RegionAtlas,
+    pub attack: &'a Attack,
+    /// Seconds from the attack's start to an evasion's start.
+    pub clocks: &'a [f32],
+    pub placed: &'a [PlacedRegion],
+    /// No part of the body is ever further from its root, metres.
+    pub reach: f32,
+}
+
+/// The maps of one query, and the scratch of drawing them: filled again and again.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct CullMaps {
-    pub attack: Vec<AttackDrawing>,
+    pub attack: AttackDrawing,
     /// One for each placed region, in order.
     pub candidates: Vec<CullCandidate>,
+    scratch: Steps,
+}
+
+/// Which clock has this offset, seconds from the attack's start to an evasion's; a new one where
+/// none has. Single precision keeps such times no better than they are merged here.
+pub(super) fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
+    const ALIKE: f32 = 1e-5;
+    let alike = |other: &f32| (other - offset).abs() <= ALIKE;
+    let found = clocks.iter().position(alike);
+    found.unwrap_or_else(|| {
+        clocks.push(offset);
+        clocks.len() - 1
+    }) as u32
 }
 
 impl CullMaps {
-    /// The slabs that the attack touches.
-    pub(super) fn slabs(&self) -> impl Iterator<Item = Slab> + '_ {
-        self.attack.iter().map(|attack| attack.slab)
+    /// The slabs that the attack touches, by one clock.
+    pub(super) fn slabs(&self, clock: u32) -> impl Iterator<Item = Slab> + '_ {
+        let layers = self.attack.layers.iter();
+        let touched = layers.filter(move |layer| layer.clock == clock && !layer.inner.is_empty());
+        touched.map(|layer| layer.slab)
     }
-}
 
-/// Draws `attack`, given in the frame in which the paths start, where the maps of `placed` may meet
-/// it.
-pub(super) fn cull_maps(atlas: &RegionAtlas, attack: &Attack, placed: &[PlacedRegion]) -> CullMaps {
-    let texel = atlas.grid.texel;
-    let reach = placed
-        .iter()
-        .map(|placed| moved_rect(region_rect(atlas, placed.region), placed.placement, texel))
-        .fold(MapRect::default(), MapRect::union);
-    let mut slabs = attack_discs(atlas, attack, reach);
-    let around = slabs
-        .iter()
-        .map(|(_, drawing)| MapRect::around(&drawing.discs))
-        .fold(MapRect::default(), MapRect::union);
-    let rect = around.intersection(reach);
-    for (_, drawing) in &mut slabs {
-        drawing.rect = rect;
-        drawing
-            .discs
-            .iter_mut()
-            .for_each(|disc| *disc = disc.relative_to(rect.u, rect.v));
-    }
-    let turn =
-        |placed: &PlacedRegion| MapTurn::new(placed.placement.inverse(), (rect.u, rect.v), texel);
-    // Without maps nothing is culled, and the exact test has the work.
-    let fits = !rect.is_empty() && rect.fits();
-    CullMaps {
-        attack: slabs
-            .into_iter()
-            .filter(|_| fits)
-            .map(|(slab, drawing)| AttackDrawing { slab, drawing })
-            .collect(),
-        candidates: placed
-            .iter()
-            .map(|p| CullCandidate {
-                region: p.region,
-                turn: turn(p),
-            })
-            .collect(),
-    }
-}
-
-/// The attack's discs in each slab that some evasion has maps of, as far as they meet `reach`.
-fn attack_discs(atlas: &RegionAtlas, attack: &Attack, reach: MapRect) -> Vec<(Slab, Drawing)> {
-    let grid = atlas.grid;
-    let known = |region: &crate::region::RegionMaps| {
-        region.first_slab.0..region.first_slab.0 + region.slabs.len() as i32
-    };
-    let low = atlas
-        .regions
-        .iter()
-        .map(|r| known(r).start)
-        .min()
-        .unwrap_or(0);
-    let high = atlas
-        .regions
-        .iter()
-        .map(|r| known(r).end)
-        .max()
-        .unwrap_or(0);
-    let mut slabs: Vec<(Slab, Drawing)> = (low..high)
-        .map(|slab| (Slab(slab), Drawing::default()))
-        .collect();
-    for sphere in attack.spheres() {
-        sphere.for_each_step(|center, radius| {
-            let reached = grid.slabs(center, radius);
-            for (slab, drawing) in slabs
-                .iter_mut()
-                .filter(|(slab, _)| reached.contains(&slab.0))
-            {
-                let disc = grid.disc(center, radius, *slab);
-                let near = |disc: &crate::region::Disc| {
-                    !MapRect::around(&[*disc]).intersection(reach).is_empty()
-                };
-                if let Some(disc) = disc.filter(near) {
-                    drawing.discs.push(disc);
-                    drawing.frame_ends.push(drawing.discs.len() as u32);
-                }
+    /// Draws the attack where the maps of the placed evasions may meet it.
+    pub(super) fn fill(&mut self, scene: &Scene<'_>) {
+        let grid = scene.atlas.grid();
+        let mut reach = Reach::default();
+        for placed in scene.placed {
+            let region = scene.atlas.region(placed.region);
+            let rect = moved_rect(
+                region_rect(scene.atlas, placed.region),
+                placed.placement,
+                grid.texel,
+            );
+            reach.rect = reach.rect.union(rect);
+            let (low, end) = (
+                region.first_slab.0,
+                region.first_slab.0 + region.slabs.len() as i32,
+            );
+            if reach.slabs.is_empty() {
+                reach.slabs = low..end;
+            } else {
+                reach.slabs = reach.slabs.start.min(low)..reach.slabs.end.max(end);
             }
-        });
+        }
+        // Without time every clock draws the same.
+        let clocks = match grid.is_timed() {
+            true => scene.clocks,
+            false => &scene.clocks[..scene.clocks.len().min(1)],
+        };
+        let of_attack = (scene.attack, clocks);
+        let whole = self
+            .attack
+            .draw(of_attack, (grid, &reach), &mut self.scratch);
+        let origin = (self.attack.rect.u, self.attack.rect.v);
+        self.candidates.clear();
+        let candidate = |placed: &PlacedRegion| {
+            let back = placed.placement.inverse();
+            CullCandidate {
+                region: placed.region,
+                clock: if grid.is_timed() { placed.clock } else { 0 },
+                turn: MapTurn::new(back, origin, grid.texel),
+                open: !whole || !MapTurn::keeps(back, grid.texel) || is_open(scene, placed),
+            }
+        };
+        self.candidates.extend(scene.placed.iter().map(candidate));
     }
-    slabs.retain(|(_, drawing)| !drawing.discs.is_empty());
-    slabs
+}
+
+/// Whether the attack may come near before the evasion's first slice or after its last one.
+fn is_open(scene: &Scene<'_>, placed: &PlacedRegion) -> bool {
+    let start = scene.attack.start() + scene.clocks[placed.clock as usize];
+    let seconds = scene.atlas.region(placed.region).seconds;
+    let (first, last) = (start - CLOCK_ERROR, start + seconds + CLOCK_ERROR);
+    if scene.attack.start() >= first && scene.attack.end() <= last {
+        return false;
+    }
+    scene.attack.spheres().iter().any(|sphere| {
+        let before = [sphere.start(), sphere.end().min(first)];
+        let after = [sphere.start().max(last), sphere.end()];
+        [before, after]
+            .into_iter()
+            .filter(|[from, to]| from <= to && (*from < first || *to > last))
+            .any(|times| {
+                let ends = times.map(|time| sphere.at(time));
+                // Between them lie straight pieces, whose ends are tested as well.
+                let keys = sphere.keys().iter().copied();
+                let between = keys.filter(|key| key.t > times[0] && key.t < times[1]);
+                let mut from = ends[0];
+                let pieces = between.chain([ends[1]]).map(|to| {
+                    let piece = [from, to];
+                    from = to;
+                    piece
+                });
+                { pieces }.any(|piece| may_touch(piece, (scene, placed), start))
+            })
+    })
+}
+
+/// Whether a body that evades at a place may be where a sphere passes at another time than the
+/// evasion's.
+fn may_touch(
+    piece: [SphereKey; 2],
+    (scene, placed): (&Scene<'_>, &PlacedRegion),
+    start: f32,
+) -> bool {
+    /// No character's root goes faster, metres per second.
+    const FASTEST: f32 = 20.0;
+    let times = piece.map(|key| (key.t - start).abs());
+    let radius = piece[0].radius.max(piece[1].radius);
+    let reach = scene.reach + radius + FASTEST * times[0].max(times[1]);
+    let ground = |point: Vec3| Vec2::new(point.x, point.z);
+    let [a, b] = piece.map(|key| ground(key.center) - placed.placement.ground());
+    let way = b - a;
+    let share = (-a.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+    (a + way * share).length() <= reach
 }
 
 /// The rectangle that holds all maps of a region.
 fn region_rect(atlas: &RegionAtlas, region: RegionId) -> MapRect {
-    let slabs = &atlas.regions[region.index()].slabs;
+    let slabs = &atlas.region(region).slabs;
     slabs
         .iter()
-        .map(|maps| maps.body.rect())
+        .map(|maps| maps.rect())
         .fold(MapRect::default(), MapRect::union)
 }
 
-/// The rectangle around another one that is moved and turned.
+/// The rectangle around another one that is moved and turned; empty around an empty one.
 fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
+    if rect.is_empty() {
+        return rect;
+    }
     let (u, v) = (
         [rect.u, rect.u + rect.width as i32],
         [rect.v, rect.v + rect.height as i32],

@@ -15,7 +15,7 @@ use super::context::QueryContext;
 use super::cull::{CullInput, Overlap};
 use super::gather::Gathering;
 use super::judge::{Court, CourtScratch, Judging};
-use super::placement::{PlacedRegion, cull_maps};
+use super::placement::{PlacedRegion, Scene, clock};
 use super::query::{Enumerate, Lookup};
 use super::retime::Rate;
 use super::situation::Situation;
@@ -80,24 +80,34 @@ impl<'a, 'c> Prepared<'a, 'c> {
         let QueryContext {
             candidates,
             placed,
+            clocks,
             attack,
             maps,
             ..
         } = &mut *self.context;
         placed.clear();
+        clocks.clear();
+        let attack_start = self.situation.attack.start();
         placed.extend(candidates.iter().filter_map(|candidate| {
-            let Way::Evasion { path, .. } = candidate.way else {
+            let Way::Evasion { path, start } = candidate.way else {
                 return None;
             };
             let path = baked.paths().path(path);
             Some(PlacedRegion {
                 region: baked.evasions()[path.evasion as usize].region,
                 placement: path.placement,
+                clock: clock(clocks, start - attack_start),
             })
         }));
         let to_node = self.situation.node_frame.inverse();
         let attack = attack.place(self.situation.attack, to_node);
-        *maps = cull_maps(baked.atlas(), attack, placed);
+        maps.fill(&Scene {
+            atlas: baked.atlas(),
+            attack,
+            clocks,
+            placed,
+            reach: baked.reach(),
+        });
     }
 
     /// What a culling path counts: the candidates that end in an evasion.

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use sabaki::io;
 use serde_json::json;
 
-use super::culling::{self, DeviceArgs};
 use super::{Done, Failure, source};
 
 #[derive(clap::Args)]
@@ -17,14 +16,13 @@ pub(crate) struct Args {
     out: PathBuf,
 }
 
-pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if args.clips.clips.is_empty() {
         return Err(Failure::Usage(
             "bake needs --clips: BVH files, or folders of them".to_owned(),
         ));
     }
-    let mut device = culling::open(device);
-    let baked = source::from_clips(&args.clips, &mut device)?;
+    let baked = source::from_clips(&args.clips)?;
     io::archive::write(&args.out, &baked.graph)?;
     let out = args.out.display();
     Ok(Done::ok(if as_json {

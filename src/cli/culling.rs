@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use sabaki::avoid::Judging;
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
-use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
+use sabaki::region::RegionAtlas;
 
 use super::Failure;
 
@@ -71,26 +71,23 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
     device::Opened::new(args)
 }
 
-/// Draws a bake's maps with the stencil buffer where there is a device, else on the CPU. Says who
-/// drew.
-pub(crate) fn draw(
-    baker: &Baker,
-    device: &mut Device,
-) -> Result<(DrawnMaps, &'static str), Failure> {
-    match device {
-        Ok(device) => Ok((device.draw(baker).map_err(Failure::Device)?, "stencil")),
-        Err(_) => Ok((baker.draw_on_cpu(), "cpu")),
-    }
-}
-
 impl Culling {
-    /// The maps of `atlas` go to the device, if there is one.
-    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Result<Self, Failure> {
-        let culler = match &mut device {
-            Ok(device) => Some(device.culler(atlas).map_err(Failure::Device)?),
-            Err(_) => None,
-        };
-        Ok(Self { device, culler })
+    /// The maps of `atlas` go to the device, if there is one that takes them.
+    pub(crate) fn new(device: Device, atlas: &RegionAtlas) -> Self {
+        let with_culler = device.and_then(|mut device| {
+            let culler = device.culler(atlas)?;
+            Ok((device, culler))
+        });
+        match with_culler {
+            Ok((device, culler)) => Self {
+                device: Ok(device),
+                culler: Some(culler),
+            },
+            Err(why) => Self {
+                device: Err(why),
+                culler: None,
+            },
+        }
     }
 
     /// The stencil path where it can run, else the CPU's.

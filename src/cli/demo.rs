@@ -38,9 +38,8 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         path: folder.to_owned(),
         source,
     })?;
-    let mut device = culling::open(device);
-    let baked = source::embedded(&mut device)?;
-    let mut culling = Culling::new(device, baked.graph.atlas())?;
+    let baked = source::embedded()?;
+    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let throws = throws(&baked.graph)?;
     let passes = passes(&baked.graph, &throws, &mut culling)?;
     let written = closest_shave(&baked.graph, &passes[0].1);
@@ -139,7 +138,9 @@ fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
         let chosen = run.answer.chosen();
         let score = chosen.score?;
         let region = baked.evasion(chosen.evasion?)?.region;
-        let stays = baked.atlas().regions[region.index()]
+        let stays = baked
+            .atlas()
+            .region(region)
             .slabs
             .iter()
             .any(|maps| maps.body.count() > 0);

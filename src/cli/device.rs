@@ -1,10 +1,9 @@
-//! The Vulkan device of the command: a headless one, with a rasterizer for baking and a culler for
-//! each graph.
+//! The Vulkan device of the command: a headless one, with a culler for each graph.
 
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
-use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc, Rasterizer, RasterizerDesc};
+use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc};
 use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
-use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
+use sabaki::region::RegionAtlas;
 use serde_json::{Value, json};
 
 use super::DeviceArgs;
@@ -12,7 +11,7 @@ use super::DeviceArgs;
 /// An open device.
 pub(crate) struct Opened {
     // `None` only while it is destroyed.
-    parts: Option<(Headless, Rasterizer)>,
+    headless: Option<Headless>,
     cullers: Vec<StencilCuller>,
     name: String,
 }
@@ -101,44 +100,21 @@ impl Opened {
     }
 
     fn open(desc: &HeadlessDesc) -> Result<Self, GpuError> {
-        let mut headless = Headless::new(desc)?;
+        let headless = Headless::new(desc)?;
         let name = headless.device_name().to_owned();
-        let rasterizer = RasterizerDesc {
-            name: "bake",
-            ..RasterizerDesc::default()
-        };
-        let made = headless.make(|context, memory| Rasterizer::new(context, memory, &rasterizer));
-        match made {
-            Ok(rasterizer) => Ok(Self {
-                parts: Some((headless, rasterizer)),
-                cullers: Vec::new(),
-                name,
-            }),
-            Err(error) => {
-                report(headless.destroy());
-                Err(error)
-            }
-        }
+        Ok(Self {
+            headless: Some(headless),
+            cullers: Vec::new(),
+            name,
+        })
     }
 
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Draws all maps of a bake.
-    pub(crate) fn draw(&mut self, baker: &Baker) -> Result<DrawnMaps, String> {
-        let Some((headless, rasterizer)) = &mut self.parts else {
-            return Err(closed());
-        };
-        let evasions = headless.every_frame(rasterizer, baker.evasion_drawings());
-        let evasions = evasions.map_err(|error| error.to_string())?;
-        let attacks = headless.any_frame(rasterizer, baker.attack_drawings());
-        let attacks = attacks.map_err(|error| error.to_string())?;
-        Ok(DrawnMaps { evasions, attacks })
-    }
-
     pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Result<Culler, String> {
-        let Some((headless, _)) = &mut self.parts else {
+        let Some(headless) = &mut self.headless else {
             return Err(closed());
         };
         let desc = CullerDesc::new("cull", atlas);
@@ -152,7 +128,7 @@ impl Opened {
         culler: &mut Culler,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, String> {
-        let Some((headless, _)) = &mut self.parts else {
+        let Some(headless) = &mut self.headless else {
             return Err(closed());
         };
         match headless.cull(&mut self.cullers[culler.0], input) {
@@ -181,11 +157,10 @@ impl Opened {
 
 impl Drop for Opened {
     fn drop(&mut self) {
-        let Some((mut headless, rasterizer)) = self.parts.take() else {
+        let Some(mut headless) = self.headless.take() else {
             return;
         };
         if let Ok(memory) = headless.memory() {
-            rasterizer.destroy(memory);
             self.cullers
                 .drain(..)
                 .for_each(|culler| culler.destroy(memory));

@@ -1,7 +1,7 @@
 //! In the place of `device` where the command was built without Vulkan: there is never one.
 
 use sabaki::avoid::cull::{CullInput, Overlap};
-use sabaki::region::{Baker, DrawnMaps, RegionAtlas};
+use sabaki::region::RegionAtlas;
 use serde_json::Value;
 
 use super::DeviceArgs;
@@ -38,10 +38,6 @@ impl Opened {
     }
 
     pub(crate) fn name(&self) -> &str {
-        match *self {}
-    }
-
-    pub(crate) fn draw(&mut self, _baker: &Baker) -> Result<DrawnMaps, String> {
         match *self {}
     }
 

@@ -54,8 +54,7 @@ enum Grid {
 const LISTED: usize = 20;
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    let mut device = culling::open(device);
-    let baked = load(args, &mut device)?;
+    let baked = load(args)?;
     let throws = throws(args, &baked.graph)?;
     if let Some(folder) = &args.export {
         std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
@@ -63,7 +62,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             source,
         })?;
     }
-    let mut culling = Culling::new(device, baked.graph.atlas())?;
+    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let paths = if args.cull.is_empty() {
         vec![culling.best()]
     } else {
@@ -87,7 +86,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     Ok(Done { text, no })
 }
 
-fn load(args: &Args, device: &mut culling::Device) -> Result<Baked, Failure> {
+fn load(args: &Args) -> Result<Baked, Failure> {
     match (&args.baked, args.clips.clips.is_empty()) {
         (_, true) if args.clips.events.is_some() => {
             Err(Failure::Usage("--events needs --clips".to_owned()))
@@ -96,8 +95,8 @@ fn load(args: &Args, device: &mut culling::Device) -> Result<Baked, Failure> {
             "either a baked graph or --clips, not both".to_owned(),
         )),
         (Some(path), true) => source::from_file(path),
-        (None, false) => source::from_clips(&args.clips, device),
-        (None, true) => source::embedded(device),
+        (None, false) => source::from_clips(&args.clips),
+        (None, true) => source::embedded(),
     }
 }
 

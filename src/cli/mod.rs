@@ -65,7 +65,7 @@ pub(crate) fn main() -> ExitCode {
     start_log(cli.verbose);
     let done = match cli.command {
         None => demo::run(&cli.device, cli.json),
-        Some(Command::Bake(args)) => bake::run(&args, &cli.device, cli.json),
+        Some(Command::Bake(args)) => bake::run(&args, cli.json),
         Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),

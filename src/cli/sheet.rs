@@ -5,7 +5,7 @@ use std::io::Write;
 
 use font8x8::UnicodeFonts;
 use sabaki::avoid::cull::{CullCandidate, CullInput};
-use sabaki::region::{BitMap, EvasionMaps, MapGrid, Slab, raster};
+use sabaki::region::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
 
 /// Pixels of a texel's side.
 const ZOOM: usize = 3;
@@ -16,6 +16,9 @@ const GAP: usize = 8;
 const LABEL: usize = 20;
 /// Pixels left of the cells for the rows' names.
 const NAMES: usize = 80;
+
+/// Slabs that are shown at most.
+const MOST_COLUMNS: usize = 8;
 
 const ROWS: [&str; 4] = ["body", "evasion", "attack", "overlap"];
 const BACKGROUND: [u8; 3] = [24, 26, 30];
@@ -30,8 +33,9 @@ const HIT: [u8; 3] = [255, 255, 255];
 /// One slab of the candidate, with the attack in it.
 struct Column<'a> {
     slab: Slab,
-    maps: &'a EvasionMaps,
-    attack: Option<BitMap>,
+    maps: &'a SlabMaps,
+    /// The attack's inner map in the frame of its drawing, by slice.
+    attack: MaskMap,
 }
 
 /// Texels of the attack's frame.
@@ -63,7 +67,7 @@ pub(crate) fn png(
     }
     for (index, column) in columns.iter().enumerate() {
         let x = NAMES + index * (width + GAP);
-        picture.text(x, 6, &heights(column.slab, input.atlas.grid));
+        picture.text(x, 6, &heights(column.slab, input.atlas.grid()));
         for row in 0..ROWS.len() {
             let y = LABEL + row * (height + GAP);
             draw_cell(&mut picture, (x, y), window, |u, v| {
@@ -74,29 +78,59 @@ pub(crate) fn png(
     picture.text(
         GAP,
         size.1 + 4,
-        "green: body in every frame  blue: where it was and no longer is",
+        "green: body all through a slice of time  blue: where it was and no longer is",
     );
     picture.text(
         GAP,
         size.1 + LABEL,
-        "red: attack  yellow: attack through the evasion region  white: hit",
+        "red: attack  yellow: attack through the evasion region  white: body and attack at one time",
     );
     picture.encode()
 }
 
+/// The slabs that the attack touches, evenly chosen where they are many; the body's where it
+/// touches none.
 fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'a>> {
-    let region = &input.atlas.regions[candidate.region.index()];
-    let slabs = region.slabs.iter().zip(region.first_slab.0..);
-    slabs
-        .map(|(maps, number)| {
-            let drawn = input.attack.iter().find(|attack| attack.slab.0 == number);
-            Column {
-                slab: Slab(number),
-                maps,
-                attack: drawn.map(|attack| raster::any_frame(&attack.drawing)),
-            }
+    let region = input.atlas.region(candidate.region);
+    let all: Vec<Column<'_>> = (region.slabs.iter().zip(region.first_slab.0..))
+        .map(|(maps, number)| Column {
+            slab: Slab(number),
+            maps,
+            attack: attack_map(input, candidate, Slab(number)),
         })
-        .collect()
+        .collect();
+    let touched = |column: &Column<'_>| column.attack.count() > 0;
+    let some = all.iter().any(touched);
+    let mut chosen: Vec<_> = { all }
+        .into_iter()
+        .filter(|column| !some || touched(column))
+        .collect();
+    let step = chosen.len().div_ceil(MOST_COLUMNS).max(1);
+    let mut index = 0;
+    chosen.retain(|_| {
+        index += 1;
+        (index - 1) % step == 0
+    });
+    chosen
+}
+
+/// The attack's inner map in one slab, by the candidate's clock.
+fn attack_map(input: &CullInput<'_>, candidate: &CullCandidate, slab: Slab) -> MaskMap {
+    let rect = input.attack.rect;
+    let mut map = MaskMap::new(rect, input.atlas.grid().lanes());
+    let layers = input.attack.layers.iter();
+    for layer in layers.filter(|layer| layer.slab == slab && layer.clock == candidate.clock) {
+        let [inner, _] = input.attack.discs_of(layer);
+        for timed in inner {
+            let one = raster::any_frame(&Drawing {
+                rect,
+                discs: vec![timed.disc],
+                frame_ends: vec![1],
+            });
+            one.for_each(|column, row| map.set(column, row, timed.slice));
+        }
+    }
+    map
 }
 
 /// The texels of the attack's frame around all maps of the candidate.
@@ -106,7 +140,7 @@ fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
     let lit = |u: i32, v: i32| {
         columns
             .iter()
-            .any(|column| region(column, candidate, u, v) != (false, false))
+            .any(|column| region(column, candidate, u, v) != (0, false))
     };
     let all = (-FAR..FAR).flat_map(|v| (-FAR..FAR).map(move |u| (u, v)));
     let (mut low, mut high) = ((FAR, FAR), (-FAR, -FAR));
@@ -123,26 +157,28 @@ fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
     }
 }
 
-/// Whether the texel falls on the body map and on the evasion map.
-fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (bool, bool) {
+/// The slices in which the texel falls on the body map, and whether it falls on the evasion map.
+fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (u64, bool) {
     let (x, z) = candidate.turn.texel(u, v);
-    let rect = column.maps.body.rect();
-    let (x, z) = (x - rect.u, z - rect.v);
-    (column.maps.body.get(x, z), column.maps.evasion.get(x, z))
+    let (body, evasion) = (&column.maps.body, &column.maps.evasion);
+    (
+        body.get(x - body.rect().u, z - body.rect().v),
+        evasion.get(x - evasion.rect().u, z - evasion.rect().v),
+    )
 }
 
 fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> [u8; 3] {
     let (body, evasion) = region(column, candidate, u, v);
-    let attack = column.attack.as_ref().is_some_and(|map| map.get(u, v));
+    let attack = column.attack.get(u, v);
     let layers: &[(bool, [u8; 3])] = match row {
-        0 => &[(body, BODY)],
+        0 => &[(body != 0, BODY)],
         1 => &[(evasion, EVASION)],
-        2 => &[(attack, ATTACK)],
+        2 => &[(attack != 0, ATTACK)],
         _ => &[
-            (attack && body, HIT),
-            (attack && evasion, AVOIDED),
-            (attack, ATTACK),
-            (body, BODY),
+            (attack & body != 0, HIT),
+            (attack != 0 && evasion, AVOIDED),
+            (attack != 0, ATTACK),
+            (body != 0, BODY),
             (evasion, EVASION),
         ],
     };
@@ -152,7 +188,7 @@ fn colour(row: usize, column: &Column<'_>, candidate: &CullCandidate, u: i32, v:
 
 fn heights(slab: Slab, grid: MapGrid) -> String {
     let bottom = slab.0 as f32 * grid.slab_height;
-    format!("{:.1}-{:.1} m", bottom, bottom + grid.slab_height)
+    format!("{:.2}-{:.2} m", bottom, bottom + grid.slab_height)
 }
 
 /// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by

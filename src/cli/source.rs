@@ -5,12 +5,11 @@ use std::time::Instant;
 
 use sabaki::anim::EventKind;
 use sabaki::demo;
-use sabaki::graph::{self, BuildReport, ClipSource, GraphSettings, MotionGraph};
+use sabaki::graph::{self, BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
 use sabaki::io;
 use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
-use super::culling::{self, Device};
 use super::figure::{Figure, FigureArgs};
 use super::{Failure, output};
 
@@ -34,6 +33,9 @@ pub(crate) struct ClipArgs {
     pub(crate) figure: FigureArgs,
 }
 
+/// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
+const MEASURED: usize = 2000;
+
 /// A graph, and how it was made where it was.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
@@ -43,14 +45,14 @@ pub(crate) struct Baked {
 /// How a graph was made.
 pub(crate) struct Made {
     pub(crate) report: BuildReport,
+    pub(crate) feet: FootSlide,
     pub(crate) seconds: f64,
-    pub(crate) drawn_by: &'static str,
     pub(crate) warnings: Vec<String>,
     pub(crate) figure: Figure,
 }
 
 /// Bakes the clips of `args`.
-pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, Failure> {
+pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let started = Instant::now();
     let options = io::ReadOptions { scale: args.scale };
     let set = io::read_clips(&args.clips, args.events.as_deref(), &options)?;
@@ -65,7 +67,7 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
         props: figure.props.clone(),
         ..BakeSettings::default()
     };
-    let baked = bake(source, (args.threshold, settings), device, started);
+    let baked = bake(source, (args.threshold, settings), started);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
         [] => failure,
@@ -84,7 +86,7 @@ pub(crate) fn from_clips(args: &ClipArgs, device: &mut Device) -> Result<Baked, 
 }
 
 /// Bakes the embedded motions.
-pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
+pub(crate) fn embedded() -> Result<Baked, Failure> {
     let started = Instant::now();
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
     let source = ClipSource {
@@ -93,7 +95,7 @@ pub(crate) fn embedded(device: &mut Device) -> Result<Baked, Failure> {
         events: &motions.events,
     };
     let settings = (GraphSettings::default().threshold, BakeSettings::default());
-    bake(source, settings, device, started)
+    bake(source, settings, started)
 }
 
 /// Reads a baked file.
@@ -107,7 +109,6 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
 fn bake(
     source: ClipSource<'_>,
     (threshold, settings): (f32, BakeSettings),
-    device: &mut Device,
     started: Instant,
 ) -> Result<Baked, Failure> {
     let bar = output::progress("baking", 3);
@@ -117,9 +118,10 @@ fn bake(
         ..GraphSettings::default()
     };
     let (graph, report) = graph::build(source, &graph_settings)?;
+    let feet = graph.foot_slide(MEASURED);
     bar.inc(1);
     let baker = Baker::new(graph, settings)?;
-    let (maps, drawn_by) = culling::draw(&baker, device)?;
+    let maps = baker.draw_on_cpu();
     bar.inc(1);
     let graph = baker.finish(maps)?;
     bar.finish_and_clear();
@@ -135,8 +137,8 @@ fn bake(
         graph,
         made: Some(Made {
             report,
+            feet,
             seconds: started.elapsed().as_secs_f64(),
-            drawn_by,
             warnings,
             figure: Figure::default(),
         }),
@@ -166,7 +168,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "attacks": count(graph, EventKind::Attack),
         "body_spheres": baked.graph.body().spheres.len(),
         "props": baked.graph.body().props.len(),
-        "map_bytes": baked.graph.atlas().pack().words.len() * 4,
+        "map_bytes": baked.graph.atlas().bytes(),
         "evasion_within": {
             "0.5": baked.graph.responsive_share(0.5),
             "1.0": baked.graph.responsive_share(1.0),
@@ -175,8 +177,8 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
     });
     if let Some(made) = &baked.made {
         value["build_seconds"] = json!(made.seconds);
-        value["maps_drawn_by"] = json!(made.drawn_by);
         value["report"] = json!(made.report);
+        value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
         value["fits"] = made.figure.to_json();
     }
@@ -236,9 +238,16 @@ pub(crate) fn describe(baked: &Baked) -> String {
         for event in dropped.evasions.iter().chain(&dropped.attacks) {
             line(format!("dropped event: {event}"));
         }
+        if made.feet.planted_seconds > 0.0 {
+            line(format!(
+                "planted feet slide {:.0} mm/s in transitions ({:.0} if only blended, {:.0} in the clips)",
+                made.feet.kept, made.feet.blended, made.feet.clips
+            ));
+        }
         line(format!(
-            "baked in {:.2} s, maps drawn by {}",
-            made.seconds, made.drawn_by
+            "baked in {:.2} s; {:.1} MB of maps",
+            made.seconds,
+            baked.graph.atlas().bytes() as f64 * 1e-6
         ));
         made.warnings
             .iter()

@@ -84,12 +84,6 @@ pub enum Mismatch {
         /// How many there are.
         regions: usize,
     },
-    /// The attack's maps do not have the same size in all slabs.
-    #[error("the attack's map {slab} is not of the size of the first one")]
-    AttackSize {
-        /// Position among the attack's drawings.
-        slab: usize,
-    },
     /// A slot that does not exist.
     #[error("slot {slot} of {slots}")]
     Slot {

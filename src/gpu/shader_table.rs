@@ -2,7 +2,8 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::region::{Disc, MapTurn, PackedMaps as HostMaps};
+use crate::gpu::stencil::bits::MapBits as HostMaps;
+use crate::region::{Disc, MapTurn};
 
 /// One entry of the table.
 #[derive(Clone, Copy, Debug)]

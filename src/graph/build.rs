@@ -11,7 +11,7 @@ use super::links::{self, LinkSource};
 use super::minima::{self, MinimaSettings};
 use super::report::Made;
 use super::{
-    BuildReport, ClipId, Edge, EdgeMotion, EventId, GraphError, GraphEvent, GraphSettings,
+    BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, events, workers,
 };
 use crate::anim::{Clip, Event, Skeleton};
@@ -77,6 +77,7 @@ pub fn build(
         seconds: source.clips.iter().map(Clip::duration).sum(),
         threshold: settings.threshold,
     })?;
+    let graph = graph.with_feet(&settings.feet);
     let report = BuildReport::new(
         source,
         (&full, &graph),
@@ -182,6 +183,7 @@ impl Parts<'_> {
             nodes,
             edges,
             first_edge: Vec::new(),
+            feet: Feet::default(),
         })
     }
 

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{BitMap, MapGrid, Slab, raster::EvasionMaps};
+use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
 
 /// Index of an evasion's maps in a [`RegionAtlas`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -14,30 +14,74 @@ impl RegionId {
     }
 }
 
-/// The maps of one evasion, slab by slab, in the frame where it starts (root on the ground, facing +Z).
+/// The maps of an evasion in one slab, each in its own tight rectangle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RegionMaps {
-    /// Of `slabs[0]`; the others follow upwards.
-    pub first_slab: Slab,
-    /// One for each slab that the starting posture reaches. Body and evasion map of a slab lie in the same rectangle.
-    pub slabs: Vec<EvasionMaps>,
+pub struct SlabMaps {
+    /// For each slice, texels that the body covers all through it.
+    pub body: MaskMap,
+    /// For each slice, texels that the body may touch in it at any height of the slab.
+    pub outer: MaskMap,
+    /// Texels that the body covers at the start and not all through the evasion.
+    pub evasion: BitMap,
 }
 
-impl RegionMaps {
-    /// Whether every map's words fit its rectangle and the two maps of a slab lie in one: true of all drawn here, asked of what is
-    /// read from a file.
+impl SlabMaps {
+    /// Three maps without a texel.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
-        let fits = |maps: &EvasionMaps| {
-            let sound = maps.body.is_sound() && maps.evasion.is_sound();
-            sound && maps.body.rect() == maps.evasion.rect() && maps.body.rect().fits()
-        };
-        slabs_fit(self.first_slab, self.slabs.len()) && self.slabs.iter().all(fits)
+    pub fn empty(lanes: usize) -> Self {
+        let masks = MaskMap::new(MapRect::default(), lanes);
+        Self {
+            body: masks.clone(),
+            outer: masks,
+            evasion: BitMap::default(),
+        }
+    }
+
+    /// The rectangle around all three maps.
+    #[must_use]
+    pub fn rect(&self) -> MapRect {
+        let rects = [self.body.rect(), self.outer.rect(), self.evasion.rect()];
+        rects.into_iter().fold(MapRect::default(), MapRect::union)
+    }
+
+    fn is_sound(&self, slices: u32) -> bool {
+        self.body.is_sound(slices)
+            && self.outer.is_sound(slices)
+            && self.evasion.is_sound()
+            && [self.body.rect(), self.outer.rect(), self.evasion.rect()]
+                .into_iter()
+                .all(MapRect::fits)
     }
 }
 
-/// The maps of one attack, slab by slab, in the character's frame where it starts (root on the ground, facing +Z): texels
-/// that it passes at some time.
+/// The maps of one evasion, slab by slab, in the frame where it starts (root on the ground, facing
+/// +Z).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegionMaps {
+    /// Of `slabs[0]`; the others follow upwards.
+    pub first_slab: Slab,
+    /// One for each slab that the body reaches.
+    pub slabs: Vec<SlabMaps>,
+    /// How long after the evasion's start the outer maps know where the body is, seconds.
+    pub seconds: f32,
+}
+
+impl RegionMaps {
+    /// Longest time that maps cover, seconds: of a file that says more something is wrong.
+    const LONGEST: f32 = 3600.0;
+
+    /// Whether every map's words fit its rectangle and so many slices: true of all drawn here, asked
+    /// of what is read from a file.
+    #[must_use]
+    pub fn is_sound(&self, slices: u32) -> bool {
+        slabs_fit(self.first_slab, self.slabs.len())
+            && (0.0..=Self::LONGEST).contains(&self.seconds)
+            && self.slabs.iter().all(|slab| slab.is_sound(slices))
+    }
+}
+
+/// The maps of one attack, slab by slab, in the character's frame where it starts (root on the
+/// ground, facing +Z): texels that its outline passes at some time.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttackMaps {
     /// Of `slabs[0]`; the others follow upwards.
@@ -47,7 +91,8 @@ pub struct AttackMaps {
 }
 
 impl AttackMaps {
-    /// Whether every map's words fit its rectangle: true of all drawn here, asked of what is read from a file.
+    /// Whether every map's words fit its rectangle: true of all drawn here, asked of what is read
+    /// from a file.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         slabs_fit(self.first_slab, self.slabs.len())
@@ -68,29 +113,90 @@ fn slabs_fit(first: Slab, count: usize) -> bool {
 /// The maps of all evasions and attacks of a graph, on one grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionAtlas {
-    /// Texel and slab sizes of all maps.
-    pub grid: MapGrid,
-    /// By [`RegionId`].
-    pub regions: Vec<RegionMaps>,
-    /// In the order of [`BakedGraph::strikes`](super::BakedGraph::strikes).
-    pub attacks: Vec<AttackMaps>,
+    grid: MapGrid,
+    regions: Vec<RegionMaps>,
+    attacks: Vec<AttackMaps>,
 }
 
 impl RegionAtlas {
-    /// The maps of one evasion in one slab; `None` where its starting posture does not reach that slab.
+    /// An atlas of these maps; `attacks` in the order of
+    /// [`BakedGraph::strikes`](super::BakedGraph::strikes). Masks have as many bits as the grid has
+    /// slices.
     #[must_use]
-    pub fn maps(&self, region: RegionId, slab: Slab) -> Option<&EvasionMaps> {
-        let region = &self.regions[region.index()];
+    pub fn new(grid: MapGrid, regions: Vec<RegionMaps>, attacks: Vec<AttackMaps>) -> Self {
+        Self {
+            grid,
+            regions,
+            attacks,
+        }
+    }
+
+    /// Sizes of texels, slabs and slices of all maps.
+    #[must_use]
+    pub fn grid(&self) -> MapGrid {
+        self.grid
+    }
+
+    /// The evasions' maps, by [`RegionId`].
+    #[must_use]
+    pub fn regions(&self) -> &[RegionMaps] {
+        &self.regions
+    }
+
+    /// One evasion's maps.
+    #[must_use]
+    pub fn region(&self, region: RegionId) -> &RegionMaps {
+        &self.regions[region.index()]
+    }
+
+    /// The attacks' maps, in the order of [`BakedGraph::strikes`](super::BakedGraph::strikes).
+    #[must_use]
+    pub fn attacks(&self) -> &[AttackMaps] {
+        &self.attacks
+    }
+
+    /// The maps of one evasion in one slab; `None` where the body does not reach that slab.
+    #[must_use]
+    pub fn maps(&self, region: RegionId, slab: Slab) -> Option<&SlabMaps> {
+        let region = self.region(region);
         let index = usize::try_from(slab.0.checked_sub(region.first_slab.0)?).ok()?;
         region.slabs.get(index)
+    }
+
+    /// Bytes of all evasions' maps.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let words = |maps: &SlabMaps| {
+            maps.body.masks().len() + maps.outer.masks().len() + maps.evasion.words().len()
+        };
+        let slabs = self.regions.iter().flat_map(|region| &region.slabs);
+        4 * slabs.map(words).sum::<usize>()
+    }
+
+    /// Whether grid and maps are sound: asked of what is read from a file.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub(super) fn check(&self) -> Result<(), &'static str> {
+        if !self.grid.is_sound() {
+            return Err("the maps' texels, slabs or slices have no possible size");
+        }
+        let slices = self.grid.slices;
+        let sound = self.regions.iter().all(|region| region.is_sound(slices))
+            && self.attacks.iter().all(AttackMaps::is_sound);
+        if !sound {
+            return Err("a map's words do not fit its rectangle");
+        }
+        Ok(())
     }
 
     /// The evasions' maps as one array of words, ready for a storage buffer.
     #[must_use]
     pub fn pack(&self) -> PackedAtlas {
         let mut packed = PackedAtlas {
-            words: Vec::new(),
+            words: Vec::with_capacity(self.bytes() / 4),
             maps: Vec::new(),
+            lanes: self.grid.lanes() as u32,
             regions: Vec::new(),
         };
         for region in &self.regions {
@@ -100,56 +206,63 @@ impl RegionAtlas {
                 region.slabs.len() as u32,
             ));
             for slab in &region.slabs {
-                let rect = slab.body.rect();
-                let body_word = packed.append(&slab.body);
-                let evasion_word = packed.append(&slab.evasion);
-                let words_per_row = slab.body.words_per_row() as u32;
-                packed.maps.push(PackedMaps {
-                    u: rect.u,
-                    v: rect.v,
-                    width: rect.width,
-                    height: rect.height,
-                    words_per_row,
-                    body_word,
-                    evasion_word,
-                    padding: 0,
-                });
+                let maps = PackedMaps {
+                    body: packed.append(slab.body.rect(), slab.body.masks(), 0),
+                    outer: packed.append(slab.outer.rect(), slab.outer.masks(), 0),
+                    evasion: packed.append(
+                        slab.evasion.rect(),
+                        slab.evasion.words(),
+                        slab.evasion.words_per_row() as u32,
+                    ),
+                };
+                packed.maps.push(maps);
             }
         }
         packed
     }
 }
 
-/// Where the body map and the evasion map of one region and slab lie in [`PackedAtlas::words`].
+/// Where one map lies: in its frame, and in [`PackedAtlas::words`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "vulkan", derive(bytemuck::Pod, bytemuck::Zeroable))]
+pub struct PackedMap {
+    /// First column, texels of the evasion's frame.
+    pub u: i32,
+    /// First row.
+    pub v: i32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Its first word.
+    pub word: u32,
+    /// Words in a row.
+    pub words_per_row: u32,
+}
+
+/// Where the maps of one region and slab lie.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "vulkan", derive(bytemuck::Pod, bytemuck::Zeroable))]
 pub struct PackedMaps {
-    /// First column of both, texels of the evasion's frame.
-    pub u: i32,
-    /// First row of both.
-    pub v: i32,
-    /// Columns of both.
-    pub width: u32,
-    /// Rows of both.
-    pub height: u32,
-    /// Words in a row of either.
-    pub words_per_row: u32,
-    /// First word of the body map.
-    pub body_word: u32,
-    /// First word of the evasion map.
-    pub evasion_word: u32,
-    /// Always 0.
-    pub padding: u32,
+    /// Masks `[row][column][lane]`.
+    pub body: PackedMap,
+    /// Masks `[row][column][lane]`.
+    pub outer: PackedMap,
+    /// A bit a texel; column 0 is the lowest bit of a row's first word.
+    pub evasion: PackedMap,
 }
 
 /// A [`RegionAtlas`] laid out for a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PackedAtlas {
-    /// The bits of all maps.
+    /// The masks and bits of all maps.
     pub words: Vec<u32>,
     /// One for each region and slab.
     pub maps: Vec<PackedMaps>,
+    /// Words of a mask: 1 or 2.
+    pub lanes: u32,
     /// For each region: its first slab, its first entry in `maps`, and how many entries it has.
     regions: Vec<(Slab, u32, u32)>,
 }
@@ -163,9 +276,21 @@ impl PackedAtlas {
         (index < count).then_some(first + index)
     }
 
-    fn append(&mut self, map: &BitMap) -> u32 {
-        let start = self.words.len() as u32;
-        self.words.extend_from_slice(map.words());
-        start
+    /// `words_per_row` is 0 for masks, whose rows are not padded.
+    fn append(&mut self, rect: MapRect, words: &[u32], words_per_row: u32) -> PackedMap {
+        let word = self.words.len() as u32;
+        self.words.extend_from_slice(words);
+        PackedMap {
+            u: rect.u,
+            v: rect.v,
+            width: rect.width,
+            height: rect.height,
+            word,
+            words_per_row: if words_per_row > 0 {
+                words_per_row
+            } else {
+                rect.width * self.lanes
+            },
+        }
     }
 }

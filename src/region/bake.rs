@@ -1,21 +1,23 @@
 //! From a motion graph to everything that a query needs.
 //!
-//! Source: Masaoka & Oshita, sections 4.2–4.4. The maps are drawn by whoever has a rasterizer: [`Baker::evasion_drawings`]
-//! and [`Baker::attack_drawings`] say what to draw, [`Baker::finish`] takes what was drawn.
+//! Source: Masaoka & Oshita, sections 4.2–4.4. The maps are drawn by whoever has a rasterizer:
+//! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] say what to draw,
+//! [`Baker::finish`] takes what was drawn.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::drawings::{self, SlabDrawings};
+use super::drawings::{self, EventDrawings, TooHigh};
+use super::gather::{Gathering, Kind, Member};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    AttackMaps, BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect,
-    PathSettings, Prop, RegionAtlas, RegionId, RegionMaps, RetimeSettings, Strike,
+    BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect, PathSettings, Prop,
+    RegionAtlas, RegionId, RetimeSettings, Strike,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, in_parallel};
 
 /// How a graph is baked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -30,6 +32,8 @@ pub struct BakeSettings {
     pub grid: GridSettings,
     /// The body's spheres; from the bones where there are none.
     pub body: Option<Body>,
+    /// Threads for the maps; 0 for as many as the machine has. The maps are the same for any number.
+    pub threads: usize,
     /// What the body's joints hold, beside what [`BakeSettings::body`] holds already.
     pub props: Vec<Prop>,
 }
@@ -37,15 +41,20 @@ pub struct BakeSettings {
 /// Why a graph cannot be baked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BakeError {
-    /// Texels or slabs out of range.
+    /// Texels, slabs or slices out of range.
     #[error(
-        "texels must be 0.001 to 1 m and slabs 0.001 to 10 m; they are {texel} m and {slab_height} m"
+        "texels must be 0.001 to 1 m, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m, {slab_height} m and {slices} of {slice_seconds} s",
+        max = MapGrid::MAX_SLICES
     )]
     Grid {
         /// Metres.
         texel: f32,
         /// Metres.
         slab_height: f32,
+        /// How many.
+        slices: u32,
+        /// Seconds.
+        slice_seconds: f32,
     },
     /// The settings' body has no sphere, or one without a joint, a place or a size.
     #[error(
@@ -90,10 +99,10 @@ pub enum BakeError {
 /// What a rasterizer has drawn for a [`Baker`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnMaps {
-    /// Of [`Baker::evasion_drawings`], in order.
-    pub evasions: Vec<EvasionMaps>,
-    /// Of [`Baker::attack_drawings`], in order.
-    pub attacks: Vec<BitMap>,
+    /// Of [`Baker::every_frame_drawings`], in order.
+    pub every_frame: Vec<EvasionMaps>,
+    /// Of [`Baker::any_frame_drawings`], in order.
+    pub any_frame: Vec<BitMap>,
 }
 
 /// A bake that waits for its maps.
@@ -102,18 +111,12 @@ pub struct Baker {
     graph: MotionGraph,
     body: Body,
     settings: BakeSettings,
-    evasions: Prepared,
-    attacks: Prepared,
-}
-
-/// The drawings of all events of a kind.
-#[derive(Clone, Debug, Default)]
-struct Prepared {
-    edges: Vec<EdgeId>,
-    /// For each edge its lowest slab and how many it has.
-    slabs: Vec<(super::Slab, usize)>,
-    /// Of all slabs of all edges.
-    drawings: Vec<Drawing>,
+    /// The edges of all evasions and of all attacks.
+    evasions: Vec<EdgeId>,
+    attacks: Vec<EdgeId>,
+    every_frame: Vec<Drawing>,
+    any_frame: Vec<Drawing>,
+    gathering: Gathering,
 }
 
 impl Baker {
@@ -122,9 +125,14 @@ impl Baker {
     /// # Errors
     /// Settings that make no maps.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
-        let MapGrid { texel, slab_height } = settings.maps;
-        if !settings.maps.is_sound() {
-            return Err(BakeError::Grid { texel, slab_height });
+        let maps = settings.maps;
+        if !maps.is_sound() {
+            return Err(BakeError::Grid {
+                texel: maps.texel,
+                slab_height: maps.slab_height,
+                slices: maps.slices,
+                slice_seconds: maps.slice_seconds,
+            });
         }
         let mut body = settings
             .body
@@ -139,48 +147,100 @@ impl Baker {
         if !body.is_sound(graph.skeleton()) {
             return Err(BakeError::Body);
         }
-        let maps = settings.maps;
-        let evasions = prepare(&graph, EventKind::Evasion, |event| {
-            drawings::of_evasion(&graph, &body, event, maps)
-        })?;
-        let attacks = prepare(&graph, EventKind::Attack, |event| {
-            drawings::of_attack(&graph, &body, event, maps)
-        })?;
-        Ok(Self {
-            evasions,
-            attacks,
-            graph,
+        let of_kind = |kind| graph.edges_with(kind).map(|(edge, _)| edge).collect();
+        let mut baker = Self {
+            evasions: of_kind(EventKind::Evasion),
+            attacks: of_kind(EventKind::Attack),
             body,
             settings,
-        })
+            every_frame: Vec::new(),
+            any_frame: Vec::new(),
+            gathering: Gathering::new(maps),
+            graph,
+        };
+        for (kind, drawings) in baker.events()? {
+            let event = baker.gathering.event(kind, &drawings);
+            for (part, drawing) in drawings.every_frame {
+                baker.gathering.every_frame.push(Member { event, part });
+                baker.every_frame.push(drawing);
+            }
+            for (part, drawing) in drawings.any_frame {
+                baker.gathering.any_frame.push(Member { event, part });
+                baker.any_frame.push(drawing);
+            }
+        }
+        Ok(baker)
     }
 
-    /// What is to be drawn by "every frame" ([`raster::every_frame`] or its twin on the device).
-    #[must_use]
-    pub fn evasion_drawings(&self) -> &[Drawing] {
-        &self.evasions.drawings
+    /// The drawings of all events, evasions first.
+    fn events(&self) -> Result<Vec<(Kind, EventDrawings)>, BakeError> {
+        let maps = self.settings.maps;
+        let evasions = self.evasions.len();
+        let count = evasions + self.attacks.len();
+        let drawn = in_parallel(self.settings.threads, count, |index| {
+            let (kind, edge) = match index.checked_sub(evasions) {
+                None => (Kind::Evasion, self.evasions[index]),
+                Some(attack) => (Kind::Attack, self.attacks[attack]),
+            };
+            let Some(event) = self.graph.edge(edge).event else {
+                return Ok((kind, EventDrawings::default()));
+            };
+            let event = self.graph.event(event);
+            let drawings = match kind {
+                Kind::Evasion => drawings::of_evasion(&self.graph, &self.body, (edge, event), maps),
+                Kind::Attack => drawings::of_attack(&self.graph, &self.body, event, maps),
+            };
+            Ok((kind, self.checked(event, drawings)?))
+        });
+        drawn.into_iter().collect()
     }
 
-    /// What is to be drawn by "any frame" ([`raster::any_frame`] or its twin on the device).
+    /// Refuses what fixed-point maps cannot hold.
+    fn checked(
+        &self,
+        event: &GraphEvent,
+        drawings: Result<EventDrawings, TooHigh>,
+    ) -> Result<EventDrawings, BakeError> {
+        let describe = || self.graph.describe_event(event);
+        let drawings = drawings.map_err(|TooHigh { low, high }| BakeError::TooHigh {
+            event: describe(),
+            low,
+            high,
+        })?;
+        let all = drawings.every_frame.iter().chain(&drawings.any_frame);
+        if let Some((_, large)) = { all }.find(|(_, drawing)| !drawing.rect.fits()) {
+            let MapRect { width, height, .. } = large.rect;
+            return Err(BakeError::MapTooLarge {
+                event: describe(),
+                width,
+                height,
+            });
+        }
+        Ok(drawings)
+    }
+
+    /// What is to be drawn by "every frame" ([`raster::every_frame`] or its twin on the device):
+    /// each evasion as a whole and, where maps are timed, in each slice, slab by slab.
     #[must_use]
-    pub fn attack_drawings(&self) -> &[Drawing] {
-        &self.attacks.drawings
+    pub fn every_frame_drawings(&self) -> &[Drawing] {
+        &self.every_frame
+    }
+
+    /// What is to be drawn by "any frame" ([`raster::any_frame`] or its twin on the device): all
+    /// that a body may touch in each slice of its evasion, and where attacks pass, slab by slab.
+    #[must_use]
+    pub fn any_frame_drawings(&self) -> &[Drawing] {
+        &self.any_frame
     }
 
     /// Draws all maps on the CPU.
     #[must_use]
     pub fn draw_on_cpu(&self) -> DrawnMaps {
+        let threads = self.settings.threads;
+        let (every, any) = (&self.every_frame, &self.any_frame);
         DrawnMaps {
-            evasions: self
-                .evasion_drawings()
-                .iter()
-                .map(raster::every_frame)
-                .collect(),
-            attacks: self
-                .attack_drawings()
-                .iter()
-                .map(raster::any_frame)
-                .collect(),
+            every_frame: in_parallel(threads, every.len(), |i| raster::every_frame(&every[i])),
+            any_frame: in_parallel(threads, any.len(), |i| raster::any_frame(&any[i])),
         }
     }
 
@@ -198,15 +258,15 @@ impl Baker {
     /// # Errors
     /// Another number of maps than drawings, or maps of other rectangles.
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
-        self.evasions
-            .check(maps.evasions.iter().map(|maps| maps.body.rect()))?;
-        self.attacks.check(maps.attacks.iter().map(BitMap::rect))?;
+        let every = maps.every_frame.iter().map(|maps| maps.body.rect());
+        check(every, &self.every_frame)?;
+        check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
         let placement = |edge: EdgeId| -> Rigid2 {
             let from = self.graph.node(self.graph.edge(edge).from);
             self.graph.placement(from.clip, from.frame)
         };
         let regions = (0..).map(RegionId);
-        let evasions = self.evasions.edges.iter().zip(regions);
+        let evasions = self.evasions.iter().zip(regions);
         let evasions = evasions
             .map(|(&edge, region)| Evasion {
                 edge,
@@ -214,28 +274,15 @@ impl Baker {
                 placement: placement(edge),
             })
             .collect();
-        let strikes = self
-            .attacks
-            .edges
-            .iter()
+        let attacks = self.attacks.iter();
+        let strikes = attacks
             .map(|&edge| Strike {
                 edge,
                 placement: placement(edge),
             })
             .collect();
-        let atlas = RegionAtlas {
-            grid: self.settings.maps,
-            regions: self
-                .evasions
-                .distribute(maps.evasions)
-                .map(|(first_slab, slabs)| RegionMaps { first_slab, slabs })
-                .collect(),
-            attacks: self
-                .attacks
-                .distribute(maps.attacks)
-                .map(|(first_slab, slabs)| AttackMaps { first_slab, slabs })
-                .collect(),
-        };
+        let (regions, attacks) = self.gathering.gather(&maps);
+        let atlas = RegionAtlas::new(self.settings.maps, regions, attacks);
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
         Ok(BakedGraph::new(
             self.graph,
@@ -248,69 +295,22 @@ impl Baker {
     }
 }
 
-/// The drawings of all events of a kind, in the order of their edges.
-fn prepare(
-    graph: &MotionGraph,
-    kind: EventKind,
-    draw: impl Fn(&GraphEvent) -> SlabDrawings,
-) -> Result<Prepared, BakeError> {
-    let mut prepared = Prepared::default();
-    for (edge, event) in graph.edges_with(kind) {
-        let event = graph.event(event);
-        let describe = || graph.describe_event(event);
-        let SlabDrawings {
-            first_slab,
-            drawings,
-        } = draw(event);
-        let (low, high) = (
-            first_slab.0,
-            first_slab.0.saturating_add(drawings.len() as i32),
-        );
-        if low < -MapGrid::HIGHEST_SLAB || high > MapGrid::HIGHEST_SLAB {
-            return Err(BakeError::TooHigh {
-                event: describe(),
-                low,
-                high,
-            });
-        }
-        if let Some(large) = drawings.iter().find(|drawing| !drawing.rect.fits()) {
-            let MapRect { width, height, .. } = large.rect;
-            return Err(BakeError::MapTooLarge {
-                event: describe(),
-                width,
-                height,
-            });
-        }
-        prepared.edges.push(edge);
-        prepared.slabs.push((first_slab, drawings.len()));
-        prepared.drawings.extend(drawings);
-    }
-    Ok(prepared)
-}
-
-impl Prepared {
-    /// Whether maps of these rectangles are those of the drawings.
-    fn check(&self, rects: impl ExactSizeIterator<Item = MapRect>) -> Result<(), BakeError> {
-        let (found, expected) = (rects.len(), self.drawings.len());
-        let fitting = rects
-            .zip(&self.drawings)
-            .filter(|(rect, drawing)| *rect == drawing.rect)
-            .count();
-        if found == expected && fitting == expected {
-            Ok(())
-        } else {
-            Err(BakeError::Maps {
-                found: fitting,
-                expected,
-            })
-        }
-    }
-
-    /// Gives each edge its lowest slab and its maps.
-    fn distribute<T>(&self, maps: Vec<T>) -> impl Iterator<Item = (super::Slab, Vec<T>)> {
-        let mut maps = maps.into_iter();
-        self.slabs
-            .iter()
-            .map(move |&(first, count)| (first, maps.by_ref().take(count).collect()))
+/// Whether maps of these rectangles are those of the drawings.
+fn check(
+    rects: impl ExactSizeIterator<Item = MapRect>,
+    drawings: &[Drawing],
+) -> Result<(), BakeError> {
+    let (found, expected) = (rects.len(), drawings.len());
+    let fitting = rects
+        .zip(drawings)
+        .filter(|(rect, drawing)| *rect == drawing.rect)
+        .count();
+    if found == expected && fitting == expected {
+        Ok(())
+    } else {
+        Err(BakeError::Maps {
+            found: fitting,
+            expected,
+        })
     }
 }

@@ -4,8 +4,7 @@ use super::grid::{Grid, GridSettings, GridSource};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
 use super::{
-    AttackMaps, Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab,
-    Strike,
+    Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab, Strike,
 };
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
@@ -183,7 +182,7 @@ impl BakedGraph {
     /// Texels of an evasion's region in a slab: what an attack there can cover at most.
     #[must_use]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
-        let first = self.atlas.regions[region.index()].first_slab;
+        let first = self.atlas.region(region).first_slab;
         let texels = &self.evasion_texels[region.index()];
         let index = slab.0.checked_sub(first.0).map(usize::try_from);
         index
@@ -261,26 +260,18 @@ impl BakedGraph {
                 "an evasion names an edge that is none, or maps that are not there",
             ),
             (
-                strikes_fit && self.atlas.attacks.len() == self.strikes.len(),
+                strikes_fit && self.atlas.attacks().len() == self.strikes.len(),
                 "an attack names an edge that is none, or has no maps",
             ),
             (
                 self.body.is_sound(self.graph.skeleton()),
                 "a body sphere is not sound",
             ),
-            (
-                self.atlas.grid.is_sound(),
-                "the maps' texels or slabs have no possible size",
-            ),
-            (
-                self.atlas.regions.iter().all(RegionMaps::is_sound)
-                    && self.atlas.attacks.iter().all(AttackMaps::is_sound),
-                "a map's words do not fit its rectangle",
-            ),
         ];
         if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
             return Err(what.to_owned());
         }
+        self.atlas.check().map_err(str::to_owned)?;
         self.paths = self
             .paths
             .restored(&self.graph, &self.retimable, &self.evasions)?;
@@ -292,7 +283,7 @@ impl BakedGraph {
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         let texels =
             |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
-        self.evasion_texels = self.atlas.regions.iter().map(texels).collect();
+        self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
         self.radii = BodyTrack::radii(&self.body);
         let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
         self.placements = self.graph.nodes().iter().map(placement).collect();
@@ -316,7 +307,7 @@ impl BakedGraph {
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {
         self.event_fits(evasion.edge, EventKind::Evasion, evasion.placement)
-            && evasion.region.index() < self.atlas.regions.len()
+            && evasion.region.index() < self.atlas.regions().len()
     }
 
     fn event_fits(&self, edge: EdgeId, kind: EventKind, placement: Rigid2) -> bool {

@@ -82,7 +82,8 @@ impl MapRect {
     #[must_use]
     pub fn fits(self) -> bool {
         let max = super::MapGrid::MAX_SIDE;
-        let far = |place: i32| place.unsigned_abs() <= 16 * max;
+        // Half of where a turn leaves everything that lies too far away for fixed point.
+        let far = |place: i32| place.unsigned_abs() <= 8 * max;
         self.width <= max && self.height <= max && far(self.u) && far(self.v)
     }
 
@@ -132,6 +133,10 @@ impl BitMap {
         &self.words
     }
 
+    pub(crate) fn words_mut(&mut self) -> &mut [u32] {
+        &mut self.words
+    }
+
     /// Whether a texel is set, by its column and row in this map. Outside the map nothing is.
     #[must_use]
     pub fn get(&self, column: i32, row: i32) -> bool {
@@ -141,6 +146,57 @@ impl BitMap {
             let (word, bit) = self.address(column, row);
             self.words[word] >> bit & 1 == 1
         }
+    }
+
+    /// Calls `visit` with the column and the row of each texel that is set, row by row.
+    pub fn for_each(&self, mut visit: impl FnMut(i32, i32)) {
+        let words = self.words_per_row().max(1);
+        for (row, line) in self.words.chunks(words).enumerate() {
+            for (index, &word) in line.iter().enumerate() {
+                let mut left = word;
+                while left != 0 {
+                    visit(
+                        (32 * index) as i32 + left.trailing_zeros() as i32,
+                        row as i32,
+                    );
+                    left &= left - 1;
+                }
+            }
+        }
+    }
+
+    /// The smallest rectangle around the texels that are set, in the map's frame; empty where none
+    /// is.
+    #[must_use]
+    pub fn bounds(&self) -> MapRect {
+        let (mut low, mut high) = ((i32::MAX, i32::MAX), (i32::MIN, i32::MIN));
+        self.for_each(|column, row| {
+            low = (low.0.min(column), low.1.min(row));
+            high = (high.0.max(column), high.1.max(row));
+        });
+        if low.0 > high.0 {
+            return MapRect::default();
+        }
+        MapRect {
+            u: self.rect.u + low.0,
+            v: self.rect.v + low.1,
+            width: (high.0 - low.0 + 1) as u32,
+            height: (high.1 - low.1 + 1) as u32,
+        }
+    }
+
+    /// The part of the map within another rectangle.
+    #[must_use]
+    pub fn cropped(&self, rect: MapRect) -> Self {
+        let mut map = Self::new(rect);
+        let (u, v) = (self.rect.u - rect.u, self.rect.v - rect.v);
+        self.for_each(|column, row| {
+            let (column, row) = (column + u, row + v);
+            if (0..rect.width as i32).contains(&column) && (0..rect.height as i32).contains(&row) {
+                map.set(column, row);
+            }
+        });
+        map
     }
 
     /// Sets a texel, by its column and row in this map; both must lie inside.

@@ -11,8 +11,10 @@ mod body;
 mod disc;
 mod drawings;
 pub mod fit;
+mod gather;
 mod grid;
 mod map;
+mod mask;
 mod moving_sphere;
 mod paths;
 mod prop;
@@ -24,19 +26,25 @@ mod strike;
 mod track;
 mod turn;
 
-pub use atlas::{AttackMaps, PackedAtlas, PackedMaps, RegionAtlas, RegionId, RegionMaps};
+pub use atlas::{
+    AttackMaps, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, RegionId, RegionMaps, SlabMaps,
+};
 pub use bake::{BakeError, BakeSettings, Baker, DrawnMaps};
 pub use baked::{BakedGraph, Evasion};
 pub use body::{Body, BodySphere};
 pub use disc::{Disc, SUB_TEXELS};
+pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
 pub use grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use map::{BitMap, Drawing, MapRect};
+pub use mask::MaskMap;
 pub use moving_sphere::MovingSphere;
 pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
 pub use prop::{LocalSphere, Prop};
 pub use raster::EvasionMaps;
+pub(crate) use raster::for_each_row;
 pub use retime::{Retimable, RetimeSettings, retimable_edges};
-pub use slab::{MapGrid, Slab};
+pub(crate) use slab::Cut;
+pub use slab::{MapGrid, Section, Slab};
 pub use sphere_key::SphereKey;
 pub use strike::{Strike, attack_spheres};
 pub use track::BodyTrack;

@@ -1,18 +1,17 @@
 //! The CPU's rasterizer: twin of the stencil passes in `gpu`, of the same names, equal to the
 //! texel.
 //!
-//! Source: Masaoka & Oshita, section 4.3.
-
-use serde::{Deserialize, Serialize};
+//! Source: Masaoka & Oshita, section 4.3. A disc is filled row by row: in each row it covers the
+//! texels between two columns, which are found by an exact square root and set as words.
 
 use super::{BitMap, Disc, Drawing, MapRect, SUB_TEXELS};
 
-/// The maps of an evasion in one slab.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// What [`every_frame`] draws.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EvasionMaps {
-    /// Texels that the body covers in every frame.
+    /// Texels that are covered in every frame.
     pub body: BitMap,
-    /// Texels that the body covers in the first frame and not in every frame.
+    /// Texels that are covered in the first frame and not in every frame.
     pub evasion: BitMap,
 }
 
@@ -20,65 +19,75 @@ pub struct EvasionMaps {
 /// only for a while.
 #[must_use]
 pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
-    let rect = drawing.rect;
-    let mut counts = vec![0u32; rect.width as usize * rect.height as usize];
+    let mut body = BitMap::new(drawing.rect);
+    let mut evasion = body.clone();
+    let mut now = body.clone();
     for frame in 0..drawing.frames() {
-        // The stencil's rule: only where all earlier frames counted does this one count.
-        let (expected, next) = (frame as u32, frame as u32 + 1);
+        let target = if frame == 0 { &mut body } else { &mut now };
         for disc in drawing.frame(frame) {
-            for_each_texel(*disc, rect, |index| {
-                if counts[index] == expected {
-                    counts[index] = next;
-                }
-            });
+            fill(*disc, target);
+        }
+        if frame == 0 {
+            evasion.words_mut().copy_from_slice(body.words());
+            continue;
+        }
+        for (body, now) in body.words_mut().iter_mut().zip(now.words_mut()) {
+            *body &= std::mem::take(now);
         }
     }
-    let frames = drawing.frames() as u32;
-    let mut maps = EvasionMaps {
-        body: BitMap::new(rect),
-        evasion: BitMap::new(rect),
-    };
-    for (index, &count) in counts.iter().enumerate() {
-        let (column, row) = (
-            (index as u32 % rect.width) as i32,
-            (index as u32 / rect.width) as i32,
-        );
-        if count == frames && frames > 0 {
-            maps.body.set(column, row);
-        } else if count > 0 {
-            maps.evasion.set(column, row);
-        }
+    for (evasion, body) in evasion.words_mut().iter_mut().zip(body.words()) {
+        *evasion &= !body;
     }
-    maps
+    EvasionMaps { body, evasion }
 }
 
 /// Draws the texels that are covered in any frame.
 #[must_use]
 pub fn any_frame(drawing: &Drawing) -> BitMap {
     let mut map = BitMap::new(drawing.rect);
-    let width = drawing.rect.width;
-    for &disc in &drawing.discs {
-        for_each_texel(disc, drawing.rect, |index| {
-            map.set((index as u32 % width) as i32, (index as u32 / width) as i32)
-        });
+    for disc in &drawing.discs {
+        fill(*disc, &mut map);
     }
     map
 }
 
-/// Calls `visit` with the index of each texel of the map that `disc` covers.
-fn for_each_texel(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize)) {
-    let span = |centre: i32, texels: u32| {
-        let first = (centre - disc.radius).div_euclid(SUB_TEXELS).max(0);
-        let last = (centre + disc.radius)
-            .div_euclid(SUB_TEXELS)
-            .min(texels as i32 - 1);
-        first..=last
+/// Sets the texels of a map that a disc covers; the disc's place counts from the map's first texel.
+fn fill(disc: Disc, map: &mut BitMap) {
+    let rect = map.rect();
+    let words = map.words_per_row();
+    let all = map.words_mut();
+    for_each_row(disc, rect, |row, first, last| {
+        let row = &mut all[row * words..(row + 1) * words];
+        let (from, to) = (first / 32, last / 32);
+        let (low, high) = (u32::MAX << (first % 32), u32::MAX >> (31 - last % 32));
+        if from == to {
+            row[from] |= low & high;
+            return;
+        }
+        row[from] |= low;
+        row[from + 1..to].fill(u32::MAX);
+        row[to] |= high;
+    });
+}
+
+/// Calls `visit` with each row that a disc covers texels of, the first covered column and the last.
+pub(crate) fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, usize)) {
+    let (x, z, radius) = (i64::from(disc.x), i64::from(disc.z), i64::from(disc.radius));
+    let (texel, half) = (i64::from(SUB_TEXELS), i64::from(SUB_TEXELS) / 2);
+    // The texels whose centres lie from `low` to `high`.
+    let span = |low: i64, high: i64, texels: u32| {
+        let first = -(half - low).div_euclid(texel);
+        let last = (high - half).div_euclid(texel);
+        (first.max(0), last.min(i64::from(texels) - 1))
     };
-    for v in span(disc.z, rect.height) {
-        for u in span(disc.x, rect.width) {
-            if disc.covers(u, v) {
-                visit(v as usize * rect.width as usize + u as usize);
-            }
+    let (first_row, last_row) = span(z - radius, z + radius, rect.height);
+    for row in first_row..=last_row {
+        let dz = row * texel + half - z;
+        // Whole numbers below 2^52: the root of the nearest double, rounded down, is exact.
+        let reach = ((radius * radius - dz * dz) as f64).sqrt() as i64;
+        let (first, last) = span(x - reach, x + reach, rect.width);
+        if first <= last {
+            visit(row as usize, first as usize, last as usize);
         }
     }
 }

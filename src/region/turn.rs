@@ -1,4 +1,4 @@
-use super::BitMap;
+use super::{BitMap, SUB_TEXELS};
 use crate::math::Rigid2;
 
 /// Takes the texels of one map to those of another that is moved and turned against it, in fixed
@@ -56,6 +56,20 @@ impl MapTurn {
         let x = self.a * cu + self.b * cv + self.tx;
         let z = self.a * cv - self.b * cu + self.tz;
         (x >> Self::SHIFT, z >> Self::SHIFT)
+    }
+
+    /// Most that the centre of a texel of a map with these sides is taken beside its place,
+    /// sub-texels: the roundings of cosine, sine and translation.
+    #[must_use]
+    pub fn error(width: u32, height: u32) -> f32 {
+        let texels = (width + height + 1) as f32 / (1 << Self::SHIFT) as f32;
+        texels * SUB_TEXELS as f32
+    }
+
+    /// Whether `placement` leads to a place that is kept as it is.
+    #[must_use]
+    pub(crate) fn keeps(placement: Rigid2, texel: f32) -> bool {
+        placement.ground().abs().max_element() < 0.5 * Self::FAR * texel
     }
 
     /// How many set texels of `attack` fall on a set texel of `region`.

@@ -9,6 +9,7 @@ pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod maps;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;

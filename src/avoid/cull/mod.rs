@@ -1,47 +1,57 @@
-//! Culling: which candidates does the attack hit for certain?
+//! Culling: which candidates does the attack hit for certain, and which does it miss for certain?
 //!
 //! Source: Masaoka & Oshita, section 5.3. Plain data in ([`CullInput`]), plain data out (an
 //! [`Overlap`] for each candidate): whoever counts, the CPU ([`cpu`]) or a device, counts the same
 //! texels.
+//!
+//! Differs: maps are planes and slices of time ([`MapGrid`](crate::region::MapGrid)), rounded so
+//! that one shared texel of the inner maps is a hit, and none of the outer ones a miss.
 
 pub mod cpu;
+mod drawing;
+mod texels;
 
-use crate::region::{Drawing, MapTurn, RegionAtlas, RegionId, Slab};
+pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
+pub(super) use drawing::{Reach, Steps};
+pub use texels::{AttackTexels, BLOCK, BLOCK_TEXELS, TexelLayer};
+
+use crate::region::{MapTurn, RegionAtlas, RegionId};
 
 /// What a culling path is given.
 #[derive(Clone, Copy, Debug)]
 pub struct CullInput<'a> {
     /// The maps of all evasions.
     pub atlas: &'a RegionAtlas,
-    /// One for each slab that the attack touches. All have the same rectangle.
-    pub attack: &'a [AttackDrawing],
+    /// The attack in the frame that the paths start in.
+    pub attack: &'a AttackDrawing,
     /// Every one is counted.
     pub candidates: &'a [CullCandidate],
 }
 
-/// The attack's discs in one slab, in the frame that the paths start in.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AttackDrawing {
-    /// Which height.
-    pub slab: Slab,
-    /// The discs of all its frames.
-    pub drawing: Drawing,
-}
-
-/// One evasion at one place.
+/// One evasion at one place and time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CullCandidate {
     /// Which maps are moved into place.
     pub region: RegionId,
+    /// Which of the attack's clocks it goes by: layers of other clocks are not its.
+    pub clock: u32,
     /// From the attack's maps to the evasion's frame.
     pub turn: MapTurn,
+    /// Whether the attack may come near where or when the maps know nothing: then an
+    /// [`Overlap::outer`] of 0 proves nothing.
+    pub open: bool,
 }
 
-/// Texels of the attack that fall on a candidate's maps, summed over the slabs.
+/// What a candidate's maps and the attack share, summed over the slabs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlap {
-    /// On its body map: one is enough to remove it.
+    /// Slices of texels of the attack's inner map that the candidate's body map has too. Where
+    /// sections are planes and maps are timed, one is a hit for certain.
     pub body: u32,
-    /// On its evasion map: the more, the more it looks like an avoidance.
+    /// Slices of texels of the attack's outer map that the candidate's outer map has too. 0 is a
+    /// miss for certain, unless the candidate is [`CullCandidate::open`].
+    pub outer: u32,
+    /// Texels of the attack's inner map, of any slice, on the candidate's evasion map: the more,
+    /// the more it looks like an avoidance.
     pub evasion: u32,
 }

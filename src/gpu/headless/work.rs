@@ -172,7 +172,8 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device.
+    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device, but for
+    /// [`Overlap::outer`], which is the largest number there is.
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] is 0 or not 0, and
     /// [`Overlap::evasion`] is counted on the CPU.

@@ -2,16 +2,13 @@
 
 use ash::vk;
 
-use super::slot::Slot;
-use crate::{
-    gpu::{
-        Context, GpuError, Memory, MemoryUse,
-        barriers::{self, Access},
-        error::Named,
-        resources::{Buffer, BufferDesc},
-        shader_table::{CANDIDATE_FRAG, CANDIDATE_VERT},
-    },
-    region::PackedAtlas,
+use super::{bits::PackedBits, slot::Slot};
+use crate::gpu::{
+    Context, GpuError, Memory, MemoryUse,
+    barriers::{self, Access},
+    error::Named,
+    resources::{Buffer, BufferDesc},
+    shader_table::{CANDIDATE_FRAG, CANDIDATE_VERT},
 };
 
 const WORDS: u32 = 0;
@@ -37,7 +34,7 @@ impl Atlas {
         context: &Context,
         memory: &mut dyn Memory,
         name: &str,
-        packed: &PackedAtlas,
+        packed: &PackedBits,
     ) -> Result<(), GpuError> {
         let words: &[u8] = bytemuck::cast_slice(&packed.words);
         let regions: &[u8] = bytemuck::cast_slice(&packed.maps);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::drawing::Cell;
+use super::{bits::PackedBits, drawing::Cell};
 use crate::{
     avoid::cull::{CullCandidate, CullInput},
     gpu::{
@@ -10,7 +10,7 @@ use crate::{
         error::{Mismatch, within},
         shader_table::{Placed, PlacedDisc},
     },
-    region::{MapRect, PackedAtlas, Slab},
+    region::Slab,
 };
 
 /// The most that a culler takes.
@@ -59,7 +59,7 @@ impl Gathered {
     pub(super) fn fill(
         &mut self,
         input: &CullInput<'_>,
-        packed: &PackedAtlas,
+        packed: &PackedBits,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
         let candidates = input.candidates.len() as u64;
@@ -82,50 +82,37 @@ impl Gathered {
         self.discs.clear();
         self.slabs.clear();
         (self.attack, self.used) = ([0; 2], [0; 2]);
-        let slabs = input.attack.len() as u64;
+        let layers = &input.attack.layers;
+        let slabs = layers.len() as u64;
         within("CullerDesc::max_slabs", slabs, capacity.slabs.into())?;
-        let discs = |slab: &crate::avoid::cull::AttackDrawing| slab.drawing.discs.len() as u64;
-        let discs = input.attack.iter().map(discs).sum();
+        let discs = layers.iter().map(|layer| layer.inner.len() as u64).sum();
         within("CullerDesc::max_discs", discs, capacity.discs.into())?;
 
-        let rect = input.attack.first().map(|slab| slab.drawing.rect);
-        let rect = rect.unwrap_or_default();
+        let rect = input.attack.rect;
         let [width, height] = [rect.width, rect.height];
-        if let Some(slab) = input.attack.iter().position(|slab| {
-            let MapRect {
-                width: w,
-                height: h,
-                ..
-            } = slab.drawing.rect;
-            [w, h] != [width, height]
-        }) {
-            return Err(Mismatch::AttackSize { slab }.into());
-        }
         if rect.is_empty() {
             return Ok(());
         }
         let limit = "CullerDesc::max_attack_texels";
         within(limit, width.into(), capacity.target[0].into())?;
         let columns = capacity.target[0] / width;
-        let rows = (input.attack.len() as u32).div_ceil(columns);
+        let rows = (layers.len() as u32).div_ceil(columns);
         within(
             limit,
             u64::from(rows) * u64::from(height),
             capacity.target[1].into(),
         )?;
         self.attack = [width, height];
-        self.used = [
-            columns.min(input.attack.len() as u32) * width,
-            rows * height,
-        ];
-        for (slab, index) in input.attack.iter().zip(0..) {
+        self.used = [columns.min(layers.len() as u32) * width, rows * height];
+        for (layer, index) in layers.iter().zip(0..) {
             let cell = Cell {
                 x: index % columns * width,
                 y: index / columns * height,
             };
-            let discs = slab.drawing.discs.iter();
-            self.discs.extend(discs.map(|&disc| cell.place(disc, rect)));
-            self.slabs.push((slab.slab, cell));
+            let [inner, _] = input.attack.discs_of(layer);
+            let placed = inner.iter().map(|timed| cell.place(timed.disc, rect));
+            self.discs.extend(placed);
+            self.slabs.push((layer.slab, cell));
         }
         Ok(())
     }
@@ -133,7 +120,7 @@ impl Gathered {
     fn candidates(
         &mut self,
         candidates: &[CullCandidate],
-        packed: &PackedAtlas,
+        packed: &PackedBits,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
         self.placed.clear();

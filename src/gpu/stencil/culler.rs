@@ -10,6 +10,7 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
+    bits::PackedBits,
     candidates::{Capacity, Gathered},
     slot::{HEADER, Slot},
 };
@@ -21,7 +22,7 @@ use crate::{
         pipelines::{CANDIDATES, DISCS, Pipeline},
         resources::StencilTarget,
     },
-    region::{PackedAtlas, RegionAtlas},
+    region::RegionAtlas,
 };
 
 /// How a [`Culler`] is made. Memory grows with every maximum.
@@ -80,7 +81,7 @@ pub struct Culler {
     pub(super) parts: Parts,
     pub(super) gathered: Gathered,
     pub(super) uploaded: bool,
-    packed: PackedAtlas,
+    packed: PackedBits,
     capacity: Capacity,
 }
 
@@ -94,6 +95,9 @@ pub(super) struct Parts {
     live: bool,
 }
 
+/// What is said of the outer maps, which the device does not count: that they may share anything.
+const NOT_COUNTED: u32 = u32::MAX;
+
 /// Of the next cull, whichever culler's: a ticket fits one cull alone.
 static NEXT_SERIAL: AtomicU32 = AtomicU32::new(1);
 
@@ -101,25 +105,28 @@ impl Culler {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum is more than the device offers.
+    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum is more than the device offers, or where
+    /// maps are timed: for now the device counts untimed ones alone ([`MapGrid::PAPER`](crate::region::MapGrid::PAPER)).
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
+        let slices = desc.atlas.grid().slices;
+        within("slices of maps on the device", slices.into(), 1)?;
         let capacity = Capacity {
             candidates: desc.max_candidates,
             slabs: desc.max_slabs,
             discs: desc.max_discs,
             target: target_side(context, desc)?,
-            regions: desc.atlas.regions.len(),
+            regions: desc.atlas.regions().len(),
         };
         let mut culler = Self {
             context: context.clone(),
             parts: Parts::default(),
             gathered: Gathered::with_capacity(&capacity),
             uploaded: false,
-            packed: desc.atlas.pack(),
+            packed: PackedBits::new(desc.atlas),
             capacity,
         };
         match culler.fill(memory, desc) {
@@ -250,7 +257,11 @@ impl Culler {
         overlaps.clear();
         let evasions = words.clone().skip(count);
         let pairs = words.take(count).zip(evasions);
-        overlaps.extend(pairs.map(|(body, evasion)| Overlap { body, evasion }));
+        overlaps.extend(pairs.map(|(body, evasion)| Overlap {
+            body,
+            outer: NOT_COUNTED,
+            evasion,
+        }));
         Ok(true)
     }
 

@@ -3,6 +3,7 @@
 //! Source: Masaoka & Oshita, sections 4.3 (maps) and 5.3 (culling). Where the paper uses OpenGL, this records Vulkan.
 
 mod atlas;
+pub(crate) mod bits;
 mod candidates;
 mod commands;
 mod culler;

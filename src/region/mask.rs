@@ -1,0 +1,95 @@
+use serde::{Deserialize, Serialize};
+
+use super::MapRect;
+
+/// One map over time: a mask a texel, with a bit for each slice.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MaskMap {
+    rect: MapRect,
+    /// Words of a mask.
+    lanes: u32,
+    /// `[row][column][lane]`.
+    masks: Vec<u32>,
+}
+
+impl MaskMap {
+    /// A map without a bit set, of masks of 1 or 2 words.
+    #[must_use]
+    pub fn new(rect: MapRect, lanes: usize) -> Self {
+        Self {
+            rect,
+            lanes: lanes as u32,
+            masks: vec![0; rect.width as usize * rect.height as usize * lanes],
+        }
+    }
+
+    /// Where it lies in its frame.
+    #[must_use]
+    pub fn rect(&self) -> MapRect {
+        self.rect
+    }
+
+    /// Words of a mask: 1 up to 32 slices, 2 up to 64.
+    #[must_use]
+    pub fn lanes(&self) -> usize {
+        self.lanes as usize
+    }
+
+    /// All masks, `[row][column][lane]`; slice `s` is bit `s % 32` of lane `s / 32`.
+    #[must_use]
+    pub fn masks(&self) -> &[u32] {
+        &self.masks
+    }
+
+    /// A texel's mask, by its column and row in this map, as one number. Outside the map it is 0.
+    #[must_use]
+    pub fn get(&self, column: i32, row: i32) -> u64 {
+        let inside = (0..self.rect.width as i32).contains(&column)
+            && (0..self.rect.height as i32).contains(&row);
+        if !inside {
+            return 0;
+        }
+        let first = self.address(column, row);
+        let lanes = &self.masks[first..first + self.lanes()];
+        let join = |mask, (lane, word): (usize, &u32)| mask | u64::from(*word) << (32 * lane);
+        lanes.iter().enumerate().fold(0, join)
+    }
+
+    /// Sets a slice's bit of a texel, by its column and row in this map; both must lie inside.
+    pub fn set(&mut self, column: i32, row: i32, slice: u32) {
+        let word = self.address(column, row) + slice as usize / 32;
+        self.masks[word] |= 1 << (slice % 32);
+    }
+
+    fn address(&self, column: i32, row: i32) -> usize {
+        (row as usize * self.rect.width as usize + column as usize) * self.lanes()
+    }
+
+    /// How many texels have a bit set.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        let texels = self.masks.chunks(self.lanes().max(1));
+        texels
+            .filter(|mask| mask.iter().any(|&word| word != 0))
+            .count()
+    }
+
+    /// Whether it has a mask of so many bits for every texel of its rectangle and none beyond: true
+    /// of every map made here, asked of what is read from a file.
+    #[must_use]
+    pub fn is_sound(&self, slices: u32) -> bool {
+        let lanes = slices.div_ceil(32);
+        let texels = u64::from(self.rect.width) * u64::from(self.rect.height);
+        let unused = match slices % 32 {
+            0 => 0,
+            used => u32::MAX << used,
+        };
+        self.lanes == lanes
+            && lanes > 0
+            && self.masks.len() as u64 == texels * u64::from(lanes)
+            && self
+                .masks
+                .chunks(lanes as usize)
+                .all(|mask| mask[lanes as usize - 1] & unused == 0)
+    }
+}
