@@ -161,15 +161,13 @@ fn a_body_that_is_none_or_reaches_too_high_is_refused() {
         vec![sphere(0, f32::NAN)],
     ];
     for spheres in no_bodies {
-        let body = Some(Body { spheres });
+        let body = Some(Body::new(spheres));
         assert_eq!(with(body, MapGrid::default()), BakeError::Body);
     }
-    let high = Body {
-        spheres: vec![BodySphere {
-            offset: Vec3::Y * 900.0,
-            ..sphere(0, 0.1)
-        }],
-    };
+    let high = Body::new(vec![BodySphere {
+        offset: Vec3::Y * 900.0,
+        ..sphere(0, 0.1)
+    }]);
     let thin = MapGrid {
         slab_height: 0.001,
         ..MapGrid::default()

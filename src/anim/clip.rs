@@ -2,7 +2,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Pose, Skeleton, SkeletonError, pose::nlerp};
+use super::{JointId, Pose, Skeleton, SkeletonError, pose::nlerp};
 
 /// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -188,38 +188,39 @@ impl Clip {
     /// The root's place in the pose that [`Clip::sample`] gives.
     #[must_use]
     pub fn sample_root(&self, frame: f32) -> Vec3 {
-        let roots = &self.desc.roots;
-        let clamped = frame.clamp(0.0, (roots.len() - 1) as f32);
-        let lower = clamped.floor() as usize;
-        roots[lower].lerp(
-            roots[(lower + 1).min(roots.len() - 1)],
-            clamped - lower as f32,
-        )
+        self.at(frame).root()
     }
 
     /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the
     /// rotations along the shorter arc. Before the first and after the last frame those hold.
     pub fn sample(&self, frame: f32, out: &mut Pose) {
+        let moment = self.at(frame);
+        self.pose(moment.lower, out);
+        if moment.weight > 0.0 {
+            out.root = moment.root();
+            for (index, rotation) in out.rotations.iter_mut().enumerate() {
+                *rotation = moment.rotation(index);
+            }
+            for (index, translation) in out.translations.iter_mut().enumerate() {
+                *translation = moment.translation(index).unwrap_or(*translation);
+            }
+        }
+    }
+
+    /// A frame that need not be whole, to read single joints of.
+    pub(crate) fn at(&self, frame: f32) -> Moment<'_> {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
-        let lower = clamped.floor() as usize;
-        let weight = clamped - lower as f32;
-        self.pose(lower, out);
-        if weight > 0.0 && lower < last {
-            let next = (lower + 1) * self.joints;
-            out.root = out.root.lerp(self.desc.roots[lower + 1], weight);
-            for (rotation, &to) in out.rotations.iter_mut().zip(&self.desc.rotations[next..]) {
-                *rotation = nlerp(*rotation, to, weight);
-            }
-            if !out.translations.is_empty() {
-                for (translation, &to) in out
-                    .translations
-                    .iter_mut()
-                    .zip(&self.desc.translations[next..])
-                {
-                    *translation = translation.lerp(to, weight);
-                }
-            }
+        let lower = (clamped.floor() as usize).min(last);
+        let weight = if lower < last {
+            clamped - lower as f32
+        } else {
+            0.0
+        };
+        Moment {
+            clip: self,
+            lower,
+            weight,
         }
     }
 
@@ -261,5 +262,64 @@ impl Clip {
             desc,
             joints: self.joints,
         })
+    }
+}
+
+/// A moment of a clip, read joint by joint: what [`Clip::sample`] gives, without the whole pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment<'a> {
+    clip: &'a Clip,
+    /// The frame at or before it.
+    lower: usize,
+    /// The share of the way to the next one; 0 where there is none.
+    weight: f32,
+}
+
+impl Moment<'_> {
+    pub(crate) fn root(&self) -> Vec3 {
+        let roots = &self.clip.desc.roots[self.lower..];
+        match self.weight {
+            0.0 => roots[0],
+            weight => roots[0].lerp(roots[1], weight),
+        }
+    }
+
+    pub(crate) fn rotation(&self, joint: usize) -> Quat {
+        let rotations = &self.clip.desc.rotations[self.lower * self.clip.joints + joint..];
+        match self.weight {
+            0.0 => rotations[0],
+            weight => nlerp(rotations[0], rotations[self.clip.joints], weight),
+        }
+    }
+
+    /// `None` where the skeleton's offset holds.
+    pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
+        let translations = self
+            .clip
+            .desc
+            .translations
+            .get(self.lower * self.clip.joints + joint..)?;
+        let here = *translations.first()?;
+        Some(match self.weight {
+            0.0 => here,
+            weight => here.lerp(translations[self.clip.joints], weight),
+        })
+    }
+
+    /// A joint's rotation and place in its parent's frame; the root's in the space of the clip.
+    pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
+        let index = id.index();
+        let place = match id {
+            JointId::ROOT => self.root(),
+            _ => self
+                .translation(index)
+                .unwrap_or_else(|| skeleton.joint(id).offset),
+        };
+        (self.rotation(index), place)
+    }
+
+    /// Whether it has translations of its own.
+    pub(crate) fn moves_joints(&self) -> bool {
+        !self.clip.desc.translations.is_empty()
     }
 }

@@ -16,7 +16,7 @@ impl Limbs {
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
         let hands = by_name(skeleton, &["hand", "wrist"]);
-        let feet = by_name(skeleton, &["foot", "ankle"]);
+        let feet = named_feet(skeleton);
         if hands.is_empty() && feet.is_empty() {
             return Self {
                 hands,
@@ -30,6 +30,11 @@ impl Limbs {
     pub fn all(&self) -> impl Iterator<Item = JointId> + '_ {
         self.hands.iter().chain(&self.feet).copied()
     }
+}
+
+/// The feet that names tell.
+pub(super) fn named_feet(skeleton: &Skeleton) -> Vec<JointId> {
+    by_name(skeleton, &["foot", "ankle"])
 }
 
 /// For each chain the first joint whose name holds one of `words`.

@@ -1,18 +1,26 @@
-//! Skeleton, clip, pose, sampling and forward kinematics.
+//! Skeleton, clip, pose, sampling, forward kinematics and the inverse kinematics of legs.
 
 mod clip;
 mod event;
 mod facing;
+mod ik;
 mod kinematics;
+mod leg;
 mod limbs;
 mod pose;
 mod side;
 mod skeleton;
 
+pub(crate) use clip::Moment;
 pub use clip::{Clip, ClipDesc, ClipError};
 pub use event::{Event, EventKind};
 pub use facing::Facing;
+pub(crate) use ik::free_distance;
+pub use ik::{Reach, reach};
 pub use kinematics::{JointTransform, forward_kinematics};
+pub(crate) use leg::Chain;
+pub use leg::Leg;
 pub use limbs::Limbs;
 pub use pose::Pose;
+pub(crate) use pose::slerp;
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};

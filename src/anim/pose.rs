@@ -1,6 +1,6 @@
 use glam::{Quat, Vec3};
 
-use super::Skeleton;
+use super::{JointId, Skeleton};
 use crate::math::Rigid2;
 
 /// One posture: the root's place and every joint's rotation from its parent.
@@ -22,6 +22,20 @@ impl Pose {
         if let Some(rotation) = self.rotations.first_mut() {
             *rotation = (placement.rotation() * *rotation).normalize();
         }
+    }
+
+    /// A joint's rotation and place in its parent's frame; the root's in the space of the motion.
+    pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
+        let offset = || skeleton.joint(id).offset;
+        let place = match id {
+            JointId::ROOT => self.root,
+            _ => self
+                .translations
+                .get(id.index())
+                .copied()
+                .unwrap_or_else(offset),
+        };
+        (self.rotations[id.index()], place)
     }
 
     /// The same posture with translations of its own: the skeleton's offsets, where it has none.
@@ -53,7 +67,7 @@ impl Pose {
 }
 
 /// Slerp along the shorter arc, normalised.
-fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
+pub(crate) fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     a.slerp(b, weight).normalize()
 }

@@ -37,6 +37,8 @@ pub(super) struct Judged {
     pub clearance: Clearance,
     /// `None` for a hit.
     pub score: Option<Score>,
+    /// Whether its very motion was tested, over the whole attack: the last word.
+    is_final: bool,
 }
 
 /// The exact test of candidates, from the most promising on.
@@ -151,6 +153,10 @@ impl<'s, 'a> Court<'s, 'a> {
             if bound < least {
                 break;
             }
+            if self.scratch.judged[index].is_some_and(|judged| judged.is_final) {
+                least = least.max(bound);
+                continue;
+            }
             let clearance = self.case.test(index, Extent::Whole, &mut self.scratch.body);
             least = least.max(clearance.metres);
             self.scratch.judged[index] = Some(self.judged(index, clearance));
@@ -163,6 +169,7 @@ impl<'s, 'a> Court<'s, 'a> {
         Judged {
             clearance,
             score: clearance.is_clean().then(score),
+            is_final: false,
         }
     }
 
@@ -187,7 +194,10 @@ impl<'s, 'a> Court<'s, 'a> {
         let looked_clean = self.scratch.judged[chosen].is_some_and(|j| j.score.is_some());
         let baked = self.case.query.baked;
         let clearance = on_motion(baked, motion, attack, &mut self.scratch.body);
-        self.scratch.judged[chosen] = Some(self.judged(chosen, clearance));
+        self.scratch.judged[chosen] = Some(Judged {
+            is_final: true,
+            ..self.judged(chosen, clearance)
+        });
         clearance.is_clean() || !looked_clean
     }
 }

@@ -4,7 +4,7 @@
 
 use super::build::with_index;
 use super::prune::{self, Way};
-use super::{Edge, EdgeMotion, EventId, MotionGraph, NodeId};
+use super::{Edge, EdgeMotion, EventId, Feet, MotionGraph, NodeId};
 
 /// The strongly connected component with the most motion in it; `None` where none has an edge.
 pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
@@ -56,5 +56,6 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         nodes,
         edges,
         first_edge: Vec::new(),
+        feet: Feet::default(),
     }))
 }

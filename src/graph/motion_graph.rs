@@ -1,7 +1,6 @@
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::blend_weight;
+use super::feet::Feet;
 use crate::anim::{Clip, EventKind, Facing, JointId, Pose, Skeleton, forward_kinematics};
 use crate::math::Rigid2;
 
@@ -117,6 +116,7 @@ pub struct MotionGraph {
     pub(super) edges: Vec<Edge>,
     /// For each node its first edge; one more at the end.
     pub(super) first_edge: Vec<u32>,
+    pub(super) feet: Feet,
 }
 
 impl MotionGraph {
@@ -227,44 +227,6 @@ impl MotionGraph {
             first,
             |best, edge| if cost(edge) < cost(best) { edge } else { best },
         )
-    }
-
-    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
-    /// starts.
-    pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
-        let edge = self.edge(edge);
-        let (from, to) = (self.node(edge.from), self.node(edge.to));
-        self.clip(from.clip).sample(from.frame as f32 + frame, out);
-        if let EdgeMotion::Transition { align, .. } = edge.motion {
-            let mut target = Pose::default();
-            self.clip(to.clip)
-                .sample((to.frame - edge.frames) as f32 + frame, &mut target);
-            target.place(align);
-            if out.translations.len() != target.translations.len() {
-                // One of the clips moves joints: the other one's stand where the skeleton has them.
-                out.fill_translations(&self.skeleton);
-                target.fill_translations(&self.skeleton);
-            }
-            out.blend(&target, 1.0 - blend_weight(frame / edge.frames as f32));
-        }
-    }
-
-    /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
-    #[must_use]
-    pub fn sample_edge_root(&self, edge: EdgeId, frame: f32) -> Vec3 {
-        let edge = self.edge(edge);
-        let (from, to) = (self.node(edge.from), self.node(edge.to));
-        let source = self.clip(from.clip).sample_root(from.frame as f32 + frame);
-        match edge.motion {
-            EdgeMotion::Clip => source,
-            EdgeMotion::Transition { align, .. } => {
-                let target = align.point(
-                    self.clip(to.clip)
-                        .sample_root((to.frame - edge.frames) as f32 + frame),
-                );
-                source.lerp(target, 1.0 - blend_weight(frame / edge.frames as f32))
-            }
-        }
     }
 
     /// Where the root stands on the ground and which way the body faces in a frame of a clip, in

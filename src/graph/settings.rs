@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{GraphError, LinkSettings};
+use super::{FeetSettings, GraphError, LinkSettings};
 
 /// How a graph is built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub struct GraphSettings {
     pub separation: f64,
     /// Weight of each joint in the distance; empty for all alike.
     pub joint_weights: Vec<f32>,
+    /// What counts as a planted foot, and whether transitions keep it from sliding.
+    pub feet: FeetSettings,
     /// Links for the sake of events: looser transitions where they bring evasions near. `None` for
     /// a graph of the transitions under `threshold` alone.
     pub links: Option<LinkSettings>,
@@ -33,6 +35,7 @@ impl Default for GraphSettings {
             threshold: 0.10,
             separation: 1.0 / 3.0,
             joint_weights: Vec::new(),
+            feet: FeetSettings::default(),
             links: Some(LinkSettings::default()),
             threads: 0,
         }
@@ -65,7 +68,7 @@ impl GraphSettings {
             ("separation", self.separation, 0.0..=60.0, "0 to 60 s"),
             ("threshold", threshold, 1e-6..=1e3, "0.000001 to 1000 m"),
         ];
-        for (name, value, allowed, range) in ranges {
+        for (name, value, allowed, range) in ranges.into_iter().chain(self.feet.ranges()) {
             if !allowed.contains(&value) {
                 return Err(GraphError::Setting { name, value, range });
             }

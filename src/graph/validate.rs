@@ -26,7 +26,7 @@ impl MotionGraph {
                 && e.joints.iter().all(|joint| joint.index() < joints)
         };
         // In this order: each check relies on those before it.
-        let checks: [(&dyn Fn() -> bool, &str); 8] = [
+        let checks: [(&dyn Fn() -> bool, &str); 9] = [
             (
                 &|| GraphSettings::FRAME_RATES.contains(&self.frame_rate),
                 "the frame rate is not possible",
@@ -49,6 +49,10 @@ impl MotionGraph {
                 "an edge does not fit its nodes or clips",
             ),
             (&|| self.index_fits(), "the index of edges is damaged"),
+            (
+                &|| self.feet_fit(),
+                "the table of feet does not fit the skeleton, the clips or the edges",
+            ),
             (
                 &|| self.is_connected(),
                 "from some node another cannot be reached",

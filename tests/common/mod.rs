@@ -15,4 +15,5 @@ pub mod maps;
 pub(crate) use device::*;
 pub mod plain_bvh;
 pub mod random;
+pub mod shapes;
 pub mod small;

@@ -32,7 +32,7 @@ pub struct PathSettings {
     /// Default 5°.
     pub alike_angle: f32,
     /// Most paths of a node. They are shared out evenly among the frames of the horizon, and there
-    /// among the evasions. Default 480.
+    /// among the evasions. X.
     pub most: u32,
     /// Threads; 0 for as many as the machine has. The paths are the same for any number.
     pub threads: usize,
@@ -44,7 +44,7 @@ impl Default for PathSettings {
             horizon: 2.0,
             alike_distance: 0.05,
             alike_angle: 5f32.to_radians(),
-            most: 480,
+            most: 960,
             threads: 0,
         }
     }

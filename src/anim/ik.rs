@@ -1,0 +1,255 @@
+//! Two-bone inverse kinematics in closed form: a leg that brings its foot to a place.
+//!
+//! Source: the law of cosines; the steps (knee, then the whole leg's turn, then the foot) are those
+//! of Kovar, Schreiner & Gleicher, "Footskate Cleanup for Motion Capture Editing" (2002), section
+//! 3.3. Differs: bones are not stretched where a place is out of reach. The leg then comes as near as
+//! a straight leg can, and slows down before it is straight, so that the knee does not snap.
+
+use glam::{Quat, Vec3};
+
+use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
+
+/// What became of a leg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// How far the ankle is from where it should be, metres; 0 within reach, but for rounding.
+    pub missed: f32,
+}
+
+/// Of what is left until the leg is straight, the share up to which it follows exactly.
+const FREELY: f32 = 0.7;
+
+/// Bends `leg` of `pose` so that the foot's frame is `foot` (in the space of the motion). The knee
+/// stays in its plane, the bones keep their lengths, nothing but the leg moves.
+pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransform) -> Reach {
+    let (hip, knee_in_hip, foot_in_knee, toe) = {
+        let chain = Chain::of(skeleton, pose);
+        let toe = |toe| chain.within(toe, leg.foot).translation;
+        (
+            chain.global(leg.hip),
+            chain.within(leg.knee, leg.hip),
+            chain.within(leg.foot, leg.knee),
+            leg.toe.map_or(Vec3::ZERO, toe),
+        )
+    };
+    let knee_rotation = hip.rotation * knee_in_hip.rotation;
+    // From the hip to the knee, from there to the ankle, from there to the toe.
+    let (thigh, shin) = (
+        hip.rotation * knee_in_hip.translation,
+        knee_rotation * foot_in_knee.translation,
+    );
+    let forward = knee_rotation * foot_in_knee.rotation * toe;
+
+    let wanted = foot.translation - hip.translation;
+    let bones = [thigh.length(), shin.length()];
+    let now = (thigh + shin).length();
+    let distance = soft_distance(wanted.length(), now, bones);
+    let bend = inner_angle(distance, bones) - inner_angle(now, bones);
+    let bend = Quat::from_axis_angle(knee_axis(thigh, shin, forward), bend);
+    let swing = match (
+        (thigh + bend * shin).try_normalize(),
+        wanted.try_normalize(),
+    ) {
+        (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
+        _ => Quat::IDENTITY,
+    };
+
+    // A turn in the space of the motion, as one in the frame of the joint's parent.
+    let turned = |local: Quat, global: Quat, turn: Quat| {
+        let parent = global * local.conjugate();
+        (parent.conjugate() * turn * parent * local).normalize()
+    };
+    let rotation = |id: JointId| pose.rotations[id.index()];
+    let above_foot = knee_rotation * foot_in_knee.rotation * rotation(leg.foot).conjugate();
+    let hip_rotation = turned(rotation(leg.hip), hip.rotation, swing);
+    let knee_local = turned(rotation(leg.knee), knee_rotation, bend);
+    let foot_local = ((swing * bend * above_foot).conjugate() * foot.rotation).normalize();
+    pose.rotations[leg.hip.index()] = hip_rotation;
+    pose.rotations[leg.knee.index()] = knee_local;
+    pose.rotations[leg.foot.index()] = foot_local;
+    Reach {
+        missed: (distance - wanted.length()).abs(),
+    }
+}
+
+/// Where the hip is, and the furthest from there that [`reach`] brings the ankle without missing.
+pub(crate) fn free_distance<L: Fn(JointId) -> (Quat, Vec3)>(
+    chain: &Chain<'_, L>,
+    leg: &Leg,
+) -> (Vec3, f32) {
+    let hip = chain.global(leg.hip);
+    let knee = chain.within(leg.knee, leg.hip);
+    let foot = chain.within(leg.foot, leg.knee).translation;
+    let bones = knee.translation.length() + foot.length();
+    let now = knee.point(foot).length();
+    (hip.translation, now + FREELY * (bones - now).max(0.0))
+}
+
+/// The distance from hip to ankle that the leg takes on for a wanted one, when it is `now` that far:
+/// the wanted one as long as it is shorter than now or leaves some bend in the knee; beyond, ever
+/// nearer to straight. Without a jump in value or slope.
+fn soft_distance(wanted: f32, now: f32, [a, b]: [f32; 2]) -> f32 {
+    let room = (a + b - now).max(0.0);
+    let free = now + FREELY * room;
+    let distance = if wanted <= free {
+        wanted
+    } else {
+        let rest = (1.0 - FREELY) * room;
+        let share = if rest > 0.0 {
+            (wanted - free) / rest
+        } else {
+            0.0
+        };
+        free + rest * (1.0 - (-share).exp())
+    };
+    distance.max((a - b).abs() + 1e-3 * (a + b))
+}
+
+/// The angle in a triangle opposite to the side `c`, by its half's tangent: sound near 0 and π.
+fn inner_angle(c: f32, [a, b]: [f32; 2]) -> f32 {
+    let sine = ((c - (a - b)) * (c + (a - b))).max(0.0).sqrt();
+    let cosine = ((a + b - c) * (a + b + c)).max(0.0).sqrt();
+    2.0 * sine.atan2(cosine)
+}
+
+/// About which the shin turns to straighten the leg. Where the leg is straight, the way that the foot
+/// points says where the knee bends to.
+fn knee_axis(thigh: Vec3, shin: Vec3, forward: Vec3) -> Vec3 {
+    /// How little bend, as a sine, leaves the choice to the foot.
+    const STRAIGHT: f32 = 1e-3;
+    let bent = shin.cross(thigh);
+    let by_foot = (thigh + shin).cross(forward);
+    let guess = by_foot.normalize_or(thigh.any_orthogonal_vector().normalize_or(Vec3::X));
+    (bent + guess * (STRAIGHT * thigh.length() * shin.length())).normalize_or(guess)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Joint, JointKind, forward_kinematics};
+    use proptest::prelude::*;
+
+    const BONES: [f32; 2] = [0.43, 0.40];
+
+    fn skeleton() -> Skeleton {
+        let joint = |(name, parent, offset): (&str, Option<u16>, Vec3)| Joint {
+            name: name.into(),
+            parent: parent.map(JointId),
+            offset,
+            kind: JointKind::Moving,
+        };
+        let joints = [
+            ("Hips", None, Vec3::ZERO),
+            ("LeftUpLeg", Some(0), Vec3::new(0.1, -0.05, 0.0)),
+            ("LeftUpLegTwist", Some(1), Vec3::NEG_Y * 0.2),
+            ("LeftLeg", Some(2), Vec3::NEG_Y * (BONES[0] - 0.2)),
+            ("LeftFoot", Some(3), Vec3::NEG_Y * BONES[1]),
+            ("LeftToe", Some(4), Vec3::new(0.0, -0.05, 0.15)),
+        ];
+        Skeleton::new(joints.map(joint).to_vec()).unwrap()
+    }
+
+    fn turn() -> impl Strategy<Value = Quat> {
+        prop::array::uniform3(-3.0f32..3.0).prop_map(|v| Quat::from_scaled_axis(Vec3::from(v)))
+    }
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        let place = prop::array::uniform3(-2.0f32..2.0).prop_map(Vec3::from);
+        // The knee bends, the rest turns as it likes.
+        let rotations = (turn(), turn(), -0.5f32..0.5, 0.0f32..2.6, turn());
+        (place, rotations).prop_map(|(root, (hips, hip, twist, knee, foot))| Pose {
+            root,
+            rotations: vec![
+                hips,
+                hip,
+                Quat::from_rotation_y(twist),
+                Quat::from_rotation_x(knee),
+                foot,
+                Quat::IDENTITY,
+            ],
+            translations: Vec::new(),
+        })
+    }
+
+    fn joints(pose: &Pose) -> Vec<JointTransform> {
+        let mut joints = Vec::new();
+        forward_kinematics(&skeleton(), pose, &mut joints);
+        joints
+    }
+
+    proptest! {
+        #[test]
+        fn the_foot_comes_where_it_should_or_as_near_as_the_leg_goes(
+            pose in pose(), away in prop::array::uniform3(-0.9f32..0.9), foot in turn(),
+        ) {
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let leg = Leg::all(&skeleton)[0];
+            let hip = before[1].translation;
+            let wanted = JointTransform { rotation: foot, translation: hip + Vec3::from(away) };
+            let mut bent = pose.clone();
+            let missed = reach(&skeleton, &mut bent, &leg, wanted).missed;
+            let after = joints(&bent);
+            let [knee, ankle] = [3, 4].map(|joint| after[joint].translation);
+            prop_assert!((hip.distance(knee) - BONES[0]).abs() < 1e-5);
+            prop_assert!((knee.distance(ankle) - BONES[1]).abs() < 1e-5);
+            prop_assert!((ankle.distance(wanted.translation) - missed).abs() < 2e-3, "{} {missed}", ankle.distance(wanted.translation));
+            prop_assert!(after[4].rotation.angle_between(foot) < 3e-3);
+            // What it can reach without losing its bend it does reach, and no leg tears.
+            let (now, far) = (hip.distance(before[4].translation), Vec3::from(away).length());
+            let free = now + FREELY * (BONES[0] + BONES[1] - now);
+            if far < free && far > 0.05 {
+                prop_assert!(missed < 1e-5, "{missed} at {far} of {free}");
+            }
+            prop_assert!(hip.distance(ankle) < BONES[0] + BONES[1] + 1e-5);
+            // Nothing else moves.
+            for joint in [0, 2, 5] {
+                prop_assert_eq!(bent.rotations[joint], pose.rotations[joint]);
+            }
+            prop_assert_eq!(bent.root, pose.root);
+        }
+
+        #[test]
+        fn a_foot_that_is_there_stays_and_so_does_the_knee(pose in pose()) {
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let mut same = pose.clone();
+            let leg = Leg::all(&skeleton)[0];
+            prop_assert!(reach(&skeleton, &mut same, &leg, before[4]).missed < 1e-5);
+            // Of a leg that is all but straight, the knee says little about its angle.
+            for (a, b) in joints(&same).iter().zip(&before) {
+                prop_assert!(a.translation.distance(b.translation) < 1e-3);
+            }
+        }
+
+        #[test]
+        fn the_knee_stays_in_its_plane(pose in pose(), nearer in 0.3f32..0.95) {
+            // Pulled straight towards the hip, the leg has no reason to turn.
+            let (skeleton, before) = (skeleton(), joints(&pose));
+            let [hip, knee, ankle] = [1, 3, 4].map(|joint| before[joint].translation);
+            let normal = (knee - hip).cross(ankle - hip);
+            prop_assume!(normal.length() > 0.02);
+            let mut bent = pose.clone();
+            let wanted = JointTransform { translation: hip.lerp(ankle, nearer), ..before[4] };
+            reach(&skeleton, &mut bent, &Leg::all(&skeleton)[0], wanted);
+            let moved = joints(&bent)[3].translation - hip;
+            prop_assert!(moved.dot(normal.normalize()).abs() < 5e-3);
+            prop_assert!(moved.dot(knee - hip - (knee - hip).project_onto(ankle - hip)) > 0.0, "it bends the same way");
+        }
+    }
+
+    #[test]
+    fn beyond_its_reach_a_leg_slows_down_before_it_is_straight() {
+        let (now, full) = (0.7, BONES[0] + BONES[1]);
+        let at = |wanted: f32| soft_distance(wanted, now, BONES);
+        let mut before = at(0.1);
+        for step in 1..2000 {
+            let wanted = 0.1 + step as f32 * 1e-3;
+            let distance = at(wanted);
+            assert!(distance >= before && distance - before < 1.01e-3 && distance <= full);
+            if wanted < now + FREELY * (full - now) {
+                assert_eq!(distance, wanted);
+            }
+            before = distance;
+        }
+        assert!(full - before < 1e-3);
+    }
+}

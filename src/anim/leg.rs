@@ -1,0 +1,157 @@
+//! Which joints are a leg, and how a chain of joints stands.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::limbs::named_feet;
+use super::{JointId, JointKind, JointTransform, Pose, Skeleton};
+
+/// Two bones and a foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Leg {
+    /// Carries the thigh; nothing hangs from it but this leg.
+    pub hip: JointId,
+    /// Between the two bones.
+    pub knee: JointId,
+    /// The ankle: carries the foot.
+    pub foot: JointId,
+    /// A point of the foot's front: the ball or the toes' end; `None` where the foot is a point.
+    pub toe: Option<JointId>,
+}
+
+impl Leg {
+    /// A bone shorter than this share of the leg is none of its two: twist joints, joints that lie on
+    /// the pelvis.
+    const SHORTEST_BONE: f32 = 0.3;
+
+    /// The legs above the feet that names tell; none where they tell none. Joints between a leg's
+    /// three (twist joints) move with the bone that they are in.
+    #[must_use]
+    pub fn all(skeleton: &Skeleton) -> Vec<Self> {
+        let feet = named_feet(skeleton);
+        let carried = |joint: JointId| {
+            let carries = |foot: &&JointId| skeleton.ancestry(**foot).any(|above| above == joint);
+            feet.iter().filter(carries).count()
+        };
+        let leg = |&foot: &JointId| {
+            let own: Vec<JointId> = skeleton
+                .ancestry(foot)
+                .take_while(|&joint| joint != JointId::ROOT && carried(joint) == 1)
+                .collect();
+            let bone = |joint: JointId| skeleton.joint(joint).offset.length();
+            // Of the chain, without the bone that leads to its first joint.
+            let length: f32 = own.iter().rev().skip(1).map(|&joint| bone(joint)).sum();
+            let shortest = Self::SHORTEST_BONE * length;
+            let above = |from: usize| {
+                let mut sum = 0.0;
+                (from + 1..own.len()).find(|&index| {
+                    sum += bone(own[index - 1]);
+                    sum > 0.0 && sum >= shortest
+                })
+            };
+            let knee = above(0)?;
+            let hip = above(knee)?;
+            let toe = toe(skeleton, foot);
+            let (hip, knee) = (own[hip], own[knee]);
+            Some(Self {
+                hip,
+                knee,
+                foot,
+                toe,
+            })
+        };
+        feet.iter().filter_map(leg).collect()
+    }
+
+    /// The toe; the ankle where the foot is a point.
+    #[must_use]
+    pub fn toe_or_foot(&self) -> JointId {
+        self.toe.unwrap_or(self.foot)
+    }
+
+    /// Of both bones, metres.
+    #[must_use]
+    pub fn length(&self, skeleton: &Skeleton) -> f32 {
+        let bones = skeleton
+            .ancestry(self.foot)
+            .take_while(|&joint| joint != self.hip);
+        bones
+            .map(|joint| skeleton.joint(joint).offset.length())
+            .sum()
+    }
+
+    /// Whether its joints are `skeleton`'s and hang from each other: asked of what is read from a
+    /// file.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        let known = |joint: JointId| joint.index() < skeleton.len();
+        let below = |joint, above| {
+            known(joint) && skeleton.ancestry(joint).skip(1).any(|other| other == above)
+        };
+        self.hip != JointId::ROOT
+            && below(self.knee, self.hip)
+            && below(self.foot, self.knee)
+            && self.toe.is_none_or(|toe| below(toe, self.foot))
+    }
+}
+
+/// The foot's own child that moves, or else the one that is furthest away.
+fn toe(skeleton: &Skeleton, foot: JointId) -> Option<JointId> {
+    let rank = |&id: &JointId| {
+        let joint = skeleton.joint(id);
+        (joint.kind == JointKind::Moving, joint.offset.length())
+    };
+    skeleton
+        .children(foot)
+        .filter(|id| rank(id).1 > 1e-3)
+        .max_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        })
+}
+
+/// Joints' frames from the chain above them alone, where a whole body's are not needed. `local` gives
+/// a joint's rotation and place in its parent's frame; the root's in the space of the motion.
+pub(crate) struct Chain<'a, L> {
+    pub(crate) skeleton: &'a Skeleton,
+    pub(crate) local: L,
+}
+
+impl<'a> Chain<'a, ()> {
+    /// Of a whole pose.
+    pub(crate) fn of(
+        skeleton: &'a Skeleton,
+        pose: &'a Pose,
+    ) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
+        Chain {
+            skeleton,
+            local: |id| pose.local(skeleton, id),
+        }
+    }
+}
+
+impl<L: Fn(JointId) -> (Quat, Vec3)> Chain<'_, L> {
+    /// A joint's frame in the space of the motion.
+    pub(crate) fn global(&self, joint: JointId) -> JointTransform {
+        self.below(joint, None)
+    }
+
+    /// A joint's frame in the frame of one above it.
+    pub(crate) fn within(&self, joint: JointId, above: JointId) -> JointTransform {
+        self.below(joint, Some(above))
+    }
+
+    fn below(&self, joint: JointId, above: Option<JointId>) -> JointTransform {
+        let mut frame = JointTransform::IDENTITY;
+        let mut next = Some(joint);
+        while let Some(id) = next.filter(|&id| Some(id) != above) {
+            let (rotation, translation) = (self.local)(id);
+            frame = JointTransform {
+                rotation: rotation * frame.rotation,
+                translation: rotation * frame.translation + translation,
+            };
+            next = self.skeleton.joint(id).parent;
+        }
+        frame
+    }
+}

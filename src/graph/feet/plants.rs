@@ -1,0 +1,158 @@
+//! When do a clip's feet stand?
+//!
+//! By speed and height, each with two thresholds, as in Ikemoto, Arikan & Forsyth (2006), section 2,
+//! who name this the usual labelling. A foot has two points, ankle and toe, and stands when one of
+//! them does: on the heel as it lands, on the ball as it leaves. The ground is the clip's own, for
+//! captures are off by centimetres.
+
+use glam::Vec3;
+
+use super::{FeetSettings, Plant};
+use crate::anim::{Clip, Leg, Pose, Skeleton, forward_kinematics};
+
+/// Of all heights of a point in a clip, the share below its ground: a few frames of noise may be.
+const BELOW_GROUND: f32 = 0.05;
+
+/// Plants of all clips, `[clip][leg]`.
+pub(super) fn find_all(
+    skeleton: &Skeleton,
+    clips: &[Clip],
+    legs: &[Leg],
+    settings: &FeetSettings,
+) -> Vec<Vec<Plant>> {
+    clips
+        .iter()
+        .flat_map(|clip| find(skeleton, clip, legs, settings))
+        .collect()
+}
+
+/// A clip's plants by leg.
+fn find(
+    skeleton: &Skeleton,
+    clip: &Clip,
+    legs: &[Leg],
+    settings: &FeetSettings,
+) -> Vec<Vec<Plant>> {
+    let tracks = tracks(skeleton, clip, legs);
+    let grounds: Vec<[f32; 2]> = tracks
+        .iter()
+        .map(|track| [0, 1].map(|point| ground(&track[point])))
+        .collect();
+    let lowest = [0, 1].map(|point| {
+        let of = grounds.iter().map(|ground| ground[point]);
+        of.fold(f32::INFINITY, f32::min)
+    });
+    let plants = |(leg, (track, ground)): (&Leg, (&[Vec<Vec3>; 2], &[f32; 2]))| {
+        let limits = Limits::new(skeleton, clip, leg, settings);
+        let points = [0, 1].map(|point| {
+            // A little above the other foot's is calibration; more, and this foot is never down.
+            let ground = ground[point].min(lowest[point] + limits.low);
+            limits.standing(&track[point], ground)
+        });
+        let stands = |frame: usize| points[0][frame].max(points[1][frame]);
+        let states: Vec<Standing> = (0..clip.frames()).map(stands).collect();
+        limits.plants(&states)
+    };
+    legs.iter()
+        .zip(tracks.iter().zip(&grounds))
+        .map(plants)
+        .collect()
+}
+
+/// For each leg the places of its ankle and of its toe, frame by frame.
+fn tracks(skeleton: &Skeleton, clip: &Clip, legs: &[Leg]) -> Vec<[Vec<Vec3>; 2]> {
+    let mut tracks = vec![[Vec::new(), Vec::new()]; legs.len()];
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    for frame in 0..clip.frames() {
+        clip.pose(frame, &mut pose);
+        forward_kinematics(skeleton, &pose, &mut joints);
+        for (leg, track) in legs.iter().zip(&mut tracks) {
+            track[0].push(joints[leg.foot.index()].translation);
+            track[1].push(joints[leg.toe_or_foot().index()].translation);
+        }
+    }
+    tracks
+}
+
+fn ground(track: &[Vec3]) -> f32 {
+    let mut heights: Vec<f32> = track.iter().map(|place| place.y).collect();
+    heights.sort_by(f32::total_cmp);
+    heights[(BELOW_GROUND * (heights.len() - 1) as f32) as usize]
+}
+
+/// What a point does in a frame; a foot does what its steadier point does.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Standing {
+    No,
+    /// If it does in the frame before or after.
+    Perhaps,
+    Yes,
+}
+
+/// The settings in metres and frames.
+struct Limits {
+    frame_rate: f32,
+    still: f32,
+    moving: f32,
+    low: f32,
+    high: f32,
+    shortest: u32,
+    gap: u32,
+}
+
+impl Limits {
+    fn new(skeleton: &Skeleton, clip: &Clip, leg: &Leg, settings: &FeetSettings) -> Self {
+        let length = leg.length(skeleton);
+        let frames = |seconds: f64| (seconds * clip.frame_rate()).round() as u32;
+        Self {
+            frame_rate: clip.frame_rate() as f32,
+            still: settings.still_speed * length,
+            moving: settings.moving_speed * length,
+            low: settings.low * length,
+            high: settings.high * length,
+            shortest: frames(settings.shortest).max(1),
+            gap: frames(settings.gap),
+        }
+    }
+
+    fn standing(&self, track: &[Vec3], ground: f32) -> Vec<Standing> {
+        let at = |frame: usize| {
+            // Over both neighbours: half the noise of one difference, and no delay.
+            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(track.len() - 1));
+            let seconds = (after - before) as f32 / self.frame_rate;
+            let speed = if seconds > 0.0 {
+                track[before].distance(track[after]) / seconds
+            } else {
+                0.0
+            };
+            let height = track[frame].y - ground;
+            if speed < self.still && height < self.low {
+                Standing::Yes
+            } else if speed < self.moving && height < self.high {
+                Standing::Perhaps
+            } else {
+                Standing::No
+            }
+        };
+        (0..track.len()).map(at).collect()
+    }
+
+    /// Stretches of frames that stand perhaps, of which one surely does; those that a moment parts are
+    /// one, and short ones none.
+    fn plants(&self, states: &[Standing]) -> Vec<Plant> {
+        let mut plants: Vec<Plant> = Vec::new();
+        let mut first = 0;
+        for stretch in states.chunk_by(|a, b| (*a == Standing::No) == (*b == Standing::No)) {
+            let last = first + stretch.len() as u32 - 1;
+            if stretch.contains(&Standing::Yes) {
+                match plants.last_mut() {
+                    Some(before) if first - before.last <= self.gap => before.last = last,
+                    _ => plants.push(Plant { first, last }),
+                }
+            }
+            first = last + 1;
+        }
+        plants.retain(|plant| plant.last - plant.first + 1 >= self.shortest);
+        plants
+    }
+}

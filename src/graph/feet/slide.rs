@@ -1,0 +1,180 @@
+//! How far do planted feet slide?
+//!
+//! The measure is that of Zhang, Starke, Komura & Saito, "Mode-Adaptive Neural Networks for Quadruped
+//! Motion Control" (2018), section 7: the way over the ground, weighted by how near to it the foot
+//! is. Differs: only of feet that stand, by labels that do not depend on what is measured; of a
+//! foot's two points the steadier one counts, so that one that turns on its ball or rolls over it
+//! does not slide; the ground is where the clips have the foot.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::anim::{Chain, JointId, Leg, Pose};
+use crate::graph::sample::Sides;
+use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
+
+/// A foot that is lifted so far above where its clips have it does not slide, metres per metre of
+/// leg; below that in proportion. 2.5 cm for a person (Zhang et al.).
+const LIFTED: f32 = 0.03;
+
+/// How far planted feet slide: over transitions of a graph, each played once, and over its clips.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FootSlide {
+    /// How many transitions were measured, evenly from all.
+    pub transitions: usize,
+    /// Seconds that feet stand in them, each foot by itself: where source and target, by the
+    /// weights of the blend, have it stand.
+    pub planted_seconds: f64,
+    /// In transitions that only blend, millimetres per planted second.
+    pub blended: f64,
+    /// In transitions as they are played, millimetres per planted second.
+    pub kept: f64,
+    /// In the clips themselves, millimetres per planted second.
+    pub clips: f64,
+    /// Steps on the spot that they make: a foot is lifted from where the source has it to where the
+    /// target does.
+    pub steps: usize,
+    /// How long such a step is on average, metres.
+    pub step_length: f64,
+}
+
+impl MotionGraph {
+    /// Measures the slide of planted feet over `most` transitions at most.
+    #[must_use]
+    pub fn foot_slide(&self, most: usize) -> FootSlide {
+        let is_blend = |&id: &EdgeId| self.edge(id).motion != EdgeMotion::Clip;
+        let every = self.transitions().div_ceil(most.max(1)).max(1);
+        let (mut blended, mut kept) = (Sum::default(), Sum::default());
+        let (mut transitions, mut steps) = (0, Vec::new());
+        for id in self.edge_ids().filter(is_blend).step_by(every) {
+            transitions += 1;
+            self.slide_of_transition(id, Self::sample_blend, &mut blended);
+            self.slide_of_transition(id, Self::sample_edge, &mut kept);
+            steps.extend((0..self.feet.legs.len()).filter_map(|leg| self.step_length(id, leg)));
+        }
+        FootSlide {
+            transitions,
+            planted_seconds: kept.seconds,
+            blended: blended.rate(),
+            kept: kept.rate(),
+            clips: self.slide_of_clips().rate(),
+            steps: steps.len(),
+            step_length: steps.iter().sum::<f64>() / steps.len().max(1) as f64,
+        }
+    }
+
+    /// How far apart source and target have a foot that steps from the one to the other.
+    fn step_length(&self, id: EdgeId, leg: usize) -> Option<f64> {
+        let blend = self.feet.blend(id, leg).filter(|blend| blend.lift > 0.0)?;
+        let middle = 0.5 * (blend.leave + blend.land);
+        let sides = Sides::of(self, self.edge(id), middle)?;
+        Some(f64::from(sides.apart(self.feet.legs[leg].toe_or_foot())))
+    }
+
+    fn slide_of_transition(
+        &self,
+        id: EdgeId,
+        sample: impl Fn(&Self, EdgeId, f32, &mut Pose),
+        sum: &mut Sum,
+    ) {
+        let edge = self.edge(id);
+        let mut pose = Pose::default();
+        let mut before: Vec<Option<Contact>> = vec![None; self.feet.legs.len()];
+        for frame in 0..=edge.frames {
+            sample(self, id, frame as f32, &mut pose);
+            let sides = Sides::of(self, edge, frame as f32);
+            for (index, leg) in self.feet.legs.iter().enumerate() {
+                let now = sides
+                    .as_ref()
+                    .filter(|_| self.stands_in_blend(edge, index, frame))
+                    .map(|sides| Contact::new(self, &pose, leg, |point| sides.height(point)));
+                if let (Some(before), Some(now)) = (before[index], now) {
+                    let lifted = LIFTED * leg.length(&self.skeleton);
+                    sum.add(before.slide(&now, lifted), self.frame_rate);
+                }
+                before[index] = now;
+            }
+        }
+    }
+
+    /// Whether more than half of the weight is on a clip in which the foot stands.
+    fn stands_in_blend(&self, edge: &Edge, leg: usize, frame: u32) -> bool {
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        let source = self.feet.stands(from.clip, leg, from.frame + frame);
+        let target = self
+            .feet
+            .stands(to.clip, leg, to.frame - edge.frames + frame);
+        let weight = blend_weight(frame as f32 / edge.frames as f32);
+        let share = |stands: bool, weight: f32| if stands { weight } else { 0.0 };
+        share(source, weight) + share(target, 1.0 - weight) > 0.5
+    }
+
+    fn slide_of_clips(&self) -> Sum {
+        let legs = self.feet.legs.len();
+        let mut sum = Sum::default();
+        let mut pose = Pose::default();
+        for (clip, id) in self.clips.iter().zip((0..).map(ClipId)) {
+            let mut before: Vec<Option<Contact>> = vec![None; legs];
+            for frame in 0..clip.frames() {
+                clip.pose(frame, &mut pose);
+                for (index, leg) in self.feet.legs.iter().enumerate() {
+                    let stands = self.feet.stands(id, index, frame as u32);
+                    let now = stands.then(|| Contact::new(self, &pose, leg, |_| f32::INFINITY));
+                    if let (Some(before), Some(now)) = (before[index], now) {
+                        sum.add(before.slide(&now, 1.0), self.frame_rate);
+                    }
+                    before[index] = now;
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// The two points of a foot and the height that its clips have each at.
+#[derive(Clone, Copy)]
+struct Contact {
+    points: [(Vec3, f32); 2],
+}
+
+impl Contact {
+    fn new(graph: &MotionGraph, pose: &Pose, leg: &Leg, height: impl Fn(JointId) -> f32) -> Self {
+        let chain = Chain::of(&graph.skeleton, pose);
+        let point = |joint| (chain.global(joint).translation, height(joint));
+        Self {
+            points: [leg.foot, leg.toe_or_foot()].map(point),
+        }
+    }
+
+    /// How far the steadier point went over the ground, less the higher it is, metres.
+    fn slide(&self, next: &Self, lifted: f32) -> f32 {
+        let way = |((a, a_height), (b, b_height)): (&(Vec3, f32), &(Vec3, f32))| {
+            let above = 0.5 * ((a.y - a_height) + (b.y - b_height)).max(0.0);
+            (b.x - a.x).hypot(b.z - a.z) * (1.0 - above / lifted).max(0.0)
+        };
+        let ways = self.points.iter().zip(&next.points).map(way);
+        ways.fold(f32::INFINITY, f32::min)
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    metres: f64,
+    seconds: f64,
+}
+
+impl Sum {
+    fn add(&mut self, metres: f32, frame_rate: f64) {
+        self.metres += f64::from(metres);
+        self.seconds += frame_rate.recip();
+    }
+
+    /// Millimetres a second.
+    fn rate(&self) -> f64 {
+        if self.seconds > 0.0 {
+            1e3 * self.metres / self.seconds
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The pose of an edge at a moment: a clip's, or two clips' blended, with its feet where they stand.
+
+use glam::{Quat, Vec3};
+
+use super::{Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
+use crate::anim::{Chain, JointId, Moment, Pose, Skeleton, slerp};
+use crate::math::Rigid2;
+
+/// Both sides of a transition at one moment, in the space of the clip that it leaves.
+pub(super) struct Sides<'a> {
+    skeleton: &'a Skeleton,
+    source: Moment<'a>,
+    target: Moment<'a>,
+    align: Rigid2,
+    /// Of the align's turn.
+    turn: Quat,
+    /// Of the target.
+    weight: f32,
+}
+
+impl<'a> Sides<'a> {
+    /// `None` where the edge is no transition.
+    pub(super) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
+        let EdgeMotion::Transition { align, .. } = edge.motion else {
+            return None;
+        };
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        let target_frame = (to.frame - edge.frames) as f32 + frame;
+        Some(Self {
+            skeleton: &graph.skeleton,
+            source: graph.clip(from.clip).at(from.frame as f32 + frame),
+            target: graph.clip(to.clip).at(target_frame),
+            align,
+            turn: align.rotation(),
+            weight: 1.0 - blend_weight(frame / edge.frames as f32),
+        })
+    }
+
+    pub(super) fn source(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
+        let (skeleton, source) = (self.skeleton, self.source);
+        Chain {
+            skeleton,
+            local: move |id| source.local(skeleton, id),
+        }
+    }
+
+    pub(super) fn target(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
+        let (skeleton, target, align, turn) = (self.skeleton, self.target, self.align, self.turn);
+        Chain {
+            skeleton,
+            local: move |id| match (id, target.local(skeleton, id)) {
+                (JointId::ROOT, (rotation, place)) => {
+                    ((turn * rotation).normalize(), align.point(place))
+                }
+                (_, local) => local,
+            },
+        }
+    }
+
+    /// The blend of both: the root and the joints' places go in a straight line, rotations by slerp
+    /// along the shorter arc (Kovar 2002, section 3.2).
+    pub(super) fn blend(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
+        let (source, target, weight) = (self.source(), self.target(), self.weight);
+        Chain {
+            skeleton: self.skeleton,
+            local: move |id| {
+                let (from, to) = ((source.local)(id), (target.local)(id));
+                (slerp(from.0, to.0, weight), from.1.lerp(to.1, weight))
+            },
+        }
+    }
+
+    /// A joint's height: that of either side by the blend's weights.
+    pub(super) fn height(&self, joint: JointId) -> f32 {
+        let source = self.source().global(joint).translation.y;
+        let target = self.target().global(joint).translation.y;
+        source + (target - source) * self.weight
+    }
+
+    /// How far the two sides have a joint apart, metres.
+    pub(super) fn apart(&self, joint: JointId) -> f32 {
+        let source = self.source().global(joint).translation;
+        source.distance(self.target().global(joint).translation)
+    }
+
+    /// The blend's root, without its rotation.
+    pub(super) fn root(&self) -> Vec3 {
+        let target = self.align.point(self.target.root());
+        self.source.root().lerp(target, self.weight)
+    }
+
+    /// The blend's whole pose.
+    fn pose(&self, out: &mut Pose) {
+        let blend = self.blend();
+        out.rotations.clear();
+        out.translations.clear();
+        // Where one of the clips moves joints, the other one's stand where the skeleton has them.
+        let moves_joints = self.source.moves_joints() || self.target.moves_joints();
+        for id in self.skeleton.ids() {
+            let (rotation, place) = (blend.local)(id);
+            out.rotations.push(rotation);
+            if id == JointId::ROOT {
+                out.root = place;
+            }
+            if moves_joints {
+                out.translations.push(place);
+            }
+        }
+    }
+}
+
+impl MotionGraph {
+    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
+    /// starts. Allocates nothing where `out` has held a pose of the skeleton before.
+    pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
+        self.sample_blend(edge, frame, out);
+        self.keep_feet(edge, frame, out);
+    }
+
+    /// The same without what is done for feet: they slide where clips that plant them differently are
+    /// blended.
+    pub fn sample_blend(&self, id: EdgeId, frame: f32, out: &mut Pose) {
+        let edge = self.edge(id);
+        match Sides::of(self, edge, frame) {
+            Some(sides) => sides.pose(out),
+            None => {
+                let from = self.node(edge.from);
+                self.clip(from.clip).sample(from.frame as f32 + frame, out);
+            }
+        }
+    }
+
+    /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
+    #[must_use]
+    pub fn sample_edge_root(&self, id: EdgeId, frame: f32) -> Vec3 {
+        let edge = self.edge(id);
+        match Sides::of(self, edge, frame) {
+            Some(sides) => sides.root() - Vec3::Y * self.sunk(id, frame),
+            None => {
+                let from = self.node(edge.from);
+                self.clip(from.clip).sample_root(from.frame as f32 + frame)
+            }
+        }
+    }
+}

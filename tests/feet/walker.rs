@@ -1,0 +1,162 @@
+//! Somebody who walks, with the frames known in which each foot stands.
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::graph::{self, ClipSource, FeetSettings, GraphSettings, MotionGraph};
+
+use super::common::random::Random;
+
+const THIGH: f32 = 0.43;
+const SHIN: f32 = 0.42;
+const PELVIS: f32 = 0.82;
+const ANKLE: f32 = 0.08;
+/// Metres a second, frames of a cycle, share of it that a foot stands, metres that it is lifted.
+const SPEED: f32 = 0.8;
+const CYCLE: usize = 34;
+const STANCE: f32 = 0.62;
+const LIFT: f32 = 0.12;
+const FRAMES: usize = 250;
+
+pub struct Walk {
+    pub skeleton: Skeleton,
+    pub clip: Clip,
+    /// First and last frame of each plant, left and right.
+    pub plants: [Vec<[u32; 2]>; 2],
+}
+
+fn skeleton() -> Skeleton {
+    let mut joints = vec![joint("Hips", None, Vec3::ZERO)];
+    for (first, side, x) in [(1, "Left", 0.1), (5, "Right", -0.1)] {
+        let chain = [
+            ("UpLeg", 0, Vec3::new(x, 0.0, 0.0)),
+            ("Leg", first, Vec3::NEG_Y * THIGH),
+            ("Foot", first + 1, Vec3::NEG_Y * SHIN),
+            ("Foot_End", first + 2, Vec3::new(0.0, -0.06, 0.15)),
+        ];
+        for (name, parent, offset) in chain {
+            joints.push(joint(&format!("{side}{name}"), Some(parent), offset));
+        }
+    }
+    Skeleton::new(joints).unwrap()
+}
+
+fn joint(name: &str, parent: Option<u16>, offset: Vec3) -> Joint {
+    let tip = name.ends_with("_End");
+    Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset,
+        kind: if tip {
+            JointKind::EndSite
+        } else {
+            JointKind::Moving
+        },
+    }
+}
+
+/// The ankle's height and way at a frame, and whether it stands there.
+fn ankle(frame: usize, side: usize) -> (f32, f32, bool) {
+    // The right foot is half a cycle behind.
+    let shifted = frame + side * CYCLE / 2;
+    let (cycle, within) = (shifted / CYCLE, shifted % CYCLE);
+    let phase = within as f32 / CYCLE as f32;
+    let stride = SPEED * CYCLE as f32 / 30.0;
+    let begin = stride * (cycle as f32 - 0.5 * side as f32) + 0.5 * STANCE * stride;
+    if phase <= STANCE {
+        return (ANKLE, begin, true);
+    }
+    let s = (phase - STANCE) / (1.0 - STANCE);
+    let height = ANKLE + LIFT * (std::f32::consts::PI * s).sin();
+    (height, begin + stride * s * s * (3.0 - 2.0 * s), false)
+}
+
+/// A walk along +Z for eight seconds, the whole body trembling by `noise` metres.
+pub fn walk(noise: f32) -> Walk {
+    let (mut roots, mut rotations) = (Vec::new(), Vec::new());
+    let mut plants = [Vec::<[u32; 2]>::new(), Vec::new()];
+    let mut random = Random::new(7);
+    let mut tremble = || noise * (random.below(2001) as f32 / 1000.0 - 1.0);
+    for frame in 0..FRAMES {
+        let root = Vec3::new(0.0, PELVIS, SPEED * frame as f32 / 30.0);
+        rotations.push(Quat::IDENTITY);
+        for (side, plants) in plants.iter_mut().enumerate() {
+            let (height, way, stands) = ankle(frame, side);
+            rotations.extend(leg(height - root.y, way - root.z));
+            if stands {
+                match plants.last_mut() {
+                    Some(plant) if plant[1] + 1 == frame as u32 => plant[1] += 1,
+                    _ => plants.push([frame as u32; 2]),
+                }
+            }
+        }
+        roots.push(root + Vec3::new(tremble(), tremble(), tremble()));
+    }
+    let skeleton = skeleton();
+    let clip = clip(&skeleton, "walk", roots, rotations);
+    Walk {
+        skeleton,
+        clip,
+        plants,
+    }
+}
+
+fn clip(skeleton: &Skeleton, name: &str, roots: Vec<Vec3>, rotations: Vec<Quat>) -> Clip {
+    let desc = ClipDesc {
+        name: name.into(),
+        frame_rate: 30.0,
+        roots,
+        rotations,
+        translations: Vec::new(),
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
+/// Rotations of hip, knee, foot and tip for an ankle at that height and way from the hip, flat.
+fn leg(height: f32, way: f32) -> [Quat; 4] {
+    let far = height.hypot(way);
+    let towards = (-way).atan2(-height);
+    let opened = ((THIGH * THIGH + far * far - SHIN * SHIN) / (2.0 * THIGH * far)).acos();
+    let hip = towards - opened;
+    let knee = [-THIGH * hip.cos(), -THIGH * hip.sin()];
+    let shin = (-(way - knee[1])).atan2(-(height - knee[0]));
+    [hip, shin - hip, -shin, 0.0].map(Quat::from_rotation_x)
+}
+
+/// The same walk by somebody `scale` times as tall, somewhere else.
+pub fn changed(walk: &Walk, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Walk {
+    let joints = walk.skeleton.joints().iter().map(|joint| Joint {
+        offset: joint.offset * scale,
+        ..joint.clone()
+    });
+    let skeleton = Skeleton::new(joints.collect()).unwrap();
+    let desc = walk.clip.desc();
+    let roots = desc.roots.iter().map(|&root| place(root * scale)).collect();
+    let clip = clip(&skeleton, "walk", roots, desc.rotations.clone());
+    Walk {
+        skeleton,
+        clip,
+        plants: walk.plants.clone(),
+    }
+}
+
+/// Of the walk and the same again.
+pub fn graph(walk: &Walk, feet: &FeetSettings) -> MotionGraph {
+    let desc = walk.clip.desc();
+    let again = clip(
+        &walk.skeleton,
+        "again",
+        desc.roots.clone(),
+        desc.rotations.clone(),
+    );
+    let clips = [walk.clip.clone(), again];
+    let source = ClipSource {
+        skeleton: &walk.skeleton,
+        clips: &clips,
+        events: &[],
+    };
+    let settings = GraphSettings {
+        feet: feet.clone(),
+        ..GraphSettings::default()
+    };
+    graph::build(source, &settings).unwrap().0
+}
