@@ -56,7 +56,7 @@ fn thousands_of_random_candidates_agree() {
         let atlas = atlas(&mut random, grid, 30);
         let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
         let (mut body, mut outer, mut evasion, mut missed) = (0, 0, 0, 0);
-        for _ in 0..12 {
+        for _ in 0..30 {
             let rect = MapRect {
                 u: random.int(-80, 40),
                 v: random.int(-80, 40),

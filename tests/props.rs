@@ -96,7 +96,10 @@ fn a_staff_strikes_where_it_passes() {
         );
         if !event.joints.contains(&joint) {
             assert_eq!(now, bare, "another limb strikes without the staff");
-            assert_eq!(armed.atlas().attacks[index], plain.atlas().attacks[index]);
+            assert_eq!(
+                armed.atlas().attacks()[index],
+                plain.atlas().attacks()[index]
+            );
             without += 1;
             continue;
         }
@@ -117,7 +120,7 @@ fn a_staff_strikes_where_it_passes() {
         }
         assert!(far > 5, "the staff reaches no further than the hand");
         let texels = |baked: &BakedGraph| -> u32 {
-            baked.atlas().attacks[index]
+            baked.atlas().attacks()[index]
                 .slabs
                 .iter()
                 .map(|map| map.count() as u32)

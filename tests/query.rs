@@ -220,7 +220,10 @@ fn paths_are_connected_and_motion_is_continuous() {
 
 #[test]
 fn every_candidate_has_a_fate_and_every_late_one_a_reason() {
-    let settings = QuerySettings::default();
+    let settings = QuerySettings {
+        list_late: true,
+        ..QuerySettings::default()
+    };
     for throw in throws().take(20) {
         let answer = answer(&settings, &throw, Judging::Needed);
         let count = |fate| answer.candidates.iter().filter(|c| c.fate == fate).count();

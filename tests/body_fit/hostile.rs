@@ -174,7 +174,7 @@ fn two_hundred_thousand_tangled_triangles_are_fitted() {
 #[test]
 fn two_hundred_thousand_triangles_of_a_man_are_fitted() {
     let mut shape = Shape::default();
-    shape.capsule(Vec3::ZERO, Vec3::Y * 0.5, 0.15, 440);
+    shape.capsule(Vec3::ZERO, Vec3::Y * 0.5, 0.15, 300);
     assert!(
         shape.triangles().len() > 190_000,
         "{}",

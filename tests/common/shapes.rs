@@ -26,7 +26,7 @@ impl Shape {
         let other = axis.cross(side);
         let rings = around / 2;
         let length = from.distance(to);
-        let tube = (length / radius).ceil().max(1.0) as usize;
+        let tube = (length / radius * around as f32 / 16.0).ceil().max(1.0) as usize;
         let mut profile = Vec::new();
         for ring in 1..=rings {
             let angle = std::f32::consts::FRAC_PI_2 * ring as f32 / rings as f32;

@@ -17,8 +17,8 @@ const CLOCKS: [u32; 3] = [0, 1, 5];
 fn masks(random: &mut Random, grid: MapGrid) -> MaskMap {
     let rect = rect(random);
     let mut map = MaskMap::new(rect, grid.lanes());
-    for_discs(random, rect, |column, row, slice| {
-        map.set(column, row, slice % grid.slices);
+    for_discs(random, rect, |column, row, slices| {
+        slices.for_each(|slice| map.set(column, row, slice % grid.slices));
     });
     map
 }
@@ -39,13 +39,14 @@ fn rect(random: &mut Random) -> MapRect {
     }
 }
 
-fn for_discs(random: &mut Random, rect: MapRect, mut visit: impl FnMut(i32, i32, u32)) {
-    for _ in 0..random.int(0, 8) {
-        let (disc, slice) = (random.disc(rect, 25), random.int(0, 63) as u32);
+fn for_discs(random: &mut Random, rect: MapRect, mut visit: impl FnMut(i32, i32, Range<u32>)) {
+    for _ in 0..random.int(0, 12) {
+        let (disc, first) = (random.disc(rect, 25), random.int(0, 63) as u32);
+        let slices = first..first + random.int(1, 32) as u32;
         for row in 0..rect.height as i32 {
             for column in 0..rect.width as i32 {
                 if disc.covers(column, row) {
-                    visit(column, row, slice);
+                    visit(column, row, slices.clone());
                 }
             }
         }
@@ -56,7 +57,7 @@ fn for_discs(random: &mut Random, rect: MapRect, mut visit: impl FnMut(i32, i32,
 /// drawn ones are.
 pub(crate) fn atlas(random: &mut Random, grid: MapGrid, regions: usize) -> RegionAtlas {
     let region = |random: &mut Random| {
-        let slabs = random.int(0, 6);
+        let slabs = if random.chance(0.2) { 0 } else { 6 };
         RegionMaps {
             first_slab: Slab(random.int(-1, 2)),
             slabs: (0..slabs)
@@ -90,7 +91,7 @@ pub(crate) fn attack(
             }
             let mut discs = |random: &mut Random| {
                 let first = attack.discs.len() as u32;
-                let mut discs: Vec<TimedDisc> = (0..random.int(0, 6))
+                let mut discs: Vec<TimedDisc> = (0..random.int(0, 9))
                     .map(|_| TimedDisc {
                         disc: random.disc(rect, 20),
                         slice: random.int(0, grid.slices as i32 - 1) as u32,

@@ -17,7 +17,7 @@ use super::tree::PointTree;
 /// A group this many times its radius away counts as one dipole; the source takes 2.
 const FAR: f32 = 2.5;
 /// Nodes and triangles that a query looks at. A body's mesh needs some hundred.
-const MOST_WORK: usize = 2048;
+const MOST_WORK: usize = 1024;
 
 /// The winding numbers of a mesh.
 pub(super) struct Winding<'a> {
