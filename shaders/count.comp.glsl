@@ -12,7 +12,7 @@ const int BLOCK = 4;
 const uint BLOCK_TEXELS = 16u;
 const int TILE_LOG2 = 3;
 const uint TILE_TEXELS = 64u;
-// With larger turns a block reaches further than tiles know: as Rust's `NEAR`.
+// With larger turns a block reaches further than tiles know: `NEAR` in src/gpu/compute/pages.rs.
 const int LARGEST_TURN = 32768;
 // Words before the counts, and words of a count.
 const uint HEADER = 2u;
@@ -20,7 +20,7 @@ const uint COUNTS = 3u;
 
 layout(local_size_x = 64) in;
 
-// Host: `PagedCandidate` in src/gpu/shader_table.rs.
+// Host: `Paged` in src/gpu/shader_table.rs.
 struct PagedCandidate {
     ivec4 turn;       // a, b, tx, tz of `MapTurn`
     ivec2 origin;     // first texel of the region's tiles
@@ -119,8 +119,12 @@ uvec3 shared_with(uint page, uint texel, uint mask) {
         uint inner = attack[draw.inner + mask + lane * BLOCK_TEXELS];
         uint outer = attack[draw.outer + mask + lane * BLOCK_TEXELS];
         uint body = page + texel * draw.lanes + lane;
-        found.x += uint(bitCount(inner & atlas[body]));
-        found.y += uint(bitCount(outer & atlas[body + TILE_TEXELS * draw.lanes]));
+        if (inner != 0u) {
+            found.x += uint(bitCount(inner & atlas[body]));
+        }
+        if (outer != 0u) {
+            found.y += uint(bitCount(outer & atlas[body + TILE_TEXELS * draw.lanes]));
+        }
         any_inner |= inner;
     }
     uint evasion = page + 2u * TILE_TEXELS * draw.lanes + (texel >> 5);

@@ -135,7 +135,8 @@ impl Gathered {
                     break;
                 };
                 let [column, row] = texels.places[block as usize].map(|place| place as u32);
-                let place = column / BLOCK as u32 | row / BLOCK as u32 * 512 | slab << 18;
+                let [column, row] = [column, row].map(|texel| texel / BLOCK as u32);
+                let place = column | (row << 9) | (slab << 18);
                 self.blocks.push([place, block]);
                 for lane in 0..texels.lanes {
                     let start = (block as usize * texels.lanes + lane) * BLOCK_TEXELS;
