@@ -9,10 +9,10 @@ mod counting;
 use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu};
+use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap, cpu};
 use sabaki::gpu::compute::{Culler, CullerDesc, InputWay};
 use sabaki::gpu::{GpuError, Headless, HeadlessDesc, Mismatch};
-use sabaki::region::{MapGrid, MapRect, RegionAtlas, Slab};
+use sabaki::region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab, SlabMaps};
 
 /// Grids of 1 and 2 words a mask, full and not, timed and not.
 fn grids() -> [MapGrid; 5] {
@@ -119,11 +119,11 @@ fn edges_of_the_input_agree() {
         .collect();
     let no_discs = AttackDrawing {
         discs: Vec::new(),
-        layers: (some.layers.iter().cloned())
-            .map(|layer| sabaki::avoid::cull::AttackLayer {
+        layers: (some.layers.iter())
+            .map(|layer| AttackLayer {
                 inner: 0..0,
                 outer: 0..0,
-                ..layer
+                ..*layer
             })
             .collect(),
         ..some.clone()
@@ -186,7 +186,7 @@ fn atlases_without_a_map_agree() {
     let mut emptied = atlas(&mut random, grid, 3).regions().to_vec();
     for region in &mut emptied {
         let maps = region.slabs.iter_mut();
-        maps.for_each(|maps| *maps = sabaki::region::SlabMaps::empty(grid.lanes()));
+        maps.for_each(|maps| *maps = SlabMaps::empty(grid.lanes()));
     }
     let of_empty_maps = RegionAtlas::new(grid, emptied, Vec::new());
     let no_regions = RegionAtlas::new(grid, Vec::new(), Vec::new());
@@ -349,7 +349,7 @@ fn what_does_not_fit_is_refused_by_name() {
     assert_eq!(counts, counted(&input), "it is of use all the same");
     culler.destroy(device.memory().unwrap());
 
-    let far_apart = [0, 20_000].map(|slab| sabaki::region::RegionMaps {
+    let far_apart = [0, 20_000].map(|slab| RegionMaps {
         first_slab: Slab(slab),
         ..atlas.regions()[0].clone()
     });
