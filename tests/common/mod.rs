@@ -17,3 +17,5 @@ pub mod plain_bvh;
 pub mod random;
 pub mod shapes;
 pub mod small;
+#[cfg(feature = "vulkan")]
+pub(crate) mod timed;
