@@ -1,6 +1,6 @@
 // Keeps the texels of the attack's map that fall on a set texel of a candidate's map; the stencil test then keeps
 // those that the attack touches, and the occlusion query counts them.
-// CPU twin: `MapTurn::texel` in src/region/turn.rs and `MaskMap::get` in src/region/mask.rs.
+// CPU twin: src/avoid/cull/cpu.rs.
 #version 460
 
 const int SHIFT = 15;

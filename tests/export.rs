@@ -7,10 +7,10 @@ mod common;
 use std::fs;
 use std::path::Path;
 
+use common::answer::answer_throw;
 use common::baked::embedded;
 use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::cull::cpu;
 use sabaki::avoid::{Answer, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::io::export::write_answer;

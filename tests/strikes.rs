@@ -5,9 +5,10 @@
 
 mod common;
 
+use common::answer::{answer_attack, first_counts};
 use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::cull::cpu;
+
 use sabaki::avoid::{Attack, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::Playhead;

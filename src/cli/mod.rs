@@ -5,6 +5,7 @@ mod culling;
 mod demo;
 mod doctor;
 mod dodge;
+mod figure;
 mod inspect;
 mod output;
 mod sheet;

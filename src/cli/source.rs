@@ -10,6 +10,7 @@ use sabaki::io;
 use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
+use super::figure::{Figure, FigureArgs};
 use super::{Failure, output};
 
 /// Clips and how to make a graph of them.
@@ -28,6 +29,8 @@ pub(crate) struct ClipArgs {
     /// of joints, metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
 }
 
 /// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
@@ -45,6 +48,7 @@ pub(crate) struct Made {
     pub(crate) feet: FootSlide,
     pub(crate) seconds: f64,
     pub(crate) warnings: Vec<String>,
+    pub(crate) figure: Figure,
 }
 
 /// Bakes the clips of `args`.
@@ -57,7 +61,13 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
         clips: &set.clips,
         events: &set.events,
     };
-    let baked = bake(source, args.threshold, started);
+    let figure = args.figure.read(&set)?;
+    let settings = BakeSettings {
+        body: figure.body.clone(),
+        props: figure.props.clone(),
+        ..BakeSettings::default()
+    };
+    let baked = bake(source, (args.threshold, settings), started);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
         [] => failure,
@@ -70,6 +80,7 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     })?;
     if let Some(made) = &mut baked.made {
         made.warnings.splice(..0, set.warnings);
+        made.figure = figure;
     }
     Ok(baked)
 }
@@ -83,7 +94,8 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
         clips: &motions.clips,
         events: &motions.events,
     };
-    bake(source, GraphSettings::default().threshold, started)
+    let settings = (GraphSettings::default().threshold, BakeSettings::default());
+    bake(source, settings, started)
 }
 
 /// Reads a baked file.
@@ -94,17 +106,21 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
     })
 }
 
-fn bake(source: ClipSource<'_>, threshold: f32, started: Instant) -> Result<Baked, Failure> {
+fn bake(
+    source: ClipSource<'_>,
+    (threshold, settings): (f32, BakeSettings),
+    started: Instant,
+) -> Result<Baked, Failure> {
     let bar = output::progress("baking", 3);
     bar.tick();
-    let settings = GraphSettings {
+    let graph_settings = GraphSettings {
         threshold,
         ..GraphSettings::default()
     };
-    let (graph, report) = graph::build(source, &settings)?;
+    let (graph, report) = graph::build(source, &graph_settings)?;
     let feet = graph.foot_slide(MEASURED);
     bar.inc(1);
-    let baker = Baker::new(graph, BakeSettings::default())?;
+    let baker = Baker::new(graph, settings)?;
     let maps = baker.draw_on_cpu();
     bar.inc(1);
     let graph = baker.finish(maps)?;
@@ -124,6 +140,7 @@ fn bake(source: ClipSource<'_>, threshold: f32, started: Instant) -> Result<Bake
             feet,
             seconds: started.elapsed().as_secs_f64(),
             warnings,
+            figure: Figure::default(),
         }),
     })
 }
@@ -150,6 +167,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         "evasions": count(graph, EventKind::Evasion),
         "attacks": count(graph, EventKind::Attack),
         "body_spheres": baked.graph.body().spheres.len(),
+        "props": baked.graph.body().props.len(),
         "map_bytes": baked.graph.atlas().bytes(),
         "evasion_within": {
             "0.5": baked.graph.responsive_share(0.5),
@@ -162,6 +180,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         value["report"] = json!(made.report);
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
+        value["fits"] = made.figure.to_json();
     }
     value
 }
@@ -200,6 +219,13 @@ pub(crate) fn describe(baked: &Baked) -> String {
         share(1.0),
         share(1.5)
     ));
+    if let Some(made) = &baked.made {
+        text.push_str(&made.figure.describe());
+    }
+    let mut line = |text_line: String| {
+        text.push_str(&text_line);
+        text.push('\n');
+    };
     if let Some(made) = &baked.made {
         let dropped = &made.report.dropped;
         if dropped.seconds > 0.05 {

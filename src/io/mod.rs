@@ -2,12 +2,15 @@
 
 pub mod archive;
 mod attacks;
+mod body;
 pub mod bvh;
 mod clip_set;
 mod doubts;
 mod events;
 pub mod export;
 mod json;
+mod mesh_scale;
+mod obj;
 mod read;
 mod read_error;
 mod units;
@@ -15,9 +18,12 @@ mod whole;
 
 pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
+pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
+pub use mesh_scale::{body_scale, held_scale};
+pub use obj::{ObjError, parse_obj, read_obj};
 pub use read::{LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip};
 pub use read_error::ReadError;
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{AttacksError, EventsError, bvh::BvhError, bvh::MotionError};
+use super::{AttacksError, BodyFileError, EventsError, ObjError, bvh::BvhError, bvh::MotionError};
 
 /// Why files could not be read: always with the file.
 #[derive(Debug, Error)]
@@ -99,6 +99,22 @@ pub enum ReadError {
         path: PathBuf,
         /// What, and where.
         error: AttacksError,
+    },
+    /// A body file is damaged, or does not fit the skeleton.
+    #[error("{}: {error}", path.display())]
+    Body {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: BodyFileError,
+    },
+    /// An OBJ file is damaged, or holds no mesh.
+    #[error("{}: {error}", path.display())]
+    Obj {
+        /// The file.
+        path: PathBuf,
+        /// What.
+        error: ObjError,
     },
 }
 

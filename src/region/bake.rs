@@ -12,7 +12,7 @@ use super::gather::{Gathering, Kind, Member};
 use super::raster::{self, EvasionMaps};
 use super::retime::retimable_edges;
 use super::{
-    BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect, PathSettings,
+    BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect, PathSettings, Prop,
     RegionAtlas, RegionId, RetimeSettings, Strike,
 };
 use crate::anim::EventKind;
@@ -34,6 +34,8 @@ pub struct BakeSettings {
     pub body: Option<Body>,
     /// Threads for the maps; 0 for as many as the machine has. The maps are the same for any number.
     pub threads: usize,
+    /// What the body's joints hold, beside what [`BakeSettings::body`] holds already.
+    pub props: Vec<Prop>,
 }
 
 /// Why a graph cannot be baked.
@@ -59,6 +61,11 @@ pub enum BakeError {
         "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
     )]
     Body,
+    /// One of the settings' props, counted from 0, has no sphere, or one without a joint, a place or a size.
+    #[error(
+        "prop {0} needs spheres, and a joint of the skeleton, each with a finite place and a radius above 0"
+    )]
+    Prop(usize),
     /// The body is higher above the ground, or further below it, than slabs are counted.
     #[error("the body in {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
     TooHigh {
@@ -127,10 +134,16 @@ impl Baker {
                 slice_seconds: maps.slice_seconds,
             });
         }
-        let body = settings
+        let mut body = settings
             .body
             .clone()
             .unwrap_or_else(|| Body::from_bones(graph.skeleton()));
+        for (index, prop) in settings.props.iter().enumerate() {
+            if !prop.is_sound(graph.skeleton()) {
+                return Err(BakeError::Prop(index));
+            }
+            body.hold(prop.clone());
+        }
         if !body.is_sound(graph.skeleton()) {
             return Err(BakeError::Body);
         }

@@ -1,6 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::Prop;
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
 
 /// A sphere that is fixed to a joint.
@@ -31,11 +32,13 @@ impl BodySphere {
     }
 }
 
-/// The body as spheres on its bones.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The body as spheres on its bones, and what it holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// In no particular order.
     pub spheres: Vec<BodySphere>,
+    /// What its joints hold. Those that are [`Prop::is_body`] have their spheres among the body's own too.
+    pub props: Vec<Prop>,
 }
 
 /// Radii as shares, set by eye against drawings of the human figure; they are what the body is made of where nobody says
@@ -108,14 +111,30 @@ impl Body {
                 radius: 0.1,
             });
         }
-        Self { spheres }
+        Self::new(spheres)
     }
 
-    /// Whether there is a sphere and all are sound ([`BodySphere::is_sound`]).
+    /// Of spheres, with nothing in its hands.
+    #[must_use]
+    pub fn new(spheres: Vec<BodySphere>) -> Self {
+        let props = Vec::new();
+        Self { spheres, props }
+    }
+
+    /// Gives it something to hold, which attacks where the joint does and, if it is a part of the body, is hit as that is.
+    pub fn hold(&mut self, prop: Prop) {
+        if prop.is_body {
+            self.spheres.extend(prop.body_spheres());
+        }
+        self.props.push(prop);
+    }
+
+    /// Whether there is a sphere and all are sound ([`BodySphere::is_sound`]), those of its props too.
     #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let sound = |sphere: &BodySphere| sphere.is_sound(skeleton);
-        !self.spheres.is_empty() && self.spheres.iter().all(sound)
+        let props = self.props.iter().all(|prop| prop.is_sound(skeleton));
+        !self.spheres.is_empty() && self.spheres.iter().all(sound) && props
     }
 
     /// The centres of all spheres, in the space of the motion.

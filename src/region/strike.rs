@@ -15,8 +15,8 @@ pub struct Strike {
     pub placement: Rigid2,
 }
 
-/// Where an attack passes: the spheres of the attacking joints and of all that hangs from them, frame by frame, in the
-/// character's frame at the event's start. The clock starts with the event.
+/// Where an attack passes: the spheres of the attacking joints, of all that hangs from them and of what they hold, frame by frame, in
+/// the character's frame at the event's start. The clock starts with the event.
 #[must_use]
 pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<MovingSphere> {
     let to_start = graph.placement(event.clip, event.first).inverse();
@@ -39,20 +39,39 @@ pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> V
     keys.into_iter().filter_map(MovingSphere::new).collect()
 }
 
-/// The spheres of the joints that the event names and of all that hangs from them; of the whole body where it names none.
+/// The spheres of the joints that the event names, of all that hangs from them, and of the props that take part
+/// ([`Prop::takes_part`](super::Prop::takes_part)).
+fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
+    let taking_part = body
+        .props
+        .iter()
+        .filter(|prop| prop.takes_part(skeleton, &event.joints));
+    let held = taking_part.flat_map(super::Prop::body_spheres);
+    let mut spheres = limbs(skeleton, body, event);
+    spheres.extend(held);
+    spheres
+}
+
+/// The body's own attacking spheres; of the whole body where the event names no joint.
 ///
 /// Joints at the very end of a chain have no bone and so no spheres: each then attacks with one of its own, as thick as the
 /// body is just above.
-fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
+fn limbs(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
     let takes_part = |joint: JointId| {
         event.joints.is_empty()
             || skeleton
                 .ancestry(joint)
                 .any(|above| event.joints.contains(&above))
     };
-    let spheres: Vec<BodySphere> = body
-        .spheres
+    // A prop that is part of the body is among its spheres.
+    let held: Vec<BodySphere> = body
+        .props
         .iter()
+        .filter(|prop| prop.is_body)
+        .flat_map(super::Prop::body_spheres)
+        .collect();
+    let own = || body.spheres.iter().filter(|sphere| !held.contains(sphere));
+    let spheres: Vec<BodySphere> = own()
         .filter(|sphere| takes_part(sphere.joint))
         .copied()
         .collect();
@@ -60,13 +79,10 @@ fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySp
         return spheres;
     }
     let thinnest = |joint: JointId| {
-        let here = body
-            .spheres
-            .iter()
-            .filter(move |sphere| sphere.joint == joint);
+        let here = own().filter(move |sphere| sphere.joint == joint);
         here.map(|sphere| sphere.radius).min_by(f32::total_cmp)
     };
-    let own = |&joint: &JointId| {
+    let fist = |&joint: &JointId| {
         let radius = skeleton.ancestry(joint).find_map(thinnest)?;
         Some(BodySphere {
             joint,
@@ -74,7 +90,7 @@ fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySp
             radius,
         })
     };
-    event.joints.iter().filter_map(own).collect()
+    event.joints.iter().filter_map(fist).collect()
 }
 
 #[cfg(test)]

@@ -8,6 +8,8 @@ pub mod answer;
 pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
+pub mod cull;
+#[cfg(feature = "vulkan")]
 mod device;
 pub mod maps;
 
@@ -15,4 +17,5 @@ pub mod maps;
 pub(crate) use device::*;
 pub mod plain_bvh;
 pub mod random;
+pub mod shapes;
 pub mod small;
