@@ -208,7 +208,7 @@ impl Headless {
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
             }
-            if !ticket.counts_exact {
+            if !ticket.counts_exact && culler.counted().evasion {
                 cpu::count(&part, &mut exact);
                 let pairs = some.iter_mut().zip(&exact);
                 pairs.for_each(|(found, exact)| found.evasion = exact.evasion);

@@ -51,7 +51,7 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 1,024 candidates, 65,536 discs, 131,072 boxes, 4,096 queries at once, a target of 1,024 × 1,024 texels; 2 in flight.
+    /// 1,024 candidates, 65,536 discs, 262,144 boxes, 4,096 queries at once, a target of 1,024 × 1,024 texels; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl<'a> CullerDesc<'a> {
             counted: Counted::default(),
             max_candidates: 1024,
             max_discs: 1 << 16,
-            max_boxes: 1 << 17,
+            max_boxes: 1 << 18,
             max_queries: 1 << 12,
             target: [1024; 2],
             frames_in_flight: 2,
@@ -183,6 +183,12 @@ impl Culler {
     /// What culls count from now on: those that are recorded already do not change.
     pub fn count_only(&mut self, counted: Counted) {
         self.counted = counted;
+    }
+
+    /// What the next cull counts.
+    #[must_use]
+    pub fn counted(&self) -> Counted {
+        self.counted
     }
 
     /// Records the upload of the maps, at a time of the caller's choice; when it has finished,
