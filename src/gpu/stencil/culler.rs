@@ -246,7 +246,7 @@ impl Culler {
         place.serial = serial;
         place.counted = self.counted;
         place.uploads = !*self.upload.done.get_mut();
-        place.expect(&self.gathered.queries);
+        place.note_queries(&self.gathered.queries);
         let discs = bytemuck::cast_slice(&self.gathered.cells.discs);
         place.discs.write(&self.context, 0, discs)?;
         let turns: &[u8] = bytemuck::cast_slice(&self.gathered.turns);

@@ -86,7 +86,7 @@ impl Slot {
     }
 
     /// Remembers which numbers a cull's queries count.
-    pub(super) fn expect(&mut self, queries: &[Query]) {
+    pub(super) fn note_queries(&mut self, queries: &[Query]) {
         self.queries.clear();
         let numbers = queries.iter().map(|query| (query.candidate, query.part));
         self.queries.extend(numbers);
