@@ -10,7 +10,7 @@ use divan::counter::ItemsCount;
 use sabaki::avoid::cull::{CullCandidate, CullInput, cpu};
 use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
-use sabaki::gpu::stencil::{Culler, CullerDesc};
+use sabaki::gpu::stencil::{Counted, Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::region::{BakedGraph, MapGrid};
 
@@ -51,7 +51,36 @@ fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput
 
 #[divan::bench(args = COUNTS)]
 fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
-    let baked = Motions::read().bake();
+    on_cpu(bencher, count, MapGrid::default());
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_cpu_on_the_papers_maps(bencher: Bencher<'_, '_>, count: usize) {
+    on_cpu(bencher, count, MapGrid::PAPER);
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
+    on_stencil(bencher, count, (MapGrid::default(), Counted::default()));
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_stencil_on_the_papers_maps(bencher: Bencher<'_, '_>, count: usize) {
+    on_stencil(bencher, count, (MapGrid::PAPER, Counted::default()));
+}
+
+/// What the paper counts: no outer maps.
+#[divan::bench(args = COUNTS)]
+fn by_stencil_as_the_paper(bencher: Bencher<'_, '_>, count: usize) {
+    let counted = Counted {
+        outer: false,
+        ..Counted::default()
+    };
+    on_stencil(bencher, count, (MapGrid::PAPER, counted));
+}
+
+fn on_cpu(bencher: Bencher<'_, '_>, count: usize, maps: MapGrid) {
+    let baked = Motions::read().bake_on(maps);
     with_candidates(&baked, count, |input| {
         let (mut culler, mut overlaps) = (cpu::Culler::default(), Vec::new());
         bencher
@@ -60,11 +89,13 @@ fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
     });
 }
 
-#[divan::bench(args = COUNTS)]
-fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
-    let baked = Motions::read().bake_on(MapGrid::PAPER);
+fn on_stencil(bencher: Bencher<'_, '_>, count: usize, (maps, counted): (MapGrid, Counted)) {
+    let baked = Motions::read().bake_on(maps);
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
-    let desc = CullerDesc::new("bench", baked.atlas());
+    let desc = CullerDesc {
+        counted,
+        ..CullerDesc::new("bench", baked.atlas())
+    };
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();

@@ -19,6 +19,7 @@ pub(crate) struct PipelineDesc {
     shaders: &'static [&'static Shader],
     /// Locations of [`PlacedDisc`] that the vertex shader reads.
     inputs: &'static [u32],
+    topology: vk::PrimitiveTopology,
 }
 
 /// Discs that cover texels.
@@ -26,18 +27,21 @@ pub(crate) const DISCS: PipelineDesc = PipelineDesc {
     name: "sabaki discs",
     shaders: &[&DISC_VERT, &DISC_FRAG],
     inputs: &[0, 1],
+    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Whole maps.
 pub(crate) const RECTS: PipelineDesc = PipelineDesc {
     name: "sabaki whole maps",
     shaders: &[&RECT_VERT],
     inputs: &[1],
+    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Candidates' maps over the attack's.
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
     inputs: &[],
+    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };
 /// Candidates' masks against the attack's.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {
@@ -243,8 +247,7 @@ fn build(
     let inputs = vk::PipelineVertexInputStateCreateInfo::default()
         .vertex_binding_descriptions(&instance[..used])
         .vertex_attribute_descriptions(&attributes);
-    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
-        .topology(vk::PrimitiveTopology::TRIANGLE_STRIP);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
     let viewport = vk::PipelineViewportStateCreateInfo::default()
         .viewport_count(1)
         .scissor_count(1);

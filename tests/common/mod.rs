@@ -8,6 +8,8 @@ pub mod answer;
 pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
+pub mod cull;
+#[cfg(feature = "vulkan")]
 mod device;
 pub mod maps;
 
