@@ -37,6 +37,11 @@ impl CullPath {
         }
     }
 
+    /// Whether the Vulkan device is needed.
+    pub(crate) fn needs_device(self) -> bool {
+        self == Self::Stencil
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -61,6 +66,7 @@ pub(crate) struct DeviceArgs {
 pub(crate) struct Culling {
     device: Device,
     culler: Option<device::Culler>,
+    cpu: cpu::Culler,
 }
 
 /// A Vulkan device, or why there is none.
@@ -82,12 +88,31 @@ impl Culling {
             Ok((device, culler)) => Self {
                 device: Ok(device),
                 culler: Some(culler),
+                cpu: cpu::Culler::default(),
             },
-            Err(why) => Self {
-                device: Err(why),
-                culler: None,
-            },
+            Err(why) => Self::without_device(why),
         }
+    }
+
+    /// The paths that need no device, and why there is none.
+    pub(crate) fn without_device(why: String) -> Self {
+        Self {
+            device: Err(why),
+            culler: None,
+            cpu: cpu::Culler::default(),
+        }
+    }
+
+    /// The paths that run here.
+    pub(crate) fn paths(&self) -> Vec<CullPath> {
+        let all = CullPath::value_variants().iter().copied();
+        let runs = |path: &CullPath| self.device.is_ok() || !path.needs_device();
+        all.filter(runs).collect()
+    }
+
+    /// Which device culls, if there is one.
+    pub(crate) fn device_name(&self) -> Option<&str> {
+        self.device.as_ref().ok().map(device::Opened::name)
     }
 
     /// The stencil path where it can run, else the CPU's.
@@ -116,22 +141,23 @@ impl Culling {
         &mut self,
         path: CullPath,
         input: &CullInput<'_>,
-    ) -> Result<Vec<Overlap>, Failure> {
-        match path {
-            CullPath::Exact | CullPath::Cpu => {
-                let mut overlaps = Vec::new();
-                cpu::count(input, &mut overlaps);
-                Ok(overlaps)
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
+        if !path.needs_device() {
+            self.cpu.count(input, overlaps);
+            return Ok(());
+        }
+        let cannot = |why: &str| {
+            let name = path.name();
+            Failure::Device(format!("the {name} path cannot run: {why}"))
+        };
+        match (&mut self.device, &mut self.culler) {
+            (Ok(device), Some(culler)) => {
+                *overlaps = device.cull(culler, input).map_err(Failure::Device)?;
+                Ok(())
             }
-            CullPath::Stencil => match (&mut self.device, &mut self.culler) {
-                (Ok(device), Some(culler)) => device.cull(culler, input).map_err(Failure::Device),
-                (Err(why), _) => Err(Failure::Device(format!(
-                    "the stencil path cannot run: {why}"
-                ))),
-                _ => Err(Failure::Device(
-                    "the stencil path has no maps on the device".to_owned(),
-                )),
-            },
+            (Err(why), _) => Err(cannot(why)),
+            _ => Err(cannot("it has no maps on the device")),
         }
     }
 }
