@@ -6,36 +6,39 @@ mod common;
 use common::Motions;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use sabaki::graph::{self, GraphSettings, PointCloud, distance};
+use sabaki::graph::distance::{DistanceMap, Windows};
+use sabaki::graph::{self, GraphSettings, PointCloud};
+use sabaki::math::Isa;
 use sabaki::region::{BakeSettings, Baker};
 
 fn main() {
     divan::main();
 }
 
-/// Items are pairs of windows.
-#[divan::bench]
-fn distance_maps_one_core(bencher: Bencher<'_, '_>) {
+/// Items are pairs of windows. The layouts that the maps read are made anew each time.
+#[divan::bench(args = Isa::available().collect::<Vec<_>>())]
+fn distance_maps_one_core(bencher: Bencher<'_, '_>, isa: Isa) {
     let motions = Motions::read();
     let weights = vec![1.0; motions.skeleton.len()];
     let cloud = |clip: &sabaki::anim::Clip| {
         PointCloud::new(&motions.skeleton, &clip.resampled(30.0).unwrap(), &weights)
     };
     let clouds: Vec<PointCloud> = motions.clips.iter().map(cloud).collect();
-    let windows = |cloud: &PointCloud| (cloud.frames() + 1).saturating_sub(10);
-    let pairs = || {
-        clouds
-            .iter()
-            .enumerate()
-            .flat_map(|(i, a)| clouds[i..].iter().map(move |b| (a, b)))
+    let for_each_pair = |call: &mut dyn FnMut(&Windows, &Windows)| {
+        let windows: Vec<Windows> = clouds.iter().map(|cloud| Windows::new(cloud, 10)).collect();
+        for (i, a) in windows.iter().enumerate() {
+            windows[i..].iter().for_each(|b| call(a, b));
+        }
     };
-    let count: usize = pairs().map(|(a, b)| windows(a) * windows(b)).sum();
+    let mut count = 0;
+    for_each_pair(&mut |a, b| count += a.count() * b.count());
     bencher.counter(ItemsCount::new(count)).bench_local(|| {
-        for (a, b) in pairs() {
-            distance::for_each_row(a, b, 10, |_, row| {
+        for_each_pair(&mut |a, b| {
+            let map = DistanceMap::new(a, b).with_isa(isa);
+            map.for_each_row(|_, row| {
                 black_box(row);
             });
-        }
+        });
     });
 }
 
@@ -44,6 +47,17 @@ fn build(bencher: Bencher<'_, '_>, threads: usize) {
     let motions = Motions::read();
     let settings = GraphSettings {
         threads,
+        ..GraphSettings::default()
+    };
+    bencher.bench_local(|| graph::build(motions.source(), &settings).unwrap());
+}
+
+#[divan::bench]
+fn build_without_links(bencher: Bencher<'_, '_>) {
+    let motions = Motions::read();
+    let settings = GraphSettings {
+        threads: 1,
+        links: None,
         ..GraphSettings::default()
     };
     bencher.bench_local(|| graph::build(motions.source(), &settings).unwrap());

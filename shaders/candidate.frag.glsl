@@ -1,6 +1,6 @@
 // Keeps the texels of the attack's map that fall on a set texel of a candidate's map; the stencil test then keeps
 // those that the attack touches, and the occlusion query counts them.
-// CPU twin: `MapTurn::overlap` in src/region/turn.rs.
+// CPU twin: src/avoid/cull/cpu.rs.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "candidate.glsl"

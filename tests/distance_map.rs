@@ -7,9 +7,10 @@ mod common;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
-use sabaki::graph::distance::WindowPair;
-use sabaki::graph::{PointCloud, distance};
-use sabaki::math::Rigid2;
+use sabaki::graph::PointCloud;
+use sabaki::graph::distance::{DistanceMap, WindowPair, Windows};
+use sabaki::io::{ReadOptions, read_clips};
+use sabaki::math::{Isa, Rigid2};
 
 const WINDOW: usize = 10;
 
@@ -25,6 +26,11 @@ fn mean_square(a: &PointCloud, i: usize, b: &PointCloud, j: usize, moved: Rigid2
         }
     }
     sum / WINDOW as f64
+}
+
+fn for_each_row(a: &PointCloud, b: &PointCloud, row: impl FnMut(usize, &[f32])) {
+    let [a, b] = [a, b].map(|cloud| Windows::new(cloud, WINDOW));
+    DistanceMap::new(&a, &b).for_each_row(row);
 }
 
 fn pair<'a>(a: &'a PointCloud, i: usize, b: &'a PointCloud, j: usize) -> WindowPair<'a> {
@@ -49,7 +55,7 @@ fn every_pair_of_windows_equals_the_definition() {
     let weights = [1.0, 0.5, 0.2, 2.0, 0.3, 1.0, 1.0, 0.7, 1.4];
     let (a, b) = clouds((0.3, 2.2), &weights);
     let mut rows = 0;
-    distance::for_each_row(&a, &b, WINDOW, |i, row| {
+    for_each_row(&a, &b, |i, row| {
         assert_eq!((i, row.len()), (rows, b.frames() + 1 - WINDOW));
         rows += 1;
         for (j, &distance) in row.iter().enumerate() {
@@ -101,7 +107,7 @@ fn a_moved_and_turned_copy_has_no_distance() {
         PointCloud::new(&skeleton, &clip, &weights),
         PointCloud::new(&skeleton, &copy, &weights),
     );
-    distance::for_each_row(&a, &b, WINDOW, |i, row| {
+    for_each_row(&a, &b, |i, row| {
         assert!(row[i] < 1e-5, "window {i}: {}", row[i])
     });
     let back = pair(&a, 5, &b, 5).alignment() * moved;
@@ -113,10 +119,90 @@ fn clips_shorter_than_the_window_have_no_rows() {
     let skeleton = small_skeleton();
     let cloud =
         |frames| PointCloud::new(&skeleton, &swinging_clip(&skeleton, frames, 0.0), &[1.0; 9]);
-    distance::for_each_row(&cloud(9), &cloud(20), WINDOW, |_, _| {
+    for_each_row(&cloud(9), &cloud(20), |_, _| {
         panic!("a row of a clip without windows")
     });
-    distance::for_each_row(&cloud(20), &cloud(9), WINDOW, |_, _| {
+    for_each_row(&cloud(20), &cloud(9), |_, _| {
         panic!("a row without windows")
     });
+}
+
+/// Whatever the window, however the frames fall into tiles and blocks, with joints that count for
+/// nothing: the sums of the map are those of each pair of windows alone, on every instruction set.
+#[test]
+fn any_window_any_length_any_instruction_set() {
+    let skeleton = small_skeleton();
+    let weights = [1.0, 0.0, 0.2, 2.0, 0.0, 1.0, 1.0, 0.7, 1.4];
+    let cloud = |frames, seed| {
+        PointCloud::new(&skeleton, &swinging_clip(&skeleton, frames, seed), &weights)
+    };
+    for frames in [1, 3, 4, 10, 13, 40] {
+        for (length_a, length_b) in [(40, 40), (41, 47), (64, 48), (55, 49), (97, 63), (13, 17)] {
+            let (a, b) = (cloud(length_a, 0.3), cloud(length_b, 2.2));
+            let [windows_a, windows_b] = [&a, &b].map(|cloud| Windows::new(cloud, frames));
+            assert_eq!(windows_a.count(), (length_a + 1).saturating_sub(frames));
+            let map = DistanceMap::new(&windows_a, &windows_b);
+            let mut plain = Vec::new();
+            map.with_isa(Isa::Portable).for_each_row(|i, row| {
+                for (j, &found) in row.iter().enumerate() {
+                    let pair = WindowPair {
+                        frames,
+                        ..pair(&a, i, &b, j)
+                    };
+                    let expected = pair.distance().powi(2);
+                    let error = (found - expected).abs();
+                    assert!(
+                        error < 2e-6 * (1.0 + expected),
+                        "{frames}, {i}, {j}: {found}, {expected}"
+                    );
+                }
+                plain.push(row.to_vec());
+            });
+            assert_eq!(
+                plain.len() * windows_b.count(),
+                windows_a.count() * windows_b.count()
+            );
+            for isa in Isa::available() {
+                let mut rows = 0;
+                map.with_isa(isa).for_each_row(|i, row| {
+                    assert_eq!(row, plain[i], "{isa:?}, window {i} of {frames} frames");
+                    rows += 1;
+                });
+                assert_eq!(rows, plain.len());
+            }
+        }
+    }
+}
+
+/// On real motion: the closest windows of a long clip far from where it began, too.
+#[test]
+fn real_motion_capture_equals_the_definition() {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+        return;
+    };
+    let fight = std::path::PathBuf::from(folder).join("fight");
+    let set = read_clips(&[fight], None, &ReadOptions::default()).unwrap();
+    let weights = vec![1.0; set.skeleton.len()];
+    let clouds: Vec<PointCloud> = set
+        .clips
+        .iter()
+        .map(|clip| PointCloud::new(&set.skeleton, &clip.resampled(30.0).unwrap(), &weights))
+        .collect();
+    let mut compared = 0;
+    for (a, b) in clouds.iter().step_by(5).zip(clouds.iter().rev().step_by(3)) {
+        for_each_row(a, b, |i, row| {
+            for (j, &found) in row.iter().enumerate().step_by(7) {
+                let best = pair(a, i, b, j).alignment();
+                let expected = mean_square(a, i, b, j, best);
+                let error = (f64::from(found) - expected).abs();
+                assert!(
+                    error < 2e-5 * (1.0 + expected),
+                    "window {i}, {j}: {found}, {expected}"
+                );
+                compared += 1;
+            }
+        });
+    }
+    assert!(compared > 1000);
 }

@@ -55,7 +55,9 @@ fn captures(folder: &str) -> Option<io::ClipSet> {
         return None;
     };
     let paths = [PathBuf::from(root).join(folder)];
-    Some(io::read_clips(&paths, None, &io::ReadOptions { scale: None }).unwrap())
+    let events = paths[0].join("events.json");
+    let events = events.exists().then_some(events.as_path());
+    Some(io::read_clips(&paths, events, &io::ReadOptions { scale: None }).unwrap())
 }
 
 fn fight() -> Option<&'static MotionGraph> {
@@ -65,7 +67,7 @@ fn fight() -> Option<&'static MotionGraph> {
         let source = ClipSource {
             skeleton: &set.skeleton,
             clips: &set.clips,
-            events: &[],
+            events: &set.events,
         };
         Some(graph::build(source, &GraphSettings::default()).unwrap().0)
     };
@@ -267,17 +269,15 @@ fn both_ends_of_a_transition_are_the_clips_own() {
     }
 }
 
-/// The furthest that any joint goes in a 120th of a second, over all transitions.
-fn fastest(graph: &MotionGraph, sample: Sample) -> f32 {
+/// The furthest that any joint goes in a 120th of a second of a transition, metres.
+fn fastest(graph: &MotionGraph, sample: Sample, id: EdgeId) -> f32 {
     let mut fastest: f32 = 0.0;
-    for id in transitions(graph).step_by(11) {
-        let mut before = places_at(graph, sample, id, 0.0);
-        for step in 1..=4 * graph.edge(id).frames {
-            let now = places_at(graph, sample, id, step as f32 / 4.0);
-            let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b));
-            fastest = ways.fold(fastest, f32::max);
-            before = now;
-        }
+    let mut before = places_at(graph, sample, id, 0.0);
+    for step in 1..=4 * graph.edge(id).frames {
+        let now = places_at(graph, sample, id, step as f32 / 4.0);
+        let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b));
+        fastest = ways.fold(fastest, f32::max);
+        before = now;
     }
     fastest
 }
@@ -285,9 +285,14 @@ fn fastest(graph: &MotionGraph, sample: Sample) -> f32 {
 #[test]
 fn no_joint_jumps() {
     for graph in graphs() {
-        let (blended, kept) = (fastest(graph, BLENDED), fastest(graph, KEPT));
-        println!("{blended} m, kept {kept} m in a 120th of a second");
-        assert!(kept < 1.25 * blended, "{kept} against {blended}");
+        let (mut most, mut most_more) = (0.0f32, 0.0f32);
+        for id in transitions(graph).step_by(7) {
+            let (blended, kept) = (fastest(graph, BLENDED, id), fastest(graph, KEPT, id));
+            (most, most_more) = (most.max(blended), most_more.max(kept - blended));
+        }
+        println!("{most} m in a 120th of a second, up to {most_more} m more");
+        // A step on the spot takes a sixth of a second: nowhere more than 5 m/s on top.
+        assert!(most_more < 0.042, "{most_more} m");
     }
 }
 

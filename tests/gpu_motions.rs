@@ -111,6 +111,40 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
     culler.destroy(memory);
 }
 
+/// Of the many little maps of slices of time some, on the device as on the CPU.
+#[test]
+fn slices_of_time_are_drawn_alike() {
+    let mut device = device();
+    let graph = embedded_graph(&GraphSettings::default());
+    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+    let desc = RasterizerDesc {
+        name: "slices",
+        ..RasterizerDesc::default()
+    };
+    let mut rasterizer = device
+        .make(|context, memory| Rasterizer::new(context, memory, &desc))
+        .unwrap();
+    let some = |drawings: &[Drawing]| -> Vec<Drawing> {
+        drawings.iter().step_by(61).take(400).cloned().collect()
+    };
+    let (every, any) = (
+        some(baker.every_frame_drawings()),
+        some(baker.any_frame_drawings()),
+    );
+    assert!(every.len() > 200 && any.len() > 200);
+    let drawn = device.every_frame(&mut rasterizer, &every).unwrap();
+    for (drawing, maps) in every.iter().zip(&drawn) {
+        assert_eq!(*maps, raster::every_frame(drawing));
+    }
+    assert!(drawn.iter().filter(|maps| maps.body.count() > 0).count() > 50);
+    let drawn = device.any_frame(&mut rasterizer, &any).unwrap();
+    for (drawing, map) in any.iter().zip(&drawn) {
+        assert_eq!(*map, raster::any_frame(drawing));
+    }
+    rasterizer.destroy(device.memory().unwrap());
+    finish(device);
+}
+
 #[test]
 fn on_the_embedded_motions() {
     let mut device = device();

@@ -327,7 +327,8 @@ fn what_is_wanted_bounds_what_is_made() {
 #[test]
 fn bad_settings_of_links_are_named() {
     let clips = round_clips();
-    let bad: [(&str, fn(&mut LinkSettings)); 5] = [
+    type Change = fn(&mut LinkSettings);
+    let bad: [(&str, Change); 5] = [
         ("links.loosest", |links| links.loosest = f32::NAN),
         ("links.shortest", |links| links.shortest = 2.0),
         ("links.lead", |links| links.lead = -1.0),

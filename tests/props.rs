@@ -123,7 +123,7 @@ fn a_staff_strikes_where_it_passes() {
             baked.atlas().attacks()[index]
                 .slabs
                 .iter()
-                .map(|map| map.count() as u32)
+                .map(|map| map.count())
                 .sum()
         };
         assert!(

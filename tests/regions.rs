@@ -10,7 +10,7 @@ use sabaki::anim::JointId;
 use sabaki::math::Rigid2;
 use sabaki::region::{
     BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, MapGrid, MapRect,
-    MapTurn, Slab, raster,
+    MapTurn, MaskMap, Slab, raster,
 };
 
 fn drawing() -> impl Strategy<Value = Drawing> {
@@ -109,31 +109,6 @@ proptest! {
 }
 
 #[test]
-fn an_overlap_counts_the_attacks_texels() {
-    let full = |rect: MapRect| {
-        let mut map = BitMap::new(rect);
-        texels(rect).for_each(|(u, v)| map.set(u, v));
-        map
-    };
-    let attack = full(MapRect {
-        u: 0,
-        v: 0,
-        width: 10,
-        height: 6,
-    });
-    let region = full(MapRect {
-        u: 4,
-        v: -2,
-        width: 40,
-        height: 5,
-    });
-    let turn = MapTurn::new(Rigid2::IDENTITY, (0, 0), 0.02);
-    assert_eq!(turn.overlap(&attack, &region), 6 * 3);
-    let far = MapTurn::new(Rigid2::new(0.0, 600.0, 0.0), (0, 0), 0.02);
-    assert_eq!(far.overlap(&attack, &region), 0);
-}
-
-#[test]
 fn a_map_that_lost_words_or_padding_is_not_sound() {
     let map = BitMap::new(MapRect {
         u: 0,
@@ -148,6 +123,19 @@ fn a_map_that_lost_words_or_padding_is_not_sound() {
     assert!(map.is_sound() && damaged("[0,1,0,1]").is_sound());
     assert!(!damaged("[0,1,0]").is_sound());
     assert!(!damaged("[0,2,0,0]").is_sound());
+}
+
+#[test]
+fn a_mask_map_of_other_slices_or_words_is_not_sound() {
+    let damaged = |lanes: u32, masks: &str| {
+        let rect = r#"{"u":0,"v":0,"width":2,"height":1}"#;
+        let json = format!(r#"{{"rect":{rect},"lanes":{lanes},"masks":{masks}}}"#);
+        serde_json::from_str::<MaskMap>(&json).unwrap()
+    };
+    assert!(damaged(1, "[1,8]").is_sound(4) && damaged(2, "[0,1,4294967295,7]").is_sound(35));
+    assert!(!damaged(1, "[1,16]").is_sound(4) && !damaged(2, "[0,1,0,8]").is_sound(35));
+    assert!(!damaged(1, "[1]").is_sound(4) && !damaged(1, "[1,1,1]").is_sound(4));
+    assert!(!damaged(2, "[1,1,1,1]").is_sound(4) && !damaged(0, "[]").is_sound(4));
 }
 
 #[test]

@@ -147,8 +147,8 @@ impl Answer {
         self.search = decision.search;
         self.edges.clear();
         self.candidates.clear();
-        for index in 0..case.candidates.len() {
-            let report = self.report(case, (index, judged[index]), decision);
+        for (index, judged) in judged.iter().enumerate() {
+            let report = self.report(case, (index, *judged), decision);
             self.candidates.push(report);
         }
         self.avoided = self.candidates[self.chosen].score.is_some();

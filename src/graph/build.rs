@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use super::component::largest_component;
-use super::distance::WindowPair;
+use super::distance::{WindowPair, Windows};
 use super::links::{self, LinkSource};
 use super::minima::{self, MinimaSettings};
 use super::report::Made;
@@ -51,13 +51,18 @@ pub fn build(
         .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
         .collect();
     let window = settings.frames(settings.window);
-    let mut transitions = find_transitions(&clouds, window, settings);
+    let windows: Vec<Windows> = clouds
+        .iter()
+        .map(|cloud| Windows::new(cloud, window))
+        .collect();
+    let mut transitions = find_transitions(&windows, settings);
     transitions.retain(|transition| !events.iter().any(|event| transition.cuts(event)));
     let under_threshold = transitions.len();
     let links = links::add(
         LinkSource {
             clips: &clips,
             clouds: &clouds,
+            windows: &windows,
             events: &events,
             settings,
         },
@@ -83,7 +88,7 @@ pub fn build(
         (&full, &graph),
         Made {
             transitions: under_threshold,
-            window_pairs: window_pairs(&clouds, window),
+            window_pairs: window_pairs(&windows),
             links,
         },
     );
@@ -112,40 +117,31 @@ fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
 
 /// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself
 /// with its whole map.
-fn window_pairs(clouds: &[PointCloud], window: usize) -> u64 {
-    let windows = || {
-        clouds
-            .iter()
-            .map(|cloud| (cloud.frames() + 1).saturating_sub(window) as u64)
-    };
-    let total: u64 = windows().sum();
-    (total * total + windows().map(|w| w * w).sum::<u64>()) / 2
+fn window_pairs(windows: &[Windows]) -> u64 {
+    let counts = || windows.iter().map(|windows| windows.count() as u64);
+    let total: u64 = counts().sum();
+    (total * total + counts().map(|w| w * w).sum::<u64>()) / 2
 }
 
 /// All transitions under the threshold, the same list for any number of threads.
-fn find_transitions(
-    clouds: &[PointCloud],
-    window: usize,
-    settings: &GraphSettings,
-) -> Vec<Transition> {
-    let pairs: Vec<(usize, usize)> = (0..clouds.len())
-        .flat_map(|a| (a..clouds.len()).map(move |b| (a, b)))
+fn find_transitions(windows: &[Windows], settings: &GraphSettings) -> Vec<Transition> {
+    let pairs: Vec<(usize, usize)> = (0..windows.len())
+        .flat_map(|a| (a..windows.len()).map(move |b| (a, b)))
         .collect();
     let separation = settings.frames(settings.separation);
     let found = workers::in_order(pairs.len(), settings.threads, |index| {
         let (a, b) = pairs[index];
         let minima = MinimaSettings {
-            window,
             threshold: settings.threshold,
             separation,
             only_after: (a == b).then_some(separation),
         };
-        minima::find(&clouds[a], &clouds[b], &minima)
+        minima::find(&windows[a], &windows[b], &minima)
     });
     let transitions = pairs.iter().zip(&found).flat_map(|(&(a, b), minima)| {
         minima
             .iter()
-            .flat_map(move |minimum| Transition::both_ways(a, b, minimum, window))
+            .flat_map(move |minimum| Transition::both_ways(a, b, minimum, windows[a].window()))
     });
     transitions.collect()
 }

@@ -97,14 +97,4 @@ impl PointCloud {
         let index = joint * self.frames + frame;
         Vec3::new(self.x[index], self.y[index], self.z[index])
     }
-
-    /// A joint's x, y and z over the frames.
-    pub(crate) fn rows(&self, joint: usize) -> [&[f32]; 3] {
-        let range = joint * self.frames..(joint + 1) * self.frames;
-        [
-            &self.x[range.clone()],
-            &self.y[range.clone()],
-            &self.z[range],
-        ]
-    }
 }

@@ -1,5 +1,4 @@
-use super::PointCloud;
-use super::distance;
+use super::distance::{DistanceMap, Windows};
 
 /// Two windows that look alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,8 +14,6 @@ pub(super) struct Minimum {
 /// What counts as a minimum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MinimaSettings {
-    /// Frames of a window.
-    pub window: usize,
     /// Largest distance, metres.
     pub threshold: f32,
     /// Of two minima nearer than this many frames (in both clips) the smaller is kept.
@@ -28,12 +25,12 @@ pub(super) struct MinimaSettings {
 
 /// The local minima of the distance map under the threshold, best first. Reads the map row by row:
 /// it is never held whole.
-pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) -> Vec<Minimum> {
+pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<Minimum> {
     let mut found = Vec::new();
     // The two rows before the newest one.
     let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
     let mut rows = 0;
-    distance::for_each_row(a, b, settings.window, |row, distances| {
+    DistanceMap::new(a, b).for_each_row(|row, distances| {
         if let Some(index) = row.checked_sub(1) {
             let three = Rows {
                 index,
@@ -65,6 +62,9 @@ pub(super) fn find(a: &PointCloud, b: &PointCloud, settings: &MinimaSettings) ->
     thin_out(found, settings.separation)
 }
 
+/// Columns that are looked at together.
+const PART: usize = 16;
+
 /// A row of the map, with the rows above and below it (empty beyond the map).
 struct Rows<'a> {
     index: usize,
@@ -78,22 +78,31 @@ impl Rows<'_> {
     fn collect(&self, settings: &MinimaSettings, found: &mut Vec<Minimum>) {
         let limit = settings.threshold * settings.threshold;
         let first = settings.only_after.map_or(0, |gap| self.index + gap);
-        for (column, &value) in self.here.iter().enumerate().skip(first) {
-            if value >= limit {
-                continue;
+        // Most stretches of a row have nothing under the limit: one look at many values.
+        for (part, values) in self.here.chunks(PART).enumerate() {
+            if values.iter().fold(f32::INFINITY, |a, &b| a.min(b)) < limit {
+                let columns = part * PART..part * PART + values.len();
+                for column in columns.skip_while(|&column| column < first) {
+                    self.collect_at(column, limit, found);
+                }
             }
-            let around = column.saturating_sub(1)..(column + 2).min(self.here.len());
-            let lower = |row: &[f32]| {
-                row.get(around.clone())
-                    .is_some_and(|values| values.iter().any(|&other| other < value))
-            };
-            if !lower(self.above) && !lower(self.here) && !lower(self.below) {
-                found.push(Minimum {
-                    a: self.index,
-                    b: column,
-                    distance: value.sqrt(),
-                });
-            }
+        }
+    }
+
+    /// Adds the minimum in one column, if there is one.
+    fn collect_at(&self, column: usize, limit: f32, found: &mut Vec<Minimum>) {
+        let value = self.here[column];
+        let around = column.saturating_sub(1)..(column + 2).min(self.here.len());
+        let lower = |row: &[f32]| {
+            row.get(around.clone())
+                .is_some_and(|values| values.iter().any(|&other| other < value))
+        };
+        if value < limit && !lower(self.above) && !lower(self.here) && !lower(self.below) {
+            found.push(Minimum {
+                a: self.index,
+                b: column,
+                distance: value.sqrt(),
+            });
         }
     }
 }

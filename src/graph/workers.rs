@@ -1,5 +1,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::math::thread_count;
+
 /// `work(0)`, `work(1)`, … `work(jobs - 1)`, in this order for any number of threads; 0 for as many
 /// threads as the machine has. Threads take one job after the other, so that long ones do not wait
 /// for each other.
@@ -8,10 +10,7 @@ pub(super) fn in_order<T: Send>(
     threads: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        threads => threads,
-    };
+    let threads = thread_count(threads);
     let next = AtomicUsize::new(0);
     let take = || {
         let mut done: Vec<(usize, T)> = Vec::new();

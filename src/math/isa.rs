@@ -77,6 +77,132 @@ impl Isa {
     }
 }
 
+/// A kernel that looks words up in tables.
+pub trait Lookup {
+    /// What it returns.
+    type Out;
+
+    /// Runs it. What it calls must be `#[inline(always)]`.
+    fn run<W: Words>(self, words: W) -> Self::Out;
+}
+
+/// Words looked up in tables, sixteen at once, by an instruction set that the machine surely has:
+/// only [`Isa::look_up`] hands one out.
+pub trait Words: Copy {
+    /// The table's words at `places`; 0 for places beyond it.
+    #[must_use]
+    fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16];
+}
+
+impl Isa {
+    /// Runs a kernel compiled for this instruction set, with its way of looking words up; for
+    /// [`Isa::Portable`] where the machine has it not.
+    #[inline]
+    pub fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 if self.is_available() => self.run(
+                #[inline(always)]
+                || kernel.run(WordsAvx512(())),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 if self.is_available() => self.run(
+                #[inline(always)]
+                || kernel.run(WordsAvx2(())),
+            ),
+            _ => kernel.run(WordsPortable(())),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct WordsPortable(());
+
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct WordsAvx2(());
+
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct WordsAvx512(());
+
+impl Words for WordsPortable {
+    #[inline(always)]
+    fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16] {
+        places.map(|place| table.get(place as usize).copied().unwrap_or(0))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Words for WordsAvx2 {
+    #[inline(always)]
+    fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16] {
+        let table = &table[..table.len().min(i32::MAX as usize)];
+        let mut words = [0; 16];
+        // SAFETY: one of these is made only where the machine has the features; the table was cut.
+        unsafe { gather_avx2(table, places, &mut words) };
+        words
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Words for WordsAvx512 {
+    #[inline(always)]
+    fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16] {
+        let table = &table[..table.len().min(i32::MAX as usize)];
+        let mut words = [0; 16];
+        // SAFETY: one of these is made only where the machine has the features; the table was cut.
+        unsafe { gather_avx512(table, places, &mut words) };
+        words
+    }
+}
+
+/// # Safety
+/// The machine must have the features that are named. The table has at most 2^31 - 1 words.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
+#[inline]
+unsafe fn gather_avx512(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) {
+    use std::arch::x86_64::{
+        _mm512_cmplt_epu32_mask, _mm512_loadu_si512, _mm512_mask_i32gather_epi32,
+        _mm512_set1_epi32, _mm512_setzero_si512, _mm512_storeu_si512,
+    };
+    // SAFETY: arrays of 16 words are read and written; of the table only those places are read that
+    // are below its length, which makes them positive as signed numbers too.
+    unsafe {
+        let at = _mm512_loadu_si512(places.as_ptr().cast());
+        let within = _mm512_cmplt_epu32_mask(at, _mm512_set1_epi32(table.len() as i32));
+        let none = _mm512_setzero_si512();
+        let found = _mm512_mask_i32gather_epi32::<4>(none, within, at, table.as_ptr().cast());
+        _mm512_storeu_si512(words.as_mut_ptr().cast(), found);
+    }
+}
+
+/// # Safety
+/// The machine must have the features that are named. The table has at most 2^31 - 1 words.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+#[inline]
+unsafe fn gather_avx2(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) {
+    use std::arch::x86_64::{
+        _mm256_and_si256, _mm256_cmpgt_epi32, _mm256_loadu_si256, _mm256_mask_i32gather_epi32,
+        _mm256_set1_epi32, _mm256_setzero_si256, _mm256_storeu_si256,
+    };
+    let none = _mm256_setzero_si256();
+    let length = _mm256_set1_epi32(table.len() as i32);
+    for (places, words) in places.chunks_exact(8).zip(words.chunks_exact_mut(8)) {
+        // SAFETY: chunks of 8 words are read and written; of the table only those places are read
+        // that are neither negative as signed numbers nor beyond its length.
+        unsafe {
+            let at = _mm256_loadu_si256(places.as_ptr().cast());
+            let positive = _mm256_cmpgt_epi32(at, _mm256_set1_epi32(-1));
+            let within = _mm256_and_si256(positive, _mm256_cmpgt_epi32(length, at));
+            let found = _mm256_mask_i32gather_epi32::<4>(none, table.as_ptr().cast(), at, within);
+            _mm256_storeu_si256(words.as_mut_ptr().cast(), found);
+        }
+    }
+}
+
 /// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
@@ -113,6 +239,49 @@ mod tests {
         };
         for isa in Isa::available() {
             assert_eq!(sums(isa), sums(Isa::Portable), "{isa:?}");
+        }
+    }
+
+    struct At<'a>(&'a [u32], &'a [u32; 16]);
+
+    impl Lookup for At<'_> {
+        type Out = [u32; 16];
+
+        fn run<W: Words>(self, words: W) -> [u32; 16] {
+            words.at(self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_gathers_the_same_words() {
+        let table: Vec<u32> = (0..100).map(|i| i * 0x0123_4567 + 1).collect();
+        let ends = [
+            0,
+            1,
+            99,
+            100,
+            101,
+            1 << 30,
+            1 << 31,
+            (1 << 31) - 1,
+            u32::MAX,
+        ];
+        for length in [0, 1, 7, 100] {
+            let table = &table[..length];
+            for shift in 0..60u32 {
+                let places: [u32; 16] = std::array::from_fn(|lane| {
+                    let lane = lane as u32;
+                    match (lane + shift) % 3 {
+                        0 => ends[(lane + shift) as usize % ends.len()],
+                        _ => (lane * 37 + shift * 11) % 120,
+                    }
+                });
+                let expected = places.map(|at| table.get(at as usize).copied().unwrap_or(0));
+                for isa in Isa::available() {
+                    let found = isa.look_up(At(table, &places));
+                    assert_eq!(found, expected, "{isa:?}");
+                }
+            }
         }
     }
 

@@ -4,6 +4,6 @@ mod isa;
 mod parallel;
 mod rigid2;
 
-pub use isa::Isa;
+pub use isa::{Isa, Lookup, Words};
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;

@@ -131,7 +131,15 @@ impl Rigid2 {
     /// The rotation about +Y as a quaternion.
     #[must_use]
     pub fn rotation(self) -> Quat {
-        Quat::from_rotation_y(self.heading())
+        // Cosine and sine of half the heading, the larger one by its root.
+        let (y, w) = if self.cos >= 0.0 {
+            let w = ((1.0 + self.cos) / 2.0).sqrt();
+            (self.sin / (2.0 * w), w)
+        } else {
+            let y = ((1.0 - self.cos) / 2.0).sqrt().copysign(self.sin);
+            (y, self.sin / (2.0 * y))
+        };
+        Quat::from_xyzw(0.0, y, 0.0, w)
     }
 }
 
@@ -160,6 +168,17 @@ mod tests {
         let point = Vec3::new(0.3, 1.1, -0.4);
         let by_quaternion = placement.rotation() * point + Vec3::new(1.0, 0.0, -2.0);
         assert!((placement.point(point) - by_quaternion).length() < 1e-6);
+    }
+
+    #[test]
+    fn the_quaternion_is_that_of_the_heading() {
+        for step in -63..=63 {
+            let heading = step as f32 * 0.05;
+            let rotation = Rigid2::new(heading, 0.0, 0.0).rotation();
+            let apart = rotation.angle_between(Quat::from_rotation_y(heading));
+            assert!(apart < 1e-3, "{heading}: {rotation}");
+            assert!((rotation.length() - 1.0).abs() < 1e-6);
+        }
     }
 
     #[test]

@@ -1,5 +1,8 @@
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 
+use super::near::NearMap;
 use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
 
 /// Index of an evasion's maps in a [`RegionAtlas`].
@@ -111,11 +114,20 @@ fn slabs_fit(first: Slab, count: usize) -> bool {
 }
 
 /// The maps of all evasions and attacks of a graph, on one grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RegionAtlas {
     grid: MapGrid,
     regions: Vec<RegionMaps>,
     attacks: Vec<AttackMaps>,
+    /// `[region][slab]`, made when they are first asked for.
+    #[serde(skip)]
+    near: OnceLock<Vec<Vec<NearMap>>>,
+}
+
+impl PartialEq for RegionAtlas {
+    fn eq(&self, other: &Self) -> bool {
+        self.grid == other.grid && self.regions == other.regions && self.attacks == other.attacks
+    }
 }
 
 impl RegionAtlas {
@@ -128,7 +140,20 @@ impl RegionAtlas {
             grid,
             regions,
             attacks,
+            near: OnceLock::new(),
         }
+    }
+
+    /// For each region and slab where a block of texels can meet something.
+    pub(crate) fn near(&self) -> &[Vec<NearMap>] {
+        let lanes = self.grid.lanes();
+        self.near.get_or_init(|| {
+            let region = |region: &RegionMaps| {
+                let slabs = region.slabs.iter();
+                slabs.map(|maps| NearMap::new(maps, lanes)).collect()
+            };
+            self.regions.iter().map(region).collect()
+        })
     }
 
     /// Sizes of texels, slabs and slices of all maps.

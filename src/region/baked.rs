@@ -279,6 +279,8 @@ impl BakedGraph {
     }
 
     fn derived(mut self) -> Self {
+        // Now rather than in the first query.
+        let _ = self.atlas.near();
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         let texels =

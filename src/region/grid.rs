@@ -42,6 +42,9 @@ impl CellColumn {
     /// Cells below the ground.
     const BELOW: i32 = 2;
 
+    /// Cells from the origin; what would lie further out lies there.
+    const FURTHEST: i32 = 200;
+
     fn bit(height: f32, cell: f32) -> u32 {
         ((height / cell).floor() as i32)
             .saturating_add(Self::BELOW)
@@ -84,10 +87,11 @@ impl CellColumn {
 
     /// Calls `visit` with every column that a sphere reaches.
     fn for_each_reached(centre: Vec3, radius: f32, cell: f32, mut visit: impl FnMut(Self)) {
-        let span = |value: f32| {
-            let of = |value: f32| (value / cell).floor() as i32;
-            of(value - radius)..=of(value + radius)
+        let of = |value: f32| {
+            let cells = (value / cell).floor() as i32;
+            cells.clamp(-Self::FURTHEST, Self::FURTHEST)
         };
+        let span = |value: f32| of(value - radius)..=of(value + radius);
         for x in span(centre.x) {
             for z in span(centre.z) {
                 let heights = Self::reached(centre, radius, cell, (x, z));

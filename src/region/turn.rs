@@ -1,4 +1,4 @@
-use super::{BitMap, SUB_TEXELS};
+use super::SUB_TEXELS;
 use crate::math::Rigid2;
 
 /// Takes the texels of one map to those of another that is moved and turned against it, in fixed
@@ -51,11 +51,27 @@ impl MapTurn {
 
     /// The texel of the second frame that the centre of texel `(u, v)` of the first map falls into.
     #[must_use]
+    #[inline(always)]
     pub fn texel(self, u: i32, v: i32) -> (i32, i32) {
-        let (cu, cv) = (2 * u + 1, 2 * v + 1);
-        let x = self.a * cu + self.b * cv + self.tx;
-        let z = self.a * cv - self.b * cu + self.tz;
+        self.half_texels(2 * u + 1, 2 * v + 1)
+    }
+
+    /// The texel of the second frame that a place of the first map falls into, in halves of texels.
+    #[must_use]
+    #[inline(always)]
+    pub(crate) fn half_texels(self, cu: i32, cv: i32) -> (i32, i32) {
+        let (x, z) = self.start(cu, cv);
         (x >> Self::SHIFT, z >> Self::SHIFT)
+    }
+
+    /// The same place in fixed point.
+    #[must_use]
+    #[inline(always)]
+    pub(crate) fn start(self, cu: i32, cv: i32) -> (i32, i32) {
+        (
+            self.a * cu + self.b * cv + self.tx,
+            self.a * cv - self.b * cu + self.tz,
+        )
     }
 
     /// Most that the centre of a texel of a map with these sides is taken beside its place,
@@ -70,20 +86,5 @@ impl MapTurn {
     #[must_use]
     pub(crate) fn keeps(placement: Rigid2, texel: f32) -> bool {
         placement.ground().abs().max_element() < 0.5 * Self::FAR * texel
-    }
-
-    /// How many set texels of `attack` fall on a set texel of `region`.
-    ///
-    /// `attack` is the first map, counted from its own corner; `region` lies in the second frame.
-    #[must_use]
-    pub fn overlap(self, attack: &BitMap, region: &BitMap) -> u32 {
-        let (width, height) = (attack.rect().width as i32, attack.rect().height as i32);
-        let meets = |u: i32, v: i32| {
-            let (x, z) = self.texel(u, v);
-            attack.get(u, v) && region.get(x - region.rect().u, z - region.rect().v)
-        };
-        (0..height)
-            .map(|v| (0..width).filter(|&u| meets(u, v)).count() as u32)
-            .sum()
     }
 }

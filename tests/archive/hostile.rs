@@ -95,6 +95,20 @@ fn a_graph_that_is_none_is_refused_with_the_reason() {
             json!(-2_000_000_000),
             "a map's words",
         ),
+        ("/atlas/grid/slices", json!(65), "the maps' texels"),
+        ("/atlas/grid/slices", json!(33), "a map's words"),
+        ("/atlas/grid/slice_seconds", json!(0.0), "the maps' texels"),
+        ("/atlas/regions/0/seconds", json!(-1.0), "a map's words"),
+        (
+            "/atlas/regions/0/slabs/0/outer/rect/u",
+            json!(16_385),
+            "a map's words",
+        ),
+        (
+            "/atlas/regions/0/slabs/0/outer/masks",
+            json!([]),
+            "a map's words",
+        ),
     ];
     for (place, hostile, reason) in cases {
         let mut value = whole.clone();

@@ -1,6 +1,6 @@
 //! Maps made up for tests.
 
-use sabaki::avoid::cull::{AttackDrawing, AttackLayer, TimedDisc};
+use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullInput, Overlap, TimedDisc};
 use sabaki::region::{BitMap, Drawing, MapRect, MaskMap, Slab, SlabMaps, raster};
 
 /// The maps of a drawing of an evasion, untimed: its inner map as the outer one too.
@@ -49,4 +49,38 @@ pub fn empty_attack(rect: MapRect, slabs: std::ops::Range<i32>) -> AttackDrawing
         ..Drawing::default()
     };
     attack_of(slabs.map(|slab| (Slab(slab), drawing.clone())))
+}
+
+/// What any culling path counts, by the definition: every texel of the attack's rectangle, every
+/// disc, every candidate.
+pub fn oracle(input: &CullInput<'_>) -> Vec<Overlap> {
+    let (attack, atlas) = (input.attack, input.atlas);
+    let (width, height) = (attack.rect.width as i32, attack.rect.height as i32);
+    let mut overlaps = vec![Overlap::default(); input.candidates.len()];
+    for layer in &attack.layers {
+        let discs = attack.discs_of(layer);
+        for (u, v) in (0..height).flat_map(|v| (0..width).map(move |u| (u, v))) {
+            let [inner, outer] = discs.map(|discs| {
+                let covering = discs.iter().filter(|one| one.disc.covers(u, v));
+                covering.fold(0u64, |mask, one| mask | 1 << one.slice)
+            });
+            if inner | outer == 0 {
+                continue;
+            }
+            for (candidate, overlap) in input.candidates.iter().zip(&mut overlaps) {
+                let maps = atlas.maps(candidate.region, layer.slab);
+                let Some(maps) = maps.filter(|_| layer.clock == candidate.clock) else {
+                    continue;
+                };
+                let (x, z) = candidate.turn.texel(u, v);
+                let at = |rect: MapRect| (x - rect.u, z - rect.v);
+                let ((bu, bv), (ou, ov)) = (at(maps.body.rect()), at(maps.outer.rect()));
+                let (eu, ev) = at(maps.evasion.rect());
+                overlap.body += (inner & maps.body.get(bu, bv)).count_ones();
+                overlap.outer += (outer & maps.outer.get(ou, ov)).count_ones();
+                overlap.evasion += u32::from(inner != 0 && maps.evasion.get(eu, ev));
+            }
+        }
+    }
+    overlaps
 }

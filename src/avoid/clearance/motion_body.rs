@@ -59,14 +59,13 @@ impl Posed<'_> {
     }
 
     fn make(&mut self, tick: usize) {
-        // Samples are asked for in the order of time, but for an attack of several spheres.
         let first = *self.scratch.first_tick.get_or_insert(tick);
         if tick < first {
-            self.scratch.slots.clear();
-            self.scratch.rows.clear();
+            let earlier = std::iter::repeat_n(None, first - tick);
+            self.scratch.slots.splice(0..0, earlier);
             self.scratch.first_tick = Some(tick);
         }
-        let index = tick - first.min(tick);
+        let index = tick.saturating_sub(first);
         if self.scratch.slots.len() <= index {
             self.scratch.slots.resize(index + 1, None);
         }

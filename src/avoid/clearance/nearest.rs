@@ -27,6 +27,17 @@ pub(super) struct Ball {
     pub shares: [f32; 2],
 }
 
+impl Ball {
+    /// The smallest distance from spheres that hold the whole body at the two samples: less than
+    /// that from any part of it.
+    pub(super) fn distance_to(&self, bounds: [(Vec3, f32); 2]) -> f32 {
+        let apart =
+            [0, 1].map(|end| bounds[0].0.lerp(bounds[1].0, self.shares[end]) - self.centres[end]);
+        let reach = bounds[0].1.max(bounds[1].1) + self.radii[0].max(self.radii[1]);
+        closest(apart, [reach; 2]).1
+    }
+}
+
 /// Where the two come nearest.
 #[derive(Clone, Copy)]
 pub(super) struct Nearest {

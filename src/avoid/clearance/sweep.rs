@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::nearest::{Ball, Spheres};
-use super::{Clearance, Extent, SAMPLE_RATE, closest};
+use super::{Clearance, Extent, SAMPLE_RATE};
 use crate::avoid::Attack;
 use crate::math::Rigid2;
 use crate::region::{MovingSphere, SphereKey};
@@ -96,35 +96,37 @@ impl<'a> Sweep<'a> {
             ..key
         });
         let tick_of = |t: f32| (t * SAMPLE_RATE).floor() as usize;
-        for tick in tick_of(keys[0].t)..=tick_of(keys[1].t) {
+        let ticks = tick_of(keys[0].t)..=tick_of(keys[1].t);
+        // Where the attack comes nearest to the middle of the body it is looked at first: there
+        // a hit is found at once, and nearly at its deepest.
+        let mut first = (f32::INFINITY, *ticks.start());
+        let mut before = samples.bound(*ticks.start());
+        for tick in ticks.clone() {
+            let after = samples.bound(tick + 1);
+            let bound = ball(keys, tick).distance_to([before, after]);
+            if bound < first.0 {
+                first = (bound, tick);
+            }
+            before = after;
+        }
+        if first.0 < self.best.metres {
+            self.meet(first.1, &ball(keys, first.1), samples, course.origin);
+        }
+        let mut before = samples.bound(*ticks.start());
+        for tick in ticks {
             if self.is_over() {
                 return;
             }
-            let within = |t: f32| t.clamp(keys[0].t, keys[1].t);
-            let ends = [tick, tick + 1]
-                .map(|tick| within(tick as f32 / SAMPLE_RATE))
-                .map(|t| MovingSphere::between(keys[0], keys[1], t));
-            let ball = Ball {
-                centres: ends.map(|end| end.center),
-                radii: ends.map(|end| end.radius),
-                shares: ends.map(|end| (end.t * SAMPLE_RATE - tick as f32).clamp(0.0, 1.0)),
-            };
-            self.meet(tick, &ball, samples, course.origin);
+            let (ball, after) = (ball(keys, tick), samples.bound(tick + 1));
+            // The whole body lies within a bound: often that is proof enough.
+            if tick != first.1 && ball.distance_to([before, after]) < self.best.metres {
+                self.meet(tick, &ball, samples, course.origin);
+            }
+            before = after;
         }
     }
 
     fn meet(&mut self, tick: usize, ball: &Ball, samples: &mut impl Samples, origin: f32) {
-        // The whole body lies within a bound: often that is proof enough.
-        let (bounds, radii) = (
-            [tick, tick + 1].map(|tick| samples.bound(tick)),
-            ball.radii[0].max(ball.radii[1]),
-        );
-        let apart =
-            [0, 1].map(|end| bounds[0].0.lerp(bounds[1].0, ball.shares[end]) - ball.centres[end]);
-        let reach = bounds[0].1.max(bounds[1].1) + radii;
-        if closest(apart, [reach; 2]).1 >= self.best.metres {
-            return;
-        }
         samples.prepare(tick);
         let spheres = samples.spheres(tick);
         if let Some(nearest) = spheres.nearest(ball, samples.count(), self.best.metres) {
@@ -135,5 +137,16 @@ impl<'a> Sweep<'a> {
                 body_sphere: nearest.sphere,
             };
         }
+    }
+}
+
+/// A sphere on its way between two keys, during a sample and up to the next one.
+fn ball(keys: [SphereKey; 2], tick: usize) -> Ball {
+    let within = |tick: usize| (tick as f32 / SAMPLE_RATE).clamp(keys[0].t, keys[1].t);
+    let ends = [tick, tick + 1].map(|tick| MovingSphere::between(keys[0], keys[1], within(tick)));
+    Ball {
+        centres: ends.map(|end| end.center),
+        radii: ends.map(|end| end.radius),
+        shares: ends.map(|end| (end.t * SAMPLE_RATE - tick as f32).clamp(0.0, 1.0)),
     }
 }

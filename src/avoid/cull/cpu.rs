@@ -1,68 +1,279 @@
 //! The `cpu` culling path: twin of `gpu`'s, equal to the texel.
+//!
+//! The attack is drawn once, into blocks of 4 × 4 texels. A candidate turns the blocks' middles,
+//! sixteen at once, and looks up which slices a block there can meet at all; few blocks are left,
+//! whose texels are turned, looked up and counted, again sixteen at once.
 
-use super::{AttackTexels, BLOCK, BLOCK_TEXELS, CullCandidate, CullInput, Overlap, TexelLayer};
-use crate::region::SlabMaps;
+use super::groups::{Group, Groups, LANES};
+use super::{AttackTexels, BLOCK, BLOCK_TEXELS, CullInput, Overlap};
+use crate::math::{Isa, Lookup, Words};
+use crate::region::{BitMap, MapTurn, MaskMap, NearMap, SlabMaps};
 
 /// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Culler {
+    isa: Isa,
     texels: AttackTexels,
+    groups: Groups,
+}
+
+impl Default for Culler {
+    fn default() -> Self {
+        Self::with_isa(Isa::best())
+    }
 }
 
 impl Culler {
+    /// One that counts with an instruction set; with the program's own where the machine lacks it.
+    #[must_use]
+    pub fn with_isa(isa: Isa) -> Self {
+        Self {
+            isa,
+            texels: AttackTexels::default(),
+            groups: Groups::default(),
+        }
+    }
+
     /// Counts the overlaps of every candidate into `overlaps`, in the order of the candidates.
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         self.texels.draw(input.attack, input.atlas.grid().lanes());
+        self.groups.take(&self.texels);
         overlaps.clear();
-        overlaps.extend(input.candidates.iter().map(|candidate| {
+        self.isa.look_up(Counting {
+            input,
+            near: input.atlas.near(),
+            attack: (&self.texels, &self.groups),
+            overlaps,
+        });
+    }
+}
+
+/// All candidates against the attack's blocks.
+struct Counting<'a> {
+    input: &'a CullInput<'a>,
+    near: &'a [Vec<NearMap>],
+    attack: (&'a AttackTexels, &'a Groups),
+    overlaps: &'a mut Vec<Overlap>,
+}
+
+impl Lookup for Counting<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<W: Words>(self, words: W) {
+        let (texels, groups) = self.attack;
+        for candidate in self.input.candidates {
+            let look = Look {
+                texels,
+                turn: candidate.turn,
+                steps: Steps::new(candidate.turn),
+                words,
+            };
+            let near = &self.near[candidate.region.index()];
+            let region = self.input.atlas.region(candidate.region);
             let mut overlap = Overlap::default();
-            for layer in &self.texels.layers {
-                let maps = input.atlas.maps(candidate.region, layer.slab);
-                if let Some(maps) = maps.filter(|_| layer.clock == candidate.clock) {
-                    add(&self.texels, layer, (candidate, maps), &mut overlap);
+            for (index, layer) in texels.layers.iter().enumerate() {
+                let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
+                let slab = usize::try_from(slab)
+                    .ok()
+                    .filter(|&slab| layer.clock == candidate.clock && slab < near.len());
+                let Some(slab) = slab else {
+                    continue;
+                };
+                for (group, first) in groups.of(index) {
+                    let met = look.meets(group, &near[slab]);
+                    look.add((met, first), &region.slabs[slab], &mut overlap);
                 }
             }
-            overlap
-        }));
+            self.overlaps.push(overlap);
+        }
     }
+}
+
+/// A candidate's turn from a block's first texel to the others.
+#[derive(Clone, Copy)]
+struct Steps {
+    x: [i32; BLOCK_TEXELS],
+    z: [i32; BLOCK_TEXELS],
+}
+
+impl Steps {
+    #[inline(always)]
+    fn new(turn: MapTurn) -> Self {
+        let (mut x, mut z) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
+        for k in 0..BLOCK_TEXELS {
+            let (du, dv) = (2 * (k % BLOCK) as i32, 2 * (k / BLOCK) as i32);
+            x[k] = turn.a * du + turn.b * dv;
+            z[k] = turn.a * dv - turn.b * du;
+        }
+        Self { x, z }
+    }
+}
+
+/// One candidate's look at the attack.
+struct Look<'a, W> {
+    texels: &'a AttackTexels,
+    turn: MapTurn,
+    steps: Steps,
+    words: W,
+}
+
+/// Which blocks of a group may share something with a map, a bit each.
+#[derive(Clone, Copy, Debug, Default)]
+struct Met {
+    outer: u32,
+    body: u32,
+    evasion: u32,
+}
+
+impl<W: Words> Look<'_, W> {
+    /// Which of the blocks may share something with the maps.
+    #[inline(always)]
+    fn meets(&self, group: &Group, near: &NearMap) -> Met {
+        let turn = self.turn;
+        // More than a turn stretches blocks beyond what cells know.
+        if turn.a.abs().saturating_add(turn.b.abs()) > 2 << (MapTurn::SHIFT - 1) {
+            let all = group.blocks;
+            return Met {
+                outer: all,
+                body: all,
+                evasion: all,
+            };
+        }
+        let (mut cells, mut some) = ([0; LANES], 0);
+        for k in 0..LANES {
+            let (x, z) = turn.half_texels(group.u[k], group.v[k]);
+            let x = x.wrapping_sub(near.u) >> NearMap::SHIFT;
+            let z = z.wrapping_sub(near.v) >> NearMap::SHIFT;
+            let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
+            let cell = (z as u32).wrapping_mul(near.columns).wrapping_add(x as u32);
+            cells[k] = if within { cell } else { u32::MAX };
+            some |= u32::from(within);
+        }
+        if some == 0 {
+            return Met::default();
+        }
+        let mut met = Met::default();
+        for lane in 0..self.texels.lanes {
+            let found = self.words.at(near.outer(lane), &cells);
+            met.outer |= shared(&found, &group.outer[lane]);
+            if group.has_inner {
+                let found = self.words.at(near.body(lane), &cells);
+                met.body |= shared(&found, &group.inner[lane]);
+            }
+        }
+        if group.has_inner {
+            let found = self.words.at(near.evasion(), &cells);
+            met.evasion = shared(&found, &group.any_inner);
+        }
+        met
+    }
+
+    /// Counts the texels of the blocks that may share something.
+    #[inline(always)]
+    fn add(&self, (met, first): (Met, usize), maps: &SlabMaps, overlap: &mut Overlap) {
+        let mut left = met.outer | met.body | met.evasion;
+        while left != 0 {
+            let bit = left & left.wrapping_neg();
+            let block = first + left.trailing_zeros() as usize;
+            left ^= bit;
+            let at = self.turned(block);
+            for lane in 0..self.texels.lanes {
+                let start = (block * self.texels.lanes + lane) * BLOCK_TEXELS;
+                let range = start..start + BLOCK_TEXELS;
+                if met.outer & bit != 0 {
+                    let masks = &self.texels.outer[range.clone()];
+                    overlap.outer += self.masks(masks, (&maps.outer, lane), &at);
+                }
+                if met.body & bit != 0 {
+                    let masks = &self.texels.inner[range.clone()];
+                    overlap.body += self.masks(masks, (&maps.body, lane), &at);
+                }
+            }
+            if met.evasion & bit != 0 {
+                overlap.evasion += self.bits(block, &maps.evasion, &at);
+            }
+        }
+    }
+
+    /// Where the texels of a block fall.
+    #[inline(always)]
+    fn turned(&self, block: usize) -> [[i32; BLOCK_TEXELS]; 2] {
+        let [u, v] = self.texels.places[block];
+        let (x, z) = self.turn.start(2 * u + 1, 2 * v + 1);
+        [
+            self.steps.x.map(|step| (x + step) >> MapTurn::SHIFT),
+            self.steps.z.map(|step| (z + step) >> MapTurn::SHIFT),
+        ]
+    }
+
+    /// Bits that masks and those of a map at these places share.
+    #[inline(always)]
+    fn masks(
+        &self,
+        masks: &[u32],
+        (map, lane): (&MaskMap, usize),
+        [x, z]: &[[i32; BLOCK_TEXELS]; 2],
+    ) -> u32 {
+        let (rect, lanes) = (map.rect(), map.lanes() as u32);
+        let mut places = [0; BLOCK_TEXELS];
+        for k in 0..BLOCK_TEXELS {
+            let u = x[k].wrapping_sub(rect.u) as u32;
+            let v = z[k].wrapping_sub(rect.v) as u32;
+            let place = v.wrapping_mul(rect.width).wrapping_add(u);
+            let within = (u < rect.width) & (v < rect.height);
+            let place = place.wrapping_mul(lanes).wrapping_add(lane as u32);
+            places[k] = if within { place } else { u32::MAX };
+        }
+        let found = self.words.at(map.masks(), &places);
+        let (mut shared, mut any) = ([0u32; BLOCK_TEXELS], 0);
+        for (k, (found, mask)) in found.iter().zip(masks).enumerate() {
+            shared[k] = found & mask;
+            any |= shared[k];
+        }
+        if any == 0 {
+            return 0;
+        }
+        shared.iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// How many inner texels of a block, of whatever slice, lie on a set bit.
+    #[inline(always)]
+    fn bits(&self, block: usize, map: &BitMap, [x, z]: &[[i32; BLOCK_TEXELS]; 2]) -> u32 {
+        let (rect, words) = (map.rect(), map.words_per_row() as u32);
+        let mut inner = [0; BLOCK_TEXELS];
+        for lane in 0..self.texels.lanes {
+            let start = (block * self.texels.lanes + lane) * BLOCK_TEXELS;
+            for (any, mask) in inner.iter_mut().zip(&self.texels.inner[start..]) {
+                *any |= mask;
+            }
+        }
+        let (mut places, mut bits) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
+        for k in 0..BLOCK_TEXELS {
+            let u = x[k].wrapping_sub(rect.u) as u32;
+            let v = z[k].wrapping_sub(rect.v) as u32;
+            let within = (u < rect.width) & (v < rect.height) & (inner[k] != 0);
+            let place = v.wrapping_mul(words).wrapping_add(u >> 5);
+            places[k] = if within { place } else { u32::MAX };
+            bits[k] = u & 31;
+        }
+        let found = self.words.at(map.words(), &places);
+        let set = found.iter().zip(&bits).map(|(word, bit)| word >> bit & 1);
+        set.sum()
+    }
+}
+
+/// A bit for each lane in which two words share one.
+#[inline(always)]
+fn shared(a: &[u32; LANES], b: &[u32; LANES]) -> u32 {
+    let mut lanes = 0;
+    for k in 0..LANES {
+        lanes |= u32::from(a[k] & b[k] != 0) << k;
+    }
+    lanes
 }
 
 /// Counts with a culler of its own: for one query in a while.
 pub fn count(input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
     Culler::default().count(input, overlaps);
-}
-
-fn add(
-    texels: &AttackTexels,
-    layer: &TexelLayer,
-    (candidate, maps): (&CullCandidate, &SlabMaps),
-    overlap: &mut Overlap,
-) {
-    for block in layer.blocks.start as usize..layer.blocks.end as usize {
-        let [u, v] = texels.places[block];
-        for texel in 0..BLOCK_TEXELS {
-            let mask = |masks: &[u32]| {
-                (0..texels.lanes).fold(0, |mask, lane| {
-                    let word = masks[(block * texels.lanes + lane) * BLOCK_TEXELS + texel];
-                    mask | u64::from(word) << (32 * lane)
-                })
-            };
-            let (inner, outer) = (mask(&texels.inner), mask(&texels.outer));
-            let (x, z) = candidate
-                .turn
-                .texel(u + (texel % BLOCK) as i32, v + (texel / BLOCK) as i32);
-            let body = maps
-                .body
-                .get(x - maps.body.rect().u, z - maps.body.rect().v);
-            let around = maps
-                .outer
-                .get(x - maps.outer.rect().u, z - maps.outer.rect().v);
-            let evasion = maps
-                .evasion
-                .get(x - maps.evasion.rect().u, z - maps.evasion.rect().v);
-            overlap.body += (inner & body).count_ones();
-            overlap.outer += (outer & around).count_ones();
-            overlap.evasion += u32::from(inner != 0 && evasion);
-        }
-    }
 }

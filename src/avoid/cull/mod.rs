@@ -9,6 +9,7 @@
 
 pub mod cpu;
 mod drawing;
+mod groups;
 mod texels;
 
 pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};

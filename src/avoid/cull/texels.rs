@@ -1,9 +1,12 @@
-//! The attack's maps as lists of small blocks of texels, which the CPU draws once a query and
-//! every candidate is held against.
+//! The attack's maps as lists of small blocks of texels, which are drawn once a query and every
+//! candidate is held against.
+//!
+//! A layer is drawn into dense rows of masks first, disc by disc and row by row, and then taken
+//! from there block by block; what was drawn is wiped on the way.
 
 use std::ops::Range;
 
-use super::{AttackDrawing, TimedDisc};
+use super::{AttackDrawing, AttackLayer, TimedDisc};
 use crate::region::{MapRect, Slab, for_each_row};
 
 /// Side of a block, texels.
@@ -27,8 +30,7 @@ pub struct AttackTexels {
     pub inner: Vec<u32>,
     /// `[block][lane][texel of the block]`.
     pub outer: Vec<u32>,
-    /// Scratch: for each block of the rectangle one more than its number in the list, 0 for none.
-    numbers: Vec<u32>,
+    canvas: Canvas,
 }
 
 /// The attack in one slab, by one clock.
@@ -42,6 +44,17 @@ pub struct TexelLayer {
     pub blocks: Range<u32>,
 }
 
+/// One layer, dense: scratch.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Canvas {
+    /// Columns of whole blocks.
+    columns: usize,
+    /// `[inner, outer][lane][row][column]`; all 0 between two layers.
+    masks: Vec<u32>,
+    /// For each row of blocks the first column of blocks that is drawn into, and the end.
+    bands: Vec<Range<usize>>,
+}
+
 impl AttackTexels {
     /// Draws an attack, with masks of `lanes` words. Allocates nothing once it has held as much.
     pub fn draw(&mut self, attack: &AttackDrawing, lanes: usize) {
@@ -50,62 +63,88 @@ impl AttackTexels {
         self.places.clear();
         self.inner.clear();
         self.outer.clear();
-        let across = (attack.rect.width as usize).div_ceil(BLOCK);
-        let down = (attack.rect.height as usize).div_ceil(BLOCK);
-        self.numbers.clear();
-        self.numbers.resize(across * down, 0);
+        self.canvas.stretch(attack.rect, lanes);
         for layer in &attack.layers {
-            let first = self.places.len();
-            let [inner, outer] = attack.discs_of(layer);
-            for &disc in inner {
-                self.fill(disc, attack.rect, true);
-            }
-            for &disc in outer {
-                self.fill(disc, attack.rect, false);
-            }
-            for &[u, v] in &self.places[first..] {
-                self.numbers[v as usize / BLOCK * across + u as usize / BLOCK] = 0;
-            }
+            let first = self.places.len() as u32;
+            self.canvas.draw(attack, layer, lanes);
+            self.take_blocks();
             self.layers.push(TexelLayer {
                 slab: layer.slab,
                 clock: layer.clock,
-                blocks: first as u32..self.places.len() as u32,
+                blocks: first..self.places.len() as u32,
             });
         }
     }
 
-    fn fill(&mut self, TimedDisc { disc, slice }: TimedDisc, rect: MapRect, is_inner: bool) {
-        let across = (rect.width as usize).div_ceil(BLOCK);
-        let lane = slice as usize / 32;
-        let bit = 1 << (slice % 32);
-        for_each_row(disc, rect, |row, first, last| {
-            for column in first / BLOCK..=last / BLOCK {
-                let block = self.block(row / BLOCK * across + column, [column, row / BLOCK]);
-                let start = (block * self.lanes + lane) * BLOCK_TEXELS + row % BLOCK * BLOCK;
-                let masks = if is_inner {
-                    &mut self.inner
+    /// Moves what is drawn from the canvas to the end of the lists.
+    fn take_blocks(&mut self) {
+        let Canvas {
+            columns,
+            masks,
+            bands,
+        } = &mut self.canvas;
+        let plane = bands.len() * BLOCK * *columns;
+        for (band, range) in bands.iter_mut().enumerate() {
+            for block in std::mem::replace(range, usize::MAX..0) {
+                let mut any = 0;
+                for (kind, list) in [&mut self.inner, &mut self.outer].into_iter().enumerate() {
+                    for lane in 0..self.lanes {
+                        let start = (kind * self.lanes + lane) * plane;
+                        for row in 0..BLOCK {
+                            let at = start + (band * BLOCK + row) * *columns + block * BLOCK;
+                            let texels = &mut masks[at..at + BLOCK];
+                            any |= texels.iter().fold(0, |any, mask| any | mask);
+                            list.extend_from_slice(texels);
+                            texels.fill(0);
+                        }
+                    }
+                }
+                if any == 0 {
+                    let words = self.places.len() * self.lanes * BLOCK_TEXELS;
+                    self.inner.truncate(words);
+                    self.outer.truncate(words);
                 } else {
-                    &mut self.outer
-                };
-                let from = first.max(column * BLOCK) - column * BLOCK;
-                let to = last.min(column * BLOCK + BLOCK - 1) - column * BLOCK;
-                for mask in &mut masks[start + from..=start + to] {
-                    *mask |= bit;
+                    self.places
+                        .push([(block * BLOCK) as i32, (band * BLOCK) as i32]);
                 }
             }
-        });
+        }
+    }
+}
+
+impl Canvas {
+    /// Makes room for maps of a rectangle.
+    fn stretch(&mut self, rect: MapRect, lanes: usize) {
+        let bands = (rect.height as usize).div_ceil(BLOCK);
+        self.columns = (rect.width as usize).next_multiple_of(BLOCK);
+        self.bands.clear();
+        self.bands.resize(bands, usize::MAX..0);
+        // What is there is 0, whatever its place was.
+        let words = 2 * lanes * bands * BLOCK * self.columns;
+        if self.masks.len() < words {
+            self.masks.resize(words, 0);
+        }
     }
 
-    /// The number of a block in the list, where it is put if it is not there.
-    fn block(&mut self, index: usize, [column, row]: [usize; 2]) -> usize {
-        if self.numbers[index] == 0 {
-            self.places
-                .push([(column * BLOCK) as i32, (row * BLOCK) as i32]);
-            self.numbers[index] = self.places.len() as u32;
-            let words = self.places.len() * self.lanes * BLOCK_TEXELS;
-            self.inner.resize(words, 0);
-            self.outer.resize(words, 0);
+    fn draw(&mut self, attack: &AttackDrawing, layer: &AttackLayer, lanes: usize) {
+        let plane = self.bands.len() * BLOCK * self.columns;
+        for (kind, discs) in attack.discs_of(layer).into_iter().enumerate() {
+            for &TimedDisc { disc, slice } in discs {
+                let lane = slice as usize / 32;
+                let bit = 1 << (slice % 32);
+                let start = (kind * lanes + lane) * plane;
+                let masks = &mut self.masks[start..start + plane];
+                let (columns, bands) = (self.columns, &mut self.bands);
+                for_each_row(disc, attack.rect, |row, first, last| {
+                    let band = &mut bands[row / BLOCK];
+                    band.start = band.start.min(first / BLOCK);
+                    band.end = band.end.max(last / BLOCK + 1);
+                    let row = row * columns;
+                    for mask in &mut masks[row + first..=row + last] {
+                        *mask |= bit;
+                    }
+                });
+            }
         }
-        self.numbers[index] as usize - 1
     }
 }

@@ -25,10 +25,16 @@ impl LegBlend {
     /// The target's weight and the height above the blend of both, metres.
     pub(super) fn at(self, frame: f32) -> (f32, f32) {
         let s = ((frame - self.leave) / (self.land - self.leave)).clamp(0.0, 1.0);
-        // Without speed or acceleration at both ends; it has hardly gone while it is still low.
-        let weight = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+        // What is in the air anyway goes without a jerk. What is lifted for the step has hardly gone
+        // while it is still low. Both begin so gently that even the knee of a straight leg, which
+        // gives way as the root of the foot's way, does not start at once.
+        let weight = if self.lift > 0.0 {
+            s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)))
+        } else {
+            s.powi(3) * (10.0 + s * (-15.0 + 6.0 * s))
+        };
         let arc = 4.0 * s * (1.0 - s);
-        (weight, self.lift * arc * arc)
+        (weight, self.lift * arc * arc * arc)
     }
 
     pub(super) fn is_sound(self, frames: u32, furthest: f32) -> bool {
@@ -43,7 +49,7 @@ impl LegBlend {
 const STEP: [f64; 2] = [0.15, 0.30];
 /// A foot is lifted by this share of the way that it goes, at most by this share of the leg. A
 /// boxer's shuffle: high enough that nothing drags, low enough not to be a stride.
-const LIFT: (f32, f32) = (0.75, 0.045);
+const LIFT: (f32, f32) = (0.9, 0.045);
 /// The deepest that the root sinks for the legs' sake, of the leg.
 const DEEPEST: f32 = 0.04;
 /// Where the root has done less than this of its sinking, legs that do not reach miss.

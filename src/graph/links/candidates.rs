@@ -1,7 +1,9 @@
 //! Which links could be made, and how good each would be.
 
 use super::{Lengths, LinkSource, rooms::Rooms};
-use crate::graph::distance::{self, WindowPair};
+use std::borrow::Cow;
+
+use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 use crate::graph::moments::Moments;
 use crate::graph::{GraphEvent, PointCloud, Transition, workers};
 
@@ -29,7 +31,7 @@ struct Stretch {
     event: usize,
     side: Side,
     /// The stretch's own points, windows of `window` frames.
-    cloud: PointCloud,
+    windows: Windows,
     window: usize,
     /// Frame of the clip where the stretch's first window starts.
     start: usize,
@@ -112,7 +114,7 @@ impl<'a> Candidates<'a> {
         Some(Stretch {
             event: index,
             side,
-            cloud: cloud.part(start..start + window + lead),
+            windows: Windows::new(&cloud.part(start..start + window + lead), window),
             window,
             start,
         })
@@ -125,7 +127,12 @@ impl<'a> Candidates<'a> {
         let spread = self.lengths.spread;
         let mut best: Vec<Option<Candidate>> = vec![None; cloud.frames().div_ceil(spread)];
         let limit = self.lengths.loosest * self.lengths.loosest;
-        distance::for_each_row(&stretch.cloud, cloud, stretch.window, |row, squares| {
+        let windows = if stretch.window == self.lengths.window {
+            Cow::Borrowed(&self.source.windows[clip])
+        } else {
+            Cow::Owned(Windows::new(cloud, stretch.window))
+        };
+        DistanceMap::new(&stretch.windows, &windows).for_each_row(|row, squares| {
             let beside = stretch.start + row;
             for (start, &square) in squares.iter().enumerate() {
                 let same = clip == own_clip && start.abs_diff(beside) < self.lengths.separation;

@@ -23,6 +23,7 @@ pub use settings::{LinkGoal, LinkSettings};
 use candidates::Candidates;
 use lengths::Lengths;
 
+use super::distance::Windows;
 use super::moments::{Jump, Moments};
 use super::{GraphEvent, GraphSettings, PointCloud, Transition};
 use crate::anim::Clip;
@@ -34,6 +35,8 @@ pub(super) struct LinkSource<'a> {
     pub(super) clips: &'a [Clip],
     /// Of each clip.
     pub(super) clouds: &'a [PointCloud],
+    /// Of each cloud, as long as transitions are.
+    pub(super) windows: &'a [Windows],
     /// In frames of the clips; none overlap.
     pub(super) events: &'a [GraphEvent],
     /// Of the graph.

@@ -1,0 +1,78 @@
+//! The attack's blocks in groups of sixteen, with what is known of each as a whole.
+
+use super::{AttackTexels, BLOCK, BLOCK_TEXELS};
+
+/// Blocks of a group.
+pub(super) const LANES: usize = 16;
+
+/// What is known of sixteen blocks, block by block.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Group {
+    /// Twice the place of the block's middle, texels.
+    pub u: [i32; LANES],
+    pub v: [i32; LANES],
+    /// `[lane][block]`: slices of any of its texels.
+    pub outer: [[u32; LANES]; 2],
+    pub inner: [[u32; LANES]; 2],
+    /// All bits where a texel is an inner one.
+    pub any_inner: [u32; LANES],
+    pub has_inner: bool,
+    /// A bit for each block that there is.
+    pub blocks: u32,
+}
+
+/// The groups of all layers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Groups {
+    groups: Vec<Group>,
+    /// For each layer its first group and its first block; one more at the end.
+    layers: Vec<(usize, usize)>,
+}
+
+impl Groups {
+    /// Sums up the blocks of an attack.
+    pub(super) fn take(&mut self, texels: &AttackTexels) {
+        self.groups.clear();
+        self.layers.clear();
+        for layer in &texels.layers {
+            let (start, end) = (layer.blocks.start as usize, layer.blocks.end as usize);
+            self.layers.push((self.groups.len(), start));
+            let firsts = (start..end).step_by(LANES);
+            self.groups
+                .extend(firsts.map(|first| Group::new(texels, first, end)));
+        }
+        self.layers.push((self.groups.len(), 0));
+    }
+
+    /// The groups of one layer, each with its first block.
+    pub(super) fn of(&self, layer: usize) -> impl Iterator<Item = (&Group, usize)> {
+        let (start, first) = self.layers[layer];
+        let groups = &self.groups[start..self.layers[layer + 1].0];
+        groups.iter().zip((first..).step_by(LANES))
+    }
+}
+
+impl Group {
+    fn new(texels: &AttackTexels, first: usize, end: usize) -> Self {
+        let mut group = Self::default();
+        for (at, block) in (first..end.min(first + LANES)).enumerate() {
+            let [u, v] = texels.places[block];
+            (group.u[at], group.v[at]) = (2 * u + BLOCK as i32, 2 * v + BLOCK as i32);
+            group.blocks |= 1 << at;
+            for lane in 0..texels.lanes {
+                let start = (block * texels.lanes + lane) * BLOCK_TEXELS;
+                let any = |masks: &[u32]| {
+                    let masks = &masks[start..start + BLOCK_TEXELS];
+                    masks.iter().fold(0, |any, mask| any | mask)
+                };
+                group.outer[lane][at] = any(&texels.outer);
+                group.inner[lane][at] = any(&texels.inner);
+                if group.inner[lane][at] != 0 {
+                    group.any_inner[at] = u32::MAX;
+                    group.has_inner = true;
+                }
+            }
+        }
+        group
+    }
+}

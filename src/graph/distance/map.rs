@@ -1,0 +1,235 @@
+//! The whole map, row by row.
+//!
+//! A window's sums run along a diagonal. The rows of frame pairs are cut into blocks as long as a
+//! window, so that a window ends in one block and starts in it or in the one before: its sum is
+//! that of the earlier block from some row on, plus that of the later block up to some row. Both
+//! run up by one addition a row, in f64; nothing is ever taken off again, and so no rounding piles up
+//! however long a clip is. (The sliding maximum of van Herk, 1992, and Gil & Werman, 1993, for sums.)
+
+use std::ops::Range;
+
+use super::Windows;
+use super::kernel::{self, ROWS, SUMS, WindowRow};
+use super::windows::TILE;
+use crate::math::Isa;
+
+/// The distances between all windows of one cloud and all windows of another.
+#[derive(Clone, Copy, Debug)]
+pub struct DistanceMap<'a> {
+    a: &'a Windows,
+    b: &'a Windows,
+    isa: Isa,
+}
+
+impl<'a> DistanceMap<'a> {
+    /// Of the windows of `a` and those of `b`.
+    ///
+    /// # Panics
+    /// When they are of different joints or windows of different lengths.
+    #[must_use]
+    pub fn new(a: &'a Windows, b: &'a Windows) -> Self {
+        assert!(a.fits(b), "windows of one length, clouds of one skeleton");
+        let isa = Isa::best();
+        Self { a, b, isa }
+    }
+
+    /// On another instruction set than the machine's best: all give the same bits.
+    #[must_use]
+    pub fn with_isa(self, isa: Isa) -> Self {
+        Self { isa, ..self }
+    }
+
+    /// Calls `row` for every window of `a`, with the squared distances (m²) to all windows of `b`:
+    /// `row(i, d)` where `d[j]` compares the frames `i..i + window` of `a` with `j..j + window` of
+    /// `b`. Rows come in order. Nothing is called where a clip is shorter than the window.
+    pub fn for_each_row(self, mut row: impl FnMut(usize, &[f32])) {
+        let Self { a, b, isa } = self;
+        if a.count() == 0 || b.count() == 0 {
+            return;
+        }
+        let window = a.window();
+        let mut sums = Sums::new(a, b);
+        let mut squared = vec![0.0; b.count()];
+        for block in (0..a.frames()).step_by(window) {
+            let rows = window.min(a.frames() - block);
+            for first in (0..rows).step_by(ROWS) {
+                let phases = first..(first + ROWS).min(rows);
+                match isa {
+                    Isa::Avx512 => isa.run(
+                        #[inline(always)]
+                        || sums.multiply::<TILE>(block, phases),
+                    ),
+                    _ => isa.run(
+                        #[inline(always)]
+                        || sums.multiply::<{ TILE / 2 }>(block, phases),
+                    ),
+                }
+            }
+            for phase in 0..rows {
+                isa.run(
+                    #[inline(always)]
+                    || sums.run_up(phase),
+                );
+                if let Some(start) = (block + phase + 1).checked_sub(window) {
+                    isa.run(
+                        #[inline(always)]
+                        || sums.squared((start, phase), &mut squared),
+                    );
+                    row(start, &squared);
+                }
+            }
+            isa.run(
+                #[inline(always)]
+                || sums.next_block(),
+            );
+        }
+    }
+}
+
+/// Rows of sums over frame pairs: heights, dot, cross. Row `phase` of a block has the pair with
+/// frame `column` of `b` at `column + window - 1 - phase`, so that pairs on one diagonal have one
+/// place; the rest is 0 or unused.
+struct Block<T> {
+    length: usize,
+    sums: [Vec<T>; SUMS],
+}
+
+impl<T: Copy + Default> Block<T> {
+    fn new(rows: usize, length: usize) -> Self {
+        let sums = [0; SUMS].map(|_| vec![T::default(); rows * length]);
+        Self { length, sums }
+    }
+
+    #[inline(always)]
+    fn row(&self, sum: usize, phase: usize) -> &[T] {
+        &self.sums[sum][phase * self.length..(phase + 1) * self.length]
+    }
+}
+
+/// The sums that make the rows of a map.
+struct Sums<'a> {
+    a: &'a Windows,
+    b: &'a Windows,
+    /// Of the block's rows alone.
+    block: Block<f32>,
+    /// Of the block before: each row's sums with those of all rows after it.
+    before: Block<f64>,
+    /// Of the block's rows so far.
+    so_far: Block<f64>,
+    /// The part in the block before of windows that need none of it.
+    nothing: Vec<f64>,
+}
+
+impl<'a> Sums<'a> {
+    fn new(a: &'a Windows, b: &'a Windows) -> Self {
+        let window = a.window();
+        // Up to the end of the last tile, wherever the row's phase has put it.
+        let length = b.frames().next_multiple_of(TILE) + window - 1;
+        Self {
+            a,
+            b,
+            block: Block::new(window, length),
+            before: Block::new(window, length),
+            so_far: Block::new(1, length),
+            nothing: vec![0.0; b.count()],
+        }
+    }
+
+    /// Sums over the joints for some frames of the block that starts at frame `block` of `a`.
+    #[inline(always)]
+    fn multiply<const L: usize>(&mut self, block: usize, phases: Range<usize>) {
+        match phases.len() {
+            4 => self.multiply_rows::<4, L>(block, phases.start),
+            3 => self.multiply_rows::<3, L>(block, phases.start),
+            2 => self.multiply_rows::<2, L>(block, phases.start),
+            _ => self.multiply_rows::<1, L>(block, phases.start),
+        }
+    }
+
+    #[inline(always)]
+    fn multiply_rows<const R: usize, const L: usize>(&mut self, block: usize, phase: usize) {
+        let a = self.a;
+        let frames: [&[[f32; 3]]; R] = std::array::from_fn(|row| a.weighted(block + phase + row));
+        let length = self.block.length;
+        let shift = self.a.window() - 1;
+        for (tile, points) in self.b.tiles().enumerate() {
+            for part in 0..TILE / L {
+                let sums = kernel::products::<R, L>(&frames, points, part);
+                for (row, sums) in sums.iter().enumerate() {
+                    let phase = phase + row;
+                    let at = phase * length + shift - phase + tile * TILE + part * L;
+                    for (out, sums) in self.block.sums.iter_mut().zip(sums) {
+                        out[at..at + L].copy_from_slice(sums);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where a row of a block has pairs of frames.
+    #[inline(always)]
+    fn written(&self, phase: usize) -> Range<usize> {
+        let shift = self.a.window() - 1;
+        shift - phase..self.block.length - phase
+    }
+
+    /// Takes the next row of the block into the sums so far.
+    #[inline(always)]
+    fn run_up(&mut self, phase: usize) {
+        let written = self.written(phase);
+        for sum in 0..SUMS {
+            let so_far = &mut self.so_far.sums[sum][written.clone()];
+            let row = &self.block.row(sum, phase)[written.clone()];
+            if phase == 0 {
+                kernel::copy(so_far, row);
+            } else {
+                kernel::add(so_far, row);
+            }
+        }
+    }
+
+    /// The squared distances of the window of `a` that starts at frame `start` and ends in the
+    /// block's row `phase`.
+    #[inline(always)]
+    fn squared(&self, (start, phase): (usize, usize), out: &mut [f32]) {
+        let (window, count) = (self.a.window(), out.len());
+        // A window that starts at column 0 ends at column window - 1 of this row.
+        let end = 2 * (window - 1) - phase;
+        let late = std::array::from_fn(|sum| &self.so_far.sums[sum][end..end + count]);
+        // The same diagonal lies a window further on in the block after.
+        let early = std::array::from_fn(|sum| match end.checked_sub(window) {
+            Some(end) if phase + 1 < window => &self.before.row(sum, phase + 1)[end..end + count],
+            _ => &self.nothing[..],
+        });
+        WindowRow {
+            scale: 1.0 / window as f64,
+            mean: [self.a.x[start], self.a.z[start]],
+            spread: self.a.spread[start],
+            x: &self.b.x,
+            z: &self.b.z,
+            spreads: &self.b.spread,
+            early,
+            late,
+        }
+        .squared(out);
+    }
+
+    /// Makes the block the one before the next.
+    #[inline(always)]
+    fn next_block(&mut self) {
+        let (window, length) = (self.a.window(), self.before.length);
+        for phase in (0..window).rev() {
+            let written = self.written(phase);
+            for sum in 0..SUMS {
+                let row = &self.block.row(sum, phase)[written.clone()];
+                let (rows, after) = self.before.sums[sum].split_at_mut((phase + 1) * length);
+                let out = &mut rows[phase * length..][written.clone()];
+                kernel::copy(out, row);
+                // The last pair has no other after it, and the last row no row.
+                if let Some(after) = after.get(written.start..written.end - 1) {
+                    kernel::add(out, after);
+                }
+            }
+        }
+    }
+}

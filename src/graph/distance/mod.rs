@@ -1,0 +1,108 @@
+//! The distance between windows of frames, for all pairs of windows of two clips.
+//!
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.1: the weighted sum of squared distances
+//! between two point clouds, minimised in closed form over a rotation about the vertical axis and a
+//! translation on the ground. Differs: every term of the closed form is a sum over the frames of
+//! the windows, so along a diagonal of the map it takes a few additions however long the window is;
+//! and the result is the root of the mean, metres.
+//!
+//! With weights w that sum to 1 over a window, points p of one window and q of the other, and
+//! ground means p̄, q̄:
+//! ```text
+//! dot   = Σ w (px qx + pz qz) - (p̄x q̄x + p̄z q̄z)
+//! cross = Σ w (px qz - pz qx) - (p̄x q̄z - p̄z q̄x)
+//! D²    = Σ w |p|² + Σ w |q|² - |p̄|² - |q̄|² - 2 Σ w py qy - 2 √(dot² + cross²)
+//! θ     = atan2(cross, dot)
+//! ```
+
+mod kernel;
+mod map;
+mod windows;
+
+use glam::Vec3;
+
+pub use map::DistanceMap;
+use windows::WindowSums;
+pub use windows::Windows;
+
+use super::PointCloud;
+use crate::math::Rigid2;
+
+/// Sums over a pair of windows.
+#[derive(Clone, Copy, Debug, Default)]
+struct PairSums {
+    heights: f64,
+    dot: f64,
+    cross: f64,
+}
+
+fn squared_distance(a: WindowSums, b: WindowSums, pair: PairSums, window: usize) -> f64 {
+    let scale = 1.0 / window as f64;
+    let (dot, cross) = turn(a, b, pair, scale);
+    let spread = a.spread() + b.spread();
+    (spread - 2.0 * scale * pair.heights - 2.0 * (dot * dot + cross * cross).sqrt()).max(0.0)
+}
+
+fn turn(a: WindowSums, b: WindowSums, pair: PairSums, scale: f64) -> (f64, f64) {
+    (
+        scale * pair.dot - (a.x * b.x + a.z * b.z),
+        scale * pair.cross - (a.x * b.z - a.z * b.x),
+    )
+}
+
+/// Two windows of frames, one of each cloud.
+#[derive(Clone, Copy, Debug)]
+pub struct WindowPair<'a> {
+    /// The cloud that is stayed with.
+    pub a: &'a PointCloud,
+    /// First frame of the window of `a`.
+    pub start_a: usize,
+    /// The cloud that is moved; of the same joints.
+    pub b: &'a PointCloud,
+    /// First frame of the window of `b`.
+    pub start_b: usize,
+    /// Frames of either window; at least 1, and inside both clouds.
+    pub frames: usize,
+}
+
+impl WindowPair<'_> {
+    /// The transform of the ground that takes the window of `b` best onto the window of `a`, both
+    /// in their clips' own spaces.
+    #[must_use]
+    pub fn alignment(&self) -> Rigid2 {
+        let (of_a, of_b, pair) = self.sums();
+        let (dot, cross) = turn(of_a, of_b, pair, 1.0 / self.frames as f64);
+        let heading = cross.atan2(dot) as f32;
+        // Both means in their clips' own spaces, with what the clouds took off put back.
+        let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + self.a.centre();
+        let mean_b = Vec3::new(of_b.x as f32, 0.0, of_b.z as f32) + self.b.centre();
+        let shift = mean_a - Rigid2::new(heading, 0.0, 0.0).point(mean_b);
+        Rigid2::new(heading, shift.x, shift.z)
+    }
+
+    /// Root of the mean squared distance of the points once the windows are aligned, metres.
+    #[must_use]
+    pub fn distance(&self) -> f32 {
+        let (of_a, of_b, pair) = self.sums();
+        squared_distance(of_a, of_b, pair, self.frames).sqrt() as f32
+    }
+
+    fn sums(&self) -> (WindowSums, WindowSums, PairSums) {
+        let mut pair = PairSums::default();
+        let (mut of_a, mut of_b) = (WindowSums::default(), WindowSums::default());
+        let scale = 1.0 / self.frames as f64;
+        for frame in 0..self.frames {
+            for joint in 0..self.a.joints() {
+                let weight = f64::from(self.a.weight(joint));
+                let p = self.a.point(joint, self.start_a + frame).as_dvec3();
+                let q = self.b.point(joint, self.start_b + frame).as_dvec3();
+                pair.heights += weight * p.y * q.y;
+                pair.dot += weight * (p.x * q.x + p.z * q.z);
+                pair.cross += weight * (p.x * q.z - p.z * q.x);
+                of_a.add(scale * weight, p);
+                of_b.add(scale * weight, q);
+            }
+        }
+        (of_a, of_b, pair)
+    }
+}

@@ -1,0 +1,133 @@
+use glam::DVec3;
+
+use crate::graph::PointCloud;
+
+/// Frames that are compared at once.
+pub(super) const TILE: usize = 16;
+
+/// Sums over one window of frames of a single cloud, each point with its weight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WindowSums {
+    pub(super) x: f64,
+    pub(super) z: f64,
+    pub(super) squares: f64,
+}
+
+impl WindowSums {
+    pub(super) fn add(&mut self, weight: f64, point: DVec3) {
+        self.x += weight * point.x;
+        self.z += weight * point.z;
+        self.squares += weight * point.length_squared();
+    }
+
+    /// The mean squared distance from the window's ground mean, height counted from the ground.
+    pub(super) fn spread(&self) -> f64 {
+        self.squares - self.x * self.x - self.z * self.z
+    }
+}
+
+/// A cloud in the layouts that distance maps read, with what can be summed of each window alone.
+#[derive(Clone, Debug)]
+pub struct Windows {
+    window: usize,
+    frames: usize,
+    /// How many points the cloud has, those without weight included.
+    points: usize,
+    /// Joints with a weight.
+    joints: usize,
+    /// `[frame][joint]`, times the joint's weight.
+    weighted: Vec<[f32; 3]>,
+    /// `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
+    tiles: Vec<[[f32; TILE]; 3]>,
+    /// Of each window: ground mean and spread.
+    pub(super) x: Vec<f64>,
+    pub(super) z: Vec<f64>,
+    pub(super) spread: Vec<f64>,
+}
+
+impl Windows {
+    /// The windows of `window` frames of a cloud.
+    ///
+    /// # Panics
+    /// When `window` is 0.
+    #[must_use]
+    pub fn new(cloud: &PointCloud, window: usize) -> Self {
+        assert!(window > 0, "windows of at least one frame");
+        let frames = cloud.frames();
+        // A joint without weight adds nothing to any sum.
+        let joints: Vec<usize> = (0..cloud.joints())
+            .filter(|&joint| cloud.weight(joint) > 0.0)
+            .collect();
+        let mut windows = Self {
+            window,
+            frames,
+            points: cloud.joints(),
+            joints: joints.len(),
+            weighted: Vec::with_capacity(frames * joints.len()),
+            tiles: vec![[[0.0; TILE]; 3]; frames.div_ceil(TILE) * joints.len()],
+            x: Vec::new(),
+            z: Vec::new(),
+            spread: Vec::new(),
+        };
+        let mut sums = vec![WindowSums::default(); frames];
+        for (frame, sums) in sums.iter_mut().enumerate() {
+            for (index, &joint) in joints.iter().enumerate() {
+                let (point, weight) = (cloud.point(joint, frame), cloud.weight(joint));
+                sums.add(f64::from(weight), point.as_dvec3());
+                windows.weighted.push((point * weight).to_array());
+                let tile = &mut windows.tiles[frame / TILE * joints.len() + index];
+                for (row, value) in tile.iter_mut().zip(point.to_array()) {
+                    row[frame % TILE] = value;
+                }
+            }
+        }
+        let mean = |frames: &[WindowSums], of: fn(&WindowSums) -> f64| {
+            frames.iter().map(of).sum::<f64>() / window as f64
+        };
+        for frames in sums.windows(window) {
+            let mean = WindowSums {
+                x: mean(frames, |s| s.x),
+                z: mean(frames, |s| s.z),
+                squares: mean(frames, |s| s.squares),
+            };
+            windows.x.push(mean.x);
+            windows.z.push(mean.z);
+            windows.spread.push(mean.spread());
+        }
+        windows
+    }
+
+    /// How many windows there are: none where the cloud is shorter than one.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.spread.len()
+    }
+
+    /// How many frames a window has.
+    #[must_use]
+    pub fn window(&self) -> usize {
+        self.window
+    }
+
+    /// How many frames the cloud has.
+    pub(super) fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Whether both are of clouds with the same points, and of windows of one length.
+    pub(super) fn fits(&self, other: &Self) -> bool {
+        (self.window, self.points, self.joints) == (other.window, other.points, other.joints)
+    }
+
+    /// The points of one frame that have a weight, times it.
+    #[inline(always)]
+    pub(super) fn weighted(&self, frame: usize) -> &[[f32; 3]] {
+        &self.weighted[frame * self.joints..(frame + 1) * self.joints]
+    }
+
+    /// The points of `TILE` frames that have a weight, tile by tile.
+    #[inline(always)]
+    pub(super) fn tiles(&self) -> std::slice::ChunksExact<'_, [[f32; TILE]; 3]> {
+        self.tiles.chunks_exact(self.joints)
+    }
+}
