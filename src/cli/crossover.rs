@@ -17,10 +17,11 @@ use super::{Failure, output};
 /// How many candidates are counted.
 const SIZES: [usize; 11] = [5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000];
 /// Attacks whose candidates are taken, and how many of them each must have.
-const ATTACKS: usize = 8;
+const ATTACKS: usize = 5;
 const LEAST: usize = 5;
-/// Times that each is measured; the median counts.
+/// Times that each is measured at most, and for how long it is measured again; the median counts.
 const REPEATS: usize = 5;
+const PATIENCE: f64 = 0.3;
 
 /// Milliseconds of one path over the number of candidates.
 pub(crate) struct Line {
@@ -52,7 +53,7 @@ pub(crate) fn measure(
             let mut times = Vec::new();
             for throw in &chosen {
                 times.extend(match path {
-                    CullPath::Exact => exact(baked, throw, size),
+                    CullPath::Exact => exact(baked, throw, size)?,
                     _ => counted(baked, throw, (size, path, culling))?,
                 });
             }
@@ -77,22 +78,19 @@ fn all_candidates(most_evasions: usize) -> QuerySettings {
 }
 
 /// The exact test of so many candidates, milliseconds; nothing where the query has fewer.
-fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Vec<f64> {
+fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Failure> {
     let settings = all_candidates(size);
     let query = Query::new(baked, &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let mut times = Vec::new();
-    for _ in 0..=REPEATS {
+    timed(|| {
         let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        if prepared.cull_input().candidates.len() < size {
-            return Vec::new();
-        }
-        let started = Instant::now();
-        let _ = prepared.decide(&[], Judging::All, &mut answer);
-        times.push(started.elapsed().as_secs_f64() * 1e3);
-    }
-    // The first one fills the memory.
-    times.split_off(1)
+        let enough = prepared.cull_input().candidates.len() >= size;
+        Ok(enough.then(|| {
+            let started = Instant::now();
+            let _ = prepared.decide(&[], Judging::All, &mut answer);
+            started.elapsed().as_secs_f64()
+        }))
+    })
 }
 
 /// Counting the overlaps of so many candidates, milliseconds.
@@ -117,13 +115,30 @@ fn counted(
         candidates: &candidates,
         ..input
     };
-    let (mut overlaps, mut times) = (Vec::new(), Vec::new());
-    for _ in 0..=REPEATS {
+    let mut overlaps = Vec::new();
+    timed(|| {
         let started = Instant::now();
         culling.count(path, &input, &mut overlaps)?;
-        times.push(started.elapsed().as_secs_f64() * 1e3);
+        Ok(Some(started.elapsed().as_secs_f64()))
+    })
+}
+
+/// The milliseconds of some runs of `work`, which says how many seconds it took, or that it cannot.
+/// The first one fills the memory and does not count.
+fn timed(mut work: impl FnMut() -> Result<Option<f64>, Failure>) -> Result<Vec<f64>, Failure> {
+    let (started, mut times) = (Instant::now(), Vec::new());
+    for repeat in 0..=REPEATS {
+        let Some(seconds) = work()? else {
+            return Ok(Vec::new());
+        };
+        if repeat > 0 {
+            times.push(seconds * 1e3);
+        }
+        if !times.is_empty() && started.elapsed().as_secs_f64() > PATIENCE {
+            break;
+        }
     }
-    Ok(times.split_off(1))
+    Ok(times)
 }
 
 pub(crate) fn to_json(lines: &[Line]) -> Value {

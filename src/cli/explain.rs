@@ -3,9 +3,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use sabaki::avoid::retime::RateError;
 use sabaki::avoid::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki::demo::throw::Throw;
-use sabaki::graph::EdgeId;
+use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::io::{self, Question};
 use sabaki::region::BakedGraph;
 use serde_json::json;
@@ -98,12 +99,14 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
     let place = playhead.placement(graph);
     let _ = writeln!(
         text,
-        "moment    {}, frame {:.2} of it; {:.3} s to the next node; at x {:.2} z {:.2} m, facing {:.0}°",
+        "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
+         stands    at x {:.2} z {:.2} m, facing {:.0}°",
         io::export::describe_edge(case.baked, playhead.edge),
         playhead.frame,
         playhead.seconds_to_next_node(graph),
-        place.x,
-        place.z,
+        // Nothing below zero where there is nothing.
+        place.x + 0.0,
+        place.z + 0.0,
         place.heading().to_degrees(),
     );
     for (number, sphere) in question.attack.spheres().iter().enumerate() {
@@ -183,7 +186,10 @@ fn rank(report: &CandidateReport) -> f32 {
         Fate::Chosen | Fate::Outscored => report.score.map_or(f32::MAX, |score| score.total),
         Fate::Hit => by_clearance.unwrap_or(f32::MAX),
         Fate::Culled => by_maps.unwrap_or(f32::MAX),
-        Fate::NotInTime => 0.0,
+        Fate::NotInTime => match report.rate {
+            Err(RateError::OutOfRange { rate }) => rate.ln().abs(),
+            _ => f32::INFINITY,
+        },
     }
 }
 
@@ -192,6 +198,12 @@ fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &C
     let playhead = case.throw.playhead;
     match &report.rate {
         Err(reason) => {
+            let reason = match reason {
+                RateError::OutOfRange { rate } if rate.is_infinite() => {
+                    "too long, whatever the rate".to_owned()
+                }
+                _ => reason.to_string(),
+            };
             let _ = writeln!(text, "  {reason}");
         }
         Ok(rate) => {
@@ -223,12 +235,26 @@ fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &C
     let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 
-/// A path in words: stretches of one clip are one, and its end is what matters most.
+/// A path in words; neighbouring stretches of one clip are one.
 fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String {
-    let mut words: Vec<String> = edges
-        .iter()
-        .map(|&edge| io::export::describe_edge(baked, edge))
-        .collect();
+    let graph = baked.graph();
+    let is_stretch = |edge: EdgeId| graph.edge(edge).motion == EdgeMotion::Clip;
+    let mut words: Vec<String> = Vec::new();
+    for part in edges.chunk_by(|&a, &b| is_stretch(a) && is_stretch(b)) {
+        let (first, last) = (part[0], part[part.len() - 1]);
+        words.push(if part.len() == 1 {
+            io::export::describe_edge(baked, first)
+        } else {
+            let from = graph.node(graph.edge(first).from);
+            let to = graph.node(graph.edge(last).to);
+            format!(
+                "{} {}-{}",
+                graph.clip(from.clip).name(),
+                from.frame,
+                to.frame
+            )
+        });
+    }
     if let Some(evasion) = evasion {
         let event = io::export::describe_evasion(baked, evasion);
         words.push(format!("evades: {}", event.unwrap_or_default()));

@@ -34,7 +34,8 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
         slab_height,
         section: Section::Plane,
         slices,
-        slice_seconds: COVERED / slices as f32,
+        // Without meaning where there is one only.
+        slice_seconds: COVERED / slices.max(2) as f32,
     };
     vec![
         ("paper", MapGrid::PAPER),
