@@ -72,7 +72,10 @@ impl Gathering<'_> {
             Way::Move(_) => false,
         };
         if lookup == Lookup::Union {
-            candidates.retain(|c| columns.iter().any(|&column| vacates(c, column)));
+            candidates.retain(|candidate| match candidate.way {
+                Way::Evasion { path, .. } => grid.vacates_any(path, columns),
+                Way::Move(_) => false,
+            });
             return;
         }
         // One cell at a time, the nearest to the root first.

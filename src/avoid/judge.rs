@@ -25,6 +25,11 @@ pub enum Judging {
     All,
 }
 
+/// An evasion is known beforehand by samples that lie elsewhere between those of the motion that is
+/// played, at most half a sample away. A limb's arc leaves its chord by less than 2 mm between two
+/// samples ([`BodyTrack::RATE`](crate::region::BodyTrack::RATE)); metres.
+const CLOSE_CALL: f32 = 0.005;
+
 /// What a court works with; kept from one query to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CourtScratch {
@@ -189,12 +194,17 @@ impl<'s, 'a> Court<'s, 'a> {
             .unwrap_or(0)
     }
 
-    /// Tests the chosen candidate on the very motion that will be played, and leaves that in
-    /// `motion`. False where it looked clean and is not after all.
+    /// Leaves the chosen candidate's motion in `motion`. Where it was close, within
+    /// [`CLOSE_CALL`], it is tested on that very motion: false where it looked clean and is not
+    /// after all.
     pub(super) fn confirms(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         self.case.motion(chosen, motion);
         let attack = (self.case.situation.attack, Extent::Whole);
-        let looked_clean = self.scratch.judged[chosen].is_some_and(|j| j.score.is_some());
+        let looks = self.scratch.judged[chosen].map(|judged| judged.clearance.metres);
+        if looks.is_some_and(|metres| metres.abs() > CLOSE_CALL) {
+            return true;
+        }
+        let looked_clean = looks.is_some_and(|metres| metres >= 0.0);
         let baked = self.case.query.baked;
         let clearance = on_motion(baked, motion, attack, &mut self.scratch.body);
         self.scratch.judged[chosen] = Some(Judged {

@@ -245,6 +245,19 @@ impl Grid {
             .map_or(0, |at| self.heights[at] & column.heights)
     }
 
+    /// Whether a path vacates a cell of `columns`, which come in order ([`TouchedCells::merge`]).
+    #[must_use]
+    pub fn vacates_any(&self, path: PathId, columns: &[CellColumn]) -> bool {
+        let filed = self.filed[path.0 as usize];
+        let vacated = &self.vacated[filed.vacated as usize];
+        let first = filed.x + vacated.x;
+        let start = columns.partition_point(|column| column.x < first);
+        columns[start..]
+            .iter()
+            .take_while(|column| column.x < first + vacated.width as i32)
+            .any(|&column| self.vacates(path, column) != 0)
+    }
+
     /// All cells that a path vacates, in the frame of its node.
     pub fn cells(&self, path: PathId) -> impl Iterator<Item = CellColumn> + '_ {
         let filed = self.filed[path.0 as usize];

@@ -6,7 +6,8 @@ use crate::graph::GraphError;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkSettings {
     /// What is to be reached, one after the other. Default: an evasion within 1 s from 90% of the
-    /// moments and within 1.5 s from 97%; four different ones within 1 s from 80%.
+    /// moments and within 1.5 s from 97%; four different ones within 1 s from 80%, and eight within
+    /// 0.7 s from 95%.
     pub goals: Vec<LinkGoal>,
     /// Windows that lie further apart are not linked: root of the mean squared distance of joints,
     /// metres; times window / blend where the blend is shorter than the graph's window. Default
@@ -20,12 +21,12 @@ pub struct LinkSettings {
     /// The longest blend, that of the loosest links, seconds. Default 1/2.
     pub longest: f64,
     /// Into each evasion at most one link starts in each stretch of a clip of this length, seconds.
-    /// Default 0.25.
+    /// Default 0.1.
     pub spread: f64,
-    /// A goal's link must help at least this long a stretch of moments, seconds. Default 0.1.
+    /// A goal's link must help at least this long a stretch of moments, seconds. Default 1/30.
     pub least_gain: f64,
     /// Most links for each second of clips; those that keep an event in the graph are counted but
-    /// always made. Default 10.
+    /// always made. Default 60.
     pub most_per_second: f64,
 }
 
@@ -48,14 +49,19 @@ impl Default for LinkSettings {
             share,
         };
         Self {
-            goals: vec![goal(1.0, 1, 0.90), goal(1.5, 1, 0.97), goal(1.0, 4, 0.80)],
+            goals: vec![
+                goal(1.0, 1, 0.90),
+                goal(1.5, 1, 0.97),
+                goal(1.0, 4, 0.80),
+                goal(0.7, 8, 0.95),
+            ],
             loosest: 0.35,
             lead: 0.25,
             shortest: 1.0 / 6.0,
             longest: 0.5,
-            spread: 0.25,
-            least_gain: 0.1,
-            most_per_second: 10.0,
+            spread: 0.1,
+            least_gain: 1.0 / 30.0,
+            most_per_second: 60.0,
         }
     }
 }
