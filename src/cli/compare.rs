@@ -130,7 +130,7 @@ fn measure(
         for ((row, asker), run) in rows.iter_mut().zip(&askers).zip(&runs) {
             truth.judge((run.source, &asker.rounds), &mut row.tally);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
-            row.runs.push(*run);
+            row.runs.push(run.clone());
         }
         if let (Source::Grid, Some(by_grid), Some(best)) =
             (runs[1].source, runs[1].score, runs[0].score)

@@ -151,7 +151,7 @@ pub(crate) fn pass(
             part(first, threads, &mut culling)
         });
         let parts = parts.into_iter().collect::<Result<Vec<_>, Failure>>()?;
-        let run = |index: usize| parts[index % threads][index / threads];
+        let run = |index: usize| parts[index % threads][index / threads].clone();
         (0..throws.len()).map(run).collect()
     };
     bar.finish_and_clear();

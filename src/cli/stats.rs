@@ -18,7 +18,7 @@ use super::culling::{CullPath, Culling};
 use super::passes::Method;
 
 /// How one attack was answered: what is needed of it when there are ten thousand.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) avoided: bool,
     /// Metres.
