@@ -7,6 +7,8 @@ mod bad_input;
 mod common;
 #[path = "command/figure.rs"]
 mod figure;
+#[path = "command/measure.rs"]
+mod measure;
 #[path = "command/run.rs"]
 mod run;
 
@@ -119,7 +121,7 @@ fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
         count("unavoidable") + count("hit_though_avoidable")
     );
     assert_eq!(count("hit_though_avoidable"), 0);
-    let _ = count("grid_used");
+    assert!(count("grid_answered") <= count("grid_used") && count("grid_used") <= 5);
     let [median, p99] = ["median", "p99"].map(|key| document["query_ms"][key].as_f64().unwrap());
     assert!(0.0 < median && median <= p99);
     let results = document["results"].as_array().unwrap();
@@ -134,23 +136,67 @@ fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
 }
 
 #[test]
-fn the_culling_paths_give_the_same_answers() {
+fn the_culling_paths_give_the_same_answers_with_the_grid_and_without() {
     let folder = folder();
     let args = [
         "dodge",
         baked(),
         "--attacks",
-        "5",
+        "6",
         "--cull",
         "exact,cpu",
+        "--grid",
+        "on,off",
         "--json",
     ];
     let document = sabaki(folder.path(), &args).json(0);
     let rows = document["rows"].as_array().unwrap();
+    let names: Vec<_> = rows
+        .iter()
+        .map(|row| [&row["cull"], &row["grid"]])
+        .collect();
+    assert_eq!(
+        names,
+        [
+            ["exact", "on"],
+            ["exact", "off"],
+            ["cpu", "on"],
+            ["cpu", "off"]
+        ]
+    );
+    for row in rows {
+        assert_eq!(row["avoided"], rows[0]["avoided"]);
+        assert_eq!(row["hit_though_avoidable"], 0);
+        assert_eq!(row["checked_by_exact"], true);
+        assert_eq!(row["grid"] == "off", row["grid_used"] == 0, "{row}");
+    }
+    assert_eq!(document["results"].as_array().unwrap().len(), 24);
+    // One more thread, another order of work, the same answers.
+    let threads = [&args[..], &["--threads", "3"]].concat();
+    let by_threads = sabaki(folder.path(), &threads).json(0);
+    assert_eq!(without_times(by_threads), without_times(document));
+}
+
+#[test]
+fn a_check_adds_the_exact_whole_search() {
+    let folder = folder();
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "3",
+        "--cull",
+        "cpu",
+        "--json",
+    ];
+    let document = sabaki(folder.path(), &[&args[..], &["--check"]].concat()).json(0);
+    let rows = document["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
-    assert_eq!([&rows[0]["cull"], &rows[1]["cull"]], ["exact", "cpu"]);
-    assert_eq!(rows[0]["avoided"], rows[1]["avoided"]);
-    assert_eq!(document["results"].as_array().unwrap().len(), 10);
+    assert_eq!([&rows[1]["cull"], &rows[1]["grid"]], ["exact", "off"]);
+    assert_eq!(document["checked_by_exact"], true);
+    let unchecked = sabaki(folder.path(), &args).json(0);
+    assert_eq!(unchecked["checked_by_exact"], false);
+    assert_eq!(unchecked["avoided"], document["avoided"]);
 }
 
 #[test]

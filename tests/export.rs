@@ -13,18 +13,40 @@ use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::avoid::{Answer, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki::io::export::write_answer;
+use sabaki::io::export::{evasion_placement, write_answer};
+use sabaki::io::{Chosen, Question, Recording, RecordingError, archive};
 use serde_json::Value;
 
 const ATTACKS: u64 = 25;
 /// Steps from a frame to the next. At 40 m/s, which is a fast ball and a fast fist, half a step is 0.8 mm.
 const STEPS: usize = 200;
 
+/// Late paths are listed, too.
+fn settings() -> QuerySettings {
+    QuerySettings {
+        list_late: true,
+        ..QuerySettings::default()
+    }
+}
+
+fn question(throw: &Throw) -> Question {
+    Question {
+        graph: archive::checksum(embedded()).unwrap(),
+        playhead: throw.playhead,
+        attack: throw.attack.clone(),
+        settings: settings(),
+        judging: Judging::Needed,
+    }
+}
+
 fn answers() -> impl Iterator<Item = (Throw, Answer)> {
     (0..ATTACKS).map(|index| {
         let throw = throw(embedded(), &ThrowSettings::default(), 11, index).unwrap();
-        let settings = QuerySettings::default();
-        let answer = answer_throw(&Query::new(embedded(), &settings), &throw, Judging::Needed);
+        let answer = answer_throw(
+            &Query::new(embedded(), &settings()),
+            &throw,
+            Judging::Needed,
+        );
         (throw, answer)
     })
 }
@@ -35,7 +57,8 @@ struct Exported {
 }
 
 fn export(folder: &Path, (throw, answer): (&Throw, &Answer)) -> Exported {
-    let [motion, facts] = write_answer(folder, "one", embedded(), (answer, &throw.attack)).unwrap();
+    let [motion, facts] =
+        write_answer(folder, "one", embedded(), (&question(throw), answer)).unwrap();
     Exported {
         motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
         facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
@@ -211,4 +234,76 @@ fn the_explanation_has_every_candidate() {
             assert!(!facts["body"]["spheres"][0][name].is_null(), "{name}");
         }
     }
+}
+
+#[test]
+fn an_exported_answer_can_be_asked_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let baked = embedded();
+    let mut evasions = 0;
+    for (throw, answer) in answers().take(8) {
+        let facts = export(folder.path(), (&throw, &answer)).facts;
+        let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
+        assert_eq!(recording.question, question(&throw));
+        assert_eq!(recording.chosen, Chosen::of(&answer));
+        let again = recording.replay(baked).unwrap();
+        assert!(Chosen::of(&again).is_same(&recording.chosen));
+        evasions += usize::from(answer.chosen().evasion.is_some());
+    }
+    assert!(evasions > 0);
+}
+
+#[test]
+fn a_recording_that_is_none_or_of_another_graph_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (throw, answer) = answers().next().unwrap();
+    let facts = export(folder.path(), (&throw, &answer)).facts;
+    let changed = |pointer: &str, value: Value| {
+        let mut facts = facts.clone();
+        *facts.pointer_mut(pointer).unwrap() = value;
+        Recording::parse(facts.to_string().as_bytes())
+    };
+    let asked = |pointer: &str, value: Value| changed(pointer, value).unwrap().replay(embedded());
+    let graph = asked("/query/graph", 1.into());
+    assert!(matches!(
+        graph,
+        Err(RecordingError::Graph { expected: 1, .. })
+    ));
+    for (key, value) in [
+        ("edge", Value::from(u32::MAX)),
+        ("frame", (-1.0).into()),
+        ("frame", 1e9.into()),
+        ("clip_to_world/cos", 7.0.into()),
+        ("clip_to_world/x", 1e30.into()),
+    ] {
+        let playhead = asked(&format!("/query/playhead/{key}"), value);
+        assert!(matches!(playhead, Err(RecordingError::Playhead)), "{key}");
+    }
+    let attack = changed("/attack/spheres", Value::Array(Vec::new()));
+    assert!(matches!(attack, Err(RecordingError::Attack(_))));
+    let judging = changed("/query/judging", "perhaps".into());
+    assert!(matches!(judging, Err(RecordingError::Json(_))));
+    assert!(Recording::parse(b"{}").is_err() && Recording::parse(b"").is_err());
+}
+
+#[test]
+fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
+    let baked = embedded();
+    let mut evasions = 0;
+    for (throw, answer) in answers() {
+        let chosen = answer.chosen();
+        let place = evasion_placement(baked, throw.playhead, &answer, chosen);
+        assert_eq!(place.is_some(), chosen.evasion.is_some());
+        let Some(place) = place else { continue };
+        let mut start = throw.playhead.seconds_to_next_node(baked.graph());
+        for step in answer.motion.steps().take(answer.path(chosen).len()) {
+            start += baked.graph().seconds(step.edge) / step.rate;
+        }
+        let there = answer.motion.playhead(baked.graph(), start + 1e-4);
+        let there = there.placement(baked.graph());
+        let turned = (place.inverse() * there).heading().abs();
+        assert!(place.ground().distance(there.ground()) < 0.01 && turned < 0.02);
+        evasions += 1;
+    }
+    assert!(evasions > 0);
 }

@@ -3,6 +3,8 @@
 //! Source: Masaoka & Oshita, section 5.4. Differs: V_d is never below 0, so that the other two terms bound the score, and a
 //! candidate whose bound is no better than the best score so far need not be tested.
 
+use serde::{Deserialize, Serialize};
+
 use super::case::Case;
 use super::clearance::{Clearance, Extent, MotionBody, on_motion};
 use super::score::Score;
@@ -10,7 +12,8 @@ use crate::graph::Motion;
 use crate::math::{in_parallel, thread_count};
 
 /// How much is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Judging {
     /// What the choice needs: candidates that the maps remove are left out as long as there is a
     /// clean one among the others, and a candidate that could not win even with no distance at all

@@ -16,6 +16,7 @@ mod context;
 pub mod cull;
 mod gather;
 mod judge;
+pub mod measure;
 mod moves;
 mod placement;
 mod prepared;

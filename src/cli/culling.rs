@@ -39,6 +39,11 @@ impl CullPath {
         }
     }
 
+    /// Whether the Vulkan device is needed.
+    pub(crate) fn needs_device(self) -> bool {
+        matches!(self, Self::Stencil | Self::Compute)
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -64,6 +69,7 @@ pub(crate) struct DeviceArgs {
 pub(crate) struct Culling {
     device: Device,
     culler: Option<device::Culler>,
+    cpu: cpu::Culler,
 }
 
 /// A Vulkan device, or why there is none.
@@ -78,7 +84,32 @@ impl Culling {
     /// The maps of `atlas` go to the device, if there is one that takes them.
     pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Self {
         let culler = device.as_mut().ok().map(|device| device.culler(atlas));
-        Self { device, culler }
+        Self {
+            device,
+            culler,
+            cpu: cpu::Culler::default(),
+        }
+    }
+
+    /// The paths that need no device, and why there is none.
+    pub(crate) fn without_device(why: String) -> Self {
+        Self {
+            device: Err(why),
+            culler: None,
+            cpu: cpu::Culler::default(),
+        }
+    }
+
+    /// The paths that run here.
+    pub(crate) fn paths(&self) -> Vec<CullPath> {
+        let all = CullPath::value_variants().iter().copied();
+        let runs = |path: &CullPath| self.device.is_ok() || !path.needs_device();
+        all.filter(runs).collect()
+    }
+
+    /// Which device culls, if there is one.
+    pub(crate) fn device_name(&self) -> Option<&str> {
+        self.device.as_ref().ok().map(device::Opened::name)
     }
 
     /// The stencil path where it can run, else the CPU's.
@@ -114,22 +145,25 @@ impl Culling {
         &mut self,
         path: CullPath,
         input: &CullInput<'_>,
-    ) -> Result<Vec<Overlap>, Failure> {
-        match path {
-            CullPath::Exact | CullPath::Cpu => {
-                let mut overlaps = Vec::new();
-                cpu::count(input, &mut overlaps);
-                Ok(overlaps)
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
+        if !path.needs_device() {
+            self.cpu.count(input, overlaps);
+            return Ok(());
+        }
+        let cannot = |why: &str| {
+            let name = path.name();
+            Failure::Device(format!("the {name} path cannot run: {why}"))
+        };
+        match (&mut self.device, &mut self.culler) {
+            (Ok(device), Some(culler)) => {
+                *overlaps = device
+                    .cull((culler, path), input)
+                    .map_err(|why| cannot(&why))?;
+                Ok(())
             }
-            CullPath::Stencil | CullPath::Compute => {
-                let counted = match (&mut self.device, &mut self.culler) {
-                    (Ok(device), Some(culler)) => device.cull((culler, path), input),
-                    (Err(why), _) => Err(why.clone()),
-                    _ => Err("the device has no maps".to_owned()),
-                };
-                let failed = |why| format!("the {} path cannot run: {why}", path.name());
-                counted.map_err(|why| Failure::Device(failed(why)))
-            }
+            (Err(why), _) => Err(cannot(why)),
+            _ => Err(cannot("it has no maps on the device")),
         }
     }
 }

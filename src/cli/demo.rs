@@ -1,18 +1,19 @@
 //! `sabaki` without a subcommand: the demo.
 
-use std::io::Write as _;
 use std::path::Path;
 
-use sabaki::avoid::{Query, QueryContext, QuerySettings};
+use sabaki::avoid::{Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::io;
 use sabaki::region::BakedGraph;
 use serde_json::json;
 
 use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::passes::{Method, Pass, PassSettings, pass};
 use super::source::Baked;
-use super::stats::{self, Run, Summary};
-use super::{Done, Failure, dodge, output, sheet, source};
+use super::stats::{Asker, Run};
+use super::summary::{self, Summary};
+use super::{Done, Failure, dodge, sheet, source};
 
 /// Balls that are thrown.
 const ATTACKS: u64 = 100;
@@ -25,7 +26,7 @@ const FOLDER: &str = "out";
 struct Shown {
     baked: Baked,
     culling: String,
-    passes: Vec<(CullPath, Vec<Run>)>,
+    passes: Vec<Pass>,
     /// The attack whose answer was written.
     written: usize,
     files: Vec<String>,
@@ -42,8 +43,9 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let throws = throws(&baked.graph)?;
     let passes = passes(&baked.graph, &throws, &mut culling)?;
-    let written = closest_shave(&baked.graph, &passes[0].1);
-    let files = write_files(&baked.graph, &throws[written], &passes[0].1[written])?;
+    let written = closest_shave(&baked.graph, &passes[0].runs);
+    let method = passes[0].method;
+    let files = write_files(&baked.graph, &throws[written], (&mut culling, method))?;
     let shown = Shown {
         baked,
         culling: culling.describe(),
@@ -58,40 +60,35 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
-/// Answers all attacks, once with each culling path that runs here.
+/// Answers all attacks, once with each culling path that runs here, with and without the grid; the
+/// best one first.
 fn passes(
     baked: &BakedGraph,
     throws: &[Throw],
     culling: &mut Culling,
-) -> Result<Vec<(CullPath, Vec<Run>)>, Failure> {
-    let paths = match culling.best() {
-        CullPath::Stencil => vec![CullPath::Stencil, CullPath::Cpu, CullPath::Exact],
-        _ => vec![CullPath::Cpu, CullPath::Exact],
+) -> Result<Vec<Pass>, Failure> {
+    let best = culling.best();
+    let mut paths = culling.paths();
+    paths.sort_by_key(|&path| (path != best, path == CullPath::Exact));
+    let grids = [Enumerate::default(), Enumerate::Whole];
+    let methods = paths
+        .into_iter()
+        .flat_map(|cull| grids.map(|enumerate| Method { cull, enumerate }));
+    let one = |method: Method| {
+        let settings = PassSettings {
+            method,
+            threads: 1,
+            list_late: false,
+        };
+        pass((baked, throws), &settings, culling, |_, _, _| Ok(()))
     };
-    let settings = QuerySettings::default();
-    let bar = output::progress("dodging", (throws.len() * paths.len()) as u64);
-    let mut passes = Vec::new();
-    for path in paths {
-        let (mut runs, mut context) = (Vec::new(), QueryContext::default());
-        for throw in throws {
-            runs.push(stats::answer(
-                baked,
-                &settings,
-                throw,
-                (culling, path),
-                &mut context,
-            )?);
-            bar.inc(1);
-        }
-        passes.push((path, runs));
-    }
-    bar.finish_and_clear();
-    Ok(passes)
+    methods.map(one).collect()
 }
 
 impl Shown {
     fn document(&self) -> String {
-        let summary = |(path, runs): &(CullPath, Vec<Run>)| Summary::of(runs).to_json(*path);
+        let exact = summary::exact(&self.passes);
+        let summary = |pass: &Pass| Summary::of(pass, exact).to_json();
         let mut document = summary(&self.passes[0]);
         document["rows"] = self.passes.iter().map(summary).collect();
         document["graph"] = source::statistics(&self.baked);
@@ -100,7 +97,7 @@ impl Shown {
     }
 
     fn tables(&self) -> String {
-        let runs = &self.passes[0].1;
+        let runs = &self.passes[0].runs;
         let first = &runs[..LISTED.min(runs.len())];
         format!(
             "The embedded motions:\n{graph}{culling}\n\n\
@@ -112,7 +109,7 @@ impl Shown {
             graph = source::describe(&self.baked),
             culling = self.culling,
             each = dodge::attack_table(&self.baked.graph, first),
-            all = dodge::summary_table(&self.passes),
+            all = summary::table(&self.passes),
             written = self.written,
             files = self.files.join(", "),
         )
@@ -135,16 +132,15 @@ fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
 /// answers any.
 fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
     let rank = |run: &Run| {
-        let chosen = run.answer.chosen();
-        let score = chosen.score?;
-        let region = baked.evasion(chosen.evasion?)?.region;
+        let score = run.score?;
+        let region = baked.evasion(run.evasion?)?.region;
         let stays = baked
             .atlas()
             .region(region)
             .slabs
             .iter()
             .any(|maps| maps.body.count() > 0);
-        Some((!stays, score.total))
+        Some((!stays, score))
     };
     let ranked = runs
         .iter()
@@ -156,27 +152,41 @@ fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
 }
 
 /// Writes the answer as BVH and JSON, and its maps as a picture. Returns their names.
-fn write_files(baked: &BakedGraph, throw: &Throw, run: &Run) -> Result<Vec<String>, Failure> {
+fn write_files(
+    baked: &BakedGraph,
+    throw: &Throw,
+    (culling, method): (&mut Culling, Method),
+) -> Result<Vec<String>, Failure> {
     let folder = Path::new(FOLDER);
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| Failure::Write { path, source }
     };
-    let answer = (&run.answer, &throw.attack);
-    let mut files = io::export::write_answer(folder, "dodge", baked, answer)
+    let settings = QuerySettings {
+        list_late: true,
+        ..method.settings()
+    };
+    let mut asker = Asker::new(baked);
+    asker.ask(&settings, throw, (culling, method.cull))?;
+    let answer = &asker.answer;
+    let question = dodge::question(dodge::graph_name(baked)?, throw, (&settings, method));
+    let mut files = io::export::write_answer(folder, "dodge", baked, (&question, answer))
         .map_err(failed(folder))?
         .to_vec();
-    let settings = QuerySettings::default();
+    let chosen = answer.chosen;
+    // The candidates that the answer was found among.
+    let settings = match answer.source {
+        Source::Grid => settings,
+        _ => Method::EXACT.settings(),
+    };
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
     let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
     let input = prepared.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
-    if let Some(candidate) = input.candidates.get(run.answer.chosen) {
+    if let Some(candidate) = input.candidates.get(chosen) {
         let path = folder.join("maps.png");
-        let bytes = sheet::png(&input, candidate)
-            .map_err(|error| failed(&path)(std::io::Error::other(error)))?;
-        io::write_whole(&path, |file| file.write_all(&bytes)).map_err(failed(&path))?;
+        sheet::draw(&input, candidate).write(&path)?;
         files.push(path);
     }
     Ok(files

@@ -3,26 +3,24 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-use sabaki::avoid::{Attack, QueryContext, QuerySettings};
+use sabaki::avoid::{Answer, Attack, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::io;
+use sabaki::io::{self, Question};
 use sabaki::math::Rigid2;
 use sabaki::region::BakedGraph;
-use serde_json::json;
+use serde_json::Value;
 
-use super::culling::{self, CullPath, Culling, DeviceArgs};
-use super::source::{self, Baked, ClipArgs};
-use super::stats::{self, Run, Summary};
-use super::{Done, Failure, output};
+use super::culling::{self, Culling, DeviceArgs};
+use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
+use super::source::{self, Baked, GraphArgs};
+use super::summary::{self, Summary};
+use super::{Done, Failure, explain, output, replay};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A graph that `bake` wrote; otherwise --clips, otherwise the embedded motions.
-    baked: Option<PathBuf>,
     #[command(flatten)]
-    clips: ClipArgs,
+    graph: GraphArgs,
     /// How many random attacks: balls thrown at a part of the body, which would hit a character
     /// that does nothing.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -33,28 +31,38 @@ pub(crate) struct Args {
     /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
     #[arg(long, value_name = "FILE")]
     attack: Option<PathBuf>,
-    /// Who culls; several are run one after the other on the same attacks. Default: stencil where
-    /// there is a Vulkan device, else cpu.
-    #[arg(long, value_enum, value_delimiter = ',')]
-    cull: Vec<CullPath>,
-    /// Whether candidates come from per-node grids; this version has none.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "off")]
-    grid: Vec<Grid>,
+    #[command(flatten)]
+    methods: MethodArgs,
+    /// Threads that share the attacks, where no device culls; 0 for as many as the machine has.
+    /// Times are those of each query within its thread.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
+    /// Run the exact whole search as well, and hold every hit to it.
+    #[arg(long)]
+    check: bool,
     /// Write each answer as BVH and JSON into this folder.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Grid {
-    Off,
+    /// Answer only the attack with this number, and say of every candidate what became of it.
+    #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
+    explain: Option<u64>,
+    /// With --explain: all candidates, however many.
+    #[arg(long, requires = "explain")]
+    all: bool,
+    /// Ask again what an exported JSON was the answer to, and compare: exit code 1 where the answer
+    /// is another one.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed", "attack", "cull", "grid", "lookup", "threads", "check", "export", "explain"])]
+    replay: Option<PathBuf>,
 }
 
 /// Attacks in a table one by one up to this many.
 const LISTED: usize = 20;
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    let baked = load(args)?;
+    let baked = args.graph.load()?;
+    if let Some(path) = &args.replay {
+        return replay::run(path, &baked.graph, as_json);
+    }
     let throws = throws(args, &baked.graph)?;
     if let Some(folder) = &args.export {
         std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
@@ -63,21 +71,24 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         })?;
     }
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
-    let paths = if args.cull.is_empty() {
-        vec![culling.best()]
-    } else {
-        args.cull.clone()
-    };
-    let mut passes = Vec::new();
-    for &path in &paths {
-        // The first path's answers are the ones that are exported.
-        let export = args.export.as_deref().filter(|_| passes.is_empty());
-        passes.push((
-            path,
-            pass(&baked.graph, &throws, (&mut culling, path), export)?,
-        ));
+    let mut methods = args.methods.methods(&culling);
+    if let Some(index) = args.explain {
+        let case = explain::Case {
+            baked: &baked.graph,
+            throw: &throws[0],
+            index,
+            method: methods[0],
+            all: args.all,
+        };
+        let done = explain::run(&case, (&mut culling, args.export.as_deref()), as_json)?;
+        let no = done.no && args.attack.is_some();
+        return Ok(Done { no, ..done });
     }
-    let no = args.attack.is_some() && passes[0].1.iter().any(|run| !run.answer.avoided);
+    if args.check && !methods.contains(&Method::EXACT) {
+        methods.push(Method::EXACT);
+    }
+    let passes = passes(args, (&baked.graph, &throws), &methods, &mut culling)?;
+    let no = args.attack.is_some() && passes[0].runs.iter().any(|run| !run.avoided);
     let text = if as_json {
         document(&baked, &passes)
     } else {
@@ -86,162 +97,167 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     Ok(Done { text, no })
 }
 
-fn load(args: &Args) -> Result<Baked, Failure> {
-    match (&args.baked, args.clips.clips.is_empty()) {
-        (_, true) if args.clips.events.is_some() => {
-            Err(Failure::Usage("--events needs --clips".to_owned()))
-        }
-        (Some(_), false) => Err(Failure::Usage(
-            "either a baked graph or --clips, not both".to_owned(),
-        )),
-        (Some(path), true) => source::from_file(path),
-        (None, false) => source::from_clips(&args.clips),
-        (None, true) => source::embedded(),
+/// Answers all attacks by each method. The first one's answers are exported.
+fn passes(
+    args: &Args,
+    (baked, throws): (&BakedGraph, &[Throw]),
+    methods: &[Method],
+    culling: &mut Culling,
+) -> Result<Vec<Pass>, Failure> {
+    let folder = args.export.as_deref();
+    let graph = folder.map(|_| graph_name(baked)).transpose()?;
+    let mut passes = Vec::new();
+    for &method in methods {
+        let folder = folder.filter(|_| passes.is_empty());
+        let settings = PassSettings {
+            method,
+            threads: args.threads as usize,
+            list_late: folder.is_some(),
+        };
+        let export = |index: usize, settings: &QuerySettings, answer: &Answer| {
+            let (Some(folder), Some(graph)) = (folder, graph) else {
+                return Ok(());
+            };
+            let question = question(graph, &throws[index], (settings, method));
+            write(folder, (baked, index as u64), &question, answer)
+        };
+        passes.push(pass((baked, throws), &settings, culling, export)?);
+    }
+    Ok(passes)
+}
+
+/// The number that exported answers name the graph by.
+pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
+    io::archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// What is asked when a throw is answered by a method.
+pub(super) fn question(
+    graph: u32,
+    throw: &Throw,
+    (settings, method): (&QuerySettings, Method),
+) -> Question {
+    Question {
+        graph,
+        playhead: throw.playhead,
+        attack: throw.attack.clone(),
+        settings: *settings,
+        judging: method.cull.judging(),
     }
 }
 
+/// Writes an answer as `attack_0000.bvh` and `.json`.
+pub(super) fn write(
+    folder: &Path,
+    (baked, index): (&BakedGraph, u64),
+    question: &Question,
+    answer: &Answer,
+) -> Result<(), Failure> {
+    let name = format!("attack_{index:04}");
+    let written = io::export::write_answer(folder, &name, baked, (question, answer));
+    let failed = |source| Failure::Write {
+        path: folder.join(name),
+        source,
+    };
+    written.map(|_| ()).map_err(failed)
+}
+
+/// The attacks: of those with --explain only the one that is explained.
 fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let Some(path) = &args.attack else {
         let settings = ThrowSettings::default();
-        let random = |index| throw(baked, &settings, args.seed, index);
-        let numbered = (0..args.attacks).map(|index| {
-            random(index).map_err(|error| Failure::Attack {
+        let numbers = args
+            .explain
+            .map_or(0..args.attacks, |index| index..index.saturating_add(1));
+        let random = |index| {
+            let thrown = throw(baked, &settings, args.seed, index);
+            thrown.map_err(|error| Failure::Attack {
                 index: index as usize,
                 error,
             })
-        });
-        return numbered.collect();
+        };
+        return numbers.map(random).collect();
     };
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let file = io::AttackFile::read(path)?;
-    let attacks = file.attacks.into_iter().enumerate().map(|(index, entry)| {
+    let count = file.attacks.len();
+    let explained = |index: usize| args.explain.is_none_or(|number| number == index as u64);
+    let numbered = file.attacks.into_iter().enumerate();
+    let throws = numbered.filter(|(index, _)| explained(*index));
+    let throws = throws.map(|(index, entry)| {
         let attack = Attack::new(entry.spheres)
             .map_err(|error| Failure::Attack { index, error }.within(path))?;
         Ok(Throw { playhead, attack })
     });
-    attacks.collect()
-}
-
-/// Answers all attacks with one culling path.
-fn pass(
-    baked: &BakedGraph,
-    throws: &[Throw],
-    (culling, path): (&mut Culling, CullPath),
-    export: Option<&Path>,
-) -> Result<Vec<Run>, Failure> {
-    let settings = QuerySettings::default();
-    let bar = output::progress(path.name(), throws.len() as u64);
-    let mut runs = Vec::with_capacity(throws.len());
-    let mut context = QueryContext::default();
-    for (index, throw) in throws.iter().enumerate() {
-        let run = stats::answer(baked, &settings, throw, (culling, path), &mut context)?;
-        if let Some(folder) = export {
-            let name = format!("attack_{index:04}");
-            io::export::write_answer(folder, &name, baked, (&run.answer, &throw.attack)).map_err(
-                |source| Failure::Write {
-                    path: folder.join(name),
-                    source,
-                },
-            )?;
+    let throws: Vec<Throw> = throws.collect::<Result<_, Failure>>()?;
+    match args.explain {
+        Some(index) if throws.is_empty() => {
+            let what = format!("there is no attack {index}: the file has {count}, from 0 on");
+            Err(Failure::Usage(what).within(path))
         }
-        runs.push(run);
-        bar.inc(1);
+        _ => Ok(throws),
     }
-    bar.finish_and_clear();
-    Ok(runs)
 }
 
-fn document(baked: &Baked, passes: &[(CullPath, Vec<Run>)]) -> String {
-    let (first, runs) = &passes[0];
-    let mut document = Summary::of(runs).to_json(*first);
-    let of_pass = |(path, runs): &(CullPath, Vec<Run>)| {
-        runs.iter()
-            .enumerate()
-            .map(|(index, run)| run.to_json(&baked.graph, index, *path))
-            .collect::<Vec<_>>()
-    };
-    document["rows"] = passes
+fn document(baked: &Baked, passes: &[Pass]) -> String {
+    let exact = summary::exact(passes);
+    let rows: Vec<Value> = passes
         .iter()
-        .map(|(path, runs)| Summary::of(runs).to_json(*path))
+        .map(|pass| Summary::of(pass, exact).to_json())
         .collect();
-    document["results"] = passes.iter().flat_map(of_pass).collect();
+    let results = passes.iter().flat_map(|pass| {
+        let numbered = pass.runs.iter().enumerate();
+        numbered.map(|(index, run)| run.to_json(&baked.graph, index, pass.method))
+    });
+    let mut document = rows[0].clone();
+    document["results"] = results.collect();
+    document["rows"] = Value::Array(rows);
     document["graph"] = source::statistics(baked);
-    Done::json(&json!(document))
+    Done::json(&document)
 }
 
-fn tables(baked: &Baked, passes: &[(CullPath, Vec<Run>)], culling: &Culling) -> String {
+fn tables(baked: &Baked, passes: &[Pass], culling: &Culling) -> String {
     let mut text = source::describe(baked);
     text.push_str(&culling.describe());
     text.push('\n');
-    let (path, runs) = &passes[0];
-    if runs.len() <= LISTED {
+    let first = &passes[0];
+    if first.runs.len() <= LISTED {
         let _ = writeln!(
             text,
-            "\nEach attack, culled by {}:\n{}",
-            path.name(),
-            attack_table(&baked.graph, runs)
+            "\nEach attack, culled by {}, grid {}:\n{}",
+            first.method.cull.name(),
+            first.method.grid_name(),
+            attack_table(&baked.graph, &first.runs)
         );
     }
-    let _ = writeln!(text, "\n{}", summary_table(passes));
+    let _ = writeln!(text, "\n{}", summary::table(passes));
     text
 }
 
-pub(super) fn attack_table(baked: &BakedGraph, runs: &[Run]) -> comfy_table::Table {
+pub(super) fn attack_table(baked: &BakedGraph, runs: &[super::stats::Run]) -> comfy_table::Table {
     let head = [
         "attack",
         "answer",
         "by",
+        "from",
         "rate p",
         "clearance cm",
         "candidates",
         "culled",
         "query ms",
     ];
-    let mut table = output::table(&head, 3);
+    let mut table = output::table(&head, 4);
     for (index, run) in runs.iter().enumerate() {
-        let counts = run.answer.counts;
         table.add_row(vec![
             index.to_string(),
-            if run.answer.avoided { "avoided" } else { "HIT" }.to_owned(),
+            if run.avoided { "avoided" } else { "HIT" }.to_owned(),
             run.evasion(baked).unwrap_or_else(|| "moving on".to_owned()),
-            format!("{:.2}", run.rate()),
-            format!("{:.1}", run.answer.clearance().metres * 100.0),
-            counts.candidates.to_string(),
-            counts.culled.to_string(),
+            explain::source_name(run.source).to_owned(),
+            format!("{:.2}", run.rate),
+            format!("{:.1}", run.clearance * 100.0),
+            run.counts.candidates.to_string(),
+            run.counts.culled.to_string(),
             format!("{:.2}", run.query_ms()),
-        ]);
-    }
-    table
-}
-
-pub(super) fn summary_table(passes: &[(CullPath, Vec<Run>)]) -> comfy_table::Table {
-    let head = [
-        "culled by",
-        "attacks",
-        "avoided",
-        "by an evasion",
-        "candidates, with evasion",
-        "of these culled",
-        "clearance cm, median",
-        "query ms, median / p99",
-        "culling ms, median / p99",
-    ];
-    let mut table = output::table(&head, 1);
-    for (path, runs) in passes {
-        let s = Summary::of(runs);
-        let percent =
-            |part: usize| format!("{:.1}%", 100.0 * part as f64 / s.attacks.max(1) as f64);
-        table.add_row(vec![
-            path.name().to_owned(),
-            s.attacks.to_string(),
-            percent(s.avoided),
-            percent(s.evading),
-            format!("{:.0}, {:.0}", s.candidates, s.with_evasion),
-            format!("{:.0}%", 100.0 * s.culled_share),
-            s.median_clearance
-                .map_or("-".to_owned(), |metres| format!("{:.1}", 100.0 * metres)),
-            format!("{:.2} / {:.2}", s.query_ms[0], s.query_ms[1]),
-            format!("{:.3} / {:.3}", s.cull_ms[0], s.cull_ms[1]),
         ]);
     }
     table

@@ -1,16 +1,25 @@
 //! The command's face: one file for each subcommand, and what they share.
 
 mod bake;
+mod compare;
+mod coverage;
+mod crossover;
 mod culling;
 mod demo;
 mod doctor;
 mod dodge;
+mod explain;
 mod figure;
 mod inspect;
+mod map_settings;
 mod output;
+mod passes;
+mod picture;
+mod replay;
 mod sheet;
 mod source;
 mod stats;
+mod summary;
 
 use std::process::ExitCode;
 
@@ -46,6 +55,10 @@ enum Command {
     Bake(bake::Args),
     /// Throws attacks at a character and answers them.
     Dodge(dodge::Args),
+    /// All culling paths with and without the grid, side by side on the same attacks.
+    Compare(compare::Args),
+    /// From which side, at which height and how soon attacks are avoided, and where the gaps are.
+    Coverage(coverage::Args),
     /// What a file holds: BVH, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
@@ -67,6 +80,8 @@ pub(crate) fn main() -> ExitCode {
         None => demo::run(&cli.device, cli.json),
         Some(Command::Bake(args)) => bake::run(&args, cli.json),
         Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
+        Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
+        Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };

@@ -1,11 +1,10 @@
 //! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack
 //! and what they share.
 
-use std::io::Write;
-
-use font8x8::UnicodeFonts;
 use sabaki::avoid::cull::{CullCandidate, CullInput};
 use sabaki::region::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
+
+use super::picture::Picture;
 
 /// Pixels of a texel's side.
 const ZOOM: usize = 3;
@@ -21,9 +20,7 @@ const NAMES: usize = 80;
 const MOST_COLUMNS: usize = 8;
 
 const ROWS: [&str; 4] = ["body", "evasion", "attack", "overlap"];
-const BACKGROUND: [u8; 3] = [24, 26, 30];
 const CELL: [u8; 3] = [44, 47, 54];
-const INK: [u8; 3] = [220, 222, 226];
 const BODY: [u8; 3] = [92, 190, 110];
 const EVASION: [u8; 3] = [90, 140, 235];
 const ATTACK: [u8; 3] = [225, 80, 70];
@@ -46,11 +43,8 @@ struct Window {
 }
 
 /// Draws the maps of one candidate as the culling sees them: in the frame in which the paths start,
-/// the candidate's maps moved and turned into place. The result is a PNG file's bytes.
-pub(crate) fn png(
-    input: &CullInput<'_>,
-    candidate: &CullCandidate,
-) -> Result<Vec<u8>, png::EncodingError> {
+/// the candidate's maps moved and turned into place.
+pub(crate) fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
     let columns = columns(input, candidate);
     let window = window(&columns, candidate);
     let (width, height) = (
@@ -85,7 +79,7 @@ pub(crate) fn png(
         size.1 + LABEL,
         "red: attack  yellow: attack through the evasion region  white: body and attack at one time",
     );
-    picture.encode()
+    picture
 }
 
 /// The slabs that the attack touches, evenly chosen where they are many; the body's where it
@@ -207,55 +201,5 @@ fn draw_cell(
                 colour(u, v),
             );
         }
-    }
-}
-
-struct Picture {
-    width: usize,
-    height: usize,
-    pixels: Vec<u8>,
-}
-
-impl Picture {
-    fn new(width: usize, height: usize) -> Self {
-        Self {
-            width,
-            height,
-            pixels: BACKGROUND.repeat(width * height),
-        }
-    }
-
-    fn fill(&mut self, (x, y): (usize, usize), (width, height): (usize, usize), colour: [u8; 3]) {
-        for row in y..(y + height).min(self.height) {
-            for column in x..(x + width).min(self.width) {
-                let start = 3 * (row * self.width + column);
-                self.pixels[start..start + 3].copy_from_slice(&colour);
-            }
-        }
-    }
-
-    fn text(&mut self, x: usize, y: usize, text: &str) {
-        for (index, letter) in text.chars().enumerate() {
-            let Some(rows) = font8x8::BASIC_FONTS.get(letter) else {
-                continue;
-            };
-            for (row, bits) in rows.iter().enumerate() {
-                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    self.fill((x + index * 8 + column, y + row), (1, 1), INK);
-                }
-            }
-        }
-    }
-
-    fn encode(&self) -> Result<Vec<u8>, png::EncodingError> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.pixels)?;
-        writer.finish()?;
-        bytes.flush()?;
-        Ok(bytes)
     }
 }

@@ -33,6 +33,31 @@ pub(crate) struct ClipArgs {
     pub(crate) figure: FigureArgs,
 }
 
+/// Which graph is asked.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct GraphArgs {
+    /// A graph that `bake` wrote; otherwise --clips, otherwise the embedded motions.
+    baked: Option<PathBuf>,
+    #[command(flatten)]
+    clips: ClipArgs,
+}
+
+impl GraphArgs {
+    pub(crate) fn load(&self) -> Result<Baked, Failure> {
+        match (&self.baked, self.clips.clips.is_empty()) {
+            (_, true) if self.clips.events.is_some() => {
+                Err(Failure::Usage("--events needs --clips".to_owned()))
+            }
+            (Some(_), false) => Err(Failure::Usage(
+                "either a baked graph or --clips, not both".to_owned(),
+            )),
+            (Some(path), true) => from_file(path),
+            (None, false) => from_clips(&self.clips),
+            (None, true) => embedded(),
+        }
+    }
+}
+
 /// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
 const MEASURED: usize = 2000;
 

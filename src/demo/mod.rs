@@ -7,6 +7,7 @@
 //! Every clip starts and ends in nearly the same guard, so that a motion graph can join them all.
 
 mod attacks;
+pub mod coverage;
 mod evasions;
 mod feet;
 mod keys;

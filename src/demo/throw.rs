@@ -63,11 +63,74 @@ pub fn throw(
     seed: u64,
     index: u64,
 ) -> Result<Throw, AttackError> {
-    let mut random =
-        Pcg64Mcg::seed_from_u64(seed ^ (index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    let mut random = random_of(seed, index);
     let playhead = random_moment(baked, &mut random);
     let attack = ball_at(baked, playhead, settings, &mut random)?;
     Ok(Throw { playhead, attack })
+}
+
+/// A ball from a side, at a height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// Where it comes from, radians from the way that the character faces: 0 from the front, π/2
+    /// from its left.
+    pub from: f32,
+    /// At which height it is aimed, as a share of the body's own height in its posture: 0 the
+    /// ground, 1 the top of the head.
+    pub height: f32,
+    /// Seconds from the query to the throw.
+    pub lead: f32,
+    /// Metres per second.
+    pub speed: f32,
+    /// Metres.
+    pub radius: f32,
+    /// From the thrower to the body, and as far behind it, metres.
+    pub distance: f32,
+}
+
+/// The `index`th throw of a seed that is aimed: at any moment, level, at the part of the body that
+/// is nearest to the middle of the body at the wanted height. Two throws of one index find the
+/// character at the same moment.
+///
+/// # Errors
+/// An aim that makes no attack: a radius or a speed that is not above 0.
+pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Throw, AttackError> {
+    let playhead = random_moment(baked, &mut random_of(seed, index));
+    let spheres = &baked.body().spheres;
+    let centres = centres(baked, playhead);
+    let tops = centres.iter().zip(spheres).map(|(c, s)| c.y + s.radius);
+    let top = tops.fold(0.0, f32::max);
+    let wanted = Vec3::new(0.0, aim.height * top, 0.0);
+    let nearest = |a: &&Vec3, b: &&Vec3| {
+        let apart = |centre: &Vec3| centre.distance_squared(wanted);
+        apart(a).total_cmp(&apart(b))
+    };
+    let target = centres.iter().min_by(nearest).copied().unwrap_or(wanted);
+    let back = Vec3::new(aim.from.sin(), 0.0, aim.from.cos()) * aim.distance;
+    let key = |t: f32, center: Vec3| SphereKey {
+        t,
+        center,
+        radius: aim.radius,
+    };
+    let end = aim.lead + 2.0 * aim.distance / aim.speed;
+    let attack = Attack::new(vec![vec![
+        key(aim.lead, target + back),
+        key(end, target - back),
+    ]])?;
+    Ok(Throw { playhead, attack })
+}
+
+fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(seed ^ (index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+}
+
+/// The centres of the body's spheres at a place of the graph, in the world.
+fn centres(baked: &BakedGraph, playhead: Playhead) -> Vec<Vec3> {
+    let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+    playhead.pose(baked.graph(), &mut pose);
+    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    baked.body().centres(&joints, &mut centres);
+    centres
 }
 
 /// Any moment of the clips in the graph, each as likely as any other.
@@ -105,10 +168,7 @@ fn ball_at(
     settings: &ThrowSettings,
     random: &mut impl Rng,
 ) -> Result<Attack, AttackError> {
-    let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
-    playhead.pose(baked.graph(), &mut pose);
-    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
-    baked.body().centres(&joints, &mut centres);
+    let centres = centres(baked, playhead);
     let target = centres[random.random_range(0..centres.len())];
     let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
     let (lead, speed, radius) = (

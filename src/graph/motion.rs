@@ -1,11 +1,12 @@
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, MotionGraph, NodeId};
 use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::math::Rigid2;
 
 /// Where a character is in the graph and in the world.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Playhead {
     /// What is being played.
     pub edge: EdgeId,
@@ -28,6 +29,16 @@ impl Playhead {
             clip_to_world: world * start.placement(graph).inverse(),
             ..start
         }
+    }
+
+    /// Whether the graph has such a place: asked of what is read from a file.
+    #[must_use]
+    pub fn is_sound(&self, graph: &MotionGraph) -> bool {
+        /// Metres.
+        const FURTHEST: f32 = 10_000.0;
+        let edge = graph.edges().get(self.edge.index());
+        edge.is_some_and(|edge| (0.0..=edge.frames as f32).contains(&self.frame))
+            && self.clip_to_world.is_sound(FURTHEST)
     }
 
     /// The pose, in the world.

@@ -76,6 +76,14 @@ pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     Ok(bytes)
 }
 
+/// The checksum that a graph's baked file has: it names the graph.
+///
+/// # Errors
+/// Only where memory ends.
+pub fn checksum(baked: &BakedGraph) -> Result<u32, postcard::Error> {
+    Ok(crc32fast::hash(&postcard::to_extend(baked, Vec::new())?))
+}
+
 /// Whether bytes begin like a baked file.
 #[must_use]
 pub fn is_baked(bytes: &[u8]) -> bool {

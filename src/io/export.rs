@@ -1,16 +1,19 @@
-//! An answer as files that other tools can check: the motion as BVH, the attack and the body's spheres as JSON, on one clock and in
-//! one world.
+//! An answer as files that other tools can check: the motion as BVH, the attack and the body's
+//! spheres as JSON, on one clock and in one world; and how it was found, so that it can be asked
+//! again ([`Recording`](super::Recording)).
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::{bvh, write_whole};
+use super::recording::Chosen;
+use super::{Question, bvh, write_whole};
 use crate::anim::{Clip, ClipDesc, ClipError, Pose};
 use crate::avoid::clearance::SAMPLE_RATE;
 use crate::avoid::{Answer, Attack, CandidateReport};
-use crate::graph::{EdgeMotion, EventId};
+use crate::graph::{EdgeId, EdgeMotion, Playhead};
+use crate::math::Rigid2;
 use crate::region::BakedGraph;
 
 /// Exported positions are in centimetres.
@@ -20,8 +23,8 @@ const AFTER: f32 = 1.0;
 
 /// Writes `NAME.bvh` and `NAME.json` into `folder`, which must exist. Returns the two paths.
 ///
-/// The BVH starts at the moment of the query and has the frames at which the exact test took the body's spheres; between them these go in
-/// straight lines.
+/// The BVH starts at the moment of the query and has the frames at which the exact test took the
+/// body's spheres; between them these go in straight lines. The JSON is that of [`document`].
 ///
 /// # Errors
 /// What the file system refuses.
@@ -29,16 +32,16 @@ pub fn write_answer(
     folder: &Path,
     name: &str,
     baked: &BakedGraph,
-    (answer, attack): (&Answer, &Attack),
+    (question, answer): (&Question, &Answer),
 ) -> std::io::Result<[PathBuf; 2]> {
     let [motion, facts] =
         ["bvh", "json"].map(|extension| folder.join(format!("{name}.{extension}")));
-    let clip = whole_motion(baked, answer, attack).map_err(std::io::Error::other)?;
+    let clip = whole_motion(baked, answer, &question.attack).map_err(std::io::Error::other)?;
     let skeleton = baked.graph().skeleton();
     write_whole(&motion, |file| {
         bvh::write(file, skeleton, &clip, METRES_PER_UNIT)
     })?;
-    let document = facts_of(baked, answer, attack);
+    let document = document(baked, question, answer);
     write_whole(&facts, |file: &mut BufWriter<_>| {
         serde_json::to_writer_pretty(&mut *file, &document)?;
         writeln!(file)
@@ -76,38 +79,66 @@ fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Result<
     Clip::new(graph.skeleton(), desc)
 }
 
-fn facts_of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Value {
+/// All facts of an answer, with stable keys: what the BVH needs to be checked, what was asked, and
+/// each candidate with what became of it.
+#[must_use]
+pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Value {
     let skeleton = baked.graph().skeleton();
     let body = baked.body().spheres.iter().map(|sphere| {
         let joint = &skeleton.joint(sphere.joint).name;
         json!({ "joint": joint, "offset": sphere.offset, "radius": sphere.radius })
     });
-    let candidates: Vec<Value> = answer
-        .candidates
-        .iter()
-        .map(|candidate| describe(baked, answer, candidate))
-        .collect();
+    let described = answer.candidates.iter().map(|candidate| {
+        let mut value = describe(baked, answer, candidate);
+        if let Some(place) = evasion_placement(baked, question.playhead, answer, candidate) {
+            let heading = place.heading().to_degrees();
+            value["evades_at"] = json!({ "x": place.x, "z": place.z, "heading": heading });
+        }
+        value
+    });
     json!({
         "avoided": answer.avoided,
         "clearance": answer.clearance().metres,
         "clearance_time": answer.clearance().time,
         "metres_per_unit": METRES_PER_UNIT,
         "frames_per_second": SAMPLE_RATE,
-        "attack": { "spheres": attack.spheres() },
+        "attack": { "spheres": question.attack.spheres() },
         "body": { "spheres": body.collect::<Vec<_>>() },
+        "query": question.asked(),
+        "answer": Chosen::of(answer),
+        "source": answer.source,
         "chosen": answer.chosen,
         "counts": answer.counts,
         "search": answer.search,
-        "candidates": candidates,
+        "candidates": described.collect::<Vec<_>>(),
     })
 }
 
-/// A candidate of an answer in words and numbers: its path, what it performs, its rate, counts, score and fate.
+/// Where a candidate's evasion starts: the character's frame then, in the world of `playhead`.
+/// `None` for a path that only moves.
+#[must_use]
+pub fn evasion_placement(
+    baked: &BakedGraph,
+    playhead: Playhead,
+    answer: &Answer,
+    candidate: &CandidateReport,
+) -> Option<Rigid2> {
+    let evasion = baked.evasion(candidate.evasion?)?;
+    let graph = baked.graph();
+    let at_node = playhead.next_clip_to_world(graph);
+    let edges = answer.path(candidate).iter();
+    let at_evasion = edges.fold(at_node, |so_far, &edge| so_far * graph.clip_change(edge));
+    Some(at_evasion * evasion.placement)
+}
+
+/// A candidate of an answer in words and numbers: its path, what it performs, its rate, counts,
+/// score and fate.
 #[must_use]
 pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport) -> Value {
+    let path = answer.path(candidate).iter();
     let mut value = json!({
-        "path": answer.path(candidate).iter().map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
-        "evasion": candidate.evasion.and_then(|edge| event_of(baked, edge)),
+        "path": path.map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
+        "evasion": candidate.evasion.and_then(|edge| describe_evasion(baked, edge)),
         "fate": candidate.fate,
     });
     match &candidate.rate {
@@ -115,7 +146,11 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
         Err(error) => value["reason"] = json!(error.to_string()),
     }
     if let Some(overlap) = candidate.overlap {
-        value["overlap"] = json!({ "body": overlap.body, "evasion": overlap.evasion });
+        value["overlap"] = json!({
+            "body": overlap.body,
+            "outer": overlap.outer,
+            "evasion": overlap.evasion,
+        });
     }
     if let Some(clearance) = candidate.clearance {
         value["clearance"] = json!(clearance.metres);
@@ -126,13 +161,16 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
     value
 }
 
-fn event_of(baked: &BakedGraph, edge: crate::graph::EdgeId) -> Option<String> {
-    let event: EventId = baked.graph().edge(edge).event?;
+/// The event that an edge plays, by clip and seconds; `None` where it plays none.
+#[must_use]
+pub fn describe_evasion(baked: &BakedGraph, edge: EdgeId) -> Option<String> {
+    let event = baked.graph().edge(edge).event?;
     Some(baked.graph().describe_event(baked.graph().event(event)))
 }
 
 /// `CLIP 12-20` for a stretch of a clip, `CLIP 12 > OTHER 40` for a transition; numbers are frames.
-fn describe_edge(baked: &BakedGraph, edge: crate::graph::EdgeId) -> String {
+#[must_use]
+pub fn describe_edge(baked: &BakedGraph, edge: EdgeId) -> String {
     let graph = baked.graph();
     let edge = graph.edge(edge);
     let (from, to) = (graph.node(edge.from), graph.node(edge.to));

@@ -13,6 +13,7 @@ mod mesh_scale;
 mod obj;
 mod read;
 mod read_error;
+mod recording;
 mod units;
 mod whole;
 
@@ -26,5 +27,6 @@ pub use mesh_scale::{body_scale, held_scale};
 pub use obj::{ObjError, parse_obj, read_obj};
 pub use read::{LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip};
 pub use read_error::ReadError;
+pub use recording::{Chosen, Question, Recording, RecordingError};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
 pub use whole::write_whole;

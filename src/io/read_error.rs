@@ -2,7 +2,10 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{AttacksError, BodyFileError, EventsError, ObjError, bvh::BvhError, bvh::MotionError};
+use super::{
+    AttacksError, BodyFileError, EventsError, ObjError, RecordingError, bvh::BvhError,
+    bvh::MotionError,
+};
 
 /// Why files could not be read: always with the file.
 #[derive(Debug, Error)]
@@ -99,6 +102,14 @@ pub enum ReadError {
         path: PathBuf,
         /// What, and where.
         error: AttacksError,
+    },
+    /// An exported answer is damaged, or not of the graph that it is held to.
+    #[error("{}: {error}", path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: RecordingError,
     },
     /// A body file is damaged, or does not fit the skeleton.
     #[error("{}: {error}", path.display())]

@@ -209,6 +209,15 @@ fn places_that_cannot_be_written_to() {
         "file",
     ];
     sabaki(folder.path(), &args).is_refused(&["file"]);
+    for command in ["compare", "coverage"] {
+        let option = if command == "compare" {
+            "--plot"
+        } else {
+            "--png"
+        };
+        let args = [command, baked(), "--attacks", "1", option, "file/x.png"];
+        sabaki(folder.path(), &args).is_refused(&["file/x.png"]);
+    }
     fs::write(folder.path().join("out"), "the demo needs this name").unwrap();
     sabaki(folder.path(), &[]).is_refused(&["out"]);
     assert_eq!(
@@ -222,11 +231,18 @@ fn places_that_cannot_be_written_to() {
 #[test]
 fn words_that_it_does_not_know() {
     let folder = folder();
-    let cases: [&[&str]; 10] = [
+    let cases: [&[&str]; 17] = [
         &["dance"],
         &["dodge", "--cull", "raster"],
         &["dodge", "--cull", "cpu,guess"],
-        &["dodge", "--grid", "on"],
+        &["dodge", "--grid", "maybe"],
+        &["dodge", "--lookup", "furthest"],
+        &["dodge", "--explain", "-1"],
+        &["dodge", "--all"],
+        &["dodge", "--replay", "x.json", "--grid", "off"],
+        &["compare", "--settings", "--plot", "x.png"],
+        &["compare", "--attacks", "0"],
+        &["coverage", "--directions", "1"],
         &["dodge", "--attacks", "0"],
         &["dodge", "--attacks", "-3"],
         &["dodge", "--seed", "x"],
@@ -241,6 +257,10 @@ fn words_that_it_does_not_know() {
         assert!(ended.stderr.contains("Usage") || ended.stderr.contains("--help"));
     }
     sabaki(folder.path(), &["bake", "--out", "x"]).is_refused(&["--clips"]);
+    for speed in ["0", "nan"] {
+        let told = sabaki(folder.path(), &["coverage", "--speed", speed]);
+        told.is_refused(&["--speed"]);
+    }
     let both = ["dodge", "x.sabaki", "--clips", "x.bvh"];
     sabaki(folder.path(), &both).is_refused(&["--clips"]);
     for args in [["--help"], ["--version"]] {

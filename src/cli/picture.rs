@@ -1,0 +1,96 @@
+//! Pictures of rectangles, lines and letters, as PNG files.
+
+use std::io::Write;
+use std::path::Path;
+
+use font8x8::UnicodeFonts;
+use sabaki::io;
+
+use super::Failure;
+
+const BACKGROUND: [u8; 3] = [24, 26, 30];
+const INK: [u8; 3] = [220, 222, 226];
+
+pub(crate) struct Picture {
+    width: usize,
+    height: usize,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// A dark one.
+    pub(crate) fn new(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            pixels: BACKGROUND.repeat(width * height),
+        }
+    }
+
+    /// Fills a rectangle as far as it lies in the picture.
+    pub(crate) fn fill(
+        &mut self,
+        (x, y): (usize, usize),
+        (width, height): (usize, usize),
+        colour: [u8; 3],
+    ) {
+        for row in y..(y + height).min(self.height) {
+            for column in x..(x + width).min(self.width) {
+                let start = 3 * (row * self.width + column);
+                self.pixels[start..start + 3].copy_from_slice(&colour);
+            }
+        }
+    }
+
+    /// Writes in letters of 8 by 8 pixels; what the font does not have is left out.
+    pub(crate) fn text(&mut self, x: usize, y: usize, text: &str) {
+        for (index, letter) in text.chars().enumerate() {
+            let Some(rows) = font8x8::BASIC_FONTS.get(letter) else {
+                continue;
+            };
+            for (row, bits) in rows.iter().enumerate() {
+                for column in (0..8).filter(|column| bits >> column & 1 == 1) {
+                    self.fill((x + index * 8 + column, y + row), (1, 1), INK);
+                }
+            }
+        }
+    }
+
+    /// The bytes of a PNG file.
+    fn encode(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.pixels)?;
+        writer.finish()?;
+        bytes.flush()?;
+        Ok(bytes)
+    }
+
+    /// Draws a straight line, two pixels thick.
+    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: [u8; 3]) {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let steps = dx.abs().max(dy.abs()).ceil().max(1.0) as usize;
+        for step in 0..=steps {
+            let share = step as f64 / steps as f64;
+            let (x, y) = (from.0 + dx * share, from.1 + dy * share);
+            if x >= 0.0 && y >= 0.0 {
+                self.fill((x as usize, y as usize), (2, 2), colour);
+            }
+        }
+    }
+
+    /// Writes the PNG file.
+    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
+        let failed = |source| Failure::Write {
+            path: path.to_owned(),
+            source,
+        };
+        let bytes = self
+            .encode()
+            .map_err(|error| failed(std::io::Error::other(error)))?;
+        io::write_whole(path, |file| file.write_all(&bytes)).map_err(failed)
+    }
+}

@@ -1,0 +1,185 @@
+//! What explains and measures: `dodge --explain`, `--replay`, `compare` and `coverage`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::assert_is_png;
+use super::run::{baked, folder, sabaki, text_of};
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[test]
+fn an_explanation_lists_every_candidate_in_lines_that_can_be_read() {
+    let folder = folder();
+    let args = ["dodge", baked(), "--cull", "cpu", "--grid", "off"];
+    let mut shortened = 0;
+    for index in ["0", "1", "2"] {
+        let explain = [&args[..], &["--explain", index]].concat();
+        let document = sabaki(folder.path(), &[&explain[..], &["--json"]].concat()).json(0);
+        assert_eq!(document["attack_index"].to_string(), index);
+        let candidates = document["candidates"].as_array().unwrap();
+        let late = |c: &&Value| c["fate"] == "not_in_time";
+        let counted = number(&document["counts"]["not_in_time"]);
+        assert_eq!(candidates.iter().filter(late).count() as f64, counted);
+        let whole = sabaki(folder.path(), &[&explain[..], &["--all"]].concat()).is(0);
+        let listed = |text: &str, what: &str| {
+            let heading = text.lines().find(|line| line.starts_with(what));
+            heading.is_some_and(|line| line.ends_with(')'))
+        };
+        for (fate, what) in [("chosen", "chosen"), ("culled", "culled"), ("hit", "hit")] {
+            let has = candidates.iter().any(|c| c["fate"] == fate);
+            assert_eq!(listed(&whole.stdout, what), has, "{fate}\n{}", whole.stdout);
+        }
+        // A line of figures or a reason, and one of the path, for each.
+        let paths = whole.stdout.lines().filter(|l| l.starts_with("         "));
+        assert_eq!(paths.count(), candidates.len());
+        let short = sabaki(folder.path(), &explain).is(0);
+        shortened += usize::from(short.stdout.contains("--all lists them"));
+        for line in whole.stdout.lines().chain(short.stdout.lines()) {
+            assert!(line.chars().count() <= 120, "{line}");
+        }
+        assert!(!whole.stdout.contains("--all lists them"));
+    }
+    assert!(shortened > 0, "nothing was long");
+    let attack = r#"{"attacks":[{"spheres":[{"t":1,"center":[0,1,0],"radius":0.1}]}]}"#;
+    fs::write(folder.path().join("one.json"), attack).unwrap();
+    let beyond = ["dodge", baked(), "--attack", "one.json", "--explain", "1"];
+    sabaki(folder.path(), &beyond).is_refused(&["one.json", "no attack 1"]);
+}
+
+#[test]
+fn an_exported_answer_is_replayed_to_the_bit() {
+    let folder = folder();
+    let args = ["dodge", baked(), "--attacks", "4", "--export", "out"];
+    sabaki(folder.path(), &args).is(0);
+    let explain = ["dodge", baked(), "--explain", "7", "--cull", "exact"];
+    sabaki(
+        folder.path(),
+        &[&explain[..], &["--export", "out"]].concat(),
+    )
+    .is(0);
+    let replay = |file: &str| {
+        sabaki(
+            folder.path(),
+            &["dodge", baked(), "--replay", file, "--json"],
+        )
+    };
+    for index in [0, 1, 2, 3, 7] {
+        let told = replay(&format!("out/attack_{index:04}.json")).json(0);
+        assert_eq!(told["same"], true);
+        assert_eq!(told["expected"], told["found"]);
+    }
+    let text = text_of(&folder.path().join("out/attack_0001.json"));
+    let mut facts: Value = serde_json::from_str(&text).unwrap();
+    facts["answer"]["clearance"] = (number(&facts["answer"]["clearance"]) + 1e-6).into();
+    fs::write(folder.path().join("other.json"), facts.to_string()).unwrap();
+    assert_eq!(replay("other.json").json(1)["same"], false);
+    facts["query"]["graph"] = 1.into();
+    fs::write(folder.path().join("graph.json"), facts.to_string()).unwrap();
+    replay("graph.json").is_refused(&["graph.json", "the graph 00000001"]);
+    fs::write(folder.path().join("cut.json"), &text[..100]).unwrap();
+    replay("cut.json").is_refused(&["cut.json", "line"]);
+    replay("none.json").is_refused(&["none.json"]);
+}
+
+#[test]
+fn compare_holds_all_paths_to_the_exact_one() {
+    let folder = folder();
+    let args = ["compare", baked(), "--attacks", "12"];
+    let json = [&args[..], &["--json", "--plot", "plot.png"]].concat();
+    let document = sabaki(folder.path(), &json).json(0);
+    let rows = document["rows"].as_array().unwrap();
+    assert!(rows.len() >= 4 && rows.len().is_multiple_of(2));
+    let row = |cull: &str, grid: &str| {
+        let mut found = rows
+            .iter()
+            .filter(|r| r["cull"] == cull && r["grid"] == grid);
+        found.next().unwrap_or_else(|| panic!("{cull} {grid}"))
+    };
+    for row in rows {
+        assert_eq!(row["attacks"], 12);
+        for key in ["candidates", "kept", "weak", "wrong", "undecided"] {
+            assert!(number(&row[key]) >= 0.0, "{key}");
+        }
+        for times in [&row["query_ms"], &row["cull_ms"]] {
+            assert!(number(&times["median"]) <= number(&times["p99"]));
+        }
+        assert_eq!(row["hit_though_avoidable"], 0);
+        assert_eq!(row["wrong"], 0.0, "the default maps are certain");
+        assert!(number(&row["kept"]) <= number(&row["candidates"]));
+        assert_eq!(row["tally"]["hits_proven_clean"], 0);
+        // Whoever counts: the same attacks, the same candidates.
+        let exact = number(&row_of(rows, row)["candidates"]);
+        assert_eq!(number(&row["candidates"]), exact);
+    }
+    let (exact, cpu) = (row("exact", "off"), row("cpu", "off"));
+    assert!(number(&exact["tally"]["hits"]) > 0.0 && number(&exact["tally"]["clean"]) > 0.0);
+    assert!(number(&cpu["weak"]) < 1.0, "nothing is culled");
+    let kept = number(&cpu["tally"]["hits_kept"]) + number(&cpu["tally"]["clean"]);
+    assert!((number(&cpu["kept"]) * 12.0 - kept).abs() < 1e-6);
+    assert!(number(&document["grid_answered"]) <= number(&document["grid_used"]));
+    assert!(number(&document["grid_regret"]["median"]) <= number(&document["grid_regret"]["p90"]));
+    let crossover = document["crossover"].as_array().unwrap();
+    assert!(crossover.iter().any(|line| line["cull"] == "cpu"));
+    assert_eq!(crossover.len() * 2, rows.len());
+    assert_is_png(&folder.path().join("plot.png"));
+    let told = sabaki(folder.path(), &args).is(0).stdout;
+    for word in ["496 ms", "undecided", "exact", "cpu"] {
+        assert!(told.contains(word), "{word}");
+    }
+}
+
+/// The exact row with the same grid.
+fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
+    let mut exact = rows.iter().filter(|row| row["cull"] == "exact");
+    exact.find(|row| row["grid"] == other["grid"]).unwrap()
+}
+
+#[test]
+fn compare_holds_the_settings_of_maps_to_each_other() {
+    let folder = folder();
+    let args = ["compare", baked(), "--settings", "--attacks", "6"];
+    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let settings = document["settings"].as_array().unwrap();
+    assert!(settings.len() >= 8);
+    let named = |name: &str| settings.iter().find(|row| row["name"] == name).unwrap();
+    let (paper, default) = (named("paper"), named("default"));
+    assert_eq!(paper["maps"]["slices"], 1);
+    assert!(number(&default["weak"]) < number(&paper["weak"]));
+    for row in settings {
+        assert_eq!(row["candidates"], paper["candidates"]);
+        assert!(number(&row["map_bytes"]) > 0.0);
+        assert_eq!(row["tally"]["hits"], paper["tally"]["hits"]);
+        let certain = row["maps"]["section"] == "plane" && row["maps"]["slices"] != 1;
+        assert!(!certain || row["wrong"] == 0.0, "{row}");
+    }
+    assert!(sabaki(folder.path(), &args).is(0).stdout.contains("paper"));
+}
+
+#[test]
+fn coverage_says_where_the_gaps_are() {
+    let folder = folder();
+    let args = ["coverage", baked(), "--attacks", "1", "--directions", "4"];
+    let json = [&args[..], &["--json", "--png", "map.png"]].concat();
+    let document = sabaki(folder.path(), &json).json(0);
+    let cells = document["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 4 * 5 * 7);
+    let sum = |key: &str| cells.iter().map(|cell| number(&cell[key])).sum::<f64>();
+    assert_eq!(sum("attacks"), number(&document["attacks"]));
+    assert_eq!(sum("avoided"), number(&document["avoided"]));
+    assert!(sum("avoided") > 0.0 && sum("avoided") < sum("attacks"));
+    let gaps = document["gaps"].as_array().unwrap();
+    assert_eq!(gaps.len(), 4 * 5);
+    let shares: Vec<f64> = gaps.iter().map(|gap| number(&gap["share"])).collect();
+    assert!(shares.is_sorted());
+    assert!(document["capture_next"].is_string());
+    assert_is_png(&folder.path().join("map.png"));
+    let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
+    let again = sabaki(folder.path(), &one_thread).json(0);
+    assert_eq!(again["cells"], document["cells"]);
+    let told = sabaki(folder.path(), &args).is(0).stdout;
+    assert!(told.contains("Capture next") && told.contains("ankle"));
+}
