@@ -1,5 +1,5 @@
-//! Culling alone, from recording to counts, by number of candidates: the CPU's maps and the device's stencil buffer. Items are
-//! candidates.
+//! Culling alone, from recording to counts, by number of candidates: the CPU's maps, the device's stencil buffer, and its
+//! compute shader. Items are candidates.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -11,7 +11,7 @@ use sabaki::avoid::cull::{CullCandidate, CullInput, cpu};
 use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
 use sabaki::gpu::stencil::{Counted, Culler, CullerDesc};
-use sabaki::gpu::{Headless, HeadlessDesc};
+use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::region::{BakedGraph, MapGrid};
 
 const COUNTS: [usize; 5] = [5, 100, 300, 1000, 10_000];
@@ -105,5 +105,30 @@ fn on_stencil(bencher: Bencher<'_, '_>, count: usize, (maps, counted): (MapGrid,
             .bench_local(|| device.cull(&mut culler, input).unwrap());
     });
     culler.destroy(device.memory().unwrap());
+    let _ = device.destroy();
+}
+
+#[divan::bench(args = COUNTS)]
+fn by_compute(bencher: Bencher<'_, '_>, count: usize) {
+    let baked = Motions::read().bake();
+    let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
+    let desc = compute::CullerDesc::new("bench", baked.atlas());
+    let mut culler = device
+        .make(|context, memory| compute::Culler::new(context, memory, &desc))
+        .unwrap();
+    with_candidates(&baked, count, |input| {
+        bencher
+            .counter(ItemsCount::new(count))
+            .bench_local(|| device.cull_compute(&mut culler, input).unwrap());
+    });
+    culler.destroy(device.memory().unwrap());
+    let _ = device.destroy();
+}
+
+/// What no cull on the device can be faster than: an empty command buffer, submitted and waited for.
+#[divan::bench]
+fn nothing_on_the_device(bencher: Bencher<'_, '_>) {
+    let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
+    bencher.bench_local(|| device.run(|_| Ok(())).unwrap());
     let _ = device.destroy();
 }

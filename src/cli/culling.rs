@@ -25,6 +25,8 @@ pub(crate) enum CullPath {
     Cpu,
     /// The maps by the stencil buffer and occlusion queries of the Vulkan device.
     Stencil,
+    /// The maps as masks of bits, by a compute shader of the Vulkan device.
+    Compute,
 }
 
 impl CullPath {
@@ -42,6 +44,7 @@ impl CullPath {
             Self::Exact => "exact",
             Self::Cpu => "cpu",
             Self::Stencil => "stencil",
+            Self::Compute => "compute",
         }
     }
 }
@@ -73,26 +76,14 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
 
 impl Culling {
     /// The maps of `atlas` go to the device, if there is one that takes them.
-    pub(crate) fn new(device: Device, atlas: &RegionAtlas) -> Self {
-        let with_culler = device.and_then(|mut device| {
-            let culler = device.culler(atlas)?;
-            Ok((device, culler))
-        });
-        match with_culler {
-            Ok((device, culler)) => Self {
-                device: Ok(device),
-                culler: Some(culler),
-            },
-            Err(why) => Self {
-                device: Err(why),
-                culler: None,
-            },
-        }
+    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Self {
+        let culler = device.as_mut().ok().map(|device| device.culler(atlas));
+        Self { device, culler }
     }
 
     /// The stencil path where it can run, else the CPU's.
     pub(crate) fn best(&self) -> CullPath {
-        if self.device.is_ok() {
+        if self.stencil().is_ok() {
             CullPath::Stencil
         } else {
             CullPath::Cpu
@@ -101,17 +92,24 @@ impl Culling {
 
     /// In one line, which device culls, or why none does.
     pub(crate) fn describe(&self) -> String {
-        match &self.device {
-            Ok(device) => format!("culling by stencil buffer on {}", device.name()),
+        match self.stencil() {
+            Ok(name) => format!("culling by stencil buffer on {name}"),
             Err(why) => format!("culling on the cpu, since no Vulkan device can be used: {why}"),
         }
+    }
+
+    /// The name of the device that takes the stencil path, or why none does.
+    fn stencil(&self) -> Result<&str, &str> {
+        let device = self.device.as_ref().map_err(String::as_str)?;
+        let culler = self.culler.as_ref().ok_or("it has no maps")?;
+        culler.stencil().map(|()| device.name())
     }
 
     /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
     /// the score.
     ///
     /// # Errors
-    /// The stencil path without a device, or with one that fails.
+    /// The paths of the device without one, or with one that fails.
     pub(crate) fn count(
         &mut self,
         path: CullPath,
@@ -123,15 +121,15 @@ impl Culling {
                 cpu::count(input, &mut overlaps);
                 Ok(overlaps)
             }
-            CullPath::Stencil => match (&mut self.device, &mut self.culler) {
-                (Ok(device), Some(culler)) => device.cull(culler, input).map_err(Failure::Device),
-                (Err(why), _) => Err(Failure::Device(format!(
-                    "the stencil path cannot run: {why}"
-                ))),
-                _ => Err(Failure::Device(
-                    "the stencil path has no maps on the device".to_owned(),
-                )),
-            },
+            CullPath::Stencil | CullPath::Compute => {
+                let counted = match (&mut self.device, &mut self.culler) {
+                    (Ok(device), Some(culler)) => device.cull((culler, path), input),
+                    (Err(why), _) => Err(why.clone()),
+                    _ => Err("the device has no maps".to_owned()),
+                };
+                let failed = |why| format!("the {} path cannot run: {why}", path.name());
+                counted.map_err(|why| Failure::Device(failed(why)))
+            }
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The three pipelines: discs, whole rectangles, candidates. What a draw does to the stencil is dynamic state, so there are no more.
+//! The pipelines. Three draw: discs, whole rectangles, candidates; what a draw does to the stencil is dynamic state, so
+//! there are no more. One counts.
 
 use ash::vk;
 
@@ -6,7 +7,8 @@ use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        CANDIDATE_FRAG, CANDIDATE_VERT, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT, Shader, Stage,
+        CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT,
+        Shader, Stage,
     },
 };
 
@@ -39,6 +41,14 @@ pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
     inputs: &[],
+    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+};
+/// Candidates' masks against the attack's.
+pub(crate) const COUNT: PipelineDesc = PipelineDesc {
+    name: "sabaki count",
+    shaders: &[&COUNT_COMP],
+    inputs: &[],
+    // No triangles: a compute pipeline.
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };
 
@@ -103,8 +113,14 @@ impl Pipeline {
             .call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
         let mut modules = Vec::with_capacity(desc.shaders.len());
-        let handle = shader_modules(context, desc, &mut modules)
-            .and_then(|()| build(context, desc, layout, &modules));
+        let handle = shader_modules(context, desc, &mut modules).and_then(|()| {
+            match (desc.shaders, &modules[..]) {
+                ([shader], [module]) if shader.stage == Stage::Compute => {
+                    build_compute(context, layout, *module)
+                }
+                _ => build(context, desc, layout, &modules),
+            }
+        });
         for module in modules {
             // SAFETY: the pipeline does not need its modules after it was made.
             unsafe { context.device().destroy_shader_module(module, None) };
@@ -156,6 +172,7 @@ fn stage(shader: &Shader) -> vk::ShaderStageFlags {
     match shader.stage {
         Stage::Vertex => vk::ShaderStageFlags::VERTEX,
         Stage::Fragment => vk::ShaderStageFlags::FRAGMENT,
+        Stage::Compute => vk::ShaderStageFlags::COMPUTE,
     }
 }
 
@@ -184,6 +201,30 @@ fn shader_modules(
         modules.push(module);
     }
     Ok(())
+}
+
+fn build_compute(
+    context: &Context,
+    layout: vk::PipelineLayout,
+    module: vk::ShaderModule,
+) -> Result<vk::Pipeline, GpuError> {
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main");
+    let info = [vk::ComputePipelineCreateInfo::default()
+        .stage(stage)
+        .layout(layout)];
+    let cache = vk::PipelineCache::null();
+    // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
+    let pipelines = unsafe {
+        let device = context.device();
+        device.create_compute_pipelines(cache, &info, None)
+    };
+    match pipelines {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
+    }
 }
 
 fn build(

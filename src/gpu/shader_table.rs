@@ -24,6 +24,7 @@ pub(crate) struct Shader {
 pub(crate) enum Stage {
     Vertex,
     Fragment,
+    Compute,
 }
 
 /// A storage buffer that holds one array.
@@ -54,6 +55,36 @@ pub(crate) struct PlacedBox {
     pub(crate) origin: u32,
     pub(crate) map: u32,
 }
+
+/// Push constants of the compute shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct CountSettings {
+    pub(crate) first: u32,
+    pub(crate) parts: u32,
+    pub(crate) lanes: u32,
+    pub(crate) masks: u32,
+    pub(crate) inner: u32,
+    pub(crate) outer: u32,
+}
+
+/// One candidate, with the tiles of its region and the blocks of its clock.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Paged {
+    pub(crate) turn: [i32; 4],
+    pub(crate) origin: [i32; 2],
+    pub(crate) side: [i32; 2],
+    pub(crate) tiles: u32,
+    pub(crate) first_slab: u32,
+    pub(crate) slabs: u32,
+    pub(crate) first_block: u32,
+    pub(crate) end_block: u32,
+    pub(crate) padding: [u32; 3],
+}
+
+/// What the compute shader counts of a candidate: body, outer, evasion.
+pub(crate) const COUNTS: usize = 3;
 
 /// A disc on the target, cut off at its map: vertex attributes, one an instance.
 #[repr(C)]
@@ -101,6 +132,32 @@ const _: () = {
     assert!(offset_of!(HostBits, row_bits) == MapBits::ROW_BITS);
     assert!(offset_of!(HostBits, texel_bits_log2) == MapBits::TEXEL_BITS_LOG2);
     assert!(offset_of!(HostBits, padding) == MapBits::PADDING);
+
+    assert!(stride(&COUNT_COMP, 0) == size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 1) == size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 2) == size_of::<Paged>());
+    assert!(stride(&COUNT_COMP, 3) == size_of::<u32>());
+
+    assert!(size_of::<CountSettings>() == CountCandidates::SIZE);
+    assert!(offset_of!(CountSettings, first) == CountCandidates::FIRST);
+    assert!(offset_of!(CountSettings, parts) == CountCandidates::PARTS);
+    assert!(offset_of!(CountSettings, lanes) == CountCandidates::LANES);
+    assert!(offset_of!(CountSettings, masks) == CountCandidates::MASKS);
+    assert!(offset_of!(CountSettings, inner) == CountCandidates::INNER);
+    assert!(offset_of!(CountSettings, outer) == CountCandidates::OUTER);
+
+    assert!(size_of::<Paged>() == PagedCandidate::SIZE);
+    assert!(offset_of!(Paged, turn) == PagedCandidate::TURN);
+    assert!(offset_of!(Paged, origin) == PagedCandidate::ORIGIN);
+    assert!(offset_of!(Paged, side) == PagedCandidate::SIDE);
+    assert!(offset_of!(Paged, tiles) == PagedCandidate::TILES);
+    assert!(offset_of!(Paged, first_slab) == PagedCandidate::FIRST_SLAB);
+    assert!(offset_of!(Paged, slabs) == PagedCandidate::SLABS);
+    assert!(offset_of!(Paged, first_block) == PagedCandidate::FIRST_BLOCK);
+    assert!(offset_of!(Paged, end_block) == PagedCandidate::END_BLOCK);
+    assert!(offset_of!(Paged, padding) == PagedCandidate::PADDING_X);
+    assert!(offset_of!(Paged, padding) + 4 == PagedCandidate::PADDING_Y);
+    assert!(offset_of!(Paged, padding) + 8 == PagedCandidate::PADDING_Z);
 
     // `disc` and `turn` are their host types, word for word.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());

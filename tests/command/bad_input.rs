@@ -224,7 +224,7 @@ fn words_that_it_does_not_know() {
     let folder = folder();
     let cases: [&[&str]; 10] = [
         &["dance"],
-        &["dodge", "--cull", "compute"],
+        &["dodge", "--cull", "raster"],
         &["dodge", "--cull", "cpu,guess"],
         &["dodge", "--grid", "on"],
         &["dodge", "--attacks", "0"],

@@ -19,3 +19,5 @@ pub mod plain_bvh;
 pub mod random;
 pub mod shapes;
 pub mod small;
+#[cfg(feature = "vulkan")]
+pub(crate) mod timed;

@@ -6,7 +6,7 @@ use super::{Headless, device::DevicePart};
 use crate::{
     avoid::cull::{CullInput, Overlap, cpu},
     gpu::{
-        GpuError,
+        GpuError, compute,
         error::Named,
         stencil::{Culler, MapKind, Rasterizer},
     },
@@ -215,6 +215,34 @@ impl Headless {
             }
             all.append(&mut some);
             rest = later;
+        }
+        Ok(all)
+    }
+
+    /// Overlaps of any number of candidates, by the compute path: [`cpu::count`](crate::avoid::cull::cpu::count) on the
+    /// device.
+    ///
+    /// # Errors
+    /// [`compute::Culler::record`]'s, or those of [`Headless::run`].
+    pub fn cull_compute(
+        &mut self,
+        culler: &mut compute::Culler,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, GpuError> {
+        let mut all = Vec::with_capacity(input.candidates.len());
+        let mut some = Vec::new();
+        let most = culler.max_candidates().max(1) as usize;
+        for candidates in input.candidates.chunks(most) {
+            let part = CullInput {
+                candidates,
+                ..*input
+            };
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+            let ticket = self.run(|cmd| unsafe { culler.record(cmd, 0, &part) })?;
+            if !culler.poll(ticket, &mut some)? {
+                return Err(GpuError::Unfinished);
+            }
+            all.append(&mut some);
         }
         Ok(all)
     }
