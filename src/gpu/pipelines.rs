@@ -48,8 +48,8 @@ pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     name: "sabaki count",
     shaders: &[&COUNT_COMP],
     inputs: &[],
-    // No triangles: a compute pipeline.
-    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+    // A compute shader draws nothing.
+    topology: vk::PrimitiveTopology::POINT_LIST,
 };
 
 /// What a draw does to the stencil buffer.
