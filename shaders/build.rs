@@ -96,6 +96,7 @@ mod table {
         let stage = match point.stage {
             ShaderStage::Vertex => "Vertex",
             ShaderStage::Fragment => "Fragment",
+            ShaderStage::Compute => "Compute",
             other => return Err(format!("stage {other:?} is not used here")),
         };
         if point.name != "main" {
@@ -118,7 +119,7 @@ mod table {
                         at.group, at.binding
                     );
                 }
-                AddressSpace::Private | AddressSpace::Function => {}
+                AddressSpace::Private | AddressSpace::Function | AddressSpace::WorkGroup => {}
                 other => return Err(format!("variables in {other:?} are not used here")),
             }
         }

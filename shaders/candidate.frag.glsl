@@ -2,32 +2,26 @@
 // those that the attack touches, and the occlusion query counts them.
 // CPU twin: src/avoid/cull/cpu.rs.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "candidate.glsl"
 
 const int SHIFT = 15;
 
-layout(location = 0) flat in uint instance;
+layout(location = 0) flat in ivec4 turn;
+layout(location = 1) flat in uvec4 map;
 
-// `MapTurn::texel`.
-ivec2 turned_texel(ivec4 turn, ivec2 texel) {
-    ivec2 c = 2 * texel + 1;
-    int x = turn.x * c.x + turn.y * c.y + turn.z;
-    int z = turn.x * c.y - turn.y * c.x + turn.w;
-    return ivec2(x >> SHIFT, z >> SHIFT);
-}
+layout(set = 0, binding = 0, std430) readonly buffer Words {
+    uint words[];
+};
 
 void main() {
-    PlacedMaps candidate = placed[instance];
-    PackedMaps maps = regions[candidate.maps];
-    ivec2 texel = ivec2(gl_FragCoord.xy) - ivec2(candidate.cell);
-    ivec2 at = turned_texel(candidate.turn, texel) - ivec2(maps.u, maps.v);
-    if (at.x < 0 || at.y < 0 || at.x >= int(maps.width) || at.y >= int(maps.height)) {
+    ivec2 c = 2 * ivec2(gl_FragCoord.xy) + 1;
+    // Texels before the map's first one become very large.
+    uint x = uint((turn.x * c.x + turn.y * c.y + turn.z) >> SHIFT);
+    uint z = uint((turn.x * c.y - turn.y * c.x + turn.w) >> SHIFT);
+    if (x >= (map.x & 0xffffu) || z >= (map.x >> 16)) {
         discard;
     }
-    uint first = draw.evasion == 0u ? maps.body_word : maps.evasion_word;
-    uint word = words[first + uint(at.y) * maps.words_per_row + (uint(at.x) >> 5)];
-    if (((word >> (uint(at.x) & 31u)) & 1u) == 0u) {
+    uint bit = map.y + z * map.z + (x << map.w);
+    if (((words[bit >> 5] >> (bit & 31u)) & 1u) == 0u) {
         discard;
     }
 }

@@ -1,44 +1,40 @@
-// A box around one candidate's map, turned into place over the attack's map of the same slab, a little too large.
+// The box of texels in which a candidate's map may meet the attack's: two triangles for each, of six vertices in a row.
+// Draws are not instanced: the instance's number is the candidate's.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "target.glsl"
 #include "candidate.glsl"
 
-// Texels around the map: more than single precision can lose on the way back through the turn.
-const float MARGIN = 2.0;
-// Halves of texels, 2^-14: the unit of `MapTurn`.
-const float UNIT = 32768.0;
+const int SHIFT = 15;
 
-layout(location = 0) flat out uint out_instance;
+layout(push_constant) uniform DrawTarget {
+    uvec2 side;
+} target;
 
-// From the evasion's frame, texels, back to the attack's map.
-vec2 turn_back(ivec4 turn, vec2 place) {
-    vec2 from = (place * UNIT - vec2(turn.zw)) * 0.5;
-    float a = float(turn.x);
-    float b = float(turn.y);
-    return vec2(a * from.x - b * from.y, b * from.x + a * from.y) / (a * a + b * b);
+layout(location = 0) flat out ivec4 out_turn;  // from texels of the target to those of the map
+layout(location = 1) flat out uvec4 out_map;   // width and height in one, first bit, bits a row, log2 of bits a texel
+
+ivec2 halves(uint two) {
+    return ivec2(two & 0xffffu, two >> 16);
 }
 
 void main() {
-    PlacedMaps candidate = placed[gl_InstanceIndex];
-    PackedMaps maps = regions[candidate.maps];
-    vec2 map_low = vec2(maps.u, maps.v) - MARGIN;
-    vec2 map_high = vec2(maps.u + int(maps.width), maps.v + int(maps.height)) + MARGIN;
+    PlacedBits place = placed[gl_VertexIndex / 6];
+    ivec4 turn = turns[gl_InstanceIndex];
+    MapBits map = maps[place.map >> 6];
 
-    vec2 p0 = turn_back(candidate.turn, map_low);
-    vec2 p1 = turn_back(candidate.turn, vec2(map_high.x, map_low.y));
-    vec2 p2 = turn_back(candidate.turn, vec2(map_low.x, map_high.y));
-    vec2 p3 = turn_back(candidate.turn, map_high);
-    vec2 limit = vec2(draw.attack);
-    vec2 low = clamp(floor(min(min(p0, p1), min(p2, p3))), vec2(0.0), limit);
-    vec2 high = clamp(ceil(max(max(p0, p1), max(p2, p3))), vec2(0.0), limit);
-    if (candidate.turn.xy == ivec2(0)) {
-        // A turn that is none cannot be turned back; the fragments decide alone.
-        low = vec2(0.0);
-        high = limit;
-    }
+    int vertex = gl_VertexIndex % 6;
+    int corner = vertex < 3 ? vertex : 6 - vertex;
+    ivec2 low = halves(place.low);
+    ivec2 high = halves(place.high);
+    ivec2 at = ivec2((corner & 1) == 0 ? low.x : high.x, (corner & 2) == 0 ? low.y : high.y);
+    gl_Position = target_position(at, target.side);
 
-    ivec2 corner = mix(ivec2(low), ivec2(high), equal(strip_corner(), ivec2(1)));
-    gl_Position = target_position(ivec2(candidate.cell) + corner, draw.side);
-    out_instance = uint(gl_InstanceIndex);
+    // `MapTurn::texel`, with both maps' places in the translation. Sums may wrap on the way; what they end as fits.
+    ivec2 origin = 2 * ivec2(int(place.origin << 16) >> 16, int(place.origin) >> 16);
+    int x = turn.z - turn.x * origin.x - turn.y * origin.y - (map.u << SHIFT);
+    int z = turn.w - turn.x * origin.y + turn.y * origin.x - (map.v << SHIFT);
+    out_turn = ivec4(turn.xy, x, z);
+    uint slice = place.map & 63u;
+    out_map = uvec4(map.width | map.height << 16, map.first_bit + slice, map.row_bits, map.texel_bits_log2);
 }

@@ -4,124 +4,179 @@
 
 mod common;
 
-use common::maps::{attack_of, empty_attack, untimed};
+use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
+use common::maps::{attack_of, empty_attack};
 use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
 use sabaki::{
-    avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
+    avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap},
     gpu::{
         GpuError, Headless, Mismatch,
-        stencil::{Culler, CullerDesc},
+        stencil::{Counted, CullerDesc},
     },
-    math::Rigid2,
-    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
+    region::{MapGrid, MapRect, RegionId, Slab},
 };
-
-/// Evasions of all sizes, in slabs from -1 to 6; some are empty.
-fn atlas(random: &mut Random, regions: usize) -> RegionAtlas {
-    let region = |random: &mut Random| {
-        let slabs = random.int(0, 6);
-        let maps = |random: &mut Random| {
-            let rect = MapRect {
-                u: random.int(-60, 30),
-                v: random.int(-60, 30),
-                width: random.int(0, 80) as u32,
-                height: random.int(0, 80) as u32,
-            };
-            let (frames, discs) = (random.int(1, 12), random.int(0, 7));
-            untimed(&drifting(random, rect, frames as usize, discs as usize))
-        };
-        RegionMaps {
-            first_slab: Slab(random.int(-1, 2)),
-            slabs: (0..slabs).map(|_| maps(random)).collect(),
-            seconds: 1.0,
-        }
-    };
-    let regions = (0..regions).map(|_| region(random)).collect();
-    RegionAtlas::new(MapGrid::PAPER, regions, Vec::new())
-}
-
-fn attack(random: &mut Random, rect: MapRect, slabs: std::ops::Range<i32>) -> AttackDrawing {
-    attack_of(slabs.map(|slab| (Slab(slab), drifting(random, rect, 6, 4))))
-}
-
-fn candidates(
-    random: &mut Random,
-    atlas: &RegionAtlas,
-    origin: MapRect,
-    count: usize,
-) -> Vec<CullCandidate> {
-    let reach = if random.chance(0.9) { 0.7 } else { 40.0 };
-    let candidate = |_| {
-        let heading = random.float(-4.0, 4.0);
-        let (x, z) = (random.float(-reach, reach), random.float(-reach, reach));
-        CullCandidate {
-            region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
-            clock: 0,
-            open: false,
-            turn: MapTurn::new(
-                Rigid2::new(heading, x, z),
-                (origin.u, origin.v),
-                atlas.grid().texel,
-            ),
-        }
-    };
-    (0..count).map(candidate).collect()
-}
-
-fn culler(device: &mut Headless, desc: &CullerDesc<'_>) -> Culler {
-    device
-        .make(|context, memory| Culler::new(context, memory, desc))
-        .unwrap()
-}
-
-fn counted(input: &CullInput<'_>) -> Vec<Overlap> {
-    let mut overlaps = Vec::new();
-    cpu::count(input, &mut overlaps);
-    // The device does not count the outer maps yet, and says so.
-    overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
-    overlaps
-}
 
 #[test]
 fn thousands_of_random_candidates_agree() {
     let mut device = device();
-    let mut random = Random(2);
-    let atlas = atlas(&mut random, 40);
+    for (grid, seed) in GRIDS.into_iter().zip(20..) {
+        let mut random = Random(seed);
+        let atlas = atlas_on(grid, &mut random, 20);
+        let desc = CullerDesc {
+            max_candidates: 64,
+            ..CullerDesc::new("test", &atlas)
+        };
+        let mut culler = culler(&mut device, &desc);
+        let (mut met, mut met_outer, mut met_evasion, mut missed) = (0, 0, 0, 0);
+        for _ in 0..10 {
+            let (attack, candidates) = any_input(&mut random, &atlas, 100);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            met += expected.iter().filter(|one| one.body > 0).count();
+            met_outer += expected.iter().filter(|one| one.outer > 0).count();
+            met_evasion += expected.iter().filter(|one| one.evasion > 0).count();
+            missed += expected.iter().filter(|one| one.body == 0).count();
+            assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
+        }
+        // The test means something only if there is some of each.
+        assert!(
+            met > 40 && met_outer > 40 && met_evasion > 40 && missed > 100,
+            "{grid:?}: {met} {met_outer} {met_evasion} {missed}"
+        );
+        culler.destroy(device.memory().unwrap());
+    }
+    finish(device);
+}
+
+#[test]
+fn small_targets_pools_and_buffers_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(40..) {
+        let mut random = Random(seed);
+        let atlas = atlas_on(grid, &mut random, 8);
+        let whole = CullerDesc::new("test", &atlas);
+        let descs = [
+            // Some planes; several passes, of cells that are cut; several turns of a pass.
+            CullerDesc {
+                target: [256, 128],
+                ..whole
+            },
+            CullerDesc {
+                target: [24, 40],
+                ..whole
+            },
+            CullerDesc {
+                max_queries: 7,
+                ..whole
+            },
+            CullerDesc {
+                target: [64, 64],
+                max_queries: 1,
+                max_boxes: 1500,
+                ..whole
+            },
+        ];
+        for desc in descs {
+            let mut culler = culler(&mut device, &desc);
+            for _ in 0..2 {
+                let (attack, candidates) = any_input(&mut random, &atlas, 20);
+                let input = CullInput {
+                    atlas: &atlas,
+                    attack: &attack,
+                    candidates: &candidates,
+                };
+                let counts = device.cull(&mut culler, &input).unwrap();
+                assert_eq!(counts, counted(&input), "{grid:?} {desc:?}");
+            }
+            culler.destroy(device.memory().unwrap());
+        }
+    }
+    finish(device);
+}
+
+#[test]
+fn what_is_not_counted_says_so() {
+    let mut device = device();
+    let mut random = Random(60);
+    let atlas = atlas_on(MapGrid::default(), &mut random, 12);
+    let none = Counted {
+        body: false,
+        outer: false,
+        evasion: false,
+    };
     let desc = CullerDesc {
-        max_candidates: 64,
-        max_slabs: 9,
-        max_attack_texels: [130, 130],
+        counted: none,
         ..CullerDesc::new("test", &atlas)
     };
     let mut culler = culler(&mut device, &desc);
-    let (mut met, mut met_evasion, mut missed) = (0, 0, 0);
-    for _ in 0..40 {
-        let rect = MapRect {
-            u: random.int(-80, 40),
-            v: random.int(-80, 40),
-            width: random.int(1, 130) as u32,
-            height: random.int(1, 130) as u32,
+    let (attack, candidates) = any_input(&mut random, &atlas, 100);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let expected = counted(&input);
+    for bits in 0..8 {
+        let counted = Counted {
+            body: bits & 1 != 0,
+            outer: bits & 2 != 0,
+            evasion: bits & 4 != 0,
         };
-        let first = random.int(-2, 3);
-        let slabs = first..first + random.int(1, 5);
-        let attack = attack(&mut random, rect, slabs);
-        let candidates = candidates(&mut random, &atlas, rect, 100);
-        let input = CullInput {
-            atlas: &atlas,
-            attack: &attack,
-            candidates: &candidates,
-        };
-        let expected = counted(&input);
-        met += expected.iter().filter(|one| one.body > 0).count();
-        met_evasion += expected.iter().filter(|one| one.evasion > 0).count();
-        missed += expected.iter().filter(|one| one.body == 0).count();
+        if bits > 0 {
+            culler.count_only(counted);
+        }
+        let counts = device.cull(&mut culler, &input).unwrap();
+        for (found, expected) in counts.iter().zip(&expected) {
+            let wanted = Overlap {
+                body: if counted.body { expected.body } else { 0 },
+                outer: if counted.outer {
+                    expected.outer
+                } else {
+                    u32::MAX
+                },
+                evasion: if counted.evasion { expected.evasion } else { 0 },
+            };
+            assert_eq!(*found, wanted, "{counted:?}");
+        }
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
+    let mut device = device();
+    let mut random = Random(61);
+    let atlas = atlas(&mut random, 12);
+    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let rect = MapRect {
+        u: -30,
+        v: -30,
+        width: 90,
+        height: 70,
+    };
+    let attack = attack(&mut random, rect, 0..3);
+    let candidates = candidates(&mut random, &atlas, rect, 100);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let lost = device.run(|cmd| {
+        // SAFETY: `run` gives a buffer that is being recorded.
+        unsafe { culler.record(cmd, 0, &input) }?;
+        Err::<(), _>(GpuError::Unfinished)
+    });
+    assert!(matches!(lost, Err(GpuError::Unfinished)));
+    let expected = counted(&input);
+    assert!(expected.iter().any(|one| one.body > 0));
+    for _ in 0..2 {
         assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
     }
-    // The test means something only if there is some of each.
-    assert!(
-        met > 400 && met_evasion > 200 && missed > 400,
-        "{met} {met_evasion} {missed}"
-    );
     culler.destroy(device.memory().unwrap());
     finish(device);
 }
@@ -326,25 +381,24 @@ fn what_does_not_fit_is_refused_by_name() {
     let atlas = atlas(&mut random, 4);
     let desc = CullerDesc {
         max_candidates: 8,
-        max_slabs: 2,
         max_discs: 100,
-        max_attack_texels: [64, 64],
         ..CullerDesc::new("test", &atlas)
     };
     let mut culler = culler(&mut device, &desc);
-    let rect = |width, height| MapRect {
-        width,
-        height,
-        ..MapRect::default()
+    let rect = MapRect {
+        u: -32,
+        v: -32,
+        width: 64,
+        height: 64,
     };
-    let fits = attack(&mut random, rect(64, 64), 0..2);
-    let few = candidates(&mut random, &atlas, rect(64, 64), 8);
-    let many = candidates(&mut random, &atlas, rect(64, 64), 9);
-    let slabs = attack(&mut random, rect(8, 8), 0..3);
-    let wide = attack(&mut random, rect(129, 8), 0..1);
-    let tall = attack(&mut random, rect(8, 65), 0..2);
-    let discs =
-        attack_of((0..2).map(|slab| (Slab(slab), drifting(&mut random, rect(64, 64), 17, 3))));
+    // Inner and outer discs alike.
+    let of_discs = |random: &mut Random, discs: usize| {
+        attack_of([(Slab(1), drifting(random, rect, discs, 1))])
+    };
+    let fits = of_discs(&mut random, 50);
+    let discs = of_discs(&mut random, 80);
+    let few = candidates(&mut random, &atlas, rect, 8);
+    let many = candidates(&mut random, &atlas, rect, 9);
     let mut stranger = few.clone();
     stranger[3].region = RegionId(4);
 
@@ -364,12 +418,28 @@ fn what_does_not_fit_is_refused_by_name() {
         assert!(error.contains(words), "{error}");
     };
     says(refused(&fits, &many), "max_candidates: 9 needed, 8");
-    says(refused(&slabs, &few), "max_slabs: 3 needed, 2");
-    says(refused(&discs, &few), "max_discs: 102 needed, 100");
-    says(refused(&wide, &few), "max_attack_texels: 129 needed, 128");
-    says(refused(&tall, &few), "max_attack_texels: 65 needed, 64");
+    says(refused(&discs, &few), "CullerDesc::max_discs");
     says(refused(&fits, &stranger), "candidate 3 names region 4");
     assert_eq!(refused(&fits, &few), Ok(()), "and the culler goes on");
     culler.destroy(device.memory().unwrap());
+
+    let tight = CullerDesc {
+        max_boxes: 1,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let mut tight = common::cull::culler(&mut device, &tight);
+    let attack = attack(&mut random, rect, -1..6);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &many,
+    };
+    // SAFETY: as above.
+    let result = device.run(|cmd| unsafe { tight.record(cmd, 0, &input) });
+    says(
+        result.map(|_| ()).map_err(|error| error.to_string()),
+        "CullerDesc::max_boxes",
+    );
+    tight.destroy(device.memory().unwrap());
     finish(device);
 }

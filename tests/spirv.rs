@@ -45,6 +45,7 @@ fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
     let kind = match name.rsplit('.').next() {
         Some("vert") => shaderc::ShaderKind::Vertex,
         Some("frag") => shaderc::ShaderKind::Fragment,
+        Some("comp") => shaderc::ShaderKind::Compute,
         _ => panic!("{name}: its stage is not known"),
     };
     let file = format!("{name}.glsl");
@@ -52,7 +53,28 @@ fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
     let artifact = compiler
         .compile_into_spirv(&source, kind, &file, "main", Some(&options))
         .unwrap_or_else(|error| panic!("{error}"));
-    artifact.as_binary_u8().to_vec()
+    without_workgroup_size(artifact.as_binary())
+}
+
+/// Bytes of a module without the decoration `BuiltIn WorkgroupSize`, which the compiler gives every
+/// compute shader, used or not, and which validation warns of. The execution mode `LocalSize` says
+/// the same.
+fn without_workgroup_size(module: &[u32]) -> Vec<u8> {
+    const HEADER_WORDS: usize = 5;
+    const OP_DECORATE: u32 = 71;
+    const BUILT_IN: u32 = 11;
+    const WORKGROUP_SIZE: u32 = 25;
+    let (header, mut rest) = module.split_at(HEADER_WORDS);
+    let mut words = header.to_vec();
+    while let Some(&first) = rest.first() {
+        let (instruction, after) = rest.split_at((first >> 16) as usize);
+        let decorates = first & 0xffff == OP_DECORATE;
+        if !(decorates && instruction[2..] == [BUILT_IN, WORKGROUP_SIZE]) {
+            words.extend(instruction);
+        }
+        rest = after;
+    }
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
 #[test]

@@ -1,37 +1,31 @@
-// What both stages of a candidate's draw read. Host: src/gpu/stencil/candidates.rs.
+// What the candidates' vertex shader reads. Host: src/gpu/stencil/maps.rs and src/gpu/shader_table.rs.
 
-// One candidate in one slab.
-struct PlacedMaps {
-    ivec4 turn;  // a, b, tx, tz of `MapTurn`
-    uvec2 cell;  // first texel of the slab's attack map, in the target
-    uint maps;   // position in `regions`
-    uint padding;
+// A candidate's map of one slab and slice over the attack's. Two numbers in a word: the first one in the low half.
+struct PlacedBits {
+    uint low;     // first texel of the target that is drawn, x and y
+    uint high;    // end texel, x and y
+    uint origin;  // where the first texel of the attack's rectangle lies in the target, x and y, with signs
+    uint map;     // 64 times the position in `maps`, and the slice
 };
 
-// Where the maps of one region and slab lie: `PackedMaps` in src/region/atlas.rs.
-struct PackedMaps {
+// Where a map lies in its frame, and its bits in `words`.
+struct MapBits {
     int u;
     int v;
     uint width;
     uint height;
-    uint words_per_row;
-    uint body_word;
-    uint evasion_word;
+    uint first_bit;
+    uint row_bits;
+    uint texel_bits_log2;
     uint padding;
 };
 
-layout(set = 0, binding = 0, std430) readonly buffer Words {
-    uint words[];
-};
-layout(set = 0, binding = 1, std430) readonly buffer Regions {
-    PackedMaps regions[];
+layout(set = 0, binding = 1, std430) readonly buffer Maps {
+    MapBits maps[];
 };
 layout(set = 0, binding = 2, std430) readonly buffer Placed {
-    PlacedMaps placed[];
+    PlacedBits placed[];
 };
-
-layout(push_constant) uniform DrawCandidates {
-    uvec2 side;    // of the target, texels
-    uvec2 attack;  // size of the attack's maps, texels
-    uint evasion;  // 0: body maps, 1: evasion maps
-} draw;
+layout(set = 0, binding = 3, std430) readonly buffer Turns {
+    ivec4 turns[];  // a, b, tx, tz of `MapTurn`
+};

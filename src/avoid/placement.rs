@@ -6,32 +6,10 @@
 
 use glam::{Vec2, Vec3};
 
-use super::Attack;
 use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
+pub(super) use super::cull::{PlacedRegion, Scene};
 use crate::math::Rigid2;
-use crate::region::{CLOCK_ERROR, MapRect, MapTurn, RegionAtlas, RegionId, Slab, SphereKey};
-
-/// An evasion where a candidate performs it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PlacedRegion {
-    pub region: RegionId,
-    /// The character's frame at the evasion's start, in the frame in which the paths start.
-    pub placement: Rigid2,
-    /// Position among the clocks.
-    pub clock: u32,
-}
-
-/// What is held against what: an attack, in the frame in which the paths start, and evasions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scene<'a> {
-    pub atlas: &'a RegionAtlas,
-    pub attack: &'a Attack,
-    /// Seconds from the attack's start to an evasion's start.
-    pub clocks: &'a [f32],
-    pub placed: &'a [PlacedRegion],
-    /// No part of the body is ever further from its root, metres.
-    pub reach: f32,
-}
+use crate::region::{CLOCK_ERROR, MapRect, MapTurn, Slab, SphereKey};
 
 /// The maps of one query, and the scratch of drawing them: filled again and again.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,34 +43,7 @@ impl CullMaps {
     /// Draws the attack where the maps of the placed evasions may meet it.
     pub(super) fn fill(&mut self, scene: &Scene<'_>) {
         let grid = scene.atlas.grid();
-        let mut reach = Reach::default();
-        for placed in scene.placed {
-            let region = scene.atlas.region(placed.region);
-            let rect = moved_rect(
-                region_rect(scene.atlas, placed.region),
-                placed.placement,
-                grid.texel,
-            );
-            reach.rect = reach.rect.union(rect);
-            let (low, end) = (
-                region.first_slab.0,
-                region.first_slab.0 + region.slabs.len() as i32,
-            );
-            if reach.slabs.is_empty() {
-                reach.slabs = low..end;
-            } else {
-                reach.slabs = reach.slabs.start.min(low)..reach.slabs.end.max(end);
-            }
-        }
-        // Without time every clock draws the same.
-        let clocks = match grid.is_timed() {
-            true => scene.clocks,
-            false => &scene.clocks[..scene.clocks.len().min(1)],
-        };
-        let of_attack = (scene.attack, clocks);
-        let whole = self
-            .attack
-            .draw(of_attack, (grid, &reach), &mut self.scratch);
+        let whole = self.attack.draw(scene, &reach(scene), &mut self.scratch);
         let origin = (self.attack.rect.u, self.attack.rect.v);
         self.candidates.clear();
         let candidate = |placed: &PlacedRegion| {
@@ -106,6 +57,24 @@ impl CullMaps {
         };
         self.candidates.extend(scene.placed.iter().map(candidate));
     }
+}
+
+/// What the maps of all placed evasions reach.
+fn reach(scene: &Scene<'_>) -> Reach {
+    let (near, texel) = (scene.atlas.near(), scene.atlas.grid().texel);
+    let mut reach = Reach::default();
+    for placed in scene.placed {
+        let region = scene.atlas.region(placed.region);
+        let rect = near[placed.region.index()].rect;
+        reach.rect = reach.rect.union(moved_rect(rect, placed.placement, texel));
+        let low = region.first_slab.0;
+        let end = low + region.slabs.len() as i32;
+        reach.slabs = match reach.slabs.is_empty() {
+            true => low..end,
+            false => reach.slabs.start.min(low)..reach.slabs.end.max(end),
+        };
+    }
+    reach
 }
 
 /// Whether the attack may come near before the evasion's first slice or after its last one.
@@ -155,15 +124,6 @@ fn may_touch(
     let way = b - a;
     let share = (-a.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
     (a + way * share).length() <= reach
-}
-
-/// The rectangle that holds all maps of a region.
-fn region_rect(atlas: &RegionAtlas, region: RegionId) -> MapRect {
-    let slabs = &atlas.region(region).slabs;
-    slabs
-        .iter()
-        .map(|maps| maps.rect())
-        .fold(MapRect::default(), MapRect::union)
 }
 
 /// The rectangle around another one that is moved and turned; empty around an empty one.

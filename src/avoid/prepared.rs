@@ -120,6 +120,12 @@ impl<'a, 'c> Prepared<'a, 'c> {
         }
     }
 
+    /// Where the candidates come from.
+    #[must_use]
+    pub fn source(&self) -> Source {
+        self.source
+    }
+
     /// Chooses. `overlaps` are the counts for [`Prepared::cull_input`], in its order.
     pub fn decide(
         mut self,

@@ -25,6 +25,8 @@ pub(crate) enum CullPath {
     Cpu,
     /// The maps by the stencil buffer and occlusion queries of the Vulkan device.
     Stencil,
+    /// The maps as masks of bits, by a compute shader of the Vulkan device.
+    Compute,
 }
 
 impl CullPath {
@@ -39,7 +41,7 @@ impl CullPath {
 
     /// Whether the Vulkan device is needed.
     pub(crate) fn needs_device(self) -> bool {
-        self == Self::Stencil
+        matches!(self, Self::Stencil | Self::Compute)
     }
 
     pub(crate) fn name(self) -> &'static str {
@@ -47,6 +49,7 @@ impl CullPath {
             Self::Exact => "exact",
             Self::Cpu => "cpu",
             Self::Stencil => "stencil",
+            Self::Compute => "compute",
         }
     }
 }
@@ -79,18 +82,12 @@ pub(crate) fn open(args: &DeviceArgs) -> Device {
 
 impl Culling {
     /// The maps of `atlas` go to the device, if there is one that takes them.
-    pub(crate) fn new(device: Device, atlas: &RegionAtlas) -> Self {
-        let with_culler = device.and_then(|mut device| {
-            let culler = device.culler(atlas)?;
-            Ok((device, culler))
-        });
-        match with_culler {
-            Ok((device, culler)) => Self {
-                device: Ok(device),
-                culler: Some(culler),
-                cpu: cpu::Culler::default(),
-            },
-            Err(why) => Self::without_device(why),
+    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Self {
+        let culler = device.as_mut().ok().map(|device| device.culler(atlas));
+        Self {
+            device,
+            culler,
+            cpu: cpu::Culler::default(),
         }
     }
 
@@ -106,7 +103,11 @@ impl Culling {
     /// The paths that run here.
     pub(crate) fn paths(&self) -> Vec<CullPath> {
         let all = CullPath::value_variants().iter().copied();
-        let runs = |path: &CullPath| self.device.is_ok() || !path.needs_device();
+        let runs = |path: &CullPath| match path {
+            CullPath::Exact | CullPath::Cpu => true,
+            CullPath::Stencil => self.stencil().is_ok(),
+            CullPath::Compute => self.device.is_ok(),
+        };
         all.filter(runs).collect()
     }
 
@@ -117,7 +118,7 @@ impl Culling {
 
     /// The stencil path where it can run, else the CPU's.
     pub(crate) fn best(&self) -> CullPath {
-        if self.device.is_ok() {
+        if self.stencil().is_ok() {
             CullPath::Stencil
         } else {
             CullPath::Cpu
@@ -126,17 +127,24 @@ impl Culling {
 
     /// In one line, which device culls, or why none does.
     pub(crate) fn describe(&self) -> String {
-        match &self.device {
-            Ok(device) => format!("culling by stencil buffer on {}", device.name()),
+        match self.stencil() {
+            Ok(name) => format!("culling by stencil buffer on {name}"),
             Err(why) => format!("culling on the cpu, since no Vulkan device can be used: {why}"),
         }
+    }
+
+    /// The name of the device that takes the stencil path, or why none does.
+    fn stencil(&self) -> Result<&str, &str> {
+        let device = self.device.as_ref().map_err(String::as_str)?;
+        let culler = self.culler.as_ref().ok_or("it has no maps")?;
+        culler.stencil().map(|()| device.name())
     }
 
     /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
     /// the score.
     ///
     /// # Errors
-    /// The stencil path without a device, or with one that fails.
+    /// The paths of the device without one, or with one that fails.
     pub(crate) fn count(
         &mut self,
         path: CullPath,
@@ -147,17 +155,13 @@ impl Culling {
             self.cpu.count(input, overlaps);
             return Ok(());
         }
-        let cannot = |why: &str| {
-            let name = path.name();
-            Failure::Device(format!("the {name} path cannot run: {why}"))
+        let counted = match (&mut self.device, &mut self.culler) {
+            (Ok(device), Some(culler)) => device.cull((culler, path), input),
+            (Err(why), _) => Err(why.clone()),
+            _ => Err("the device has no maps".to_owned()),
         };
-        match (&mut self.device, &mut self.culler) {
-            (Ok(device), Some(culler)) => {
-                *overlaps = device.cull(culler, input).map_err(Failure::Device)?;
-                Ok(())
-            }
-            (Err(why), _) => Err(cannot(why)),
-            _ => Err(cannot("it has no maps on the device")),
-        }
+        let failed = |why| format!("the {} path cannot run: {why}", path.name());
+        *overlaps = counted.map_err(|why| Failure::Device(failed(why)))?;
+        Ok(())
     }
 }

@@ -1,23 +1,35 @@
-//! The Vulkan device of the command: a headless one, with a culler for each graph.
+//! The Vulkan device of the command: a headless one, with cullers for each graph.
 
 use sabaki::avoid::cull::{CullInput, Overlap, cpu};
-use sabaki::gpu::stencil::{Culler as StencilCuller, CullerDesc};
-use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc};
+use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc, compute, stencil};
 use sabaki::region::RegionAtlas;
 use serde_json::{Value, json};
 
-use super::DeviceArgs;
+use super::{CullPath, DeviceArgs};
 
 /// An open device.
 pub(crate) struct Opened {
     // `None` only while it is destroyed.
     headless: Option<Headless>,
-    cullers: Vec<StencilCuller>,
+    stencil: Vec<stencil::Culler>,
+    compute: Vec<compute::Culler>,
     name: String,
 }
 
-/// One of the device's cullers, by its position.
-pub(crate) struct Culler(usize);
+/// A graph's cullers on the device, by their positions.
+pub(crate) struct Culler {
+    /// Or why there is none.
+    stencil: Result<usize, String>,
+    /// Made when it is first asked for.
+    compute: Option<usize>,
+}
+
+impl Culler {
+    /// Whether the stencil path can run, or why not.
+    pub(crate) fn stencil(&self) -> Result<(), &str> {
+        self.stencil.as_ref().map(|_| ()).map_err(String::as_str)
+    }
+}
 
 /// A device of this machine.
 pub(crate) struct DeviceReport(DeviceInfo);
@@ -104,7 +116,8 @@ impl Opened {
         let name = headless.device_name().to_owned();
         Ok(Self {
             headless: Some(headless),
-            cullers: Vec::new(),
+            stencil: Vec::new(),
+            compute: Vec::new(),
             name,
         })
     }
@@ -113,25 +126,57 @@ impl Opened {
         &self.name
     }
 
-    pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Result<Culler, String> {
-        let Some(headless) = &mut self.headless else {
-            return Err(closed());
-        };
-        let desc = CullerDesc::new("cull", atlas);
-        let made = headless.make(|context, memory| StencilCuller::new(context, memory, &desc));
-        self.cullers.push(made.map_err(|error| error.to_string())?);
-        Ok(Culler(self.cullers.len() - 1))
+    pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Culler {
+        Culler {
+            stencil: self.make_stencil(atlas).map_err(|error| error.to_string()),
+            compute: None,
+        }
     }
 
+    fn make_stencil(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
+        let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
+        let desc = stencil::CullerDesc::new("stencil", atlas);
+        let made = headless.make(|context, memory| stencil::Culler::new(context, memory, &desc));
+        self.stencil.push(made?);
+        Ok(self.stencil.len() - 1)
+    }
+
+    fn make_compute(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
+        let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
+        let desc = compute::CullerDesc::new("compute", atlas);
+        let made = headless.make(|context, memory| compute::Culler::new(context, memory, &desc));
+        self.compute.push(made?);
+        Ok(self.compute.len() - 1)
+    }
+
+    fn count(
+        &mut self,
+        (culler, path): (&mut Culler, CullPath),
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, GpuError> {
+        if path == CullPath::Compute && culler.compute.is_none() {
+            culler.compute = Some(self.make_compute(input.atlas)?);
+        }
+        let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
+        match (path, &culler.stencil, culler.compute) {
+            (CullPath::Compute, _, Some(index)) => {
+                headless.cull_compute(&mut self.compute[index], input)
+            }
+            (_, &Ok(index), _) => headless.cull(&mut self.stencil[index], input),
+            _ => Err(GpuError::Unfinished),
+        }
+    }
+
+    /// Counts by the device's way that `path` names.
     pub(crate) fn cull(
         &mut self,
-        culler: &mut Culler,
+        (culler, path): (&mut Culler, CullPath),
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, String> {
-        let Some(headless) = &mut self.headless else {
-            return Err(closed());
-        };
-        match headless.cull(&mut self.cullers[culler.0], input) {
+        if path == CullPath::Stencil {
+            culler.stencil()?;
+        }
+        match self.count((culler, path), input) {
             Ok(overlaps) => Ok(overlaps),
             // A limit of this device or of the culler's buffers: the CPU has none, and counts the
             // same.
@@ -161,16 +206,13 @@ impl Drop for Opened {
             return;
         };
         if let Ok(memory) = headless.memory() {
-            self.cullers
-                .drain(..)
-                .for_each(|culler| culler.destroy(memory));
+            let stencil = self.stencil.drain(..);
+            stencil.for_each(|culler| culler.destroy(memory));
+            let compute = self.compute.drain(..);
+            compute.for_each(|culler| culler.destroy(memory));
         }
         report(headless.destroy());
     }
-}
-
-fn closed() -> String {
-    "the device is closed".to_owned()
 }
 
 fn report(messages: Vec<sabaki::gpu::Message>) {

@@ -4,7 +4,7 @@ use sabaki::avoid::cull::{CullInput, Overlap};
 use sabaki::region::RegionAtlas;
 use serde_json::Value;
 
-use super::DeviceArgs;
+use super::{CullPath, DeviceArgs};
 
 const WHY: &str = "this program was built without the feature `vulkan`";
 
@@ -41,15 +41,21 @@ impl Opened {
         match *self {}
     }
 
-    pub(crate) fn culler(&mut self, _atlas: &RegionAtlas) -> Result<Culler, String> {
+    pub(crate) fn culler(&mut self, _atlas: &RegionAtlas) -> Culler {
         match *self {}
     }
 
     pub(crate) fn cull(
         &mut self,
-        _culler: &mut Culler,
+        _way: (&mut Culler, CullPath),
         _input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, String> {
+        match *self {}
+    }
+}
+
+impl Culler {
+    pub(crate) fn stencil(&self) -> Result<(), &str> {
         match *self {}
     }
 }

@@ -25,6 +25,15 @@ impl Access {
         }
     }
 
+    /// Both uses, of a buffer.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            stage: self.stage | other.stage,
+            access: self.access | other.access,
+            layout: self.layout,
+        }
+    }
+
     /// Both fragment test stages: a stencil buffer's clears, tests, operations and stores.
     pub(crate) const STENCIL: Self = Self::new(
         vk::PipelineStageFlags2::from_raw(
@@ -56,6 +65,18 @@ impl Access {
                 | vk::PipelineStageFlags2::FRAGMENT_SHADER.as_raw(),
         ),
         vk::AccessFlags2::SHADER_STORAGE_READ,
+        vk::ImageLayout::UNDEFINED,
+    );
+    /// Storage buffers, as compute shaders read them.
+    pub(crate) const COMPUTE_READ: Self = Self::new(
+        vk::PipelineStageFlags2::COMPUTE_SHADER,
+        vk::AccessFlags2::SHADER_STORAGE_READ,
+        vk::ImageLayout::UNDEFINED,
+    );
+    /// What compute shaders wrote into storage buffers.
+    pub(crate) const COMPUTE_WRITE: Self = Self::new(
+        vk::PipelineStageFlags2::COMPUTE_SHADER,
+        vk::AccessFlags2::SHADER_STORAGE_WRITE,
         vk::ImageLayout::UNDEFINED,
     );
     /// The host, after it has learnt that the commands are done.

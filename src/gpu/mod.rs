@@ -9,7 +9,9 @@
 
 mod allocator;
 mod barriers;
+pub mod compute;
 mod context;
+mod counts;
 mod error;
 mod headless;
 mod memory;
@@ -18,6 +20,7 @@ mod requirements;
 mod resources;
 mod shader_table;
 pub mod stencil;
+mod uploaded;
 
 /// The version that signatures here speak of.
 pub use ash;

@@ -1,4 +1,5 @@
-//! The three pipelines: discs, whole rectangles, candidates. What a draw does to the stencil is dynamic state, so there are no more.
+//! The pipelines. Three draw: discs, whole rectangles, candidates; what a draw does to the stencil is dynamic state, so
+//! there are no more. One counts.
 
 use ash::vk;
 
@@ -6,7 +7,8 @@ use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        CANDIDATE_FRAG, CANDIDATE_VERT, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT, Shader, Stage,
+        CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT,
+        Shader, Stage,
     },
 };
 
@@ -17,6 +19,7 @@ pub(crate) struct PipelineDesc {
     shaders: &'static [&'static Shader],
     /// Locations of [`PlacedDisc`] that the vertex shader reads.
     inputs: &'static [u32],
+    topology: vk::PrimitiveTopology,
 }
 
 /// Discs that cover texels.
@@ -24,17 +27,26 @@ pub(crate) const DISCS: PipelineDesc = PipelineDesc {
     name: "sabaki discs",
     shaders: &[&DISC_VERT, &DISC_FRAG],
     inputs: &[0, 1],
+    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Whole maps.
 pub(crate) const RECTS: PipelineDesc = PipelineDesc {
     name: "sabaki whole maps",
     shaders: &[&RECT_VERT],
     inputs: &[1],
+    topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Candidates' maps over the attack's.
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
+    inputs: &[],
+    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+};
+/// Candidates' masks against the attack's.
+pub(crate) const COUNT: PipelineDesc = PipelineDesc {
+    name: "sabaki count",
+    shaders: &[&COUNT_COMP],
     inputs: &[],
 };
 
@@ -99,8 +111,14 @@ impl Pipeline {
             .call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
         let mut modules = Vec::with_capacity(desc.shaders.len());
-        let handle = shader_modules(context, desc, &mut modules)
-            .and_then(|()| build(context, desc, layout, &modules));
+        let handle = shader_modules(context, desc, &mut modules).and_then(|()| {
+            match (desc.shaders, &modules[..]) {
+                ([shader], [module]) if shader.stage == Stage::Compute => {
+                    build_compute(context, layout, *module)
+                }
+                _ => build(context, desc, layout, &modules),
+            }
+        });
         for module in modules {
             // SAFETY: the pipeline does not need its modules after it was made.
             unsafe { context.device().destroy_shader_module(module, None) };
@@ -152,6 +170,7 @@ fn stage(shader: &Shader) -> vk::ShaderStageFlags {
     match shader.stage {
         Stage::Vertex => vk::ShaderStageFlags::VERTEX,
         Stage::Fragment => vk::ShaderStageFlags::FRAGMENT,
+        Stage::Compute => vk::ShaderStageFlags::COMPUTE,
     }
 }
 
@@ -182,6 +201,30 @@ fn shader_modules(
     Ok(())
 }
 
+fn build_compute(
+    context: &Context,
+    layout: vk::PipelineLayout,
+    module: vk::ShaderModule,
+) -> Result<vk::Pipeline, GpuError> {
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main");
+    let info = [vk::ComputePipelineCreateInfo::default()
+        .stage(stage)
+        .layout(layout)];
+    let cache = vk::PipelineCache::null();
+    // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
+    let pipelines = unsafe {
+        let device = context.device();
+        device.create_compute_pipelines(cache, &info, None)
+    };
+    match pipelines {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
+    }
+}
+
 fn build(
     context: &Context,
     desc: &PipelineDesc,
@@ -204,8 +247,7 @@ fn build(
     let inputs = vk::PipelineVertexInputStateCreateInfo::default()
         .vertex_binding_descriptions(&instance[..used])
         .vertex_attribute_descriptions(&attributes);
-    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
-        .topology(vk::PrimitiveTopology::TRIANGLE_STRIP);
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
     let viewport = vk::PipelineViewportStateCreateInfo::default()
         .viewport_count(1)
         .scissor_count(1);

@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::gpu::stencil::bits::MapBits as HostMaps;
+use crate::gpu::stencil::maps::MapBits as HostBits;
 use crate::region::{Disc, MapTurn};
 
 /// One entry of the table.
@@ -24,6 +24,7 @@ pub(crate) struct Shader {
 pub(crate) enum Stage {
     Vertex,
     Fragment,
+    Compute,
 }
 
 /// A storage buffer that holds one array.
@@ -44,26 +45,46 @@ pub(crate) struct TargetSide {
     pub(crate) side: [u32; 2],
 }
 
-/// Push constants of the candidates' shaders.
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct CandidateSettings {
-    pub(crate) side: [u32; 2],
-    pub(crate) attack: [u32; 2],
-    pub(crate) evasion: u32,
-    // The shader's block ends on a multiple of its largest alignment.
-    pub(crate) padding: u32,
-}
-
-/// One candidate in one slab.
+/// A candidate's map of one slab and slice over the attack's: 2 × 16 bits a word, as the shader has
+/// it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct Placed {
-    pub(crate) turn: [i32; 4],
-    pub(crate) cell: [u32; 2],
-    pub(crate) maps: u32,
-    pub(crate) padding: u32,
+pub(crate) struct PlacedBox {
+    pub(crate) low: u32,
+    pub(crate) high: u32,
+    pub(crate) origin: u32,
+    pub(crate) map: u32,
 }
+
+/// Push constants of the compute shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct CountSettings {
+    pub(crate) first: u32,
+    pub(crate) parts: u32,
+    pub(crate) lanes: u32,
+    pub(crate) masks: u32,
+    pub(crate) inner: u32,
+    pub(crate) outer: u32,
+}
+
+/// One candidate, with the tiles of its region and the blocks of its clock.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct Paged {
+    pub(crate) turn: [i32; 4],
+    pub(crate) origin: [i32; 2],
+    pub(crate) side: [i32; 2],
+    pub(crate) tiles: u32,
+    pub(crate) first_slab: u32,
+    pub(crate) slabs: u32,
+    pub(crate) first_block: u32,
+    pub(crate) end_block: u32,
+    pub(crate) padding: [u32; 3],
+}
+
+/// What the compute shader counts of a candidate: body, outer, evasion.
+pub(crate) const COUNTS: usize = 3;
 
 /// A disc on the target, cut off at its map: vertex attributes, one an instance.
 #[repr(C)]
@@ -89,34 +110,54 @@ const fn stride(shader: &Shader, binding: u32) -> usize {
 
 const _: () = {
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
-    assert!(stride(&CANDIDATE_FRAG, 1) == size_of::<HostMaps>());
-    assert!(stride(&CANDIDATE_FRAG, 2) == size_of::<Placed>());
-    assert!(stride(&CANDIDATE_VERT, 1) == size_of::<HostMaps>());
-    assert!(stride(&CANDIDATE_VERT, 2) == size_of::<Placed>());
+    assert!(stride(&CANDIDATE_VERT, 1) == size_of::<HostBits>());
+    assert!(stride(&CANDIDATE_VERT, 2) == size_of::<PlacedBox>());
+    assert!(stride(&CANDIDATE_VERT, 3) == size_of::<MapTurn>());
 
     assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
     assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
 
-    assert!(size_of::<CandidateSettings>() == DrawCandidates::SIZE);
-    assert!(offset_of!(CandidateSettings, side) == DrawCandidates::SIDE);
-    assert!(offset_of!(CandidateSettings, attack) == DrawCandidates::ATTACK);
-    assert!(offset_of!(CandidateSettings, evasion) == DrawCandidates::EVASION);
+    assert!(size_of::<PlacedBox>() == PlacedBits::SIZE);
+    assert!(offset_of!(PlacedBox, low) == PlacedBits::LOW);
+    assert!(offset_of!(PlacedBox, high) == PlacedBits::HIGH);
+    assert!(offset_of!(PlacedBox, origin) == PlacedBits::ORIGIN);
+    assert!(offset_of!(PlacedBox, map) == PlacedBits::MAP);
 
-    assert!(size_of::<Placed>() == PlacedMaps::SIZE);
-    assert!(offset_of!(Placed, turn) == PlacedMaps::TURN);
-    assert!(offset_of!(Placed, cell) == PlacedMaps::CELL);
-    assert!(offset_of!(Placed, maps) == PlacedMaps::MAPS);
-    assert!(offset_of!(Placed, padding) == PlacedMaps::PADDING);
+    assert!(size_of::<HostBits>() == MapBits::SIZE);
+    assert!(offset_of!(HostBits, u) == MapBits::U);
+    assert!(offset_of!(HostBits, v) == MapBits::V);
+    assert!(offset_of!(HostBits, width) == MapBits::WIDTH);
+    assert!(offset_of!(HostBits, height) == MapBits::HEIGHT);
+    assert!(offset_of!(HostBits, first_bit) == MapBits::FIRST_BIT);
+    assert!(offset_of!(HostBits, row_bits) == MapBits::ROW_BITS);
+    assert!(offset_of!(HostBits, texel_bits_log2) == MapBits::TEXEL_BITS_LOG2);
+    assert!(offset_of!(HostBits, padding) == MapBits::PADDING);
 
-    assert!(size_of::<HostMaps>() == PackedMaps::SIZE);
-    assert!(offset_of!(HostMaps, u) == PackedMaps::U);
-    assert!(offset_of!(HostMaps, v) == PackedMaps::V);
-    assert!(offset_of!(HostMaps, width) == PackedMaps::WIDTH);
-    assert!(offset_of!(HostMaps, height) == PackedMaps::HEIGHT);
-    assert!(offset_of!(HostMaps, words_per_row) == PackedMaps::WORDS_PER_ROW);
-    assert!(offset_of!(HostMaps, body_word) == PackedMaps::BODY_WORD);
-    assert!(offset_of!(HostMaps, evasion_word) == PackedMaps::EVASION_WORD);
-    assert!(offset_of!(HostMaps, padding) == PackedMaps::PADDING);
+    assert!(stride(&COUNT_COMP, 0) == size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 1) == size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 2) == size_of::<Paged>());
+    assert!(stride(&COUNT_COMP, 3) == size_of::<u32>());
+
+    assert!(size_of::<CountSettings>() == CountCandidates::SIZE);
+    assert!(offset_of!(CountSettings, first) == CountCandidates::FIRST);
+    assert!(offset_of!(CountSettings, parts) == CountCandidates::PARTS);
+    assert!(offset_of!(CountSettings, lanes) == CountCandidates::LANES);
+    assert!(offset_of!(CountSettings, masks) == CountCandidates::MASKS);
+    assert!(offset_of!(CountSettings, inner) == CountCandidates::INNER);
+    assert!(offset_of!(CountSettings, outer) == CountCandidates::OUTER);
+
+    assert!(size_of::<Paged>() == PagedCandidate::SIZE);
+    assert!(offset_of!(Paged, turn) == PagedCandidate::TURN);
+    assert!(offset_of!(Paged, origin) == PagedCandidate::ORIGIN);
+    assert!(offset_of!(Paged, side) == PagedCandidate::SIDE);
+    assert!(offset_of!(Paged, tiles) == PagedCandidate::TILES);
+    assert!(offset_of!(Paged, first_slab) == PagedCandidate::FIRST_SLAB);
+    assert!(offset_of!(Paged, slabs) == PagedCandidate::SLABS);
+    assert!(offset_of!(Paged, first_block) == PagedCandidate::FIRST_BLOCK);
+    assert!(offset_of!(Paged, end_block) == PagedCandidate::END_BLOCK);
+    assert!(offset_of!(Paged, padding) == PagedCandidate::PADDING_X);
+    assert!(offset_of!(Paged, padding) + 4 == PagedCandidate::PADDING_Y);
+    assert!(offset_of!(Paged, padding) + 8 == PagedCandidate::PADDING_Z);
 
     // `disc` and `turn` are their host types, word for word.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());

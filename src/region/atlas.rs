@@ -2,7 +2,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::near::NearMap;
+use super::near::NearRegion;
 use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
 
 /// Index of an evasion's maps in a [`RegionAtlas`].
@@ -119,9 +119,9 @@ pub struct RegionAtlas {
     grid: MapGrid,
     regions: Vec<RegionMaps>,
     attacks: Vec<AttackMaps>,
-    /// `[region][slab]`, made when they are first asked for.
+    /// By region, made when they are first asked for.
     #[serde(skip)]
-    near: OnceLock<Vec<Vec<NearMap>>>,
+    near: OnceLock<Vec<NearRegion>>,
 }
 
 impl PartialEq for RegionAtlas {
@@ -144,15 +144,14 @@ impl RegionAtlas {
         }
     }
 
-    /// For each region and slab where a block of texels can meet something.
-    pub(crate) fn near(&self) -> &[Vec<NearMap>] {
-        let lanes = self.grid.lanes();
+    /// For each region, in short, what its maps hold.
+    pub(crate) fn near(&self) -> &[NearRegion] {
+        let slices = self.grid.slices;
         self.near.get_or_init(|| {
-            let region = |region: &RegionMaps| {
-                let slabs = region.slabs.iter();
-                slabs.map(|maps| NearMap::new(maps, lanes)).collect()
-            };
-            self.regions.iter().map(region).collect()
+            let regions = self.regions.iter();
+            regions
+                .map(|region| NearRegion::new(region, slices))
+                .collect()
         })
     }
 

@@ -39,7 +39,7 @@ pub use grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use map::{BitMap, Drawing, MapRect};
 pub use mask::MaskMap;
 pub use moving_sphere::MovingSphere;
-pub(crate) use near::NearMap;
+pub(crate) use near::{NearMap, NearRegion};
 pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
 pub use prop::{LocalSphere, Prop};
 pub use raster::EvasionMaps;

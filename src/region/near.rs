@@ -1,7 +1,68 @@
 //! Which slices a whole block of texels can meet: small maps that say "nothing here" of nearly all
 //! of an attack's blocks, so that texels are looked up of the others alone.
 
-use super::{MapRect, SlabMaps};
+use super::{MapRect, MaskMap, RegionMaps, SlabMaps};
+
+/// What a region's maps hold, in short.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct NearRegion {
+    /// By slab.
+    pub(crate) slabs: Vec<NearMap>,
+    /// Around all maps of all slabs.
+    pub(crate) rect: MapRect,
+    /// By slice: around the body and outer maps of all slabs.
+    pub(crate) slices: Vec<MapRect>,
+    /// Around the evasion maps of all slabs.
+    pub(crate) evasion: MapRect,
+}
+
+impl NearRegion {
+    pub(super) fn new(region: &RegionMaps, slices: u32) -> Self {
+        let lanes = slices.div_ceil(32) as usize;
+        let mut near = Self {
+            slices: vec![MapRect::default(); slices as usize],
+            ..Self::default()
+        };
+        for maps in &region.slabs {
+            near.slabs.push(NearMap::new(maps, lanes));
+            near.rect = near.rect.union(maps.rect());
+            near.evasion = near.evasion.union(maps.evasion.rect());
+            near.add(&maps.body);
+            near.add(&maps.outer);
+        }
+        near
+    }
+
+    /// Widens the slices' rectangles around a map.
+    fn add(&mut self, map: &MaskMap) {
+        let (rect, lanes) = (map.rect(), map.lanes());
+        let row_words = rect.width as usize * lanes;
+        let mut columns = vec![0; row_words];
+        let mut rows = vec![0; rect.height as usize * lanes];
+        for (row, texels) in map.masks().chunks(row_words.max(1)).enumerate() {
+            for (word, mask) in texels.iter().enumerate() {
+                columns[word] |= mask;
+                rows[row * lanes + word % lanes] |= mask;
+            }
+        }
+        for (slice, around) in self.slices.iter_mut().enumerate() {
+            let has = |mask: &[u32]| mask[slice / 32] >> (slice % 32) & 1 == 1;
+            let ends = |masks: &[u32]| {
+                let first = masks.chunks(lanes).position(has)?;
+                let last = masks.chunks(lanes).rposition(has)?;
+                Some((first as i32, (last - first + 1) as u32))
+            };
+            if let (Some((u, width)), Some((v, height))) = (ends(&columns), ends(&rows)) {
+                *around = around.union(MapRect {
+                    u: rect.u + u,
+                    v: rect.v + v,
+                    width,
+                    height,
+                });
+            }
+        }
+    }
+}
 
 /// Cells of 4 × 4 texels over the maps of a slab. A cell has the bits of all texels that a point in
 /// it is no further from than [`NearMap::REACH`] in each axis.

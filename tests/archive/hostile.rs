@@ -135,6 +135,8 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     }
     empty["graph"]["first_edge"] = json!([0]);
     empty["retimable"] = json!([]);
+    empty["paths"]["first"] = json!([0]);
+    empty["paths"]["links"] = json!([]);
     empty["evasions"] = json!([]);
     empty["strikes"] = json!([]);
     empty["atlas"]["attacks"] = json!([]);
@@ -153,6 +155,7 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     };
     parted["graph"]["edges"] = json!([edge(0), edge(1)]);
     parted["graph"]["first_edge"] = json!([0, 1, 2]);
+    parted["paths"]["first"] = json!([0, 0, 0]);
     parted["retimable"] =
         json!([{ "faster": true, "slower": true }, { "faster": true, "slower": true }]);
     for (value, reason) in [(empty, "no nodes"), (parted.clone(), "cannot be reached")] {

@@ -233,7 +233,7 @@ fn words_that_it_does_not_know() {
     let folder = folder();
     let cases: [&[&str]; 17] = [
         &["dance"],
-        &["dodge", "--cull", "compute"],
+        &["dodge", "--cull", "raster"],
         &["dodge", "--cull", "cpu,guess"],
         &["dodge", "--grid", "maybe"],
         &["dodge", "--lookup", "furthest"],

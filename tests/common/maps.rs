@@ -1,7 +1,11 @@
 //! Maps made up for tests.
 
 use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullInput, Overlap, TimedDisc};
-use sabaki::region::{BitMap, Drawing, MapRect, MaskMap, Slab, SlabMaps, raster};
+use sabaki::region::{
+    BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, SlabMaps, raster,
+};
+
+use super::random::Random;
 
 /// The maps of a drawing of an evasion, untimed: its inner map as the outer one too.
 pub fn untimed(drawing: &Drawing) -> SlabMaps {
@@ -49,6 +53,77 @@ pub fn empty_attack(rect: MapRect, slabs: std::ops::Range<i32>) -> AttackDrawing
         ..Drawing::default()
     };
     attack_of(slabs.map(|slab| (Slab(slab), drawing.clone())))
+}
+
+/// Masks of any slices: in each of them a few discs, or nothing.
+pub fn timed(random: &mut Random, rect: MapRect, grid: MapGrid) -> MaskMap {
+    let mut masks = MaskMap::new(rect, grid.lanes());
+    for slice in 0..grid.slices {
+        if grid.is_timed() && random.below(3) == 0 {
+            continue;
+        }
+        let discs: Vec<_> = (0..1 + random.below(4))
+            .map(|_| disc(random, rect))
+            .collect();
+        let drawing = Drawing {
+            rect,
+            frame_ends: vec![discs.len() as u32],
+            discs,
+        };
+        raster::any_frame(&drawing).for_each(|column, row| masks.set(column, row, slice));
+    }
+    masks
+}
+
+/// An attack of any discs at any time, for some slabs and clocks.
+pub fn timed_attack(
+    random: &mut Random,
+    (rect, grid): (MapRect, MapGrid),
+    slabs: std::ops::Range<i32>,
+    clocks: u32,
+) -> AttackDrawing {
+    let mut attack = AttackDrawing {
+        rect,
+        ..AttackDrawing::default()
+    };
+    let discs = |random: &mut Random, attack: &mut AttackDrawing| {
+        let first = attack.discs.len();
+        for _ in 0..random.below(10 + grid.slices as usize) {
+            attack.discs.push(TimedDisc {
+                disc: disc(random, rect),
+                slice: random.below(grid.slices as usize) as u32,
+            });
+        }
+        attack.discs[first..].sort_unstable_by_key(|one| one.slice);
+        first as u32..attack.discs.len() as u32
+    };
+    for clock in 0..clocks {
+        for slab in slabs.clone() {
+            let inner = discs(random, &mut attack);
+            let outer = discs(random, &mut attack);
+            attack.layers.push(AttackLayer {
+                slab: Slab(slab),
+                clock,
+                inner,
+                outer,
+            });
+        }
+    }
+    attack
+}
+
+/// A disc about a map, often across its border.
+fn disc(random: &mut Random, rect: MapRect) -> Disc {
+    let place = |random: &mut Random, texels: u32| {
+        let sub = (texels as usize + 16) * SUB_TEXELS as usize;
+        random.below(sub) as i32 - 8 * SUB_TEXELS
+    };
+    let largest = (rect.width.min(rect.height) as usize / 3 + 1) * SUB_TEXELS as usize;
+    Disc {
+        x: place(random, rect.width),
+        z: place(random, rect.height),
+        radius: random.below(largest) as i32,
+    }
 }
 
 /// What any culling path counts, by the definition: every texel of the attack's rectangle, every

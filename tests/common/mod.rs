@@ -8,6 +8,8 @@ pub mod answer;
 pub mod baked;
 pub mod clips;
 #[cfg(feature = "vulkan")]
+pub mod cull;
+#[cfg(feature = "vulkan")]
 mod device;
 pub mod maps;
 
@@ -17,3 +19,5 @@ pub mod plain_bvh;
 pub mod random;
 pub mod shapes;
 pub mod small;
+#[cfg(feature = "vulkan")]
+pub(crate) mod timed;

@@ -7,7 +7,7 @@
 use super::groups::{Group, Groups, LANES};
 use super::{AttackTexels, BLOCK, BLOCK_TEXELS, CullInput, Overlap};
 use crate::math::{Isa, Lookup, Words};
-use crate::region::{BitMap, MapTurn, MaskMap, NearMap, SlabMaps};
+use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, SlabMaps};
 
 /// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ impl Culler {
 /// All candidates against the attack's blocks.
 struct Counting<'a> {
     input: &'a CullInput<'a>,
-    near: &'a [Vec<NearMap>],
+    near: &'a [NearRegion],
     attack: (&'a AttackTexels, &'a Groups),
     overlaps: &'a mut Vec<Overlap>,
 }
@@ -69,7 +69,7 @@ impl Lookup for Counting<'_> {
                 steps: Steps::new(candidate.turn),
                 words,
             };
-            let near = &self.near[candidate.region.index()];
+            let near = &self.near[candidate.region.index()].slabs;
             let region = self.input.atlas.region(candidate.region);
             let mut overlap = Overlap::default();
             for (index, layer) in texels.layers.iter().enumerate() {
@@ -141,13 +141,13 @@ impl<W: Words> Look<'_, W> {
             };
         }
         let (mut cells, mut some) = ([0; LANES], 0);
-        for k in 0..LANES {
+        for (k, cell_of) in cells.iter_mut().enumerate() {
             let (x, z) = turn.half_texels(group.u[k], group.v[k]);
             let x = x.wrapping_sub(near.u) >> NearMap::SHIFT;
             let z = z.wrapping_sub(near.v) >> NearMap::SHIFT;
             let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
             let cell = (z as u32).wrapping_mul(near.columns).wrapping_add(x as u32);
-            cells[k] = if within { cell } else { u32::MAX };
+            *cell_of = if within { cell } else { u32::MAX };
             some |= u32::from(within);
         }
         if some == 0 {

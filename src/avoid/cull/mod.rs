@@ -10,10 +10,14 @@
 pub mod cpu;
 mod drawing;
 mod groups;
+mod scene;
+mod steps;
 mod texels;
 
+pub(super) use drawing::Reach;
 pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
-pub(super) use drawing::{Reach, Steps};
+pub(super) use scene::{PlacedRegion, Scene};
+pub(super) use steps::Steps;
 pub use texels::{AttackTexels, BLOCK, BLOCK_TEXELS, TexelLayer};
 
 use crate::region::{MapTurn, RegionAtlas, RegionId};

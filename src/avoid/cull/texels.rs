@@ -51,8 +51,22 @@ struct Canvas {
     columns: usize,
     /// `[inner, outer][lane][row][column]`; all 0 between two layers.
     masks: Vec<u32>,
-    /// For each row of blocks the first column of blocks that is drawn into, and the end.
-    bands: Vec<Range<usize>>,
+    /// For each row of blocks what is drawn into.
+    bands: Vec<Band>,
+}
+
+/// Columns of blocks, from the first one to the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Band {
+    first: usize,
+    end: usize,
+}
+
+impl Band {
+    const EMPTY: Self = Self {
+        first: usize::MAX,
+        end: 0,
+    };
 }
 
 impl AttackTexels {
@@ -84,8 +98,9 @@ impl AttackTexels {
             bands,
         } = &mut self.canvas;
         let plane = bands.len() * BLOCK * *columns;
-        for (band, range) in bands.iter_mut().enumerate() {
-            for block in std::mem::replace(range, usize::MAX..0) {
+        for (band, drawn) in bands.iter_mut().enumerate() {
+            let Band { first, end } = std::mem::replace(drawn, Band::EMPTY);
+            for block in first..end {
                 let mut any = 0;
                 for (kind, list) in [&mut self.inner, &mut self.outer].into_iter().enumerate() {
                     for lane in 0..self.lanes {
@@ -118,7 +133,7 @@ impl Canvas {
         let bands = (rect.height as usize).div_ceil(BLOCK);
         self.columns = (rect.width as usize).next_multiple_of(BLOCK);
         self.bands.clear();
-        self.bands.resize(bands, usize::MAX..0);
+        self.bands.resize(bands, Band::EMPTY);
         // What is there is 0, whatever its place was.
         let words = 2 * lanes * bands * BLOCK * self.columns;
         if self.masks.len() < words {
@@ -137,7 +152,7 @@ impl Canvas {
                 let (columns, bands) = (self.columns, &mut self.bands);
                 for_each_row(disc, attack.rect, |row, first, last| {
                     let band = &mut bands[row / BLOCK];
-                    band.start = band.start.min(first / BLOCK);
+                    band.first = band.first.min(first / BLOCK);
                     band.end = band.end.max(last / BLOCK + 1);
                     let row = row * columns;
                     for mask in &mut masks[row + first..=row + last] {

@@ -6,7 +6,7 @@ use super::{Headless, device::DevicePart};
 use crate::{
     avoid::cull::{CullInput, Overlap, cpu},
     gpu::{
-        GpuError,
+        GpuError, compute,
         error::Named,
         stencil::{Culler, MapKind, Rasterizer},
     },
@@ -172,11 +172,11 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device, but for
-    /// [`Overlap::outer`], which is the largest number there is.
+    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device, of what the
+    /// culler [counts](crate::gpu::stencil::Counted).
     ///
-    /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] is 0 or not 0, and
-    /// [`Overlap::evasion`] is counted on the CPU.
+    /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
+    /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.
     ///
     /// # Errors
     /// [`Culler::record`]'s, or those of [`Headless::run`].
@@ -187,6 +187,50 @@ impl Headless {
     ) -> Result<Vec<Overlap>, GpuError> {
         let mut all = Vec::with_capacity(input.candidates.len());
         let (mut some, mut exact) = (Vec::new(), Vec::new());
+        let mut rest = input.candidates;
+        let mut most = culler.max_candidates().max(1) as usize;
+        while !rest.is_empty() {
+            let (candidates, later) = rest.split_at(most.min(rest.len()));
+            let part = CullInput {
+                candidates,
+                ..*input
+            };
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+            let ticket = match self.run(|cmd| unsafe { culler.record(cmd, 0, &part) }) {
+                Err(GpuError::Limit { limit, .. })
+                    if limit == "CullerDesc::max_boxes" && candidates.len() > 1 =>
+                {
+                    most = candidates.len() / 2;
+                    continue;
+                }
+                other => other?,
+            };
+            if !culler.poll(ticket, &mut some)? {
+                return Err(GpuError::Unfinished);
+            }
+            if !ticket.counts_exact && culler.counted().evasion {
+                cpu::count(&part, &mut exact);
+                let pairs = some.iter_mut().zip(&exact);
+                pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
+            }
+            all.append(&mut some);
+            rest = later;
+        }
+        Ok(all)
+    }
+
+    /// Overlaps of any number of candidates, by the compute path: [`cpu::count`](crate::avoid::cull::cpu::count) on the
+    /// device.
+    ///
+    /// # Errors
+    /// [`compute::Culler::record`]'s, or those of [`Headless::run`].
+    pub fn cull_compute(
+        &mut self,
+        culler: &mut compute::Culler,
+        input: &CullInput<'_>,
+    ) -> Result<Vec<Overlap>, GpuError> {
+        let mut all = Vec::with_capacity(input.candidates.len());
+        let mut some = Vec::new();
         let most = culler.max_candidates().max(1) as usize;
         for candidates in input.candidates.chunks(most) {
             let part = CullInput {
@@ -197,11 +241,6 @@ impl Headless {
             let ticket = self.run(|cmd| unsafe { culler.record(cmd, 0, &part) })?;
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
-            }
-            if !ticket.counts_exact {
-                cpu::count(&part, &mut exact);
-                let pairs = some.iter_mut().zip(&exact);
-                pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
             }
             all.append(&mut some);
         }

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{bits::PackedBits, slot::Slot};
+use super::{maps::Maps, slot::Slot};
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
@@ -12,16 +12,18 @@ use crate::gpu::{
 };
 
 const WORDS: u32 = 0;
-const REGIONS: u32 = 1;
+const MAPS: u32 = 1;
 const PLACED: u32 = 2;
+const TURNS: u32 = 3;
+const BINDINGS: [u32; 4] = [WORDS, MAPS, PLACED, TURNS];
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Atlas {
     words: Buffer,
-    regions: Buffer,
+    maps: Buffer,
     staging: Buffer,
-    /// Bytes of words and of regions.
+    /// Bytes of words and of maps.
     sizes: [u64; 2],
     pub(super) layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
@@ -34,11 +36,11 @@ impl Atlas {
         context: &Context,
         memory: &mut dyn Memory,
         name: &str,
-        packed: &PackedBits,
+        maps: &Maps,
     ) -> Result<(), GpuError> {
-        let words: &[u8] = bytemuck::cast_slice(&packed.words);
-        let regions: &[u8] = bytemuck::cast_slice(&packed.maps);
-        self.sizes = [words.len() as u64, regions.len() as u64];
+        let words: &[u8] = bytemuck::cast_slice(maps.words());
+        let places: &[u8] = bytemuck::cast_slice(&maps.bits);
+        self.sizes = [words.len() as u64, places.len() as u64];
         let mut buffer = |what: &str, size, usage, who| {
             let desc = BufferDesc {
                 name: &format!("{name}: {what}"),
@@ -51,11 +53,11 @@ impl Atlas {
         use vk::BufferUsageFlags as Usage;
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.words = buffer("words", self.sizes[0], usage, MemoryUse::Device)?;
-        self.regions = buffer("regions", self.sizes[1], usage, MemoryUse::Device)?;
+        self.maps = buffer("maps", self.sizes[1], usage, MemoryUse::Device)?;
         let size = self.sizes[0] + self.sizes[1];
         self.staging = buffer("staging", size, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
         self.staging.write(context, 0, words)?;
-        self.staging.write(context, self.sizes[0], regions)
+        self.staging.write(context, self.sizes[0], places)
     }
 
     /// Records the copy of the maps to where shaders read them.
@@ -63,8 +65,13 @@ impl Atlas {
     /// # Safety
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
     pub(super) unsafe fn record_upload(&self, context: &Context, cmd: vk::CommandBuffer) {
+        // It may be recorded again, behind culls that read the same maps.
+        for before in [Access::SHADER_READ, Access::TRANSFER_WRITE] {
+            // SAFETY: the caller vouches for `cmd`.
+            unsafe { barriers::memory(context, cmd, before, Access::TRANSFER_WRITE) };
+        }
         let mut start = 0;
-        for (target, size) in [&self.words, &self.regions].into_iter().zip(self.sizes) {
+        for (target, size) in [&self.words, &self.maps].into_iter().zip(self.sizes) {
             if size > 0 {
                 let copy = [vk::BufferCopy::default().src_offset(start).size(size)];
                 // SAFETY: the caller vouches for `cmd` and staging; both buffers have these sizes.
@@ -102,7 +109,7 @@ impl Atlas {
             }
             stages
         };
-        let bindings = [WORDS, REGIONS, PLACED].map(|at| {
+        let bindings = BINDINGS.map(|at| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(at)
                 .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
@@ -126,7 +133,7 @@ impl Atlas {
         let count = slots.len() as u32;
         let sizes = [vk::DescriptorPoolSize::default()
             .ty(vk::DescriptorType::STORAGE_BUFFER)
-            .descriptor_count(3 * count)];
+            .descriptor_count(BINDINGS.len() as u32 * count)];
         let info = vk::DescriptorPoolCreateInfo::default()
             .max_sets(count)
             .pool_sizes(&sizes);
@@ -153,7 +160,7 @@ impl Atlas {
                 .buffer(buffer.handle)
                 .range(vk::WHOLE_SIZE)]
         };
-        let infos = [&self.words, &self.regions, &slot.placed].map(whole);
+        let infos = [&self.words, &self.maps, &slot.boxes, &slot.turns].map(whole);
         let write = |at: u32| {
             vk::WriteDescriptorSet::default()
                 .dst_set(slot.set)
@@ -161,7 +168,7 @@ impl Atlas {
                 .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
                 .buffer_info(&infos[at as usize])
         };
-        let writes = [WORDS, REGIONS, PLACED].map(write);
+        let writes = BINDINGS.map(write);
         // SAFETY: set and buffers are alive, and no command uses the set yet.
         unsafe { context.device().update_descriptor_sets(&writes, &[]) };
     }
@@ -176,7 +183,7 @@ impl Atlas {
         }
         self.pool = vk::DescriptorPool::null();
         self.layout = vk::DescriptorSetLayout::null();
-        for buffer in [&mut self.staging, &mut self.regions, &mut self.words] {
+        for buffer in [&mut self.staging, &mut self.maps, &mut self.words] {
             buffer.destroy(context, memory);
         }
     }

@@ -1,24 +1,24 @@
 //! The `stencil` culling path. CPU twin: `src/avoid/cull/cpu.rs`.
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
-//! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. One query spans a
-//! candidate's slabs, which lie side by side in one target. A second query counts its evasion map, for the score.
+//! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. One query spans all
+//! slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer map, which
+//! proves misses, and a third one its evasion map, for the score.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ash::vk;
 
 use super::{
     atlas::Atlas,
-    bits::PackedBits,
-    candidates::{Capacity, Gathered},
+    gathered::{Capacity, Counted, Gathered},
+    maps::{Maps, Part},
     slot::{HEADER, Slot},
 };
 use crate::{
     avoid::cull::{CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, Mismatch,
-        error::within,
         pipelines::{CANDIDATES, DISCS, Pipeline},
         resources::StencilTarget,
     },
@@ -32,29 +32,37 @@ pub struct CullerDesc<'a> {
     pub name: &'a str,
     /// The maps of all evasions; they are copied.
     pub atlas: &'a RegionAtlas,
+    /// What is counted. Default: everything.
+    pub counted: Counted,
     /// Candidates in one cull. With more, record several.
     pub max_candidates: u32,
-    /// Slabs that an attack can touch.
-    pub max_slabs: u32,
-    /// Discs of an attack, over all slabs.
+    /// Discs of an attack, over all slabs and slices; where maps are timed, those of the inner maps count twice, as the
+    /// evasion maps are held against all slices at once.
     pub max_discs: u32,
-    /// Columns and rows of an attack's map in one slab, texels.
-    pub max_attack_texels: [u32; 2],
+    /// Boxes of a cull: for each candidate its maps, of all slabs and slices, that the attack is near.
+    pub max_boxes: u32,
+    /// Queries of a pool. A cull that has more of them takes several turns.
+    pub max_queries: u32,
+    /// Columns and rows of the stencil target, texels, as far as the device allows. Where an attack does not fit its
+    /// eight planes, a cull takes several passes.
+    pub target: [u32; 2],
     /// Culls that can be recorded before the first one's results have been read.
     pub frames_in_flight: u32,
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 1,024 candidates; attacks of 16,384 discs in 8 slabs of 256 × 256 texels; 2 in flight.
+    /// 1,024 candidates, 65,536 discs, 262,144 boxes, 4,096 queries at once, a target of 1,024 × 1,024 texels; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
             name,
             atlas,
+            counted: Counted::default(),
             max_candidates: 1024,
-            max_slabs: 8,
-            max_discs: 16_384,
-            max_attack_texels: [256; 2],
+            max_discs: 1 << 16,
+            max_boxes: 1 << 18,
+            max_queries: 1 << 12,
+            target: [1024; 2],
             frames_in_flight: 2,
         }
     }
@@ -80,9 +88,18 @@ pub struct Culler {
     pub(super) context: Context,
     pub(super) parts: Parts,
     pub(super) gathered: Gathered,
-    pub(super) uploaded: bool,
-    packed: PackedBits,
-    capacity: Capacity,
+    pub(super) capacity: Capacity,
+    maps: Maps,
+    counted: Counted,
+    upload: Upload,
+}
+
+/// How far the maps have come.
+#[derive(Debug, Default)]
+struct Upload {
+    recorded: bool,
+    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
+    done: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -95,7 +112,7 @@ pub(super) struct Parts {
     live: bool,
 }
 
-/// What is said of the outer maps, which the device does not count: that they may share anything.
+/// What is said of outer maps that are not counted: that they may share anything.
 const NOT_COUNTED: u32 = u32::MAX;
 
 /// Of the next cull, whichever culler's: a ticket fits one cull alone.
@@ -105,34 +122,35 @@ impl Culler {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum is more than the device offers, or where
-    /// maps are timed: for now the device counts untimed ones alone ([`MapGrid::PAPER`](crate::region::MapGrid::PAPER)).
+    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
+    /// the device offers.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
-        let slices = desc.atlas.grid().slices;
-        within("slices of maps on the device", slices.into(), 1)?;
+        // Places in a target are numbers of 16 bits with a sign.
+        let most = context.max_target_side().min(1 << 14);
         let capacity = Capacity {
             candidates: desc.max_candidates,
-            slabs: desc.max_slabs,
             discs: desc.max_discs,
-            target: target_side(context, desc)?,
-            regions: desc.atlas.regions().len(),
+            boxes: desc.max_boxes,
+            queries: desc.max_queries.min(desc.max_boxes).max(1),
+            target: desc.target.map(|side| side.clamp(1, most)),
         };
         let mut culler = Self {
             context: context.clone(),
             parts: Parts::default(),
-            gathered: Gathered::with_capacity(&capacity),
-            uploaded: false,
-            packed: PackedBits::new(desc.atlas),
+            gathered: Gathered::default(),
+            maps: Maps::new(desc.atlas)?,
+            counted: desc.counted,
+            upload: Upload::default(),
             capacity,
         };
         match culler.fill(memory, desc) {
             Ok(()) => {
                 // The staging buffer has them now.
-                culler.packed.words = Vec::new();
+                culler.maps.forget_words();
                 Ok(culler)
             }
             Err(error) => {
@@ -146,7 +164,7 @@ impl Culler {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         parts.live = true;
         let atlas = format!("{name}: atlas");
-        parts.atlas.fill(context, memory, &atlas, &self.packed)?;
+        parts.atlas.fill(context, memory, &atlas, &self.maps)?;
         parts.atlas.make_layout(context)?;
         parts.discs = Pipeline::new(context, &DISCS, &[])?;
         parts.candidates = Pipeline::new(context, &CANDIDATES, &[parts.atlas.layout])?;
@@ -162,30 +180,44 @@ impl Culler {
         parts.atlas.make_sets(context, &mut parts.slots)
     }
 
-    /// Records the upload of the maps, at a time of the caller's choice. Otherwise the first [`Culler::record`] does it.
+    /// What culls count from now on: those that are recorded already do not change.
+    pub fn count_only(&mut self, counted: Counted) {
+        self.counted = counted;
+    }
+
+    /// What the next cull counts.
+    #[must_use]
+    pub fn counted(&self) -> Counted {
+        self.counted
+    }
+
+    /// Records the upload of the maps, at a time of the caller's choice; when it has finished,
+    /// [`Culler::release_staging`] says so. Otherwise culls carry it, until the first one's counts have been polled.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family, and runs before any cull.
     pub unsafe fn record_upload(&mut self, cmd: vk::CommandBuffer) {
-        if !self.uploaded {
+        if !*self.upload.done.get_mut() {
             // SAFETY: the caller vouches for `cmd`; staging is released after the upload only.
             unsafe { self.parts.atlas.record_upload(&self.context, cmd) };
-            self.uploaded = true;
+            self.upload.recorded = true;
         }
     }
 
     /// Frees the staging buffer of the maps, which is idle from then on. Does nothing before the upload was recorded.
     ///
     /// # Safety
-    /// The command buffer with the upload has finished.
+    /// A command buffer with the upload has finished, and no other one that carries it is in flight or will be submitted.
     pub unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
-        if self.uploaded {
+        if self.upload.recorded {
+            *self.upload.done.get_mut() = true;
             self.parts.atlas.release_staging(&self.context, memory);
         }
     }
 
-    /// Records a whole cull into the caller's command buffer: the attack, a query for each candidate's body map, one for its
-    /// evasion map, and the way of the counts to the host. It neither submits nor waits, and allocates nothing.
+    /// Records a whole cull into the caller's command buffer: the attack, a query for each candidate's body maps, one for
+    /// its outer maps, one for its evasion maps, and the way of the counts to the host. It neither submits nor waits, and
+    /// allocates nothing once it has recorded as much.
     ///
     /// It leaves its own pipelines, descriptor set 0, vertex buffer 0, push constants and dynamic state bound.
     ///
@@ -196,8 +228,7 @@ impl Culler {
     /// # Safety
     /// `cmd` is being recorded, outside of rendering and of occlusion queries, for a queue of the context's family. It is
     /// submitted once at most, on the same queue as all culls of this culler. What was recorded into this slot before
-    /// has finished, or will never be submitted. Where no [`Culler::record_upload`] came before, the first cull carries
-    /// the upload of the maps: it is submitted, and before all others.
+    /// has finished, or will never be submitted.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -208,14 +239,21 @@ impl Culler {
         if slot >= slots {
             return Err(Mismatch::Slot { slot, slots }.into());
         }
-        self.gathered.fill(input, &self.packed, &self.capacity)?;
+        let wanted = (input, self.counted);
+        self.gathered.fill(wanted, &self.maps, &self.capacity)?;
         let serial = next_serial();
         let place = &mut self.parts.slots[slot as usize];
         place.serial = serial;
-        let discs = bytemuck::cast_slice(&self.gathered.discs);
+        place.counted = self.counted;
+        place.uploads = !*self.upload.done.get_mut();
+        place.note_queries(&self.gathered.queries);
+        let discs = bytemuck::cast_slice(&self.gathered.cells.discs);
         place.discs.write(&self.context, 0, discs)?;
-        let placed = bytemuck::cast_slice(&self.gathered.placed);
-        place.upload.write(&self.context, 0, placed)?;
+        let turns: &[u8] = bytemuck::cast_slice(&self.gathered.turns);
+        place.upload.write(&self.context, 0, turns)?;
+        let boxes = bytemuck::cast_slice(&self.gathered.boxes);
+        let start = turns.len() as u64;
+        place.upload.write(&self.context, start, boxes)?;
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
             self.record_upload(cmd);
@@ -247,21 +285,30 @@ impl Culler {
         }
         // What was cached of the counts may be older than their number.
         slot.results.invalidate(&self.context)?;
-        let count = ticket.candidates as usize;
-        let size = HEADER + 8 * count as u64;
+        if slot.uploads {
+            self.upload.done.store(true, Ordering::Relaxed);
+        }
+        let size = HEADER + 4 * slot.queries.len() as u64;
         // SAFETY: the number has come, so the counts are written, and nothing writes them until the slot is recorded anew.
         let bytes = unsafe { slot.results.bytes(size) }?;
         let words = bytes[HEADER as usize..]
             .chunks_exact(4)
             .map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]]));
+        let nothing = Overlap {
+            outer: if slot.counted.outer { 0 } else { NOT_COUNTED },
+            ..Overlap::default()
+        };
         overlaps.clear();
-        let evasions = words.clone().skip(count);
-        let pairs = words.take(count).zip(evasions);
-        overlaps.extend(pairs.map(|(body, evasion)| Overlap {
-            body,
-            outer: NOT_COUNTED,
-            evasion,
-        }));
+        overlaps.resize(ticket.candidates as usize, nothing);
+        for (&(candidate, part), count) in slot.queries.iter().zip(words) {
+            let overlap = &mut overlaps[candidate as usize];
+            let sum = match part {
+                Part::Body => &mut overlap.body,
+                Part::Outer => &mut overlap.outer,
+                Part::Evasion => &mut overlap.evasion,
+            };
+            *sum = sum.saturating_add(count);
+        }
         Ok(true)
     }
 
@@ -301,20 +348,6 @@ impl Drop for Culler {
             tracing::error!("a Culler was dropped without destroy: its Vulkan objects leak");
         }
     }
-}
-
-/// The slabs' maps in a row, and in more rows where the device's targets are not that wide.
-fn target_side(context: &Context, desc: &CullerDesc<'_>) -> Result<[u32; 2], GpuError> {
-    let [width, height] = desc.max_attack_texels.map(|side| side.max(1));
-    let slabs = desc.max_slabs.max(1);
-    let most = context.max_target_side().min(u16::MAX.into());
-    let limit = "side of a stencil target";
-    within(limit, width.into(), most.into())?;
-    let columns = (most / width).min(slabs);
-    let rows = slabs.div_ceil(columns);
-    let height = u64::from(rows) * u64::from(height);
-    within(limit, height, most.into())?;
-    Ok([columns * width, height as u32])
 }
 
 /// Never 0, which means none.

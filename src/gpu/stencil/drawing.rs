@@ -2,12 +2,24 @@
 
 use ash::vk;
 
+use super::shelves::Place;
 use crate::{
     gpu::{Context, resources::StencilTarget, shader_table::PlacedDisc},
     region::{Disc, MapRect},
 };
 
-/// Begins to draw into `used` texels of a target, all of which are first set to `clear`.
+/// How a rendering begins and ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rendering {
+    /// Columns and rows of the target that are drawn to.
+    pub(crate) used: [u32; 2],
+    /// What they are set to first; `None` where they keep what was stored.
+    pub(crate) clear: Option<u32>,
+    /// Whether they are needed after it.
+    pub(crate) stored: bool,
+}
+
+/// Begins to draw into a target.
 ///
 /// # Safety
 /// `cmd` is being recorded outside of rendering, for the context's device; the target is in the layout of a stencil
@@ -16,11 +28,9 @@ pub(crate) unsafe fn begin(
     context: &Context,
     cmd: vk::CommandBuffer,
     target: &StencilTarget,
-    used: [u32; 2],
-    clear: u32,
-    store: vk::AttachmentStoreOp,
+    rendering: Rendering,
 ) {
-    let [width, height] = used;
+    let [width, height] = rendering.used;
     let area = vk::Rect2D {
         offset: vk::Offset2D::default(),
         extent: vk::Extent2D { width, height },
@@ -28,12 +38,19 @@ pub(crate) unsafe fn begin(
     let stencil = vk::RenderingAttachmentInfo::default()
         .image_view(target.view)
         .image_layout(vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL)
-        .load_op(vk::AttachmentLoadOp::CLEAR)
-        .store_op(store)
+        .load_op(match rendering.clear {
+            Some(_) => vk::AttachmentLoadOp::CLEAR,
+            None => vk::AttachmentLoadOp::LOAD,
+        })
+        .store_op(if rendering.stored {
+            vk::AttachmentStoreOp::STORE
+        } else {
+            vk::AttachmentStoreOp::DONT_CARE
+        })
         .clear_value(vk::ClearValue {
             depth_stencil: vk::ClearDepthStencilValue {
                 depth: 0.0,
-                stencil: clear,
+                stencil: rendering.clear.unwrap_or(0),
             },
         });
     let info = vk::RenderingInfo::default()
@@ -58,14 +75,7 @@ pub(crate) unsafe fn begin(
     }
 }
 
-/// Where a map lies in a target: its first texel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Cell {
-    pub(crate) x: u32,
-    pub(crate) y: u32,
-}
-
-impl Cell {
+impl Place {
     /// The map's first and end texels. Targets have sides below 2¹⁶.
     pub(crate) fn clip(self, rect: MapRect) -> [u16; 4] {
         [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)

@@ -3,17 +3,20 @@
 //! Source: Masaoka & Oshita, sections 4.3 (maps) and 5.3 (culling). Where the paper uses OpenGL, this records Vulkan.
 
 mod atlas;
-pub(crate) mod bits;
-mod candidates;
+mod cells;
 mod commands;
 mod culler;
 mod drawing;
+mod gathered;
+pub(crate) mod maps;
 mod packing;
 mod passes;
 mod rasterizer;
 mod readback;
+mod shelves;
 mod slot;
 
 pub use culler::{Culler, CullerDesc, Ticket};
+pub use gathered::Counted;
 pub use packing::{Batch, Plan};
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};

@@ -1,6 +1,9 @@
 //! Many maps in one target: shelves, the tallest maps first.
 
-use super::{drawing::Cell, passes};
+use super::{
+    passes,
+    shelves::{Place, Shelves},
+};
 use crate::{
     gpu::{
         GpuError,
@@ -22,7 +25,7 @@ pub(crate) struct Room {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Batch {
     /// Positions among the drawings, and where each lies.
-    pub(crate) members: Vec<(usize, Cell)>,
+    pub(crate) members: Vec<(usize, Place)>,
     /// Columns and rows of the target that are in use.
     pub(crate) used: [u32; 2],
     instances: u32,
@@ -65,7 +68,7 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Plan, GpuError> {
             Some(batch) if batch.instances + needed <= room.instances => batch,
             _ => next(&mut plan, &mut shelves),
         };
-        let (batch, cell) = match shelves.place([rect.width, rect.height], room.side) {
+        let (batch, cell) = match shelves.place([rect.width, rect.height], [room.side; 2]) {
             Some(cell) => (batch, cell),
             None => (
                 next(&mut plan, &mut shelves),
@@ -97,41 +100,4 @@ fn instances(drawing: &Drawing) -> u32 {
 fn is_sound(drawing: &Drawing) -> bool {
     let ends = &drawing.frame_ends;
     ends.is_sorted() && ends.last().copied().unwrap_or(0) as usize == drawing.discs.len()
-}
-
-/// The open shelf of a target.
-#[derive(Debug, Default)]
-struct Shelves {
-    x: u32,
-    y: u32,
-    height: u32,
-}
-
-impl Shelves {
-    /// A place for a map that is not taller than those before it.
-    fn place(&mut self, [width, height]: [u32; 2], side: u32) -> Option<Cell> {
-        if self.x + width > side {
-            (self.x, self.y, self.height) = (0, self.y + self.height, 0);
-        }
-        if self.y + height > side {
-            return None;
-        }
-        let cell = Cell {
-            x: self.x,
-            y: self.y,
-        };
-        self.x += width;
-        self.height = self.height.max(height);
-        Some(cell)
-    }
-
-    /// The first place of an empty target.
-    fn first(&mut self, [width, height]: [u32; 2]) -> Cell {
-        *self = Self {
-            x: width,
-            y: 0,
-            height,
-        };
-        Cell::default()
-    }
 }

@@ -5,7 +5,7 @@
 use ash::vk;
 
 use super::{
-    drawing,
+    drawing::{self, Rendering},
     packing::{self, Batch, Plan, Room},
     passes::{self, Passes},
 };
@@ -193,15 +193,12 @@ impl Rasterizer {
         };
         // SAFETY: the caller vouches for `cmd`; all handles are this rasterizer's.
         unsafe {
-            let store = vk::AttachmentStoreOp::STORE;
-            drawing::begin(
-                context,
-                cmd,
-                &parts.target,
-                batch.used,
-                passes::START,
-                store,
-            );
+            let rendering = Rendering {
+                used: batch.used,
+                clear: Some(passes::START),
+                stored: true,
+            };
+            drawing::begin(context, cmd, &parts.target, rendering);
             device.cmd_bind_vertex_buffers(cmd, 0, &[parts.instances.handle], &[0]);
             let mut bound = None;
             for pass in &self.scratch.passes {

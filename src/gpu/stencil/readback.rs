@@ -1,10 +1,10 @@
 //! From the target's texels to maps of bits.
 
 use super::{
-    drawing::Cell,
     packing::Batch,
     passes::{EVASION, START},
     rasterizer::Rasterizer,
+    shelves::Place,
 };
 use crate::{
     gpu::GpuError,
@@ -83,7 +83,7 @@ struct Texels<'a> {
 
 impl Texels<'_> {
     /// The map in a cell: texels whose value is `wanted`.
-    fn map(&self, cell: Cell, rect: MapRect, wanted: impl Fn(u8) -> bool) -> BitMap {
+    fn map(&self, cell: Place, rect: MapRect, wanted: impl Fn(u8) -> bool) -> BitMap {
         let mut map = BitMap::new(rect);
         for row in 0..rect.height {
             let start = ((cell.y + row) * self.width + cell.x) as usize;

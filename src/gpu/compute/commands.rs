@@ -1,0 +1,134 @@
+//! Descriptors, and the commands of one cull in order.
+
+use ash::vk;
+
+use super::{culler::Culler, culler::Parts, gathered::Capacity, slot::Slot};
+use crate::gpu::{
+    Context, GpuError,
+    barriers::Access,
+    error::Named,
+    shader_table::{COUNT_COMP, CountSettings},
+};
+
+const ATLAS: u32 = 0;
+const ATTACK: u32 = 1;
+const CANDIDATES: u32 = 2;
+const RESULTS: u32 = 3;
+const BINDINGS: [u32; 4] = [ATLAS, ATTACK, CANDIDATES, RESULTS];
+const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
+
+impl Parts {
+    /// Makes the layout of the descriptor sets, as the shader table has it.
+    pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
+        let bindings = BINDINGS.map(|at| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(at)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::COMPUTE)
+        });
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the context's device is valid.
+        self.layout = unsafe { context.device().create_descriptor_set_layout(&info, None) }
+            .call("vkCreateDescriptorSetLayout")?;
+        Ok(())
+    }
+
+    /// Gives each slot its descriptor set.
+    pub(super) fn make_sets(
+        &mut self,
+        context: &Context,
+        capacity: &Capacity,
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        let count = self.slots.len() as u32;
+        let sizes = [vk::DescriptorPoolSize::default()
+            .ty(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(BINDINGS.len() as u32 * count)];
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(count)
+            .pool_sizes(&sizes);
+        // SAFETY: the context's device is valid.
+        self.pool =
+            unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
+        let layouts = vec![self.layout; self.slots.len()];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(self.pool)
+            .set_layouts(&layouts);
+        // SAFETY: pool and layouts were just made, and the pool has room for all.
+        let sets =
+            unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
+        for (slot, set) in self.slots.iter_mut().zip(sets) {
+            slot.set = set;
+        }
+        for slot in &self.slots {
+            self.write_set(context, slot, capacity);
+        }
+        Ok(())
+    }
+
+    fn write_set(&self, context: &Context, slot: &Slot, capacity: &Capacity) {
+        let range = |buffer, offset, range| {
+            [vk::DescriptorBufferInfo::default()
+                .buffer(buffer)
+                .offset(offset)
+                .range(range)]
+        };
+        let offset = capacity.attack_offset();
+        // In the order of the bindings.
+        let infos = [
+            range(self.atlas.buffer.handle, 0, vk::WHOLE_SIZE),
+            range(slot.input(), offset, capacity.attack_bytes()),
+            range(slot.input(), 0, offset),
+            range(slot.counts.buffer.handle, 0, vk::WHOLE_SIZE),
+        ];
+        let writes = BINDINGS.map(|at| {
+            vk::WriteDescriptorSet::default()
+                .dst_set(slot.set)
+                .dst_binding(at)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .buffer_info(&infos[at as usize])
+        });
+        // SAFETY: set and buffers are alive, and no command uses the set yet.
+        unsafe { context.device().update_descriptor_sets(&writes, &[]) };
+    }
+}
+
+impl Culler {
+    /// # Safety
+    /// As for [`Culler::record`]; the slot has this cull's input.
+    pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+        let context = &self.context;
+        // SAFETY: the caller vouches for `cmd` and the slot.
+        unsafe {
+            if !self.gathered.candidates.is_empty() {
+                slot.record_copy(context, cmd, (&self.gathered, &self.capacity));
+                self.record_dispatches(cmd, slot);
+            }
+            let written = Access::COMPUTE_WRITE;
+            slot.counts.record_number(context, cmd, written);
+        }
+    }
+
+    /// # Safety
+    /// As for [`Culler::record_commands`].
+    unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+        let (device, pipeline) = (self.context.device(), &self.parts.pipeline);
+        let point = vk::PipelineBindPoint::COMPUTE;
+        let constants = self.gathered.constants();
+        let groups = self.gathered.candidates.len() as u32 * constants.parts;
+        // SAFETY: the caller vouches for `cmd`; all handles are this culler's, and no dispatch has more groups than the
+        // device takes.
+        unsafe {
+            device.cmd_bind_pipeline(cmd, point, pipeline.handle);
+            device.cmd_bind_descriptor_sets(cmd, point, pipeline.layout, 0, &[slot.set], &[]);
+            for first in (0..groups).step_by(self.capacity.groups as usize) {
+                let constants = CountSettings { first, ..constants };
+                let stage = vk::ShaderStageFlags::COMPUTE;
+                pipeline.push(&self.context, cmd, stage, &constants);
+                let some = self.capacity.groups.min(groups - first);
+                device.cmd_dispatch(cmd, some, 1, 1);
+            }
+        }
+    }
+}

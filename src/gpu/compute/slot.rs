@@ -1,0 +1,134 @@
+//! What one cull in flight needs for itself: its input and its counts.
+
+use ash::vk;
+
+use super::{InputWay, gathered::Capacity, gathered::Gathered};
+use crate::gpu::{
+    Context, GpuError, Memory, MemoryUse,
+    barriers::{self, Access},
+    counts::Counts,
+    resources::{Buffer, BufferDesc},
+};
+
+/// Null handles by default; destroying those does nothing.
+#[derive(Debug, Default)]
+pub(super) struct Slot {
+    /// Candidates, then the attack, as the host writes them.
+    upload: Buffer,
+    /// The same on the device; null where shaders read what the host has written.
+    copy: Buffer,
+    /// Three for each candidate and part.
+    pub(super) counts: Counts,
+    pub(super) set: vk::DescriptorSet,
+}
+
+impl Slot {
+    /// Fills a default slot. After a failure [`Slot::destroy`] frees what there is.
+    pub(super) fn fill(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        name: &str,
+        (capacity, way): (&Capacity, InputWay),
+    ) -> Result<(), GpuError> {
+        use vk::BufferUsageFlags as Usage;
+        let size = capacity.attack_offset() + capacity.attack_bytes();
+        let mut buffer = |what: &str, usage, who| {
+            let desc = BufferDesc {
+                name: &format!("{name}: {what}"),
+                size,
+                usage,
+                memory: who,
+            };
+            Buffer::new(context, memory, desc)
+        };
+        match way {
+            InputWay::Staged => {
+                self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
+                let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+                self.copy = buffer("input", usage, MemoryUse::Device)?;
+            }
+            InputWay::Direct => {
+                self.upload = buffer("input", Usage::STORAGE_BUFFER, MemoryUse::Upload)?;
+            }
+        }
+        let counts = (&*format!("{name}: counts"), capacity.counts());
+        self.counts = Counts::new(context, memory, counts, Usage::STORAGE_BUFFER)?;
+        Ok(())
+    }
+
+    /// The buffer that shaders read.
+    pub(super) fn input(&self) -> vk::Buffer {
+        if self.is_direct() {
+            self.upload.handle
+        } else {
+            self.copy.handle
+        }
+    }
+
+    /// Writes a cull's input; no device uses it any more.
+    pub(super) fn write(
+        &self,
+        context: &Context,
+        gathered: &Gathered,
+        capacity: &Capacity,
+    ) -> Result<(), GpuError> {
+        let candidates = bytemuck::cast_slice(&gathered.candidates);
+        self.upload.write(context, 0, candidates)?;
+        let mut offset = capacity.attack_offset();
+        for part in gathered.attack() {
+            self.upload.write(context, offset, part)?;
+            offset += part.len() as u64;
+        }
+        Ok(())
+    }
+
+    /// Records the input's way to where shaders read it, if there is one.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded outside of rendering, and the slot is free.
+    pub(super) unsafe fn record_copy(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        (gathered, capacity): (&Gathered, &Capacity),
+    ) {
+        if self.is_direct() {
+            return;
+        }
+        let region = |offset: u64, bytes: u64| {
+            vk::BufferCopy::default()
+                .src_offset(offset)
+                .dst_offset(offset)
+                .size(bytes)
+        };
+        let attack = gathered.attack().iter().map(|part| part.len() as u64).sum();
+        let copies = [
+            region(0, size_of_val(gathered.candidates.as_slice()) as u64),
+            region(capacity.attack_offset(), attack),
+        ];
+        // No copy may be empty; without candidates there is none to make.
+        let copies = match attack {
+            0 => &copies[..1],
+            _ => &copies[..],
+        };
+        // SAFETY: the caller vouches for `cmd`; both buffers hold this many bytes.
+        unsafe {
+            let device = context.device();
+            device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, copies);
+            let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
+            barriers::memory(context, cmd, before, after);
+        }
+    }
+
+    fn is_direct(&self) -> bool {
+        self.copy.handle == vk::Buffer::null()
+    }
+
+    /// Frees everything; the device must be done with it. The descriptor set goes with its pool.
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        self.counts.destroy(context, memory);
+        self.copy.destroy(context, memory);
+        self.upload.destroy(context, memory);
+    }
+}

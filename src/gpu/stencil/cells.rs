@@ -1,0 +1,303 @@
+//! The attack's maps on the target: each slab, clock and slice in a cell of its own, as small as
+//! what is drawn in it.
+//!
+//! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab.
+//! Differs: slices of time have stencils of their own too. A target has eight planes, one a stencil
+//! bit. Cells lie side by side in the first plane as long as there is room, then in the next one;
+//! where all eight are full, another pass begins with an empty target. A cell that is larger than
+//! the target is cut into several.
+
+use std::ops::Range;
+
+use super::{
+    maps::Part,
+    shelves::{Place, Shelves},
+};
+use crate::{
+    avoid::cull::{AttackDrawing, TimedDisc},
+    gpu::{GpuError, error::within, shader_table::PlacedDisc},
+    region::{MapRect, Slab},
+};
+
+/// Planes of a target: the bits of a stencil.
+pub(super) const PLANES: u32 = 8;
+
+/// Which of the attack's maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Source {
+    /// Inner discs of one slice.
+    Inner,
+    /// Outer discs of one slice.
+    Outer,
+    /// Inner discs of all slices.
+    Any,
+}
+
+/// One map of the attack, or a part of one.
+#[derive(Clone, Debug)]
+pub(super) struct Cell {
+    /// Counted from the first one of the first pass.
+    plane: u32,
+    source: Source,
+    /// Position in [`AttackDrawing::layers`].
+    layer: u32,
+    pub(super) slice: u32,
+    /// Counted from the attack's rectangle.
+    pub(super) rect: MapRect,
+    /// Where it lies in the target.
+    pub(super) place: Place,
+    /// In [`AttackDrawing::discs`]; some may miss the cell.
+    discs: Range<u32>,
+}
+
+/// Cells of one plane that a candidate is drawn over together: those of a layer.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub(super) plane: u32,
+    pub(super) slab: Slab,
+    pub(super) clock: u32,
+    /// Around the cells.
+    pub(super) rect: MapRect,
+    pub(super) cells: Range<u32>,
+}
+
+/// Discs that are drawn into one plane.
+#[derive(Clone, Debug)]
+pub(super) struct Plane {
+    pub(super) bit: u32,
+    pub(super) discs: Range<u32>,
+}
+
+/// What is drawn before the target is cleared again.
+#[derive(Clone, Debug)]
+pub(super) struct Pass {
+    pub(super) planes: Range<u32>,
+    /// By [`Source`].
+    pub(super) groups: [Range<u32>; 3],
+    /// Columns and rows of the target.
+    pub(super) used: [u32; 2],
+}
+
+/// How the attack is laid out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// Sides of the target.
+    pub(super) target: [u32; 2],
+    pub(super) discs: u32,
+}
+
+/// The attack of one cull. Used again and again.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    pub(super) cells: Vec<Cell>,
+    pub(super) groups: Vec<Group>,
+    pub(super) planes: Vec<Plane>,
+    pub(super) passes: Vec<Pass>,
+    pub(super) discs: Vec<PlacedDisc>,
+}
+
+impl Source {
+    /// Where a part of a candidate is counted.
+    pub(super) fn of(part: Part, slices: u32) -> Self {
+        match part {
+            Part::Body => Self::Inner,
+            Part::Outer => Self::Outer,
+            Part::Evasion if slices > 1 => Self::Any,
+            Part::Evasion => Self::Inner,
+        }
+    }
+}
+
+impl Cells {
+    /// Lays out the maps of an attack that are of use.
+    pub(super) fn fill(
+        &mut self,
+        attack: &AttackDrawing,
+        room: Room,
+        wanted: impl Fn(Source) -> bool,
+    ) -> Result<(), GpuError> {
+        self.cells.clear();
+        self.groups.clear();
+        self.planes.clear();
+        self.passes.clear();
+        self.discs.clear();
+        for (layer, index) in attack.layers.iter().zip(0..) {
+            if wanted(Source::Inner) {
+                self.slices(attack, (index, Source::Inner), layer.inner.clone(), room);
+            }
+            if wanted(Source::Outer) {
+                self.slices(attack, (index, Source::Outer), layer.outer.clone(), room);
+            }
+            if wanted(Source::Any) {
+                let cell = (index, Source::Any, 0);
+                self.cut(attack, cell, layer.inner.clone(), room);
+            }
+        }
+        self.place(room);
+        self.draw(attack);
+        self.group(attack);
+        within(
+            "CullerDesc::max_discs",
+            self.discs.len() as u64,
+            room.discs.into(),
+        )
+    }
+
+    /// A cell for each slice of a layer; its discs are sorted by slice.
+    fn slices(
+        &mut self,
+        attack: &AttackDrawing,
+        (layer, source): (u32, Source),
+        discs: Range<u32>,
+        room: Room,
+    ) {
+        let mut start = discs.start;
+        while start < discs.end {
+            let rest = &attack.discs[start as usize..discs.end as usize];
+            let slice = rest[0].slice;
+            let end = start + rest.partition_point(|one| one.slice <= slice) as u32;
+            self.cut(attack, (layer, source, slice), start..end, room);
+            start = end;
+        }
+    }
+
+    /// A cell around discs, or several where it is larger than the target.
+    fn cut(
+        &mut self,
+        attack: &AttackDrawing,
+        (layer, source, slice): (u32, Source, u32),
+        discs: Range<u32>,
+        room: Room,
+    ) {
+        let all = &attack.discs[discs.start as usize..discs.end as usize];
+        let rects = all.iter().map(|one| around(one, attack));
+        let whole = rects.fold(MapRect::default(), MapRect::union);
+        let [columns, rows] = room.target;
+        for v in (0..whole.height).step_by(rows as usize) {
+            for u in (0..whole.width).step_by(columns as usize) {
+                let rect = MapRect {
+                    u: whole.u + u as i32,
+                    v: whole.v + v as i32,
+                    width: columns.min(whole.width - u),
+                    height: rows.min(whole.height - v),
+                };
+                let near = |one| !around(one, attack).intersection(rect).is_empty();
+                if !all.iter().any(near) {
+                    continue;
+                }
+                self.cells.push(Cell {
+                    plane: 0,
+                    source,
+                    layer,
+                    slice,
+                    rect,
+                    place: Place::default(),
+                    discs: discs.clone(),
+                });
+            }
+        }
+    }
+
+    /// Gives each cell its plane and its place there.
+    fn place(&mut self, room: Room) {
+        self.cells
+            .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.rect.height));
+        let texels = |cell: &Cell| u64::from(cell.rect.width) * u64::from(cell.rect.height);
+        let area: u64 = self.cells.iter().map(texels).sum();
+        let widest = self.cells.iter().map(|cell| cell.rect.width).max();
+        // Nearly square, as that needs the fewest of a device's tiles, and of whole tiles.
+        let columns = ((area as f64).sqrt() as u32)
+            .max(widest.unwrap_or(0))
+            .next_multiple_of(64)
+            .min(room.target[0]);
+        let sides = [columns, room.target[1]];
+        let (mut shelves, mut plane) = (Shelves::default(), 0);
+        for cell in &mut self.cells {
+            let size = [cell.rect.width, cell.rect.height];
+            cell.place = shelves.place(size, sides).unwrap_or_else(|| {
+                plane += 1;
+                shelves.first(size)
+            });
+            cell.plane = plane;
+        }
+        let key = |cell: &Cell| {
+            let pass = cell.plane / PLANES;
+            (pass, cell.source, cell.plane, cell.layer, cell.slice)
+        };
+        self.cells.sort_unstable_by_key(key);
+    }
+
+    /// The discs, plane by plane.
+    fn draw(&mut self, attack: &AttackDrawing) {
+        let planes = self.cells.iter().map(|cell| cell.plane + 1).max();
+        for plane in 0..planes.unwrap_or(0) {
+            if plane % PLANES == 0 {
+                self.passes.push(Pass {
+                    planes: plane..plane,
+                    groups: [const { 0..0 }; 3],
+                    used: [0; 2],
+                });
+            }
+            let start = self.discs.len() as u32;
+            let index = self.passes.len() - 1;
+            let pass = &mut self.passes[index];
+            pass.planes.end = plane + 1;
+            for cell in self.cells.iter().filter(|cell| cell.plane == plane) {
+                let Cell { rect, place, .. } = *cell;
+                pass.used[0] = pass.used[0].max(place.x + rect.width);
+                pass.used[1] = pass.used[1].max(place.y + rect.height);
+                let discs = &attack.discs[cell.discs.start as usize..cell.discs.end as usize];
+                let near = |one: &&TimedDisc| !around(one, attack).intersection(rect).is_empty();
+                let placed = discs.iter().filter(near).map(|one| {
+                    let disc = one.disc.relative_to(rect.u, rect.v);
+                    place.place(disc, rect)
+                });
+                self.discs.extend(placed);
+            }
+            self.planes.push(Plane {
+                bit: 1 << (plane % PLANES),
+                discs: start..self.discs.len() as u32,
+            });
+        }
+    }
+
+    /// Puts cells together that candidates are drawn over in one go.
+    fn group(&mut self, attack: &AttackDrawing) {
+        let mut before = None;
+        for (cell, index) in self.cells.iter().zip(0..) {
+            let key = (cell.plane, cell.source, cell.layer);
+            if before != Some(key) {
+                before = Some(key);
+                let layer = &attack.layers[cell.layer as usize];
+                let groups = self.groups.len() as u32;
+                self.groups.push(Group {
+                    plane: cell.plane,
+                    slab: layer.slab,
+                    clock: layer.clock,
+                    rect: MapRect::default(),
+                    cells: index..index,
+                });
+                let pass = &mut self.passes[(cell.plane / PLANES) as usize];
+                let range = &mut pass.groups[cell.source as usize];
+                if range.start == range.end {
+                    *range = groups..groups;
+                }
+                range.end = groups + 1;
+            }
+            if let Some(group) = self.groups.last_mut() {
+                group.rect = group.rect.union(cell.rect);
+                group.cells.end = index + 1;
+            }
+        }
+    }
+}
+
+/// The part of the attack's rectangle that a disc may cover.
+fn around(one: &TimedDisc, attack: &AttackDrawing) -> MapRect {
+    let whole = MapRect {
+        u: 0,
+        v: 0,
+        ..attack.rect
+    };
+    MapRect::around(&[one.disc]).intersection(whole)
+}

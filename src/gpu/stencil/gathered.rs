@@ -1,0 +1,290 @@
+//! A cull's input, laid out for the device: the attack's cells, and over them the boxes in which
+//! candidates are drawn, query by query.
+//!
+//! Source: Masaoka & Oshita, section 5.3. Differs: only those texels of an attack's map are drawn
+//! that the candidate's map of the same slab, clock and slice can reach; where there are none,
+//! there is no query.
+
+use std::ops::Range;
+
+use super::{
+    cells::{Cell, Cells, Group, Room, Source},
+    maps::{Maps, Part, Reach},
+};
+use crate::{
+    avoid::cull::{CullCandidate, CullInput},
+    gpu::{GpuError, error::within, shader_table::PlacedBox},
+    region::{MapRect, MapTurn},
+};
+
+/// The most that a culler takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Capacity {
+    pub(super) candidates: u32,
+    pub(super) discs: u32,
+    pub(super) boxes: u32,
+    /// Queries of a pool.
+    pub(super) queries: u32,
+    /// Sides of the target, texels.
+    pub(super) target: [u32; 2],
+}
+
+/// What is counted.
+///
+/// Each is a query for each candidate that its maps bring near the attack: what is left out costs
+/// nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counted {
+    /// [`Overlap::body`](crate::avoid::cull::Overlap::body), 0 where it is not counted: what the
+    /// attack hits for certain.
+    pub body: bool,
+    /// [`Overlap::outer`](crate::avoid::cull::Overlap::outer), the largest number there is where it
+    /// is not counted: what the attack misses for certain. The dearest: its maps are the largest,
+    /// and most candidates have some.
+    pub outer: bool,
+    /// [`Overlap::evasion`](crate::avoid::cull::Overlap::evasion), 0 where it is not counted: a term
+    /// of the score. The cheapest where maps are timed, as it looks at no slice.
+    pub evasion: bool,
+}
+
+impl Default for Counted {
+    /// Everything.
+    fn default() -> Self {
+        Self {
+            body: true,
+            outer: true,
+            evasion: true,
+        }
+    }
+}
+
+impl Counted {
+    pub(super) fn has(&self, part: Part) -> bool {
+        match part {
+            Part::Body => self.body,
+            Part::Outer => self.outer,
+            Part::Evasion => self.evasion,
+        }
+    }
+}
+
+/// Boxes of one plane, which are drawn at once.
+#[derive(Clone, Debug)]
+pub(super) struct Draw {
+    pub(super) plane: u32,
+    pub(super) boxes: Range<u32>,
+}
+
+/// One number to count, or, where there are several passes, a part of it.
+#[derive(Clone, Debug)]
+pub(super) struct Query {
+    pub(super) pass: u32,
+    pub(super) candidate: u32,
+    pub(super) part: Part,
+    pub(super) draws: Range<u32>,
+}
+
+/// One cull on its way to the device. Used again and again, so that it allocates nothing once it
+/// has held as much.
+#[derive(Debug, Default)]
+pub(super) struct Gathered {
+    pub(super) cells: Cells,
+    pub(super) boxes: Vec<PlacedBox>,
+    pub(super) draws: Vec<Draw>,
+    /// By pass.
+    pub(super) queries: Vec<Query>,
+    /// Of all candidates.
+    pub(super) turns: Vec<[i32; 4]>,
+    ways: Vec<WayBack>,
+}
+
+impl Gathered {
+    /// Lays an input out.
+    pub(super) fn fill(
+        &mut self,
+        (input, counted): (&CullInput<'_>, Counted),
+        maps: &Maps,
+        capacity: &Capacity,
+    ) -> Result<(), GpuError> {
+        let candidates = input.candidates.len() as u64;
+        within(
+            "CullerDesc::max_candidates",
+            candidates,
+            capacity.candidates.into(),
+        )?;
+        maps.check(input.candidates)?;
+        let room = Room {
+            target: capacity.target,
+            discs: capacity.discs,
+        };
+        let parts = || Part::ALL.into_iter().filter(|&part| counted.has(part));
+        let of = |part| Source::of(part, maps.slices());
+        self.cells.fill(input.attack, room, |source| {
+            parts().any(|part| of(part) == source)
+        })?;
+        self.clear();
+        let turns = input.candidates.iter().map(|one| one.turn);
+        self.turns
+            .extend(turns.clone().map(|turn| [turn.a, turn.b, turn.tx, turn.tz]));
+        self.ways.extend(turns.map(WayBack::new));
+        for pass in 0..self.cells.passes.len() as u32 {
+            for part in parts() {
+                self.queries((pass, part), (input.candidates, of(part)), maps);
+                let boxes = self.boxes.len() as u64;
+                within("CullerDesc::max_boxes", boxes, capacity.boxes.into())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn clear(&mut self) {
+        self.boxes.clear();
+        self.draws.clear();
+        self.queries.clear();
+        self.turns.clear();
+        self.ways.clear();
+    }
+
+    /// A query for each candidate that has something to count in a pass.
+    fn queries(
+        &mut self,
+        (pass, part): (u32, Part),
+        (candidates, source): (&[CullCandidate], Source),
+        maps: &Maps,
+    ) {
+        let groups = self.cells.passes[pass as usize].groups[source as usize].clone();
+        for (candidate, index) in candidates.iter().zip(0..) {
+            let first = self.draws.len();
+            for group in &self.cells.groups[groups.start as usize..groups.end as usize] {
+                if group.clock != candidate.clock {
+                    continue;
+                }
+                let Some((map, reaches)) = maps.find(candidate, (group.slab, part)) else {
+                    continue;
+                };
+                let start = self.boxes.len() as u32;
+                let way = &self.ways[index as usize];
+                let cells = &self.cells.cells[group.cells.start as usize..group.cells.end as usize];
+                push_boxes((group, cells), (map, reaches, way), &mut self.boxes);
+                let end = self.boxes.len() as u32;
+                match self.draws[first..].last_mut() {
+                    _ if start == end => {}
+                    Some(draw) if draw.plane == group.plane => draw.boxes.end = end,
+                    _ => self.draws.push(Draw {
+                        plane: group.plane,
+                        boxes: start..end,
+                    }),
+                }
+            }
+            if self.draws.len() > first {
+                self.queries.push(Query {
+                    pass,
+                    candidate: index,
+                    part,
+                    draws: first as u32..self.draws.len() as u32,
+                });
+            }
+        }
+    }
+}
+
+/// The boxes in which a candidate's map can meet the attack's in a layer.
+fn push_boxes(
+    (group, cells): (&Group, &[Cell]),
+    (map, reaches, way): (u32, &[Reach], &WayBack),
+    boxes: &mut Vec<PlacedBox>,
+) {
+    if way.around(&reaches[0]).intersection(group.rect).is_empty() {
+        return;
+    }
+    for cell in cells {
+        let Some(reach) = reaches.get(1 + cell.slice as usize) else {
+            continue;
+        };
+        let shared = way.around(reach).intersection(cell.rect);
+        if shared.is_empty() {
+            continue;
+        }
+        // In the target, where the first texel of the attack's rectangle may lie outside.
+        let origin = [
+            cell.place.x as i32 - cell.rect.u,
+            cell.place.y as i32 - cell.rect.v,
+        ];
+        let low = [origin[0] + shared.u, origin[1] + shared.v];
+        let high = [low[0] + shared.width as i32, low[1] + shared.height as i32];
+        boxes.push(PlacedBox {
+            low: halves(low),
+            high: halves(high),
+            origin: halves(origin),
+            map: map << 6 | cell.slice,
+        });
+    }
+}
+
+/// Two numbers of 16 bits in a word.
+fn halves([x, y]: [i32; 2]) -> u32 {
+    (x as u32 & 0xffff) | (y as u32) << 16
+}
+
+/// From an evasion's frame to the attack's maps, in single precision: for boxes that are a little
+/// too large.
+#[derive(Clone, Copy, Debug)]
+struct WayBack {
+    cos: f32,
+    sin: f32,
+    /// In the evasion's frame, texels.
+    from: [f32; 2],
+    /// A turn that is none cannot be turned back.
+    exists: bool,
+}
+
+impl WayBack {
+    /// Texels around a map: half of one from a texel's centre to its border, and more than single
+    /// precision can lose.
+    const MARGIN: f32 = 1.0;
+
+    fn new(turn: MapTurn) -> Self {
+        let (a, b) = (turn.a as f32, turn.b as f32);
+        let one = (1u32 << (MapTurn::SHIFT - 1)) as f32;
+        let squared = a * a + b * b;
+        let scale = one / squared.max(1.0);
+        Self {
+            cos: a * scale,
+            sin: b * scale,
+            from: [turn.tx, turn.tz].map(|place| place as f32 / (2.0 * one)),
+            exists: squared > 0.25 * one * one,
+        }
+    }
+
+    /// Around everything that the centre of a texel may be turned from into a rectangle.
+    fn around(&self, reach: &Reach) -> MapRect {
+        if reach.is_empty() {
+            return MapRect::default();
+        }
+        if !self.exists {
+            return EVERYWHERE;
+        }
+        let [x, z] = [0, 1].map(|axis| reach.middle[axis] - self.from[axis]);
+        let half = [
+            self.cos.abs() * reach.half[0] + self.sin.abs() * reach.half[1] + Self::MARGIN,
+            self.sin.abs() * reach.half[0] + self.cos.abs() * reach.half[1] + Self::MARGIN,
+        ];
+        let middle = [self.cos * x - self.sin * z, self.sin * x + self.cos * z];
+        let low = [0, 1].map(|axis| (middle[axis] - half[axis]).floor() as i32);
+        let high = [0, 1].map(|axis| (middle[axis] + half[axis]).ceil() as i32);
+        MapRect {
+            u: low[0],
+            v: low[1],
+            width: (high[0] - low[0]) as u32,
+            height: (high[1] - low[1]) as u32,
+        }
+    }
+}
+
+/// More than any attack's map.
+const EVERYWHERE: MapRect = MapRect {
+    u: -(1 << 20),
+    v: -(1 << 20),
+    width: 1 << 21,
+    height: 1 << 21,
+};

@@ -1,0 +1,209 @@
+//! The evasions' maps, as shaders find them, and how far each slice of them reaches.
+
+use crate::{
+    avoid::cull::CullCandidate,
+    gpu::{
+        GpuError,
+        error::{Mismatch, within},
+    },
+    region::{MapRect, MaskMap, PackedAtlas, PackedMap, RegionAtlas, Slab, SlabMaps},
+};
+
+/// Which of a slab's maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Part {
+    Body,
+    Outer,
+    Evasion,
+}
+
+impl Part {
+    pub(super) const ALL: [Self; 3] = [Self::Body, Self::Outer, Self::Evasion];
+}
+
+/// Where one map lies in its frame, and its bits in the atlas's words: `[row][column][slice]`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct MapBits {
+    pub(crate) u: i32,
+    pub(crate) v: i32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) first_bit: u32,
+    pub(crate) row_bits: u32,
+    pub(crate) texel_bits_log2: u32,
+    pub(crate) padding: u32,
+}
+
+/// A rectangle by its middle, texels of the evasion's frame. Half sides below 0: it holds nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reach {
+    pub(super) middle: [f32; 2],
+    pub(super) half: [f32; 2],
+}
+
+/// The maps of an atlas.
+#[derive(Debug)]
+pub(super) struct Maps {
+    /// The words are gone once they have been staged.
+    packed: PackedAtlas,
+    /// `[map of the packed atlas][part]`.
+    pub(super) bits: Vec<MapBits>,
+    /// `[map of the packed atlas][part][whole, then by slice]`.
+    reaches: Vec<Reach>,
+    slices: usize,
+    regions: usize,
+}
+
+impl Maps {
+    /// Maps are numbered by this many bits in a word, beside a slice of 6.
+    const MOST_MAPS: u64 = 1 << 26;
+
+    pub(super) fn new(atlas: &RegionAtlas) -> Result<Self, GpuError> {
+        let slices = atlas.grid().slices as usize;
+        let packed = atlas.pack();
+        within(
+            "bits of maps on the device",
+            32 * packed.words.len() as u64,
+            u64::from(u32::MAX),
+        )?;
+        let count = 3 * packed.maps.len() as u64;
+        within("maps on the device", count, Self::MOST_MAPS)?;
+        let log2 = 4 + packed.lanes.max(1);
+        let of_slab = packed.maps.iter().flat_map(|maps| {
+            [
+                map_bits(maps.body, log2),
+                map_bits(maps.outer, log2),
+                map_bits(maps.evasion, 0),
+            ]
+        });
+        let bits = of_slab.collect();
+        let mut reaches = Vec::new();
+        let slabs = atlas.regions().iter().flat_map(|region| &region.slabs);
+        slabs.for_each(|slab| push_reaches(slab, slices, &mut reaches));
+        Ok(Self {
+            packed,
+            bits,
+            reaches,
+            slices,
+            regions: atlas.regions().len(),
+        })
+    }
+
+    /// The bits of all maps, until they are [forgotten](Maps::forget_words).
+    pub(super) fn words(&self) -> &[u32] {
+        &self.packed.words
+    }
+
+    /// Frees what the device has by now.
+    pub(super) fn forget_words(&mut self) {
+        self.packed.words = Vec::new();
+    }
+
+    /// Slices of a texel.
+    pub(super) fn slices(&self) -> u32 {
+        self.slices as u32
+    }
+
+    /// Refuses candidates of another atlas.
+    pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
+        let stranger = |one: &CullCandidate| one.region.index() >= self.regions;
+        match candidates.iter().position(stranger) {
+            Some(candidate) => Err(Mismatch::Region {
+                candidate,
+                region: candidates[candidate].region.0,
+                regions: self.regions,
+            }
+            .into()),
+            None => Ok(()),
+        }
+    }
+
+    /// A candidate's map in a slab: its number and its reaches, the whole one first, then those of
+    /// the slices.
+    pub(super) fn find(
+        &self,
+        candidate: &CullCandidate,
+        (slab, part): (Slab, Part),
+    ) -> Option<(u32, &[Reach])> {
+        let entry = self.packed.find(candidate.region, slab)?;
+        let each = self.slices + 1;
+        let first = (entry as usize * 3 + part as usize) * each;
+        Some((entry * 3 + part as u32, &self.reaches[first..first + each]))
+    }
+}
+
+fn map_bits(map: PackedMap, texel_bits_log2: u32) -> MapBits {
+    MapBits {
+        u: map.u,
+        v: map.v,
+        width: map.width,
+        height: map.height,
+        first_bit: 32 * map.word,
+        row_bits: 32 * map.words_per_row,
+        texel_bits_log2,
+        padding: 0,
+    }
+}
+
+fn push_reaches(slab: &SlabMaps, slices: usize, reaches: &mut Vec<Reach>) {
+    for masks in [&slab.body, &slab.outer] {
+        reaches.push(Reach::of(masks.rect()));
+        push_slices(masks, slices, reaches);
+    }
+    // All of the evasion map's texels are of its only slice.
+    let whole = Reach::of(slab.evasion.rect());
+    reaches.extend(std::iter::repeat_n(whole, slices + 1));
+}
+
+/// The reach of each slice.
+fn push_slices(masks: &MaskMap, slices: usize, reaches: &mut Vec<Reach>) {
+    let rect = masks.rect();
+    let (width, height) = (rect.width as usize, rect.height as usize);
+    let (mut columns, mut rows) = (vec![0u64; width], vec![0u64; height]);
+    for (v, row) in rows.iter_mut().enumerate() {
+        for (u, column) in columns.iter_mut().enumerate() {
+            let mask = masks.get(u as i32, v as i32);
+            *row |= mask;
+            *column |= mask;
+        }
+    }
+    let ends = |of: &[u64], slice: usize| {
+        let has = |mask: &u64| mask >> slice & 1 == 1;
+        let first = of.iter().position(has)?;
+        let last = of.iter().rposition(has)?;
+        Some((first as i32, (last - first + 1) as u32))
+    };
+    for slice in 0..slices {
+        let reach = match (ends(&columns, slice), ends(&rows, slice)) {
+            (Some((u, width)), Some((v, height))) => Reach::of(MapRect {
+                u: rect.u + u,
+                v: rect.v + v,
+                width,
+                height,
+            }),
+            _ => Reach::of(MapRect::default()),
+        };
+        reaches.push(reach);
+    }
+}
+
+impl Reach {
+    fn of(rect: MapRect) -> Self {
+        if rect.is_empty() {
+            return Self {
+                middle: [0.0; 2],
+                half: [-1.0; 2],
+            };
+        }
+        let half = [rect.width as f32 * 0.5, rect.height as f32 * 0.5];
+        Self {
+            middle: [rect.u as f32 + half[0], rect.v as f32 + half[1]],
+            half,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.half[0] < 0.0
+    }
+}

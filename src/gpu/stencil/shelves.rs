@@ -1,0 +1,45 @@
+//! Rectangles side by side on shelves, the tallest first.
+
+/// Where a map lies in a target: its first texel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+}
+
+/// The open shelf of a target.
+#[derive(Debug, Default)]
+pub(super) struct Shelves {
+    x: u32,
+    y: u32,
+    height: u32,
+}
+
+impl Shelves {
+    /// A place for a map that is not taller than those before it, in a target of these sides.
+    pub(super) fn place(&mut self, [width, height]: [u32; 2], sides: [u32; 2]) -> Option<Place> {
+        if self.x + width > sides[0] {
+            (self.x, self.y, self.height) = (0, self.y + self.height, 0);
+        }
+        if self.y + height > sides[1] {
+            return None;
+        }
+        let place = Place {
+            x: self.x,
+            y: self.y,
+        };
+        self.x += width;
+        self.height = self.height.max(height);
+        Some(place)
+    }
+
+    /// The first place of an empty target.
+    pub(super) fn first(&mut self, [width, height]: [u32; 2]) -> Place {
+        *self = Self {
+            x: width,
+            y: 0,
+            height,
+        };
+        Place::default()
+    }
+}

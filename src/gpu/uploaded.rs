@@ -1,0 +1,74 @@
+//! A storage buffer that is filled once, by way of a staging buffer.
+
+use ash::vk;
+
+use super::{
+    Context, GpuError, Memory, MemoryUse,
+    barriers::{self, Access},
+    resources::{Buffer, BufferDesc},
+};
+
+/// Null handles by default; destroying those does nothing.
+#[derive(Debug, Default)]
+pub(crate) struct Uploaded {
+    pub(crate) buffer: Buffer,
+    staging: Buffer,
+    /// Bytes.
+    size: u64,
+}
+
+impl Uploaded {
+    /// Fills a default one. After a failure [`Uploaded::destroy`] frees what there is.
+    pub(crate) fn fill(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        name: &str,
+        bytes: &[u8],
+    ) -> Result<(), GpuError> {
+        use vk::BufferUsageFlags as Usage;
+        self.size = bytes.len() as u64;
+        let mut buffer = |name: &str, usage, who| {
+            let desc = BufferDesc {
+                name,
+                size: bytes.len() as u64,
+                usage,
+                memory: who,
+            };
+            Buffer::new(context, memory, desc)
+        };
+        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+        self.buffer = buffer(name, usage, MemoryUse::Device)?;
+        let staging = format!("{name}, staging");
+        self.staging = buffer(&staging, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
+        self.staging.write(context, 0, bytes)
+    }
+
+    /// Records the copy, for `reader` to see.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
+    pub(crate) unsafe fn record(&self, context: &Context, cmd: vk::CommandBuffer, reader: Access) {
+        if self.size == 0 {
+            return;
+        }
+        let copy = [vk::BufferCopy::default().size(self.size)];
+        let (from, to) = (self.staging.handle, self.buffer.handle);
+        // SAFETY: the caller vouches for `cmd` and staging; both buffers have this size.
+        unsafe {
+            context.device().cmd_copy_buffer(cmd, from, to, &copy);
+            barriers::memory(context, cmd, Access::TRANSFER_WRITE, reader);
+        }
+    }
+
+    /// Frees the staging buffer; the device must have run the copy.
+    pub(crate) fn release_staging(&mut self, context: &Context, memory: &mut dyn Memory) {
+        self.staging.destroy(context, memory);
+    }
+
+    /// Frees everything; the device must be done with it.
+    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        self.staging.destroy(context, memory);
+        self.buffer.destroy(context, memory);
+    }
+}

@@ -1,0 +1,87 @@
+//! Promise: drawing up a query's maps and counting on the CPU allocate nothing, from the second
+//! time on.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use common::small::small;
+use glam::Vec3;
+use sabaki::avoid::cull::cpu::Culler;
+use sabaki::avoid::{Attack, Enumerate, Query, QueryContext, QuerySettings};
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::math::Rigid2;
+use sabaki::region::SphereKey;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, which counts this thread's allocations.
+struct Counting;
+
+// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor
+// unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise is passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn allocations() -> u64 {
+    ALLOCATIONS.with(Cell::get)
+}
+
+/// An attack that comes from a side, at a time.
+fn attack(from: f32, t: f32) -> Attack {
+    let key = |t, x: f32| SphereKey {
+        t,
+        center: Vec3::new(x, 0.9, 0.1),
+        radius: 0.15,
+    };
+    Attack::new(vec![vec![key(t, from), key(t + 0.4, -from)]]).unwrap()
+}
+
+#[test]
+fn counting_allocates_nothing() {
+    let settings = QuerySettings {
+        enumerate: Enumerate::Whole,
+        ..QuerySettings::default()
+    };
+    let query = Query::new(small(), &settings);
+    let playhead = Playhead::at(small().graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+    let attacks: Vec<Attack> = (0..12)
+        .map(|index| attack(1.5 - 0.02 * index as f32, 0.6 + 0.1 * index as f32))
+        .collect();
+    let mut context = QueryContext::default();
+    let (mut culler, mut overlaps) = (Culler::default(), Vec::new());
+    let (mut candidates, mut met) = (0, 0);
+    for round in 0..2 {
+        for attack in &attacks {
+            let before = allocations();
+            let prepared = query.prepare(playhead, attack, &mut context);
+            culler.count(&prepared.cull_input(), &mut overlaps);
+            let after = allocations();
+            candidates += overlaps.len();
+            met += overlaps.iter().filter(|overlap| overlap.outer > 0).count();
+            assert!(
+                round == 0 || after == before,
+                "{} allocations",
+                after - before
+            );
+        }
+    }
+    assert!(candidates > 10 && met > 0, "{candidates} {met}");
+}
