@@ -48,6 +48,8 @@ pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     name: "sabaki count",
     shaders: &[&COUNT_COMP],
     inputs: &[],
+    // A compute shader draws nothing.
+    topology: vk::PrimitiveTopology::POINT_LIST,
 };
 
 /// What a draw does to the stencil buffer.
