@@ -103,7 +103,11 @@ impl Culling {
     /// The paths that run here.
     pub(crate) fn paths(&self) -> Vec<CullPath> {
         let all = CullPath::value_variants().iter().copied();
-        let runs = |path: &CullPath| self.device.is_ok() || !path.needs_device();
+        let runs = |path: &CullPath| match path {
+            CullPath::Exact | CullPath::Cpu => true,
+            CullPath::Stencil => self.stencil().is_ok(),
+            CullPath::Compute => self.device.is_ok(),
+        };
         all.filter(runs).collect()
     }
 
@@ -151,19 +155,13 @@ impl Culling {
             self.cpu.count(input, overlaps);
             return Ok(());
         }
-        let cannot = |why: &str| {
-            let name = path.name();
-            Failure::Device(format!("the {name} path cannot run: {why}"))
+        let counted = match (&mut self.device, &mut self.culler) {
+            (Ok(device), Some(culler)) => device.cull((culler, path), input),
+            (Err(why), _) => Err(why.clone()),
+            _ => Err("the device has no maps".to_owned()),
         };
-        match (&mut self.device, &mut self.culler) {
-            (Ok(device), Some(culler)) => {
-                *overlaps = device
-                    .cull((culler, path), input)
-                    .map_err(|why| cannot(&why))?;
-                Ok(())
-            }
-            (Err(why), _) => Err(cannot(why)),
-            _ => Err(cannot("it has no maps on the device")),
-        }
+        let failed = |why| format!("the {} path cannot run: {why}", path.name());
+        *overlaps = counted.map_err(|why| Failure::Device(failed(why)))?;
+        Ok(())
     }
 }
