@@ -21,17 +21,22 @@ pub fn body_scale(mesh: &Mesh, joints: &[JointTransform]) -> Scale {
     Scale::of_stature(units)
 }
 
-/// Of a thing that a hand holds: of the clips' own unit, then the metre, then the others from small to large, the first in which its
-/// longest side is between 0.1 and 3.5 m; where none is, the metre.
+/// Of a thing that a hand holds: of the clips' own unit, then the metre, the centimetre, the millimetre and the others,
+/// the first in which its longest side is between 0.1 and 3.5 m; where none is, the metre.
 #[must_use]
 pub fn held_scale(mesh: &Mesh, clips: f64) -> Scale {
     let longest = f64::from(longest_side(mesh));
     let fits = |metres: f64| (0.1..=3.5).contains(&(longest * metres));
-    let units = LengthUnit::ALL.into_iter().rev();
+    let units = LengthUnit::ALL.into_iter();
     let of_clips = LengthUnit::ALL
         .into_iter()
         .filter(|unit| unit.metres() == clips);
-    let mut in_order = of_clips.chain([LengthUnit::Metre]).chain(units);
+    let usual = [
+        LengthUnit::Metre,
+        LengthUnit::Centimetre,
+        LengthUnit::Millimetre,
+    ];
+    let mut in_order = of_clips.chain(usual).chain(units);
     match in_order.find(|unit| fits(unit.metres())) {
         Some(unit) => Scale {
             metres_per_unit: unit.metres(),

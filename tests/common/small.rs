@@ -8,7 +8,7 @@ use sabaki::avoid::clearance::{Extent, MotionBody, on_motion};
 use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakeSettings, BakedGraph, Baker, SphereKey};
+use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
 
 use super::clips::{small_skeleton, swinging_clip};
 
@@ -41,7 +41,22 @@ pub fn small() -> &'static BakedGraph {
             ..GraphSettings::default()
         };
         let graph = graph::build(source, &settings).unwrap().0;
-        let baked = Baker::new(graph, BakeSettings::default()).unwrap();
+        // Maps of few texels: what is spoilt is their form, not their contents.
+        let settings = BakeSettings {
+            maps: MapGrid {
+                texel: 0.1,
+                slab_height: 0.3,
+                slices: 4,
+                slice_seconds: 0.25,
+                ..MapGrid::default()
+            },
+            paths: PathSettings {
+                most: 60,
+                ..PathSettings::default()
+            },
+            ..BakeSettings::default()
+        };
+        let baked = Baker::new(graph, settings).unwrap();
         let baked = baked.finish_on_cpu().unwrap();
         assert_eq!(baked.evasions().len(), 1);
         baked
