@@ -7,10 +7,10 @@ mod common;
 use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::avoid::cull::{CullCandidate, CullInput, cpu};
+use sabaki::avoid::cull::{Counted, CullCandidate, CullInput, cpu};
 use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
-use sabaki::gpu::stencil::{Counted, Culler, CullerDesc};
+use sabaki::gpu::stencil::{Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::region::{BakedGraph, MapGrid};
 

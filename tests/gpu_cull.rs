@@ -8,11 +8,8 @@ use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counte
 use common::maps::{attack_of, empty_attack};
 use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
 use sabaki::{
-    avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap},
-    gpu::{
-        GpuError, Headless, Mismatch,
-        stencil::{Counted, CullerDesc},
-    },
+    avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
+    gpu::{GpuError, Headless, Mismatch, stencil::CullerDesc},
     region::{MapGrid, MapRect, RegionId, Slab},
 };
 

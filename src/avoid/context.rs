@@ -2,7 +2,7 @@ use rustc_hash::FxHashSet;
 
 use super::attack::QueryAttack;
 use super::candidate::Candidate;
-use super::cull::{CullInput, Overlap, cpu};
+use super::cull::{Counted, CullInput, Overlap, cpu};
 use super::judge::CourtScratch;
 use super::moves::{MoveSearch, SearchReport};
 use super::placement::{CullMaps, PlacedRegion};
@@ -33,10 +33,19 @@ pub struct QueryContext {
 }
 
 /// Counting on the CPU.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Counting {
     pub overlaps: Vec<Overlap>,
     culler: cpu::Culler,
+}
+
+impl Default for Counting {
+    fn default() -> Self {
+        Self {
+            overlaps: Vec::new(),
+            culler: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
+        }
+    }
 }
 
 impl Counting {

@@ -5,7 +5,7 @@
 //! whose texels are turned, looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};
-use super::{AttackTexels, BLOCK, BLOCK_TEXELS, CullInput, Overlap};
+use super::{AttackTexels, BLOCK, BLOCK_TEXELS, Counted, CullInput, Overlap};
 use crate::math::{Isa, Lookup, Words};
 use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, SlabMaps};
 
@@ -13,6 +13,7 @@ use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, SlabMaps};
 #[derive(Clone, Debug)]
 pub struct Culler {
     isa: Isa,
+    counted: Counted,
     texels: AttackTexels,
     groups: Groups,
 }
@@ -29,20 +30,29 @@ impl Culler {
     pub fn with_isa(isa: Isa) -> Self {
         Self {
             isa,
+            counted: Counted::ALL,
             texels: AttackTexels::default(),
             groups: Groups::default(),
         }
     }
 
+    /// The same, and from now on it counts only some things.
+    #[must_use]
+    pub fn counting(self, counted: Counted) -> Self {
+        Self { counted, ..self }
+    }
+
     /// Counts the overlaps of every candidate into `overlaps`, in the order of the candidates.
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
-        self.texels.draw(input.attack, input.atlas.grid().lanes());
+        let lanes = input.atlas.grid().lanes();
+        self.texels.draw_only(input.attack, lanes, self.counted);
         self.groups.take(&self.texels);
         overlaps.clear();
         self.isa.look_up(Counting {
             input,
             near: input.atlas.near(),
             attack: (&self.texels, &self.groups),
+            counted: self.counted,
             overlaps,
         });
     }
@@ -53,6 +63,7 @@ struct Counting<'a> {
     input: &'a CullInput<'a>,
     near: &'a [NearRegion],
     attack: (&'a AttackTexels, &'a Groups),
+    counted: Counted,
     overlaps: &'a mut Vec<Overlap>,
 }
 
@@ -67,11 +78,15 @@ impl Lookup for Counting<'_> {
                 texels,
                 turn: candidate.turn,
                 steps: Steps::new(candidate.turn),
+                counted: self.counted,
                 words,
             };
             let near = &self.near[candidate.region.index()].slabs;
             let region = self.input.atlas.region(candidate.region);
-            let mut overlap = Overlap::default();
+            let mut overlap = Overlap {
+                outer: if self.counted.outer { 0 } else { u32::MAX },
+                ..Overlap::default()
+            };
             for (index, layer) in texels.layers.iter().enumerate() {
                 let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
                 let slab = usize::try_from(slab)
@@ -115,6 +130,7 @@ struct Look<'a, W> {
     texels: &'a AttackTexels,
     turn: MapTurn,
     steps: Steps,
+    counted: Counted,
     words: W,
 }
 
@@ -134,10 +150,11 @@ impl<W: Words> Look<'_, W> {
         // More than a turn stretches blocks beyond what cells know.
         if turn.a.abs().saturating_add(turn.b.abs()) > 2 << (MapTurn::SHIFT - 1) {
             let all = group.blocks;
+            let of = |counted: bool| if counted { all } else { 0 };
             return Met {
-                outer: all,
-                body: all,
-                evasion: all,
+                outer: of(self.counted.outer),
+                body: of(self.counted.body),
+                evasion: of(self.counted.evasion),
             };
         }
         let (mut cells, mut some) = ([0; LANES], 0);
@@ -155,14 +172,16 @@ impl<W: Words> Look<'_, W> {
         }
         let mut met = Met::default();
         for lane in 0..self.texels.lanes {
-            let found = self.words.at(near.outer(lane), &cells);
-            met.outer |= shared(&found, &group.outer[lane]);
-            if group.has_inner {
+            if self.counted.outer {
+                let found = self.words.at(near.outer(lane), &cells);
+                met.outer |= shared(&found, &group.outer[lane]);
+            }
+            if group.has_inner && self.counted.body {
                 let found = self.words.at(near.body(lane), &cells);
                 met.body |= shared(&found, &group.inner[lane]);
             }
         }
-        if group.has_inner {
+        if group.has_inner && self.counted.evasion {
             let found = self.words.at(near.evasion(), &cells);
             met.evasion = shared(&found, &group.any_inner);
         }

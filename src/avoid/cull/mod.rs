@@ -47,6 +47,40 @@ pub struct CullCandidate {
     pub open: bool,
 }
 
+/// What of an [`Overlap`] is counted: what is left out costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counted {
+    /// [`Overlap::body`], 0 where it is not counted: what the attack hits for certain.
+    pub body: bool,
+    /// [`Overlap::outer`], the largest number there is where it is not counted: what the attack
+    /// misses for certain. The dearest: its maps are the largest, and most candidates have some.
+    pub outer: bool,
+    /// [`Overlap::evasion`], 0 where it is not counted: a term of the score.
+    pub evasion: bool,
+}
+
+impl Counted {
+    /// Everything.
+    pub const ALL: Self = Self {
+        body: true,
+        outer: true,
+        evasion: true,
+    };
+
+    /// What a query's choice needs: a candidate that the attack misses for certain has to be tested
+    /// all the same, for its distance is a part of its score.
+    pub const FOR_A_CHOICE: Self = Self {
+        outer: false,
+        ..Self::ALL
+    };
+}
+
+impl Default for Counted {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 /// What a candidate's maps and the attack share, summed over the slabs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlap {

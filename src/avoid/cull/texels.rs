@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::{AttackDrawing, AttackLayer, TimedDisc};
+use super::{AttackDrawing, AttackLayer, Counted, TimedDisc};
 use crate::region::{MapRect, Slab, for_each_row};
 
 /// Side of a block, texels.
@@ -72,6 +72,11 @@ impl Band {
 impl AttackTexels {
     /// Draws an attack, with masks of `lanes` words. Allocates nothing once it has held as much.
     pub fn draw(&mut self, attack: &AttackDrawing, lanes: usize) {
+        self.draw_only(attack, lanes, Counted::ALL);
+    }
+
+    /// The same without outer masks where those are not counted: they are 0 then.
+    pub(super) fn draw_only(&mut self, attack: &AttackDrawing, lanes: usize, counted: Counted) {
         self.lanes = lanes;
         self.layers.clear();
         self.places.clear();
@@ -80,7 +85,7 @@ impl AttackTexels {
         self.canvas.stretch(attack.rect, lanes);
         for layer in &attack.layers {
             let first = self.places.len() as u32;
-            self.canvas.draw(attack, layer, lanes);
+            self.canvas.draw(attack, layer, (lanes, counted));
             self.take_blocks();
             self.layers.push(TexelLayer {
                 slab: layer.slab,
@@ -141,9 +146,16 @@ impl Canvas {
         }
     }
 
-    fn draw(&mut self, attack: &AttackDrawing, layer: &AttackLayer, lanes: usize) {
+    fn draw(
+        &mut self,
+        attack: &AttackDrawing,
+        layer: &AttackLayer,
+        (lanes, counted): (usize, Counted),
+    ) {
         let plane = self.bands.len() * BLOCK * self.columns;
-        for (kind, discs) in attack.discs_of(layer).into_iter().enumerate() {
+        let [inner, outer] = attack.discs_of(layer);
+        let outer = if counted.outer { outer } else { &[] };
+        for (kind, discs) in [inner, outer].into_iter().enumerate() {
             for &TimedDisc { disc, slice } in discs {
                 let lane = slice as usize / 32;
                 let bit = 1 << (slice % 32);

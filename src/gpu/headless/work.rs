@@ -173,7 +173,7 @@ impl Headless {
     }
 
     /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device, of what the
-    /// culler [counts](crate::gpu::stencil::Counted).
+    /// culler [counts](crate::avoid::cull::Counted).
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
     /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.

@@ -11,12 +11,12 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
-    gathered::{Capacity, Counted, Gathered},
+    gathered::{Capacity, Gathered},
     maps::{Maps, Part},
     slot::{HEADER, Slot},
 };
 use crate::{
-    avoid::cull::{CullInput, Overlap},
+    avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, Mismatch,
         pipelines::{CANDIDATES, DISCS, Pipeline},

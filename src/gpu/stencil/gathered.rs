@@ -12,7 +12,7 @@ use super::{
     maps::{Maps, Part, Reach},
 };
 use crate::{
-    avoid::cull::{CullCandidate, CullInput},
+    avoid::cull::{Counted, CullCandidate, CullInput},
     gpu::{GpuError, error::within, shader_table::PlacedBox},
     region::{MapRect, MapTurn},
 };
@@ -29,42 +29,12 @@ pub(super) struct Capacity {
     pub(super) target: [u32; 2],
 }
 
-/// What is counted.
-///
-/// Each is a query for each candidate that its maps bring near the attack: what is left out costs
-/// nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counted {
-    /// [`Overlap::body`](crate::avoid::cull::Overlap::body), 0 where it is not counted: what the
-    /// attack hits for certain.
-    pub body: bool,
-    /// [`Overlap::outer`](crate::avoid::cull::Overlap::outer), the largest number there is where it
-    /// is not counted: what the attack misses for certain. The dearest: its maps are the largest,
-    /// and most candidates have some.
-    pub outer: bool,
-    /// [`Overlap::evasion`](crate::avoid::cull::Overlap::evasion), 0 where it is not counted: a term
-    /// of the score. The cheapest where maps are timed, as it looks at no slice.
-    pub evasion: bool,
-}
-
-impl Default for Counted {
-    /// Everything.
-    fn default() -> Self {
-        Self {
-            body: true,
-            outer: true,
-            evasion: true,
-        }
-    }
-}
-
-impl Counted {
-    pub(super) fn has(&self, part: Part) -> bool {
-        match part {
-            Part::Body => self.body,
-            Part::Outer => self.outer,
-            Part::Evasion => self.evasion,
-        }
+/// Whether a part is counted.
+fn has(counted: Counted, part: Part) -> bool {
+    match part {
+        Part::Body => counted.body,
+        Part::Outer => counted.outer,
+        Part::Evasion => counted.evasion,
     }
 }
 
@@ -117,7 +87,7 @@ impl Gathered {
             target: capacity.target,
             discs: capacity.discs,
         };
-        let parts = || Part::ALL.into_iter().filter(|&part| counted.has(part));
+        let parts = || Part::ALL.into_iter().filter(|&part| has(counted, part));
         let of = |part| Source::of(part, maps.slices());
         self.cells.fill(input.attack, room, |source| {
             parts().any(|part| of(part) == source)

@@ -17,6 +17,5 @@ mod shelves;
 mod slot;
 
 pub use culler::{Culler, CullerDesc, Ticket};
-pub use gathered::Counted;
 pub use packing::{Batch, Plan};
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::{
-    gathered::{Capacity, Counted, Query},
+    gathered::{Capacity, Query},
     maps::Part,
 };
 use crate::gpu::{
@@ -12,7 +12,7 @@ use crate::gpu::{
     resources::{Buffer, BufferDesc},
     shader_table::{PlacedBox, PlacedDisc},
 };
-use crate::region::MapTurn;
+use crate::{avoid::cull::Counted, region::MapTurn};
 
 /// Bytes before the counts in [`Slot::results`]: the number of the cull that they belong to.
 pub(super) const HEADER: u64 = 8;
