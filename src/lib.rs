@@ -6,11 +6,11 @@
 //!
 //! # The way that data flows
 //! ```text
-//! clips + events ─▶ graph ─▶ region maps, rates ─▶ one immutable BakedGraph (a file, or memory)
+//! clips + events ─▶ graph ─▶ maps, paths, grid ─▶ one immutable BakedGraph (a file, or memory)
 //!                                                    │
 //! where the character is now + attack ─▶ enumerate ─▶ retime ─▶ cull ─▶ score ─▶ choose ─▶ play
 //!                                                                ▲
-//!                                         cpu │ stencil: same maps in, same counts out
+//!                               cpu │ stencil │ compute: same maps in, same counts out
 //! ```
 //!
 //! # The rooms
@@ -19,11 +19,11 @@
 //! | room | what stands in it |
 //! | --- | --- |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
-//! | [`avoid`] | attack, enumerate, retime, cull, score, answer |
-//! | [`region`] | spheres, slabs, the rasterizer that the shaders mirror, the baked graph |
-//! | [`graph`] | distance map, transitions, prune, events, playback |
+//! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
+//! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
+//! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
-//! | [`math`] | rigid transforms of the ground plane |
+//! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
 //!
 //! # Invariants
 //! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data

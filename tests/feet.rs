@@ -291,8 +291,9 @@ fn no_joint_jumps() {
             (most, most_more) = (most.max(blended), most_more.max(kept - blended));
         }
         println!("{most} m in a 120th of a second, up to {most_more} m more");
-        // A step on the spot takes a sixth of a second: nowhere more than 5 m/s on top.
-        assert!(most_more < 0.042, "{most_more} m");
+        // A step takes a sixth of a second, and the loosest links plant feet 0.3 m apart: nowhere more
+        // than 6 m/s on top.
+        assert!(most_more < 0.05, "{most_more} m");
     }
 }
 

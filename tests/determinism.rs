@@ -1,0 +1,81 @@
+//! Promise: the same inputs give the same baked bytes and the same answers, on every run and for
+//! any number of threads. (That every instruction set counts the same is held by `cull_cpu.rs`,
+//! that it finds the same nearest sphere by the unit tests of `avoid::clearance`.)
+#![cfg(feature = "demo")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use common::answer::answer_throw;
+use common::baked::{embedded, embedded_graph};
+use sabaki::avoid::{Answer, Enumerate, Judging, Query, QuerySettings};
+use sabaki::demo::throw::{ThrowSettings, throw};
+use sabaki::graph::GraphSettings;
+use sabaki::io::archive::to_bytes;
+use sabaki::region::{BakeSettings, Baker, PathSettings};
+
+#[test]
+fn any_number_of_threads_bakes_the_same_bytes() {
+    let bytes = |threads: usize| {
+        let graph = embedded_graph(&GraphSettings {
+            threads,
+            ..GraphSettings::default()
+        });
+        let settings = BakeSettings {
+            threads,
+            paths: PathSettings {
+                threads,
+                ..PathSettings::default()
+            },
+            ..BakeSettings::default()
+        };
+        let baker = Baker::new(graph, settings).unwrap();
+        to_bytes(&baker.finish_on_cpu().unwrap()).unwrap()
+    };
+    assert!(bytes(1) == bytes(3));
+}
+
+fn answers(settings: &QuerySettings, judging: Judging) -> impl Iterator<Item = Answer> {
+    let query = Query::new(embedded(), settings);
+    (0..30).map(move |index| {
+        let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
+        answer_throw(&query, &throw, judging)
+    })
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_answers() {
+    let with = |threads| QuerySettings {
+        enumerate: Enumerate::Whole,
+        threads,
+        ..QuerySettings::default()
+    };
+    let (one, three) = (with(1), with(3));
+    for (a, b) in answers(&one, Judging::All).zip(answers(&three, Judging::All)) {
+        assert_eq!(a.candidates, b.candidates);
+        assert_eq!((a.chosen, a.motion), (b.chosen, b.motion));
+    }
+}
+
+/// FNV-1a over what was decided: no rounding of a library's sine changes it lightly.
+fn digest(settings: &QuerySettings) -> u64 {
+    let mut digest = 0xCBF2_9CE4_8422_2325u64;
+    let mut add = |value: u64| digest = (digest ^ value).wrapping_mul(0x100_0000_01B3);
+    for answer in answers(settings, Judging::Needed) {
+        add(u64::from(answer.avoided));
+        add(answer.counts.candidates as u64);
+        add(answer.counts.culled as u64);
+        for edge in answer.path(answer.chosen()) {
+            add(u64::from(edge.0));
+        }
+    }
+    digest
+}
+
+#[test]
+fn the_answers_are_those_of_the_last_version() {
+    let settings = QuerySettings::default();
+    assert_eq!(digest(&settings), digest(&settings));
+    // Changes whenever queries do: then it is written anew, and said why.
+    assert_eq!(format!("{:016x}", digest(&settings)), "d0afba01fb97bea0");
+}
