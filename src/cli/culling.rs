@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use sabaki::avoid::Judging;
-use sabaki::avoid::cull::{CullInput, Overlap, cpu};
+use sabaki::avoid::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::region::RegionAtlas;
 
 use super::Failure;
@@ -70,6 +70,8 @@ pub(crate) struct Culling {
     device: Device,
     culler: Option<device::Culler>,
     cpu: cpu::Culler,
+    /// Counts what no choice needs, too.
+    whole: cpu::Culler,
 }
 
 /// A Vulkan device, or why there is none.
@@ -87,7 +89,8 @@ impl Culling {
         Self {
             device,
             culler,
-            cpu: cpu::Culler::default(),
+            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
+            whole: cpu::Culler::default(),
         }
     }
 
@@ -96,7 +99,8 @@ impl Culling {
         Self {
             device: Err(why),
             culler: None,
-            cpu: cpu::Culler::default(),
+            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
+            whole: cpu::Culler::default(),
         }
     }
 
@@ -140,7 +144,13 @@ impl Culling {
         culler.stencil().map(|()| device.name())
     }
 
-    /// Counts the overlaps. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
+    /// Counts everything, outer maps included, which a choice does not need and the times of
+    /// [`Culling::count`] do not hold. All paths count the same.
+    pub(crate) fn count_whole(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+        self.whole.count(input, overlaps);
+    }
+
+    /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
     /// the score.
     ///
     /// # Errors

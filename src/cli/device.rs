@@ -1,6 +1,6 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
-use sabaki::avoid::cull::{CullInput, Overlap, cpu};
+use sabaki::avoid::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc, compute, stencil};
 use sabaki::region::RegionAtlas;
 use serde_json::{Value, json};
@@ -135,7 +135,10 @@ impl Opened {
 
     fn make_stencil(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
         let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        let desc = stencil::CullerDesc::new("stencil", atlas);
+        let desc = stencil::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..stencil::CullerDesc::new("stencil", atlas)
+        };
         let made = headless.make(|context, memory| stencil::Culler::new(context, memory, &desc));
         self.stencil.push(made?);
         Ok(self.stencil.len() - 1)

@@ -121,6 +121,9 @@ impl<'a> Asker<'a> {
             let counting = Instant::now();
             culling.count(path, &input, &mut self.overlaps)?;
             cull += counting.elapsed();
+            if self.watches || settings.list_late {
+                culling.count_whole(&input, &mut self.overlaps);
+            }
             if self.watches {
                 self.rounds.push(Round::new(&input, &self.overlaps));
             }
