@@ -3,46 +3,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/counting.rs"]
+mod counting;
 
 use common::small::small;
+use counting::allocations;
 use glam::Vec3;
 use sabaki::avoid::cull::cpu::Culler;
 use sabaki::avoid::{Attack, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::math::Rigid2;
 use sabaki::region::SphereKey;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, which counts this thread's allocations.
-struct Counting;
-
-// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor
-// unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-fn allocations() -> u64 {
-    ALLOCATIONS.with(Cell::get)
-}
 
 /// An attack that comes from a side, at a time.
 fn attack(from: f32, t: f32) -> Attack {

@@ -4,14 +4,12 @@
 
 mod common;
 
-use std::path::PathBuf;
-
 use common::baked::embedded_graph;
+use common::captures::fight_graph;
 use sabaki::avoid::cull::cpu::Culler;
 use sabaki::avoid::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
-use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::io::{ReadOptions, read_clips};
+use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
 
 fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
@@ -102,23 +100,9 @@ fn the_papers_maps_are_weak_and_wrong() {
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+    let Some(graph) = fight_graph() else {
         return;
     };
-    let fight = PathBuf::from(folder).join("fight");
-    let set = read_clips(
-        std::slice::from_ref(&fight),
-        Some(&fight.join("events.json")),
-        &ReadOptions::default(),
-    )
-    .unwrap();
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
-    let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
     let started = std::time::Instant::now();
     let baked = bake(graph, MapGrid::default());
     println!("{:?} {} bytes", started.elapsed(), baked.atlas().bytes());

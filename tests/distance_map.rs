@@ -4,12 +4,12 @@
 
 mod common;
 
+use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::graph::PointCloud;
 use sabaki::graph::distance::{DistanceMap, WindowPair, Windows};
-use sabaki::io::{ReadOptions, read_clips};
 use sabaki::math::{Isa, Rigid2};
 
 const WINDOW: usize = 10;
@@ -177,12 +177,9 @@ fn any_window_any_length_any_instruction_set() {
 /// On real motion: the closest windows of a long clip far from where it began, too.
 #[test]
 fn real_motion_capture_equals_the_definition() {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+    let Some(set) = captures("fight") else {
         return;
     };
-    let fight = std::path::PathBuf::from(folder).join("fight");
-    let set = read_clips(&[fight], None, &ReadOptions::default()).unwrap();
     let weights = vec![1.0; set.skeleton.len()];
     let clouds: Vec<PointCloud> = set
         .clips

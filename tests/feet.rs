@@ -7,10 +7,10 @@ mod common;
 #[path = "feet/walker.rs"]
 mod walker;
 
-use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use common::baked::{embedded, embedded_graph};
+use common::captures::{captures, fight_graph};
 use common::clips::{small_skeleton, swinging_clip};
 use glam::{Quat, Vec3};
 use sabaki::anim::{
@@ -20,7 +20,6 @@ use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, FeetSettings, GraphSettings, MotionGraph,
     blend_weight,
 };
-use sabaki::io;
 use sabaki::math::Rigid2;
 use serde_json::json;
 
@@ -48,30 +47,9 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
     places(graph, &pose)
 }
 
-/// Real capture; `None`, said aloud, where there is none.
-fn captures(folder: &str) -> Option<io::ClipSet> {
-    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
-        eprintln!("skipped: SABAKI_MOCAP is not set");
-        return None;
-    };
-    let paths = [PathBuf::from(root).join(folder)];
-    let events = paths[0].join("events.json");
-    let events = events.exists().then_some(events.as_path());
-    Some(io::read_clips(&paths, events, &io::ReadOptions { scale: None }).unwrap())
-}
-
 fn fight() -> Option<&'static MotionGraph> {
     static GRAPH: OnceLock<Option<MotionGraph>> = OnceLock::new();
-    let build = || {
-        let set = captures("fight")?;
-        let source = ClipSource {
-            skeleton: &set.skeleton,
-            clips: &set.clips,
-            events: &set.events,
-        };
-        Some(graph::build(source, &GraphSettings::default()).unwrap().0)
-    };
-    GRAPH.get_or_init(build).as_ref()
+    GRAPH.get_or_init(fight_graph).as_ref()
 }
 
 fn graphs() -> Vec<&'static MotionGraph> {

@@ -4,16 +4,14 @@
 
 mod common;
 
-use std::path::PathBuf;
-
 use common::baked::{embedded, embedded_graph};
+use common::captures::fight_graph;
 use common::{device, finish};
 use sabaki::avoid::cull::cpu;
 use sabaki::avoid::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::gpu::compute::{Culler, CullerDesc};
-use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::io::{ReadOptions, read_clips};
+use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
 
 fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
@@ -84,22 +82,8 @@ fn on_the_embedded_motions_with_two_words_a_mask() {
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+    let Some(graph) = fight_graph() else {
         return;
     };
-    let fight = PathBuf::from(folder).join("fight");
-    let set = read_clips(
-        std::slice::from_ref(&fight),
-        Some(&fight.join("events.json")),
-        &ReadOptions::default(),
-    )
-    .unwrap();
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
-    let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
     agree(&bake(graph, MapGrid::default()));
 }

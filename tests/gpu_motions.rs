@@ -5,17 +5,15 @@
 
 mod common;
 
-use std::path::PathBuf;
-
 use common::baked::embedded_graph;
+use common::captures::fight_graph;
 use common::{device, finish};
 use sabaki::avoid::cull::cpu;
 use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::gpu::Headless;
 use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
-use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::io::{ReadOptions, read_clips};
+use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::region::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
 
 /// Draws what a bake asks for on the device, and holds it against the CPU's.
@@ -171,23 +169,9 @@ fn on_the_embedded_motions() {
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+    let Some(graph) = fight_graph() else {
         return;
     };
-    let fight = PathBuf::from(folder).join("fight");
-    let set = read_clips(
-        std::slice::from_ref(&fight),
-        Some(&fight.join("events.json")),
-        &ReadOptions::default(),
-    )
-    .unwrap();
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
-    let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
     let mut device = device();
     agree(&mut device, graph);
     finish(device);

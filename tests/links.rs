@@ -5,8 +5,7 @@
 
 mod common;
 
-use std::path::PathBuf;
-
+use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::demo;
@@ -14,7 +13,6 @@ use sabaki::graph::{
     self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, LinkGoal, LinkObstacle,
     LinkSettings, MotionGraph,
 };
-use sabaki::io::{ReadOptions, read_clips};
 
 /// No node and no blend inside an event, and all that a graph promises.
 fn assert_sound(graph: &MotionGraph) {
@@ -156,22 +154,10 @@ fn the_embedded_motions_reach_their_goals() {
 
 #[test]
 fn real_motion_capture_becomes_responsive() {
-    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
-        println!("skipped: SABAKI_MOCAP names no folder with motion capture");
+    let Some(set) = captures("fight") else {
         return;
     };
-    let fight = PathBuf::from(folder).join("fight");
-    let set = read_clips(
-        std::slice::from_ref(&fight),
-        Some(&fight.join("events.json")),
-        &ReadOptions::default(),
-    )
-    .unwrap();
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
+    let source = source_of(&set);
     let (plain, _) = graph::build(source, &without_links()).unwrap();
     let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
     assert_sound(&graph);

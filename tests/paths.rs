@@ -37,12 +37,15 @@ fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
 fn search(baked: &BakedGraph, node: NodeId, longest: u32, found: &mut BTreeSet<Facts>) {
     let graph = baked.graph();
     let start = baked.placement(node);
+    // Whose place is changed to be looked up.
+    let some = baked.paths().path(PathId(0));
     let mut open = vec![(node, Rigid2::IDENTITY, [0u32; 3])];
     while let Some((node, to_start, [frames, faster, slower])) = open.pop() {
         let starting = (0..).zip(baked.evasions());
         for (index, _) in starting.filter(|(_, e)| graph.edge(e.edge).from == node) {
             let placement = start.inverse() * to_start * baked.placement(node);
-            let path = NodePath::describing(placement);
+            let mut path = *some;
+            path.placement = placement;
             let cell = path.alike_cell(0.05, 5f32.to_radians());
             found.insert((index, frames, faster, slower, cell));
         }

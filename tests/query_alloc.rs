@@ -3,40 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
-
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
+#[path = "common/counting.rs"]
+mod counting;
 
 use common::baked::embedded;
+use counting::allocations;
 use sabaki::avoid::{Answer, Enumerate, Lookup, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, which counts this thread's allocations.
-struct Counting;
-
-// SAFETY: everything is passed on to the system's allocator; the count neither allocates nor
-// unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 #[test]
 fn a_query_allocates_nothing() {
@@ -57,11 +30,11 @@ fn a_query_allocates_nothing() {
         let query = Query::new(baked, &settings);
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let mut round = || {
-            let before = ALLOCATIONS.get();
+            let before = allocations();
             for throw in &throws {
                 query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
             }
-            ALLOCATIONS.get() - before
+            allocations() - before
         };
         assert!(round() > 0, "the counter counts");
         assert_eq!(round(), 0, "{enumerate:?}");

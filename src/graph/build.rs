@@ -12,9 +12,10 @@ use super::minima::{self, MinimaSettings};
 use super::report::Made;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
-    MotionGraph, Node, NodeId, PointCloud, Transition, events, workers,
+    MotionGraph, Node, NodeId, PointCloud, Transition, events,
 };
 use crate::anim::{Clip, Event, Skeleton};
+use crate::math::in_parallel;
 
 /// What a graph is built from.
 #[derive(Clone, Copy, Debug)]
@@ -129,7 +130,7 @@ fn find_transitions(windows: &[Windows], settings: &GraphSettings) -> Vec<Transi
         .flat_map(|a| (a..windows.len()).map(move |b| (a, b)))
         .collect();
     let separation = settings.frames(settings.separation);
-    let found = workers::in_order(pairs.len(), settings.threads, |index| {
+    let found = in_parallel(settings.threads, pairs.len(), |index| {
         let (a, b) = pairs[index];
         let minima = MinimaSettings {
             threshold: settings.threshold,

@@ -24,7 +24,6 @@ mod settings;
 mod transition;
 mod validate;
 mod waits;
-mod workers;
 
 pub use build::{ClipSource, build};
 pub use cloud::PointCloud;

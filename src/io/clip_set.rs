@@ -1,6 +1,5 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::bvh::BvhFile;
 use super::doubts::doubts;
@@ -8,6 +7,7 @@ use super::read::{check_scale, clip_name, given, read_bvh, to_metres};
 use super::read_error::shortened;
 use super::{EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
 use crate::anim::{Clip, Event, Skeleton};
+use crate::math::in_parallel;
 
 /// Clips of one skeleton, and what happens in them.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,12 +159,17 @@ fn load_all(files: &[PathBuf], options: &ReadOptions) -> Result<Vec<LoadedClip>,
         let scale = options.scale.map_or_else(|| Scale::of(&file), given);
         Ok((file, scale))
     };
-    let parsed = in_parallel(files, load)?;
+    // Of several errors the first file's.
+    let parsed: Vec<_> = in_parallel(0, files.len(), |index| load(&files[index]))
+        .into_iter()
+        .collect::<Result<_, _>>()?;
     let scales = scales_of_set(&parsed);
     let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
-    in_parallel(&jobs, |((path, (file, _)), scale)| {
+    let to_metres = |index: usize| {
+        let ((path, (file, _)), scale) = &jobs[index];
         to_metres(path, file, *scale)
-    })
+    };
+    in_parallel(0, jobs.len(), to_metres).into_iter().collect()
 }
 
 /// Each file's scale, once the others are known.
@@ -229,40 +234,4 @@ fn differing_bones(a: &Skeleton, b: &Skeleton, digits: f32) -> Vec<String> {
         })
         .map(|(a, _)| a.name.clone())
         .collect()
-}
-
-/// `work` on each item, in the items' order; of several errors the first item's.
-fn in_parallel<I: Sync, O: Send>(
-    items: &[I],
-    work: impl Fn(&I) -> Result<O, ReadError> + Sync,
-) -> Result<Vec<O>, ReadError> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let run = || {
-        let mut done = Vec::new();
-        while let Some((index, item)) = take(items, &next) {
-            done.push((index, work(item)));
-        }
-        done
-    };
-    let mut done = std::thread::scope(|scope| {
-        let handles: Vec<_> = (1..threads.min(items.len()))
-            .map(|_| scope.spawn(run))
-            .collect();
-        let mut done = run();
-        for handle in handles {
-            match handle.join() {
-                Ok(more) => done.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        done
-    });
-    done.sort_by_key(|&(index, _)| index);
-    done.into_iter().map(|(_, result)| result).collect()
-}
-
-fn take<'a, I>(items: &'a [I], next: &AtomicUsize) -> Option<(usize, &'a I)> {
-    let index = next.fetch_add(1, Ordering::Relaxed);
-    Some((index, items.get(index)?))
 }

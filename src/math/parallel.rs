@@ -1,34 +1,47 @@
 //! Work shared out among threads, with results in order.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 /// `work(0)` to `work(count - 1)`, in order, done by `threads` threads; 0 for as many as the
-/// machine has. Each thread takes a run of neighbours, so that work of even size is shared evenly.
+/// machine has. Threads take one short run of neighbours after the other, so that long pieces of
+/// work do not wait for each other and short ones cost no more than themselves.
 pub fn in_parallel<T: Send>(
     threads: usize,
     count: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {
+    /// Runs that a thread takes, where there is work for so many.
+    const RUNS: usize = 16;
     let threads = thread_count(threads).min(count).max(1);
-    let part = count.div_ceil(threads).max(1);
-    let run = |thread: usize| {
-        let range = thread * part..((thread + 1) * part).min(count);
-        range.map(&work).collect::<Vec<T>>()
-    };
     if threads == 1 {
-        return run(0);
+        return (0..count).map(work).collect();
     }
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (1..threads)
-            .map(|thread| scope.spawn(move || run(thread)))
-            .collect();
-        let mut results = run(0);
+    let length = (count / (threads * RUNS)).max(1);
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut runs: Vec<(usize, Vec<T>)> = Vec::new();
+        loop {
+            let first = next.fetch_add(length, Ordering::Relaxed);
+            if first >= count {
+                return runs;
+            }
+            let run = first..(first + length).min(count);
+            runs.push((first, run.map(&work).collect()));
+        }
+    };
+    let mut runs = std::thread::scope(|scope| {
+        let workers: Vec<_> = (1..threads).map(|_| scope.spawn(take)).collect();
+        let mut runs = take();
         for worker in workers {
             match worker.join() {
-                Ok(part) => results.extend(part),
+                Ok(more) => runs.extend(more),
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         }
-        results
-    })
+        runs
+    });
+    runs.sort_unstable_by_key(|&(first, _)| first);
+    runs.into_iter().flat_map(|(_, run)| run).collect()
 }
 
 /// How many threads a setting asks for: 0 for as many as the machine has.

@@ -6,6 +6,7 @@
 pub mod answer;
 #[cfg(feature = "demo")]
 pub mod baked;
+pub mod captures;
 pub mod clips;
 #[cfg(feature = "vulkan")]
 pub mod cull;

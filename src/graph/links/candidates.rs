@@ -5,7 +5,8 @@ use std::borrow::Cow;
 
 use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 use crate::graph::moments::Moments;
-use crate::graph::{GraphEvent, PointCloud, Transition, workers};
+use crate::graph::{GraphEvent, PointCloud, Transition};
+use crate::math::in_parallel;
 
 /// A link that could be made.
 #[derive(Clone, Copy, Debug)]
@@ -80,9 +81,9 @@ impl<'a> Candidates<'a> {
             .filter_map(|&event| self.stretch(event, side))
             .collect();
         let clips = self.source.clouds.len();
-        let found = workers::in_order(
-            stretches.len() * clips,
+        let found = in_parallel(
             self.source.settings.threads,
+            stretches.len() * clips,
             |job| self.between(&stretches[job / clips], job % clips, allowed),
         );
         let mut found: Vec<Candidate> = found.into_iter().flatten().collect();

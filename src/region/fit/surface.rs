@@ -6,6 +6,7 @@ use super::Mesh;
 use super::tree::PointTree;
 use super::winding::Winding;
 use crate::anim::JointId;
+use crate::math::in_parallel;
 
 /// Points beside the vertices; the spacing is doubled until no more are needed.
 const MOST_POINTS: usize = 60_000;
@@ -84,25 +85,8 @@ impl<'a> Surface<'a> {
 
 /// [`side`] of all points, on all cores: nearly all of a fit's time.
 fn sides(winding: &Winding<'_>, places: &[Vec3], normals: &[Vec3]) -> (Vec<Vec3>, Vec<bool>) {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let stretch = places.len().div_ceil(threads).max(1);
-    let all = &|places: &[Vec3], normals: &[Vec3]| -> Vec<(Vec3, bool)> {
-        let points = places.iter().zip(normals);
-        points
-            .map(|(&place, &normal)| side(winding, place, normal))
-            .collect()
-    };
-    let stretches = places.chunks(stretch).zip(normals.chunks(stretch));
-    std::thread::scope(|scope| {
-        let spawn = |(places, normals)| scope.spawn(move || all(places, normals));
-        let handles: Vec<_> = stretches.map(spawn).collect();
-        let join =
-            |handle: std::thread::ScopedJoinHandle<'_, Vec<(Vec3, bool)>>| match handle.join() {
-                Ok(sides) => sides,
-                Err(panic) => std::panic::resume_unwind(panic),
-            };
-        handles.into_iter().flat_map(join).unzip()
-    })
+    let of = |index: usize| side(winding, places[index], normals[index]);
+    in_parallel(0, places.len(), of).into_iter().unzip()
 }
 
 /// The normal turned to where the mesh is not, zero where both sides are inside or both outside; and whether both are inside.

@@ -85,15 +85,6 @@ pub struct NodePath {
 }
 
 impl NodePath {
-    /// A path of no frames to the first evasion, which starts at `placement`.
-    #[must_use]
-    pub fn describing(placement: Rigid2) -> Self {
-        Self {
-            placement,
-            ..Self::start(0)
-        }
-    }
-
     /// The path without an edge: the evasion starts at the node.
     fn start(evasion: u32) -> Self {
         Self {
