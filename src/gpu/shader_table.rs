@@ -66,6 +66,7 @@ pub(crate) struct CountSettings {
     pub(crate) sums: u32,
     pub(crate) slices: u32,
     pub(crate) planes: u32,
+    pub(crate) up_to_hits: u32,
 }
 
 /// One candidate, with the planes of its region.
@@ -152,6 +153,7 @@ const _: () = {
     assert!(offset_of!(CountSettings, sums) == CountCandidates::SUMS);
     assert!(offset_of!(CountSettings, slices) == CountCandidates::SLICES);
     assert!(offset_of!(CountSettings, planes) == CountCandidates::PLANES);
+    assert!(offset_of!(CountSettings, up_to_hits) == CountCandidates::UP_TO_HITS);
 
     assert!(size_of::<PlacedPlanes>() == PlaneCandidate::SIZE);
     assert!(offset_of!(PlacedPlanes, turn) == PlaneCandidate::TURN);
