@@ -11,7 +11,7 @@ use common::cull_cases::{self, Path};
 use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::avoid::cull::{AttackDrawing, Counted, CullInput, Overlap};
+use sabaki::avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
 use sabaki::gpu::compute::{Culler, CullerDesc, InputWay};
 use sabaki::gpu::{Headless, HeadlessDesc};
 use sabaki::region::{MapGrid, MapRect};
@@ -125,7 +125,7 @@ fn attacks_of_many_chunks_agree() {
             candidates: &candidates[..some],
         };
         let expected = counted(&input);
-        assert!(expected.iter().any(|one| one.body > 0));
+        assert!(some == 1 || expected.iter().any(|one| one.body > 0));
         assert_eq!(device.cull_compute(&mut culler, &input).unwrap(), expected);
     }
     culler.destroy(device.memory().unwrap());
