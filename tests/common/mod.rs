@@ -12,6 +12,7 @@ pub mod clips;
 pub mod cull;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod lod;
 pub mod maps;
 
 #[cfg(feature = "vulkan")]
