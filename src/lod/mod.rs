@@ -5,10 +5,22 @@
 //! Architecture invariant: what hangs on a removed joint keeps its motion in model space; a level
 //! never moves a joint that it keeps.
 
+mod attach;
+mod build;
+mod displacement;
+mod energy;
 mod error;
-mod level;
-mod motion;
 
+mod frames;
+mod level;
+mod mass;
+mod motion;
+mod samples;
+
+pub use build::{Carrier, LevelSettings, Order};
+pub use displacement::LevelError;
+pub use energy::{Branch, EnergySettings, Flexion, Inertia, joint_energies};
 pub use error::LodError;
-pub use level::{Level, Levels};
+pub use level::{Level, Levels, Seated};
+pub use mass::{BoneShape, Masses};
 pub use motion::{LevelMotion, LevelTrack, Translations, rehang};

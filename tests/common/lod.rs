@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use glam::{DVec3, Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
 use sabaki::io::{ReadOptions, read_clip};
 
 use super::random::Random;
@@ -111,4 +111,30 @@ pub fn each_capture(folder: &str) -> Option<Vec<(Skeleton, Clip)>> {
         (loaded.skeleton, loaded.clip)
     };
     Some(files.iter().map(read).collect())
+}
+
+/// The points of each joint in its own frame: itself, and of each bone the far end (in the mean) and four points of the
+/// skin around the middle.
+pub fn points_of(skeleton: &Skeleton, frames: &[Vec<JointTransform>], skin: f32) -> Vec<Vec<Vec3>> {
+    let points = |joint: JointId| {
+        let mut points = vec![Vec3::ZERO];
+        for child in skeleton.children(joint) {
+            let seen = |joints: &Vec<JointTransform>| {
+                let at = joints[child.index()].translation - joints[joint.index()].translation;
+                (joints[joint.index()].rotation.inverse() * at).as_dvec3()
+            };
+            let end = frames.iter().map(seen).sum::<DVec3>() / frames.len() as f64;
+            if let Some(along) = end.try_normalize() {
+                let (u, v) = along.any_orthonormal_pair();
+                points.push(end.as_vec3());
+                let side = f64::from(skin);
+                points.extend([u, v, -u, -v].map(|way| (0.5 * end + side * way).as_vec3()));
+            }
+        }
+        if points.len() == 1 {
+            points.extend(Vec3::AXES.map(|axis| skin * axis));
+        }
+        points
+    };
+    skeleton.ids().map(points).collect()
 }
