@@ -28,7 +28,7 @@ pub struct LevelSettings {
     pub ends: Option<Vec<JointId>>,
     /// What the points of a removed joint ride on.
     pub carrier: Carrier,
-    /// How far the skin's points lie beside the bones, metres: without them a twist would be no error.
+    /// How thick the body is around its bones, metres: without thickness a twist would be no error.
     pub skin: f32,
     /// How many frames placements are fitted to at most, evenly spread; errors are measured on all.
     pub samples: usize,

@@ -9,8 +9,9 @@ use super::frames::{Place, place_all};
 use super::samples::Samples;
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// What a level does to the body, over all frames. A joint's points: the joint itself, the far ends of its bones and four
-/// points of the skin around the middle of each. Those of kept joints are where they should be.
+/// What a level does to the body, over all frames. A joint's points: the joint itself, the far ends of its bones, and the corners of
+/// boxes that hold all within [`super::LevelSettings::skin`] of them; so nothing there is displaced by more than the maximum. Points of kept
+/// joints are where they should be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LevelError {
     /// How far the points of removed joints are from where they truly are, in the mean, metres.

@@ -54,4 +54,12 @@ pub enum LodError {
     /// A joint is to stay that the skeleton does not have.
     #[error("the skeleton has no joint {0}")]
     UnknownJoint(u16),
+    /// Not one inverse bind for each joint.
+    #[error("{found} inverse binds for {expected} joints")]
+    Binds {
+        /// How many were given.
+        found: usize,
+        /// Joints of the skeleton.
+        expected: usize,
+    },
 }

@@ -6,6 +6,8 @@
 //! never moves a joint that it keeps.
 
 mod attach;
+mod blend;
+mod budget;
 mod build;
 mod displacement;
 mod energy;
@@ -16,7 +18,12 @@ mod level;
 mod mass;
 mod motion;
 mod samples;
+mod skin;
+mod switching;
+mod view;
 
+pub use blend::{Blend, affine};
+pub use budget::{Budget, Cost, Plan, Planner};
 pub use build::{Carrier, LevelSettings, Order};
 pub use displacement::LevelError;
 pub use energy::{Branch, EnergySettings, Flexion, Inertia, joint_energies};
@@ -24,3 +31,5 @@ pub use error::LodError;
 pub use level::{Level, Levels, Seated};
 pub use mass::{BoneShape, Masses};
 pub use motion::{LevelMotion, LevelTrack, Translations, rehang};
+pub use switching::{Band, BlendSettings, Choice, Rule, SwitchSettings, Switching};
+pub use view::View;

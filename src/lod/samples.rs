@@ -3,6 +3,9 @@ use glam::DVec3;
 use super::frames::{Place, place_all};
 use crate::anim::{Clip, JointId, Skeleton};
 
+/// What is shorter has no direction, metres.
+const NO_BONE: f64 = 1e-4;
+
 /// Some frames of the clips, evenly spread over them, and the points of the body that are looked at.
 pub(super) struct Samples {
     joints: usize,
@@ -13,7 +16,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// `most` frames at most; points lie `skin` metres beside the bones.
+    /// `most` frames at most; the body is within `skin` metres of the bones.
     pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], (most, skin): (usize, f32)) -> Self {
         let total: usize = clips.iter().map(Clip::frames).sum();
         let count = total.min(most.max(1));
@@ -50,26 +53,34 @@ impl Samples {
         &self.points[joint.index()]
     }
 
-    /// The joint itself; of each bone that starts there the far end, where it is in the mean, and four points around its middle,
-    /// without which a twist would move nothing.
+    /// The joint itself; of each bone that starts there the far end, where it is in the mean, and the corners of the box
+    /// that holds all within `skin` of the bone. A rigid displacement is greatest at a corner.
     fn points_of(&self, skeleton: &Skeleton, joint: JointId, skin: f64) -> Vec<DVec3> {
         let mut points = vec![DVec3::ZERO];
         let frames = self.frames().count() as f64;
         for child in skeleton.children(joint) {
             let seen =
                 |frame: &[Place]| frame[joint.index()].sees(&frame[child.index()]).translation;
+            // To the micrometre, so that rounding does not decide how the box is turned about the bone.
             let end = self.frames().map(seen).sum::<DVec3>() / frames;
-            let Some(along) = end.try_normalize() else {
-                continue;
-            };
-            let (u, v) = along.any_orthonormal_pair();
-            let around = [u, -u, v, -v].map(|side| 0.5 * end + skin * side);
-            points.push(end);
-            points.extend(around);
+            let end = (end * 1e6).round() * 1e-6 + DVec3::ZERO;
+            if end.length() > NO_BONE {
+                points.push(end);
+                points.extend(corners(end, end.normalize(), skin));
+            }
         }
         if points.len() == 1 {
-            points.extend(DVec3::AXES.map(|axis| skin * axis));
+            points.extend(corners(DVec3::ZERO, DVec3::X, skin));
         }
         points
     }
+}
+
+/// The corners of a box along a bone from the origin to `end`, `skin` away from it on all sides.
+fn corners(end: DVec3, along: DVec3, skin: f64) -> impl Iterator<Item = DVec3> {
+    let (u, v) = along.any_orthonormal_pair();
+    let ends = [-skin * along, end + skin * along];
+    let sides = [u + v, u - v, v - u, -u - v];
+    ends.into_iter()
+        .flat_map(move |end| sides.map(|side| end + skin * side))
 }
