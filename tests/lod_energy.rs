@@ -81,16 +81,16 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &EnergySetti
         let children = |index: usize| (0..count).filter(move |&child| parent(child) == Some(index));
         // The masses as pieces: so small that where exactly in a piece the mass lies does not matter.
         let mut pieces: Vec<(usize, f64, DVec3)> = Vec::new();
-        for joint in 0..count {
+        for (joint, &mass) in masses.iter().enumerate() {
             let length: f64 = children(joint)
                 .map(|child| at(child).distance(at(joint)))
                 .sum();
             if length == 0.0 {
-                pieces.push((joint, masses[joint], at(joint)));
+                pieces.push((joint, mass, at(joint)));
                 continue;
             }
             for child in children(joint) {
-                let mass = masses[joint] * at(child).distance(at(joint)) / length;
+                let mass = mass * at(child).distance(at(joint)) / length;
                 let cuts = match settings.shape {
                     BoneShape::Rod => 200,
                     BoneShape::Point => 1,
@@ -288,7 +288,7 @@ fn several_clips_weigh_by_their_time() {
     assert!(clip.frames() > 1);
     let (of_slow, of_fast) = (
         energies(std::slice::from_ref(&slow)),
-        energies(&[fast.clone()]),
+        energies(std::slice::from_ref(&fast)),
     );
     let both = energies(&[slow, fast]);
     for joint in 0..skeleton.len() {

@@ -35,9 +35,14 @@ pub(super) struct Measured {
 
 /// One joint taken out: what moved with it.
 struct Change {
-    /// Each rider, with where it was and where it is now.
-    moved: Vec<(JointId, (JointId, Place), (JointId, Place))>,
+    moved: Vec<Moved>,
 }
+
+/// A rider, with where it was and where it is now.
+type Moved = (JointId, On, On);
+
+/// A joint, and a place in its frame.
+type On = (JointId, Place);
 
 /// `seats[i]` is where the joint that `levels[i + 1]` has lost sits.
 pub(super) fn measure(
@@ -79,7 +84,7 @@ fn changes(skeleton: &Skeleton, levels: &[Level], seats: &[Seat]) -> Vec<Change>
     let mut riders = Riders::none(skeleton.len());
     let removed = levels.iter().filter_map(|level| level.removed);
     let take_out = |(joint, seat): (JointId, &Seat)| {
-        let before: Vec<(JointId, Place)> = riders.on(joint).collect();
+        let before: Vec<On> = riders.on(joint).collect();
         riders.remove(joint, (seat.carrier, seat.offset));
         let moved = before
             .into_iter()
@@ -106,7 +111,7 @@ struct Pass<'a> {
 impl Pass<'_> {
     fn add(&mut self, places: &[Place], changes: &[Change]) {
         self.now.fill((0.0, 0.0));
-        let seated = |(carrier, offset): &(JointId, Place)| places[carrier.index()].after(offset);
+        let seated = |(carrier, offset): &On| places[carrier.index()].after(offset);
         let mut sum = 0.0;
         for (level, change) in (1..).zip(changes) {
             for (rider, old, new) in &change.moved {
