@@ -323,6 +323,16 @@ fn nothing_jumps_on_random_skeletons() {
         for settings in rules() {
             let step = largest_step((&skeleton, &clip, &levels), &settings, seed as f32);
             assert!(step < 1.0, "seed {seed}: {step} pixels");
+            // What the library measures from the front is of the same size.
+            let at_once = without_blend(&settings);
+            for settings in [settings, at_once] {
+                let step = largest_step((&skeleton, &clip, &levels), &settings, 0.0);
+                let found = levels.largest_step((&skeleton, &clip), &settings).unwrap();
+                assert!(
+                    (found - step).abs() <= 0.1 * step + 0.02,
+                    "seed {seed}: {found} {step}"
+                );
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ mod events;
 pub mod export;
 pub mod gltf;
 mod json;
+mod masses;
 mod mesh_scale;
 mod motion_file;
 mod obj;
@@ -25,8 +26,9 @@ pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
+pub use masses::{MassFile, MassFileError};
 pub use mesh_scale::{body_scale, held_scale};
-pub use motion_file::read_gltf;
+pub use motion_file::{is_gltf, read_gltf};
 pub use obj::{ObjError, parse_obj, read_obj};
 pub use read::{
     LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip, read_motions,

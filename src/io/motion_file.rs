@@ -23,6 +23,12 @@ pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
         .any(|known| ending.eq_ignore_ascii_case(known))
 }
 
+/// Whether a file's name says that it is glTF.
+#[must_use]
+pub fn is_gltf(path: &Path) -> bool {
+    ends_with(path, &ENDINGS[1..])
+}
+
 /// Reads one glTF file as it is, in its own unit; buffers of their own are looked for in its folder.
 ///
 /// # Errors
@@ -39,7 +45,7 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
 impl MotionFile {
     /// A file's ending says what it is; what has none of them is taken for BVH.
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
-        if ends_with(path, &ENDINGS[1..]) {
+        if is_gltf(path) {
             return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
         }
         Ok(Self::Bvh(read_bvh(path)?))

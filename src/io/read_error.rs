@@ -3,8 +3,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::{
-    AttacksError, BodyFileError, EventsError, ObjError, RecordingError, bvh::BvhError,
-    bvh::MotionError, gltf::GltfError,
+    AttacksError, BodyFileError, EventsError, MassFileError, ObjError, RecordingError,
+    bvh::BvhError, bvh::MotionError, gltf::GltfError,
 };
 
 /// Why files could not be read: always with the file.
@@ -134,6 +134,14 @@ pub enum ReadError {
         path: PathBuf,
         /// What, and where.
         error: BodyFileError,
+    },
+    /// A file of masses is damaged, or does not fit the skeleton.
+    #[error("{}: {error}", path.display())]
+    Masses {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: MassFileError,
     },
     /// An OBJ file is damaged, or holds no mesh.
     #[error("{}: {error}", path.display())]

@@ -148,6 +148,7 @@ impl Levels {
             energies,
             height: measured.height,
             reach: measured.reach,
+            skin: settings.skin,
         })
     }
 }

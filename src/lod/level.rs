@@ -41,6 +41,8 @@ pub struct Levels {
     pub height: f32,
     /// From the root to the body's farthest point, metres; 0 where no clip was looked at.
     pub reach: f32,
+    /// How thick the body is around its bones, metres: [`super::LevelSettings::skin`].
+    pub skin: f32,
 }
 
 impl Level {
@@ -182,6 +184,7 @@ impl Levels {
             energies: Vec::new(),
             height: 0.0,
             reach: 0.0,
+            skin: 0.0,
         })
     }
 }

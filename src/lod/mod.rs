@@ -17,6 +17,7 @@ mod frames;
 mod level;
 mod mass;
 mod motion;
+mod popping;
 mod samples;
 mod skin;
 mod switching;
