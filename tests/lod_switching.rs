@@ -9,8 +9,8 @@ use common::random::Random;
 use glam::{Affine3A, Vec2, Vec3};
 use sabaki::anim::{Clip, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::lod::{
-    BlendSettings, Budget, Choice, Cost, Level, LevelSettings, Levels, LodError, Order, Planner,
-    Rule, SwitchSettings, Switching, View, affine,
+    BlendSettings, Budget, Choice, Cost, Level, LevelSettings, Levels, LodError, Measure, Order,
+    Planner, Rule, SwitchSettings, Switching, View, affine,
 };
 
 fn build(skeleton: &Skeleton, clips: &[Clip], order: Order) -> Levels {
@@ -28,13 +28,16 @@ fn random_levels(seed: u64) -> (Skeleton, Clip, Levels) {
     (skeleton, clip, levels)
 }
 
+fn screen_error(pixels: f32) -> Rule {
+    Rule::ScreenError {
+        pixels,
+        measure: Measure::Greatest,
+    }
+}
+
 /// Energy to 60 m and errors of 1 pixel, with blending.
 fn rules() -> [SwitchSettings; 2] {
-    [
-        Rule::Energy { furthest: 60.0 },
-        Rule::ScreenError { pixels: 1.0 },
-    ]
-    .map(|rule| SwitchSettings {
+    [Rule::Energy { furthest: 60.0 }, screen_error(1.0)].map(|rule| SwitchSettings {
         rule,
         ..SwitchSettings::default()
     })
@@ -83,6 +86,38 @@ fn the_papers_distances_are_linear_in_energy() {
         if greatest > 0.0 {
             assert_eq!(switching.choose(-1.0, None).level, 0);
             assert_eq!(switching.choose(f32::NAN, None).level, 0);
+        }
+    }
+}
+
+#[test]
+fn the_mean_error_asks_for_no_more_than_the_greatest() {
+    for seed in 0..20 {
+        let (_, _, levels) = random_levels(seed);
+        let [mean, greatest] = [Measure::Mean, Measure::Greatest].map(|measure| {
+            let settings = SwitchSettings {
+                rule: Rule::ScreenError {
+                    pixels: 2.0,
+                    measure,
+                },
+                blend: None,
+                ..SwitchSettings::default()
+            };
+            Switching::new(&levels, &settings).unwrap()
+        });
+        let mut worst = 0.0f32;
+        for (index, level) in levels.levels.iter().enumerate().skip(1) {
+            worst = worst.max(level.error.mean);
+            let (mean, greatest) = (mean.bands()[index - 1], greatest.bands()[index - 1]);
+            assert!(mean.end <= greatest.end);
+            if worst > 0.0 {
+                let view = View::default();
+                let error = view.pixels(worst, mean.start - levels.reach);
+                assert!(
+                    (error - 2.0).abs() < 0.02 || level.error.mean < 1e-6,
+                    "{error}"
+                );
+            }
         }
     }
 }
@@ -346,7 +381,7 @@ fn the_screen_error_is_no_larger_than_allowed() {
         for pixels in [0.3, 2.0, 20.0] {
             for blend in [None, Some(BlendSettings::default())] {
                 let settings = SwitchSettings {
-                    rule: Rule::ScreenError { pixels },
+                    rule: screen_error(pixels),
                     blend,
                     ..SwitchSettings::default()
                 };
@@ -382,6 +417,7 @@ fn budget(milliseconds: f32) -> Budget {
             blend: 60.0,
         },
         switching: SwitchSettings::default(),
+        measure: Measure::Greatest,
         before: None,
     }
 }
@@ -437,7 +473,7 @@ fn a_budget_is_kept_with_the_least_error() {
             let tries = (0..400).map(|step| 1e-3 * 1.05f32.powi(step));
             let fits = |pixels: &f32| {
                 let settings = SwitchSettings {
-                    rule: Rule::ScreenError { pixels: *pixels },
+                    rule: screen_error(*pixels),
                     ..budget.switching
                 };
                 let switching = Switching::new(&levels, &settings).unwrap();
@@ -535,10 +571,7 @@ fn settings_that_make_no_sense_are_errors() {
             fails(&|s, _| s.rule = Rule::Energy { furthest: wrong }),
             "furthest"
         );
-        assert_eq!(
-            fails(&|s, _| s.rule = Rule::ScreenError { pixels: wrong }),
-            "pixels"
-        );
+        assert_eq!(fails(&|s, _| s.rule = screen_error(wrong)), "pixels");
         assert_eq!(fails(&|_, b| b.step = wrong), "step");
         assert_eq!(fails(&|_, b| b.speed = wrong), "speed");
         assert_eq!(fails(&|_, b| b.frame_rate = wrong), "frame_rate");

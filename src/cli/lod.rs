@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
 use sabaki::lod::{
-    Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Order,
-    Rule, SwitchSettings, Switching, View,
+    Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure,
+    Order, Rule, SwitchSettings, Switching, View,
 };
 use sabaki::{demo, io};
 
@@ -57,6 +57,9 @@ pub(crate) struct Args {
     /// The error that is allowed on the screen, for --switch error.
     #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
     error: f32,
+    /// Whether that is the greatest error of any point in any frame, or the mean.
+    #[arg(long, value_enum, default_value = "greatest")]
+    measure: MeasureArg,
     /// Draw errors and distances (PNG).
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -66,6 +69,12 @@ pub(crate) struct Args {
 enum OrderArg {
     Energy,
     Error,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MeasureArg {
+    Greatest,
+    Mean,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -207,7 +216,13 @@ impl Args {
                 OrderArg::Energy => Rule::Energy {
                     furthest: view.distance(stature, self.vanish),
                 },
-                OrderArg::Error => Rule::ScreenError { pixels: self.error },
+                OrderArg::Error => Rule::ScreenError {
+                    pixels: self.error,
+                    measure: match self.measure {
+                        MeasureArg::Greatest => Measure::Greatest,
+                        MeasureArg::Mean => Measure::Mean,
+                    },
+                },
             },
             ..SwitchSettings::default()
         })

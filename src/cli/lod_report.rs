@@ -167,7 +167,10 @@ impl Report {
             Rule::Energy { furthest } => {
                 format!("Distances are linear in energy, up to L = {furthest:.1} m")
             }
-            Rule::ScreenError { pixels } => format!("Distances hold the error to {pixels} pixels"),
+            Rule::ScreenError { pixels, measure } => {
+                let measure = format!("{measure:?}").to_lowercase();
+                format!("Distances hold the {measure} error to {pixels} pixels")
+            }
         };
         let _ = writeln!(
             text,

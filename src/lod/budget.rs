@@ -8,7 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Levels, LodError, Rule, SwitchSettings, Switching};
+use super::{Levels, LodError, Measure, Rule, SwitchSettings, Switching};
 
 /// What a frame may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ pub struct Budget {
     pub cost: Cost,
     /// How levels are switched; its rule is not used.
     pub switching: SwitchSettings,
+    /// Which error is made small.
+    pub measure: Measure,
     /// The error that the frame before had, pixels: the bands then move no faster than the camera of
     /// [`super::BlendSettings`], and a budget that shrinks suddenly is met some frames later. `None`: at once.
     pub before: Option<f32>,
@@ -144,7 +146,10 @@ impl Planner {
     /// Milliseconds at most, wherever hysteresis leaves the characters.
     fn price(&mut self, levels: &Levels, budget: &Budget, pixels: f32) -> Result<f32, LodError> {
         let settings = SwitchSettings {
-            rule: Rule::ScreenError { pixels },
+            rule: Rule::ScreenError {
+                pixels,
+                measure: budget.measure,
+            },
             ..budget.switching
         };
         self.switching.update(levels, &settings)?;
@@ -197,7 +202,10 @@ impl Budget {
             return wanted;
         };
         let blend = self.switching.blend.unwrap_or_default();
-        let errors = levels.levels.iter().map(|level| level.error.max);
+        let errors = levels
+            .levels
+            .iter()
+            .map(|level| self.measure.of(&level.error));
         let worst = self.switching.view.pixels_at_one_metre() * errors.fold(0.0, f32::max);
         let most = blend.speed / blend.frame_rate / worst;
         let inverse = (1.0 / wanted).clamp(1.0 / before - most, 1.0 / before + most);

@@ -32,5 +32,5 @@ pub use error::LodError;
 pub use level::{Level, Levels, Seated};
 pub use mass::{BoneShape, Masses};
 pub use motion::{LevelMotion, LevelTrack, Translations, rehang};
-pub use switching::{Band, BlendSettings, Choice, Rule, SwitchSettings, Switching};
+pub use switching::{Band, BlendSettings, Choice, Measure, Rule, SwitchSettings, Switching};
 pub use view::View;

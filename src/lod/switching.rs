@@ -38,11 +38,32 @@ pub enum Rule {
         /// L: see [`View::distance`].
         furthest: f32,
     },
-    /// No point of the body is drawn further from where it should be than so many pixels, wherever on the body it is.
+    /// The body is drawn no further from where it should be than so many pixels, as near to the camera as any of its points is.
     ScreenError {
         /// On the middle of the screen.
         pixels: f32,
+        /// Which error it is.
+        measure: Measure,
     },
+}
+
+/// Which of a level's errors is held against the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// The greatest of any point in any frame: a promise, which a single moment of a long clip can make dear.
+    Greatest,
+    /// The mean over the points of removed joints and over frames.
+    Mean,
+}
+
+impl Measure {
+    pub(super) fn of(self, error: &super::LevelError) -> f32 {
+        match self {
+            Self::Greatest => error.max,
+            Self::Mean => error.mean,
+        }
+    }
 }
 
 /// How wide the bands are in which joints are blended.
@@ -88,7 +109,7 @@ impl SwitchSettings {
         let blend = self.blend.unwrap_or_default();
         let rule = match self.rule {
             Rule::Energy { furthest } => ("furthest", furthest),
-            Rule::ScreenError { pixels } => ("pixels", pixels),
+            Rule::ScreenError { pixels, .. } => ("pixels", pixels),
         };
         let above_0 = [
             rule,
@@ -173,7 +194,10 @@ impl Switching {
         let (mut energy, mut error) = (0.0f32, 0.0f32);
         let mut before = 0.0;
         for level in levels.levels.iter().skip(1) {
-            (energy, error) = (energy.max(level.energy), error.max(level.error.max));
+            energy = energy.max(level.energy);
+            if let Rule::ScreenError { measure, .. } = settings.rule {
+                error = error.max(measure.of(&level.error));
+            }
             let near = levels.reach;
             let band = match settings.rule {
                 // Where nothing moves, nothing is lost at any distance.
@@ -186,7 +210,7 @@ impl Switching {
                     let end = furthest * share;
                     Band::ending(end, (near, before, level.error.step), settings)
                 }
-                Rule::ScreenError { pixels } if error > 0.0 => {
+                Rule::ScreenError { pixels, .. } if error > 0.0 => {
                     let start = near + settings.view.distance(error, pixels);
                     Band::starting(start.max(before), (near, level.error.step), settings)
                 }

@@ -282,9 +282,10 @@ fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     let longest = offsets.clone().map(Vec3::length).fold(0.0, f32::max);
     let frames = translations.chunks_exact(skeleton.len());
     let leaves = |frame: &[Vec3]| {
-        let pairs = frame.iter().zip(offsets.clone()).skip(1);
-        { pairs }
-            .any(|(place, offset)| !((*place - offset).abs().max_element() <= DIGITS * longest))
+        let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
+        let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
+        // What is no number is kept, to be found out.
+        pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
     };
     { frames }.any(leaves)
 }
