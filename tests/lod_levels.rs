@@ -84,6 +84,11 @@ fn check_errors(skeleton: &Skeleton, clip: &Clip, levels: &Levels, skin: f32) {
 /// The order by energy, from the definition.
 fn check_energy_order(skeleton: &Skeleton, clip: &Clip, levels: &Levels) {
     let clips = std::slice::from_ref(clip);
+    let first = &levels.levels[0];
+    let energies = joint_energies(skeleton, clips, first, &EnergySettings::default()).unwrap();
+    for (id, energy) in first.kept.iter().zip(energies) {
+        assert_eq!(levels.energies[id.index()], energy);
+    }
     for pair in levels.levels.windows(2) {
         let energies =
             joint_energies(skeleton, clips, &pair[0], &EnergySettings::default()).unwrap();

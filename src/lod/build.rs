@@ -138,7 +138,11 @@ impl Levels {
             levels.push(level);
             seats.push(seat);
         }
-        let energies = joint_energies(skeleton, clips, &levels[0], &settings.energy)?;
+        let on_level = joint_energies(skeleton, clips, &levels[0], &settings.energy)?;
+        let mut energies = vec![0.0; skeleton.len()];
+        for (id, energy) in levels[0].kept.iter().zip(on_level) {
+            energies[id.index()] = energy;
+        }
         let measured = measure(skeleton, clips, (&builder.samples, &levels, &seats));
         for (level, error) in levels.iter_mut().zip(measured.errors) {
             level.error = error;
