@@ -22,6 +22,7 @@
 //! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
 //! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
 //! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
+//! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
 //!
@@ -46,6 +47,7 @@ pub mod demo;
 pub mod gpu;
 pub mod graph;
 pub mod io;
+pub mod lod;
 pub mod math;
 pub mod region;
 

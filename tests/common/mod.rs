@@ -14,11 +14,13 @@ pub mod cull;
 pub(crate) mod cull_cases;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod lod;
 pub mod maps;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
 pub mod plain_bvh;
+pub mod plain_gltf;
 pub mod random;
 pub mod shapes;
 pub mod small;
