@@ -1,0 +1,145 @@
+//! What is computed of a joint: a matrix, or a rotation and a place.
+
+use super::sample::{Local, Turn};
+use crate::math::{Lanes, Line};
+
+/// How joints follow from their parents, and what is written of them.
+pub(super) trait Posture {
+    /// Numbers of a joint; a line of each.
+    const NUMBERS: usize;
+    /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
+    const ROW: usize;
+
+    /// What a joint is when its parent is the world at a placement.
+    fn placed<L: Lanes>(at: &[L; 5], model: &mut [Line], part: usize);
+
+    /// One joint, in [`Posture::NUMBERS`] lines of each.
+    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize);
+}
+
+/// 3 × 4 matrices, row by row.
+pub(super) struct Matrices;
+
+/// Unit quaternions (x, y, z, w) and places (x, y, z).
+pub(super) struct Rotations;
+
+/// The nine numbers of a rotation matrix, by columns. The quaternion may have any length: it is
+/// scaled by 2 / |q|², which no root has to be taken for.
+#[inline(always)]
+fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 3] {
+    let Turn { x, y, z, w } = turn;
+    let one = L::splat(1.0);
+    let scale = L::splat(2.0) / turn.dot(turn);
+    let (sx, sy, sz) = (x * scale, y * scale, z * scale);
+    let (xy, xz, yz) = (x * sy, x * sz, y * sz);
+    let (not_x, not_y) = (x.neg_mul_add(sx, one), y.neg_mul_add(sy, one));
+    [
+        [
+            z.neg_mul_add(sz, not_y),
+            w.mul_add(sz, xy),
+            w.neg_mul_add(sy, xz),
+        ],
+        [
+            w.neg_mul_add(sz, xy),
+            z.neg_mul_add(sz, not_x),
+            w.mul_add(sx, yz),
+        ],
+        [
+            w.mul_add(sy, xz),
+            w.neg_mul_add(sx, yz),
+            y.neg_mul_add(sy, not_x),
+        ],
+    ]
+}
+
+impl Posture for Matrices {
+    const NUMBERS: usize = 12;
+    const ROW: usize = 12;
+
+    #[inline(always)]
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut [Line], part: usize) {
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let rows = [
+            [cos, zero, sin, x],
+            [zero, one, zero, y],
+            [zero - sin, zero, cos, z],
+        ];
+        for (value, line) in rows.as_flattened().iter().zip(model) {
+            value.store(line, part);
+        }
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
+        let columns = columns(local.turn);
+        for row in 0..3 {
+            let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
+            let [a, b, c, at] = std::array::from_fn(|index| L::load(&above[index], part));
+            let along = |[x, y, z]: [L; 3]| c.mul_add(z, b.mul_add(y, a * x));
+            for (column, line) in columns.iter().zip(&mut *model) {
+                along(*column).store(line, part);
+            }
+            let [x, y, z] = local.place;
+            c.mul_add(z, b.mul_add(y, a.mul_add(x, at)))
+                .store(&mut model[3], part);
+        }
+    }
+}
+
+impl Posture for Rotations {
+    const NUMBERS: usize = 7;
+    const ROW: usize = 8;
+
+    #[inline(always)]
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut [Line], part: usize) {
+        let (zero, one, half) = (L::splat(0.0), L::splat(1.0), L::splat(0.5));
+        // Half the heading, from -π to π: its cosine is never below 0.
+        let half_cos = ((one + cos) * half).max(zero).sqrt();
+        let half_sin = ((one - cos) * half).max(zero).sqrt().copy_sign(sin);
+        for (value, line) in [zero, half_sin, zero, half_cos, x, y, z]
+            .into_iter()
+            .zip(model)
+        {
+            value.store(line, part);
+        }
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
+        let (above, model) = (&above[..7], &mut model[..7]);
+        let [x, y, z, w, at_x, at_y, at_z] =
+            std::array::from_fn(|index| L::load(&above[index], part));
+        let q = local.turn.normalized();
+        let turn = [
+            z.neg_mul_add(q.y, y.mul_add(q.z, x.mul_add(q.w, w * q.x))),
+            x.neg_mul_add(q.z, z.mul_add(q.x, y.mul_add(q.w, w * q.y))),
+            y.neg_mul_add(q.x, x.mul_add(q.y, z.mul_add(q.w, w * q.z))),
+            z.neg_mul_add(q.z, y.neg_mul_add(q.y, x.neg_mul_add(q.x, w * q.w))),
+        ];
+        // v + 2w(u × v) + 2u × (u × v)
+        let [px, py, pz] = local.place;
+        let two = L::splat(2.0);
+        let cross = [
+            z.neg_mul_add(py, y * pz) * two,
+            x.neg_mul_add(pz, z * px) * two,
+            y.neg_mul_add(px, x * py) * two,
+        ];
+        let place = [
+            z.neg_mul_add(
+                cross[1],
+                y.mul_add(cross[2], w.mul_add(cross[0], px + at_x)),
+            ),
+            x.neg_mul_add(
+                cross[2],
+                z.mul_add(cross[0], w.mul_add(cross[1], py + at_y)),
+            ),
+            y.neg_mul_add(
+                cross[0],
+                x.mul_add(cross[1], w.mul_add(cross[2], pz + at_z)),
+            ),
+        ];
+        for (value, line) in turn.into_iter().chain(place).zip(model) {
+            value.store(line, part);
+        }
+    }
+}
