@@ -23,6 +23,37 @@ pub(super) struct Matrices;
 /// Unit quaternions (x, y, z, w) and places (x, y, z).
 pub(super) struct Rotations;
 
+// Loops and plain functions instead of closures that the standard library calls: those are not
+// compiled for the instruction set at hand.
+
+#[inline(always)]
+fn load<L: Lanes, const N: usize>(lines: &[Line], part: usize) -> [L; N] {
+    let lines = &lines[..N];
+    let mut values = [L::splat(0.0); N];
+    for index in 0..N {
+        values[index] = L::load(&lines[index], part);
+    }
+    values
+}
+
+#[inline(always)]
+fn store<L: Lanes, const N: usize>(values: [L; N], lines: &mut [Line], part: usize) {
+    let lines = &mut lines[..N];
+    for index in 0..N {
+        values[index].store(&mut lines[index], part);
+    }
+}
+
+#[inline(always)]
+fn dot<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3]) -> L {
+    c.mul_add(z, b.mul_add(y, a * x))
+}
+
+#[inline(always)]
+fn dot_and<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3], sum: L) -> L {
+    c.mul_add(z, b.mul_add(y, a.mul_add(x, sum)))
+}
+
 /// The nine numbers of a rotation matrix, by columns. The quaternion may have any length: it is
 /// scaled by 2 / |q|², which no root has to be taken for.
 #[inline(always)]
@@ -64,24 +95,25 @@ impl Posture for Matrices {
             [zero, one, zero, y],
             [zero - sin, zero, cos, z],
         ];
-        for (value, line) in rows.as_flattened().iter().zip(model) {
-            value.store(line, part);
-        }
+        store(rows[0], &mut model[..4], part);
+        store(rows[1], &mut model[4..8], part);
+        store(rows[2], &mut model[8..12], part);
     }
 
     #[inline(always)]
     fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
-        let columns = columns(local.turn);
+        let [first, second, third] = columns(local.turn);
         for row in 0..3 {
             let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
-            let [a, b, c, at] = std::array::from_fn(|index| L::load(&above[index], part));
-            let along = |[x, y, z]: [L; 3]| c.mul_add(z, b.mul_add(y, a * x));
-            for (column, line) in columns.iter().zip(&mut *model) {
-                along(*column).store(line, part);
-            }
-            let [x, y, z] = local.place;
-            c.mul_add(z, b.mul_add(y, a.mul_add(x, at)))
-                .store(&mut model[3], part);
+            let [a, b, c, at] = load(above, part);
+            let row = [a, b, c];
+            let values = [
+                dot(row, first),
+                dot(row, second),
+                dot(row, third),
+                dot_and(row, local.place, at),
+            ];
+            store(values, model, part);
         }
     }
 }
@@ -106,9 +138,7 @@ impl Posture for Rotations {
 
     #[inline(always)]
     fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
-        let (above, model) = (&above[..7], &mut model[..7]);
-        let [x, y, z, w, at_x, at_y, at_z] =
-            std::array::from_fn(|index| L::load(&above[index], part));
+        let [x, y, z, w, at_x, at_y, at_z]: [L; 7] = load(above, part);
         let q = local.turn.normalized();
         let turn = [
             z.neg_mul_add(q.y, y.mul_add(q.z, x.mul_add(q.w, w * q.x))),
@@ -138,8 +168,7 @@ impl Posture for Rotations {
                 x.mul_add(cross[1], w.mul_add(cross[2], pz + at_z)),
             ),
         ];
-        for (value, line) in turn.into_iter().chain(place).zip(model) {
-            value.store(line, part);
-        }
+        store(turn, &mut model[..4], part);
+        store(place, &mut model[4..], part);
     }
 }

@@ -1,6 +1,6 @@
 use super::bank::Span;
 use super::character::Placement;
-use super::sample::Moment;
+use super::sample::{Mixed, Moment, Playing, Scattered};
 use crate::math::{Lanes, Line};
 
 /// Sixteen characters that play one clip on one level, field by field.
@@ -116,11 +116,38 @@ impl Group {
 
     #[inline(always)]
     pub(super) fn placement<L: Lanes>(&self, part: usize) -> [L; 5] {
-        [&self.cos, &self.sin, &self.x, &self.y, &self.z].map(|line| L::load(line, part))
+        [
+            L::load(&self.cos, part),
+            L::load(&self.sin, part),
+            L::load(&self.x, part),
+            L::load(&self.y, part),
+            L::load(&self.z, part),
+        ]
     }
 }
 
 impl FadeLines {
+    /// The second clips mixed into the first.
+    #[inline(always)]
+    pub(super) fn mixed<L: Lanes, A>(
+        &self,
+        first: A,
+        part: usize,
+        now: f32,
+    ) -> Mixed<L, A, Playing<L, Scattered<L>>> {
+        let moment = self.clock.moment(part, now, L::load(&self.length, part));
+        let base = L::load_words(&self.base, part);
+        let columns = Scattered {
+            places: L::sum(base, moment.interval.truncated()),
+            stride: L::load_words(&self.stride, part),
+        };
+        Mixed {
+            first,
+            second: Playing::new(columns, moment.share),
+            weight: L::load(&self.weight, part),
+        }
+    }
+
     /// Which clip it is.
     pub(super) fn set_span(&mut self, lane: usize, span: &Span) {
         self.length.0[lane] = span.intervals as f32;

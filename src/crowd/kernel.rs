@@ -10,7 +10,7 @@ use super::bank::{Bank, Span};
 use super::form::{Matrices, Posture, Rotations};
 use super::group::Group;
 use super::output::{Form, Layout, Memory, Output, row_lines, turn_joints, turn_lines};
-use super::sample::{Columns, Mixed, Moment, Playing, Scattered, Source, Window};
+use super::sample::{Columns, Moment, Playing, Scattered, Source, Window};
 use crate::math::{Kernel, Lanes, Line};
 
 /// Groups that play one clip on one level.
@@ -58,6 +58,7 @@ impl Run<'_> {
         let lines = self.output.lines(joints);
         self.scratch.resize(joints * P::NUMBERS, Line::ZERO);
         let length = L::splat(self.span.intervals as f32);
+        let fading = self.fading.then_some(self.now);
         let mut apart = 0;
         for (group, out) in self.groups.iter().zip(self.out.chunks_exact_mut(lines)) {
             let mut posing = Posing::<P> {
@@ -71,48 +72,29 @@ impl Run<'_> {
             for part in 0..L::PARTS {
                 P::placed(&group.placement::<L>(part), &mut posing.placement, part);
             }
-            let moments: [Moment<L>; PARTS] =
-                parts::<L, _>(|part| group.clock.moment(part, self.now, length));
-            let windows = moments.map(|moment| Window::new(self.span, moment.interval));
-            if let [Some(first), Some(second)] = windows {
-                let columns = [first, second];
-                if self.fading {
-                    posing.mixed(group, self.now, moments, columns);
-                } else {
-                    posing.joints(playing(moments, columns));
-                }
+            // The second is the first again where a line has one part.
+            let last = L::PARTS - 1;
+            let moments = [
+                group.clock.moment(0, self.now, length),
+                group.clock.moment(last, self.now, length),
+            ];
+            let windows = (
+                Window::new(self.span, moments[0].interval),
+                Window::new(self.span, moments[1].interval),
+            );
+            if let (Some(first), Some(second)) = windows {
+                posing.group(group, fading, moments, [first, second]);
             } else {
                 apart += 1;
-                let columns = moments.map(|moment| Scattered::new(self.span, moment.interval));
-                if self.fading {
-                    posing.mixed(group, self.now, moments, columns);
-                } else {
-                    posing.joints(playing(moments, columns));
-                }
+                let columns = [
+                    Scattered::new(self.span, moments[0].interval),
+                    Scattered::new(self.span, moments[1].interval),
+                ];
+                posing.group(group, fading, moments, columns);
             }
         }
         apart
     }
-}
-
-/// One value for each part of a line; the last is repeated where there are fewer.
-#[inline(always)]
-fn parts<L: Lanes, T>(value: impl Fn(usize) -> T) -> [T; PARTS] {
-    std::array::from_fn(
-        #[inline(always)]
-        |part| value(part.min(L::PARTS - 1)),
-    )
-}
-
-#[inline(always)]
-fn playing<L: Lanes, C: Copy>(
-    moments: [Moment<L>; PARTS],
-    columns: [C; PARTS],
-) -> [Playing<L, C>; PARTS] {
-    std::array::from_fn(
-        #[inline(always)]
-        |part| Playing::new(columns[part], moments[part].share),
-    )
 }
 
 /// One group and where it goes.
@@ -127,28 +109,26 @@ struct Posing<'a, P> {
 
 impl<P: Posture> Posing<'_, P> {
     #[inline(always)]
-    fn mixed<L: Lanes, C: Columns<L> + Copy>(
+    fn group<L: Lanes, C: Columns<L> + Copy>(
         &mut self,
         group: &Group,
-        now: f32,
+        fading: Option<f32>,
         moments: [Moment<L>; PARTS],
         columns: [C; PARTS],
     ) {
-        let first = playing(moments, columns);
-        let fade = &group.fade;
-        self.joints(parts::<L, _>(|part| {
-            let moment = fade.clock.moment(part, now, L::load(&fade.length, part));
-            let base = L::load_words(&fade.base, part);
-            let columns = Scattered::<L> {
-                places: L::sum(base, moment.interval.truncated()),
-                stride: L::load_words(&fade.stride, part),
-            };
-            Mixed {
-                first: first[part],
-                second: Playing::new(columns, moment.share),
-                weight: L::load(&fade.weight, part),
-            }
-        }));
+        let first = [
+            Playing::new(columns[0], moments[0].share),
+            Playing::new(columns[1], moments[1].share),
+        ];
+        if let Some(now) = fading {
+            let fade = &group.fade;
+            self.joints([
+                fade.mixed(first[0], 0, now),
+                fade.mixed(first[1], L::PARTS - 1, now),
+            ]);
+        } else {
+            self.joints(first);
+        }
     }
 
     /// All joints, parents first.
@@ -167,8 +147,8 @@ impl<P: Posture> Posing<'_, P> {
                 Some(parent) => &done[usize::from(parent) * P::NUMBERS..][..P::NUMBERS],
                 None => &self.placement[..P::NUMBERS],
             };
-            for (part, source) in sources.iter_mut().enumerate().take(L::PARTS) {
-                let local = source.next(&self.bank.words, joint);
+            for part in 0..L::PARTS {
+                let local = sources[part].next(&self.bank.words, joint);
                 P::compose(above, local, &mut rest[..P::NUMBERS], part);
             }
             match (self.output.layout, self.output.memory) {
@@ -201,15 +181,15 @@ impl<P: Posture> Posing<'_, P> {
         let turn = joint / of_turn;
         let row = row_lines::<P>(joints);
         for line in 0..lines {
-            let turned = L::transpose(std::array::from_fn(|index| {
+            let mut lines_in = [&Line::ZERO; Line::LANES];
+            for (index, from) in lines_in.iter_mut().enumerate() {
                 let number = line * Line::LANES + index;
                 let joint = turn * of_turn + number / P::ROW;
                 if number % P::ROW < P::NUMBERS && joint < joints {
-                    &self.models[joint * P::NUMBERS + number % P::ROW]
-                } else {
-                    &Line::ZERO
+                    *from = &self.models[joint * P::NUMBERS + number % P::ROW];
                 }
-            }));
+            }
+            let turned = L::transpose(lines_in);
             for (lane, from) in turned.iter().enumerate() {
                 let to = &mut self.out[lane * row + turn * lines + line];
                 for part in 0..L::PARTS {

@@ -105,7 +105,10 @@ impl<L: Lanes> Window<L> {
         };
         let ahead = interval - L::splat(start as f32);
         let places = wrapped(ahead, L::splat(span.intervals as f32));
-        places.all_below(L::COUNT as f32).then(|| Self {
+        if !places.all_below(L::COUNT as f32) {
+            return None;
+        }
+        Some(Self {
             start: span.base + start,
             stride: span.stride,
             places: places.truncated(),
@@ -170,25 +173,38 @@ impl<L: Lanes, C> Playing<L, C> {
     }
 }
 
+impl<L: Lanes, C: Columns<L>> Playing<L, C> {
+    /// One component of a rotation.
+    #[inline(always)]
+    fn component(&mut self, words: &[u32]) -> L {
+        L::dot_pairs(self.columns.next(words), self.weights)
+    }
+
+    /// One coordinate of a place.
+    #[inline(always)]
+    fn coordinate(&mut self, words: &[u32]) -> L {
+        let start = L::from_bits(self.columns.next(words));
+        let way = L::from_bits(self.columns.next(words));
+        way.mul_add(self.share, start)
+    }
+}
+
 impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     #[inline(always)]
     fn next(&mut self, words: &[u32], joint: &BankJoint) -> Local<L> {
-        let mut component = || L::dot_pairs(self.columns.next(words), self.weights);
         let turn = Turn {
-            x: component(),
-            y: component(),
-            z: component(),
-            w: component(),
+            x: self.component(words),
+            y: self.component(words),
+            z: self.component(words),
+            w: self.component(words),
         };
         let place = match joint.place {
-            Some(place) => place.to_array().map(L::splat),
-            None => {
-                let mut coordinate = || {
-                    let start = L::from_bits(self.columns.next(words));
-                    L::from_bits(self.columns.next(words)).mul_add(self.share, start)
-                };
-                [coordinate(), coordinate(), coordinate()]
-            }
+            Some(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
+            None => [
+                self.coordinate(words),
+                self.coordinate(words),
+                self.coordinate(words),
+            ],
         };
         Local { turn, place }
     }
@@ -214,18 +230,18 @@ impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
         // Along the shorter arc.
         let to_b = self.weight.copy_sign(turn_a.dot(turn_b));
         let to_a = L::splat(1.0) - self.weight;
-        let mix = |a: L, b: L| a.mul_add(to_a, b * to_b);
         let turn = Turn {
-            x: mix(turn_a.x, turn_b.x),
-            y: mix(turn_a.y, turn_b.y),
-            z: mix(turn_a.z, turn_b.z),
-            w: mix(turn_a.w, turn_b.w),
+            x: turn_a.x.mul_add(to_a, turn_b.x * to_b),
+            y: turn_a.y.mul_add(to_a, turn_b.y * to_b),
+            z: turn_a.z.mul_add(to_a, turn_b.z * to_b),
+            w: turn_a.w.mul_add(to_a, turn_b.w * to_b),
         };
-        let line =
-            |axis: usize| (b.place[axis] - a.place[axis]).mul_add(self.weight, a.place[axis]);
-        Local {
-            turn,
-            place: [line(0), line(1), line(2)],
-        }
+        let ([ax, ay, az], [bx, by, bz]) = (a.place, b.place);
+        let place = [
+            (bx - ax).mul_add(self.weight, ax),
+            (by - ay).mul_add(self.weight, ay),
+            (bz - az).mul_add(self.weight, az),
+        ];
+        Local { turn, place }
     }
 }

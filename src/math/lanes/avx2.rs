@@ -204,7 +204,10 @@ impl Lanes for Avx2 {
         let mut out = [Line::ZERO; Line::LANES];
         for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
             for column in 0..Self::PARTS {
-                let block = std::array::from_fn(|index| Self::load(lines[index], column));
+                let mut block = [Self::splat(0.0); 8];
+                for (row, line) in block.iter_mut().zip(lines) {
+                    *row = Self::load(line, column);
+                }
                 for (index, turned) in transposed(block).into_iter().enumerate() {
                     turned.store(&mut out[column * Self::COUNT + index], row);
                 }
@@ -221,14 +224,14 @@ fn transposed(rows: [Avx2; 8]) -> [Avx2; 8] {
     unsafe {
         let mut fours = [[_mm256_setzero_ps(); 4]; 2];
         for (half, four) in fours.iter_mut().enumerate() {
-            let rows: [__m256; 4] = std::array::from_fn(|index| rows[4 * half + index].0);
+            let rows = &rows[4 * half..][..4];
             let low = [
-                _mm256_unpacklo_ps(rows[0], rows[1]),
-                _mm256_unpacklo_ps(rows[2], rows[3]),
+                _mm256_unpacklo_ps(rows[0].0, rows[1].0),
+                _mm256_unpacklo_ps(rows[2].0, rows[3].0),
             ];
             let high = [
-                _mm256_unpackhi_ps(rows[0], rows[1]),
-                _mm256_unpackhi_ps(rows[2], rows[3]),
+                _mm256_unpackhi_ps(rows[0].0, rows[1].0),
+                _mm256_unpackhi_ps(rows[2].0, rows[3].0),
             ];
             *four = [
                 _mm256_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
@@ -237,13 +240,12 @@ fn transposed(rows: [Avx2; 8]) -> [Avx2; 8] {
                 _mm256_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
             ];
         }
-        std::array::from_fn(|column| {
-            let (top, bottom) = (fours[0][column % 4], fours[1][column % 4]);
-            Avx2(if column < 4 {
-                _mm256_permute2f128_ps::<0x20>(top, bottom)
-            } else {
-                _mm256_permute2f128_ps::<0x31>(top, bottom)
-            })
-        })
+        let mut columns = rows;
+        for four in 0..4 {
+            let (top, bottom) = (fours[0][four], fours[1][four]);
+            columns[four] = Avx2(_mm256_permute2f128_ps::<0x20>(top, bottom));
+            columns[4 + four] = Avx2(_mm256_permute2f128_ps::<0x31>(top, bottom));
+        }
+        columns
     }
 }

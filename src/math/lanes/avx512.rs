@@ -190,11 +190,13 @@ impl Lanes for Avx512 {
         let mut out = [Line::ZERO; Line::LANES];
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
         unsafe {
-            let row = |index: usize| _mm512_load_ps(lines[index].0.as_ptr());
             // Blocks of 4 x 4 within the four 128-bit quarters, first.
             let mut blocks = [[_mm512_setzero_ps(); 4]; 4];
             for (block, four) in blocks.iter_mut().enumerate() {
-                let rows: [__m512; 4] = std::array::from_fn(|index| row(4 * block + index));
+                let mut rows = [_mm512_setzero_ps(); 4];
+                for (index, row) in rows.iter_mut().enumerate() {
+                    *row = Self::load(lines[4 * block + index], 0).0;
+                }
                 let low = [
                     _mm512_unpacklo_ps(rows[0], rows[1]),
                     _mm512_unpacklo_ps(rows[2], rows[3]),
@@ -212,7 +214,7 @@ impl Lanes for Avx512 {
             }
             // Then the quarters themselves: column 4q + c of the result is quarter q of each block's c.
             for c in 0..4 {
-                let [a, b, d, e] = std::array::from_fn(|block| blocks[block][c]);
+                let [a, b, d, e] = [blocks[0][c], blocks[1][c], blocks[2][c], blocks[3][c]];
                 let even = [
                     _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
                     _mm512_shuffle_f32x4::<0b10_00_10_00>(d, e),
