@@ -1,20 +1,37 @@
 //! What is computed of a joint: a matrix, or a rotation and a place.
 
+use bytemuck::Pod;
+
 use super::sample::{Local, Turn};
 use crate::math::{Lanes, Line};
 
 /// How joints follow from their parents, and what is written of them.
 pub(super) trait Posture {
-    /// Numbers of a joint; a line of each.
-    const NUMBERS: usize;
+    /// A joint of sixteen characters: a line of each of its numbers.
+    type Model: Pod + AsRef<[Line]> + AsMut<[Line]>;
+
+    /// Numbers of a joint.
+    const NUMBERS: usize = size_of::<Self::Model>() / size_of::<Line>();
     /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
     const ROW: usize;
 
     /// What a joint is when its parent is the world at a placement.
-    fn placed<L: Lanes>(at: &[L; 5], model: &mut [Line], part: usize);
+    fn placed<L: Lanes>(at: &[L; 5], model: &mut Self::Model, part: usize);
 
-    /// One joint, in [`Posture::NUMBERS`] lines of each.
-    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize);
+    /// A joint from its parent and its motion under it.
+    /// A joint's motion under its parent, ready to be composed.
+    type Ready<L: Lanes>: Copy;
+
+    /// What can be computed of a joint without its parent.
+    fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
+
+    /// A joint from its parent and its motion under it.
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        ready: Self::Ready<L>,
+        model: &mut Self::Model,
+        part: usize,
+    );
 }
 
 /// 3 × 4 matrices, row by row.
@@ -84,11 +101,12 @@ fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 3] {
 }
 
 impl Posture for Matrices {
-    const NUMBERS: usize = 12;
+    type Model = [Line; 12];
+
     const ROW: usize = 12;
 
     #[inline(always)]
-    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut [Line], part: usize) {
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let rows = [
             [cos, zero, sin, x],
@@ -100,9 +118,22 @@ impl Posture for Matrices {
         store(rows[2], &mut model[8..12], part);
     }
 
+    /// The columns of the rotation, and the place.
+    type Ready<L: Lanes> = [[L; 3]; 4];
+
     #[inline(always)]
-    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
+    fn ready<L: Lanes>(local: Local<L>) -> [[L; 3]; 4] {
         let [first, second, third] = columns(local.turn);
+        [first, second, third, local.place]
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        [first, second, third, place]: [[L; 3]; 4],
+        model: &mut Self::Model,
+        part: usize,
+    ) {
         for row in 0..3 {
             let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
             let [a, b, c, at] = load(above, part);
@@ -111,7 +142,7 @@ impl Posture for Matrices {
                 dot(row, first),
                 dot(row, second),
                 dot(row, third),
-                dot_and(row, local.place, at),
+                dot_and(row, place, at),
             ];
             store(values, model, part);
         }
@@ -119,11 +150,12 @@ impl Posture for Matrices {
 }
 
 impl Posture for Rotations {
-    const NUMBERS: usize = 7;
+    type Model = [Line; 7];
+
     const ROW: usize = 8;
 
     #[inline(always)]
-    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut [Line], part: usize) {
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
         let (zero, one, half) = (L::splat(0.0), L::splat(1.0), L::splat(0.5));
         // Half the heading, from -π to π: its cosine is never below 0.
         let half_cos = ((one + cos) * half).max(zero).sqrt();
@@ -136,10 +168,25 @@ impl Posture for Rotations {
         }
     }
 
+    /// With a unit quaternion.
+    type Ready<L: Lanes> = Local<L>;
+
     #[inline(always)]
-    fn compose<L: Lanes>(above: &[Line], local: Local<L>, model: &mut [Line], part: usize) {
+    fn ready<L: Lanes>(local: Local<L>) -> Local<L> {
+        Local {
+            turn: local.turn.normalized(),
+            ..local
+        }
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        Local { turn: q, place }: Local<L>,
+        model: &mut Self::Model,
+        part: usize,
+    ) {
         let [x, y, z, w, at_x, at_y, at_z]: [L; 7] = load(above, part);
-        let q = local.turn.normalized();
         let turn = [
             z.neg_mul_add(q.y, y.mul_add(q.z, x.mul_add(q.w, w * q.x))),
             x.neg_mul_add(q.z, z.mul_add(q.x, y.mul_add(q.w, w * q.y))),
@@ -147,7 +194,7 @@ impl Posture for Rotations {
             z.neg_mul_add(q.z, y.neg_mul_add(q.y, x.neg_mul_add(q.x, w * q.w))),
         ];
         // v + 2w(u × v) + 2u × (u × v)
-        let [px, py, pz] = local.place;
+        let [px, py, pz] = place;
         let two = L::splat(2.0);
         let cross = [
             z.neg_mul_add(py, y * pz) * two,

@@ -4,7 +4,7 @@
 //! joint of sixteen characters is computed at once, a character in each lane. Joints stand
 //! breadth-first, so that a joint seldom waits for the one just before it.
 
-use std::marker::PhantomData;
+use bytemuck::Zeroable;
 
 use super::bank::{Bank, Span};
 use super::form::{Matrices, Posture, Rotations};
@@ -25,7 +25,7 @@ pub(super) struct Run<'a> {
     pub(super) output: Output,
     /// [`Output::lines`] for each group.
     pub(super) out: &'a mut [Line],
-    /// One group's joints, where the output is not read from.
+    /// For one group's joints, where the output is not read from.
     pub(super) scratch: &'a mut Vec<Line>,
 }
 
@@ -63,11 +63,10 @@ impl Run<'_> {
         for (group, out) in self.groups.iter().zip(self.out.chunks_exact_mut(lines)) {
             let mut posing = Posing::<P> {
                 bank: self.bank,
-                placement: [Line::ZERO; 12],
-                models: &mut *self.scratch,
+                placement: P::Model::zeroed(),
+                models: bytemuck::cast_slice_mut(self.scratch),
                 out,
                 output: self.output,
-                posture: PhantomData,
             };
             for part in 0..L::PARTS {
                 P::placed(&group.placement::<L>(part), &mut posing.placement, part);
@@ -98,13 +97,12 @@ impl Run<'_> {
 }
 
 /// One group and where it goes.
-struct Posing<'a, P> {
+struct Posing<'a, P: Posture> {
     bank: &'a Bank,
-    placement: [Line; 12],
-    models: &'a mut [Line],
+    placement: P::Model,
+    models: &'a mut [P::Model],
     out: &'a mut [Line],
     output: Output,
-    posture: PhantomData<P>,
 }
 
 impl<P: Posture> Posing<'_, P> {
@@ -131,69 +129,120 @@ impl<P: Posture> Posing<'_, P> {
         }
     }
 
-    /// All joints, parents first.
+    /// All joints, parents first, and out with them.
     #[inline(always)]
-    fn joints<L: Lanes, S: Source<L>>(&mut self, mut sources: [S; PARTS]) {
-        let in_place = (Layout::Blocks, Memory::Cached);
-        let in_place = (self.output.layout, self.output.memory) == in_place;
-        for (index, joint) in self.bank.joints.iter().enumerate() {
-            let models = if in_place {
-                &mut *self.out
-            } else {
-                &mut *self.models
-            };
-            let (done, rest) = models.split_at_mut(index * P::NUMBERS);
-            let above = match joint.parent {
-                Some(parent) => &done[usize::from(parent) * P::NUMBERS..][..P::NUMBERS],
-                None => &self.placement[..P::NUMBERS],
-            };
-            for part in 0..L::PARTS {
-                let local = sources[part].next(&self.bank.words, joint);
-                P::compose(above, local, &mut rest[..P::NUMBERS], part);
+    fn joints<L: Lanes, S: Source<L>>(&mut self, sources: [S; PARTS]) {
+        match (self.output.layout, self.output.memory) {
+            (Layout::Blocks, Memory::Cached) => {
+                // The output itself is where children find their parents.
+                let models = bytemuck::cast_slice_mut(self.out);
+                chain::<L, P, S>(self.bank, &self.placement, sources, models, |_, _| {});
             }
-            match (self.output.layout, self.output.memory) {
-                (Layout::Blocks, Memory::Cached) => {}
-                (Layout::Blocks, Memory::Streamed) => self.stream_block::<L>(index),
-                (Layout::Rows, _) => self.write_rows::<L>(index),
+            (Layout::Blocks, Memory::Streamed) => {
+                let out = bytemuck::cast_slice_mut(self.out);
+                chain::<L, P, S>(
+                    self.bank,
+                    &self.placement,
+                    sources,
+                    self.models,
+                    #[inline(always)]
+                    |models, joint| stream_block::<L, P>(&models[joint], &mut out[joint]),
+                );
+            }
+            (Layout::Rows, memory) => {
+                let mut rows = Rows { out: &mut *self.out, memory };
+                chain::<L, P, S>(
+                    self.bank,
+                    &self.placement,
+                    sources,
+                    self.models,
+                    #[inline(always)]
+                    |models, joint| rows.write::<L, P>(models, joint),
+                );
             }
         }
     }
+}
 
-    #[inline(always)]
-    fn stream_block<L: Lanes>(&mut self, joint: usize) {
-        let lines = joint * P::NUMBERS..(joint + 1) * P::NUMBERS;
-        let (from, to) = (&self.models[lines.clone()], &mut self.out[lines]);
-        for (from, to) in from.iter().zip(to) {
+/// The chain of joints: each from its parent. `done` is told of each.
+#[inline(always)]
+fn chain<L: Lanes, P: Posture, S: Source<L>>(
+    bank: &Bank,
+    placement: &P::Model,
+    mut sources: [S; PARTS],
+    models: &mut [P::Model],
+    mut done: impl FnMut(&[P::Model], usize),
+) {
+    let models = &mut models[..bank.joints.len()];
+    let Some((root, others)) = bank.joints.split_first() else {
+        return;
+    };
+    // What a joint is without its parent is computed one joint ahead: it is a long way from the keys
+    // to there, and the joint before has much to do meanwhile.
+    let mut ahead = others.iter();
+    let mut ready = [P::ready(sources[0].next(&bank.words, root)); PARTS];
+    for part in 1..L::PARTS {
+        ready[part] = P::ready(sources[part].next(&bank.words, root));
+    }
+    for (index, joint) in bank.joints.iter().enumerate() {
+        let (above, rest) = models.split_at_mut(index);
+        let above = match joint.parent {
+            Some(parent) => &above[usize::from(parent)],
+            None => placement,
+        };
+        let now = ready;
+        if let Some(next) = ahead.next() {
             for part in 0..L::PARTS {
-                L::load(from, part).stream(to, part);
+                ready[part] = P::ready(sources[part].next(&bank.words, next));
             }
         }
+        for part in 0..L::PARTS {
+            P::compose(above, now[part], &mut rest[0], part);
+        }
+        done(models, index);
     }
+}
 
+#[inline(always)]
+fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut P::Model) {
+    for (from, to) in from.as_ref().iter().zip(to.as_mut()) {
+        for part in 0..L::PARTS {
+            L::load(from, part).stream(to, part);
+        }
+    }
+}
+
+/// The rows of a group's characters.
+struct Rows<'a> {
+    out: &'a mut [Line],
+    memory: Memory,
+}
+
+impl Rows<'_> {
     /// Writes the whole lines that end with this joint.
     #[inline(always)]
-    fn write_rows<L: Lanes>(&mut self, joint: usize) {
-        let joints = self.bank.joints.len();
+    fn write<L: Lanes, P: Posture>(&mut self, models: &[P::Model], joint: usize) {
         let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
-        if (joint + 1) % of_turn != 0 && joint + 1 != joints {
+        if (joint + 1) % of_turn != 0 && joint + 1 != models.len() {
             return;
         }
         let turn = joint / of_turn;
-        let row = row_lines::<P>(joints);
+        let row = row_lines::<P>(models.len());
         for line in 0..lines {
-            let mut lines_in = [&Line::ZERO; Line::LANES];
-            for (index, from) in lines_in.iter_mut().enumerate() {
-                let number = line * Line::LANES + index;
-                let joint = turn * of_turn + number / P::ROW;
-                if number % P::ROW < P::NUMBERS && joint < joints {
-                    *from = &self.models[joint * P::NUMBERS + number % P::ROW];
+            let mut numbers = [&Line::ZERO; Line::LANES];
+            for (index, number) in numbers.iter_mut().enumerate() {
+                let place = line * Line::LANES + index;
+                if let Some(model) = models.get(turn * of_turn + place / P::ROW)
+                    && let Some(found) = model.as_ref().get(place % P::ROW)
+                {
+                    *number = found;
                 }
             }
-            let turned = L::transpose(lines_in);
-            for (lane, from) in turned.iter().enumerate() {
-                let to = &mut self.out[lane * row + turn * lines + line];
+            let turned = L::transpose(numbers);
+            let to = self.out[turn * lines + line..].iter_mut().step_by(row);
+            for (from, to) in turned.iter().zip(to) {
                 for part in 0..L::PARTS {
-                    match self.output.memory {
+                    match self.memory {
                         Memory::Cached => L::load(from, part).store(to, part),
                         Memory::Streamed => L::load(from, part).stream(to, part),
                     }

@@ -16,10 +16,8 @@ pub(super) struct Turn<L> {
 impl<L: Lanes> Turn<L> {
     #[inline(always)]
     pub(super) fn dot(self, other: Self) -> L {
-        let sum = self.x * other.x;
-        let sum = self.y.mul_add(other.y, sum);
-        let sum = self.z.mul_add(other.z, sum);
-        self.w.mul_add(other.w, sum)
+        // In two halves, which do not wait for each other.
+        self.y.mul_add(other.y, self.x * other.x) + self.w.mul_add(other.w, self.z * other.z)
     }
 
     #[inline(always)]
@@ -96,20 +94,20 @@ impl<L: Lanes> Window<L> {
     /// `None` where the lanes are not within [`Lanes::COUNT`] intervals of each other.
     #[inline(always)]
     pub(super) fn new(span: &Span, interval: L) -> Option<Self> {
-        // Those that are slower than the first fall behind it, those that are faster run ahead.
-        let behind = (L::COUNT / 4).min(span.intervals - 1);
-        let first = interval.first() as usize;
-        let start = match first.checked_sub(behind) {
-            Some(start) => start,
-            None => first + span.intervals - behind,
-        };
-        let ahead = interval - L::splat(start as f32);
-        let places = wrapped(ahead, L::splat(span.intervals as f32));
+        // From the lane that is furthest behind; the first lane is only near it.
+        let length = L::splat(span.intervals as f32);
+        let first = interval.first();
+        let half = L::splat((span.intervals / 2) as f32);
+        let ahead = wrapped(interval - L::splat(first) + half, length);
+        let least = ahead.least();
+        let places = ahead - L::splat(least);
         if !places.all_below(L::COUNT as f32) {
             return None;
         }
+        let start = first as usize + least as usize + span.intervals - span.intervals / 2;
+        let start = if start < span.intervals { start } else { start - span.intervals };
         Some(Self {
-            start: span.base + start,
+            start: span.base + start.min(span.intervals - 1),
             stride: span.stride,
             places: places.truncated(),
         })

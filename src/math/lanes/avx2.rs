@@ -128,6 +128,17 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn least(self) -> f32 {
+        // SAFETY: the machine has AVX.
+        unsafe {
+            let high = _mm256_extractf128_ps::<1>(self.0);
+            let four = _mm_min_ps(_mm256_castps256_ps128(self.0), high);
+            let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
+        }
+    }
+
+    #[inline(always)]
     fn all_below(self, bound: f32) -> bool {
         // SAFETY: the machine has AVX.
         unsafe {

@@ -119,6 +119,12 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn least(self) -> f32 {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_reduce_min_ps(self.0) }
+    }
+
+    #[inline(always)]
     fn all_below(self, bound: f32) -> bool {
         // SAFETY: the machine has AVX-512F.
         unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)) == u16::MAX }

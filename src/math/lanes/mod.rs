@@ -75,6 +75,8 @@ pub(crate) trait Lanes:
     fn copy_sign(self, sign: Self) -> Self;
     /// The number in the first lane.
     fn first(self) -> f32;
+    /// The least number of all lanes; none may be NaN.
+    fn least(self) -> f32;
     /// Whether every lane is below `bound`; false where one is NaN.
     fn all_below(self, bound: f32) -> bool;
 

@@ -121,6 +121,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn least(self) -> f32 {
+        self.0.iter().fold(self.0[0], |least, &value| if value < least { value } else { least })
+    }
+
+    #[inline(always)]
     fn all_below(self, bound: f32) -> bool {
         self.0
             .iter()

@@ -50,6 +50,7 @@ impl Kernel for Everything<'_> {
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
         keep(&|_| L::splat(f32::from(u8::from(all_below) + 2 * u8::from(some_above))));
         keep(&|_| L::splat(a(0).first()));
+        keep(&|part| L::splat(a(part).least()).min(L::splat(a(L::PARTS - 1 - part).least())));
         out.extend(L::transpose(self.numbers.each_ref()));
         out
     }
