@@ -41,21 +41,33 @@ fn a_plain(bencher: Bencher<'_, '_>, isa: Isa) {
     let (clip, characters) = scene.plain();
     let mut out = vec![glam::Affine3A::IDENTITY; scene.joints()];
     let mut now = 0.0;
-    bencher.counter(ItemsCount::new(scene.joints())).bench_local(|| {
-        now += 1.0 / 60.0;
-        isa.run(|| clip.pose(&characters, now, &mut out));
-    });
+    bencher
+        .counter(ItemsCount::new(scene.joints()))
+        .bench_local(|| {
+            now += 1.0 / 60.0;
+            isa.run(|| clip.pose(&characters, now, &mut out));
+        });
 }
 
 #[divan::bench(args = available())]
 fn b_matrices(bencher: Bencher<'_, '_>, isa: Isa) {
-    let settings = CrowdSettings { isa, ..CrowdSettings::default() };
+    let settings = CrowdSettings {
+        isa,
+        ..CrowdSettings::default()
+    };
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
 #[divan::bench(args = available())]
 fn c_rotations(bencher: Bencher<'_, '_>, isa: Isa) {
-    let output = Output { form: Form::Rotations, ..Output::default() };
-    let settings = CrowdSettings { isa, output, ..CrowdSettings::default() };
+    let output = Output {
+        form: Form::Rotations,
+        ..Output::default()
+    };
+    let settings = CrowdSettings {
+        isa,
+        output,
+        ..CrowdSettings::default()
+    };
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }

@@ -26,16 +26,27 @@ impl PlainClip {
     pub(crate) fn new(motion: &LevelMotion) -> Self {
         let parents = motion.parents.iter();
         let frames = 0..motion.frames;
-        let rotations = frames
-            .clone()
-            .flat_map(|frame| motion.tracks.iter().map(move |track| track.rotations[frame]));
+        let rotations = frames.clone().flat_map(|frame| {
+            motion
+                .tracks
+                .iter()
+                .map(move |track| track.rotations[frame])
+        });
         Self {
-            parents: parents.map(|parent| usize::from(parent.unwrap_or(0))).collect(),
+            parents: parents
+                .map(|parent| usize::from(parent.unwrap_or(0)))
+                .collect(),
             frames: motion.frames,
             frame_rate: motion.frame_rate,
             rotations: rotations.collect(),
-            roots: frames.map(|frame| motion.tracks[0].translations.at(frame)).collect(),
-            offsets: motion.tracks.iter().map(|track| track.translations.at(0)).collect(),
+            roots: frames
+                .map(|frame| motion.tracks[0].translations.at(frame))
+                .collect(),
+            offsets: motion
+                .tracks
+                .iter()
+                .map(|track| track.translations.at(0))
+                .collect(),
         }
     }
 

@@ -10,7 +10,7 @@ use super::bank::{Bank, Span};
 use super::form::{Matrices, Posture, Rotations};
 use super::group::Group;
 use super::output::{Form, Layout, Memory, Output, row_lines, turn_joints, turn_lines};
-use super::sample::{Columns, Moment, Playing, Scattered, Source, Window};
+use super::sample::{Columns, Playing, Scattered, Source, Window};
 use crate::math::{Kernel, Lanes, Line};
 
 /// Groups that play one clip on one level.
@@ -29,16 +29,12 @@ pub(super) struct Run<'a> {
     pub(super) scratch: &'a mut Vec<Line>,
 }
 
-/// A line is taken in two parts at most.
-const PARTS: usize = 2;
-
 impl Kernel for Run<'_> {
-    /// How many groups were not near enough in time to share their loads.
+    /// How many parts of groups were not near enough in time to share their loads.
     type Out = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        const { assert!(L::PARTS <= PARTS) };
         let streamed = self.output.memory == Memory::Streamed;
         let apart = match self.output.form {
             Form::Matrices => self.pose::<L, Matrices>(),
@@ -57,149 +53,145 @@ impl Run<'_> {
         let joints = self.bank.joints.len();
         let lines = self.output.lines(joints);
         self.scratch.resize(joints * P::NUMBERS, Line::ZERO);
-        let length = L::splat(self.span.intervals as f32);
-        let fading = self.fading.then_some(self.now);
         let mut apart = 0;
         for (group, out) in self.groups.iter().zip(self.out.chunks_exact_mut(lines)) {
-            let mut posing = Posing::<P> {
-                bank: self.bank,
-                placement: P::Model::zeroed(),
-                models: bytemuck::cast_slice_mut(self.scratch),
-                out,
-                output: self.output,
-            };
             for part in 0..L::PARTS {
-                P::placed(&group.placement::<L>(part), &mut posing.placement, part);
-            }
-            // The second is the first again where a line has one part.
-            let last = L::PARTS - 1;
-            let moments = [
-                group.clock.moment(0, self.now, length),
-                group.clock.moment(last, self.now, length),
-            ];
-            let windows = (
-                Window::new(self.span, moments[0].interval),
-                Window::new(self.span, moments[1].interval),
-            );
-            if let (Some(first), Some(second)) = windows {
-                posing.group(group, fading, moments, [first, second]);
-            } else {
-                apart += 1;
-                let columns = [
-                    Scattered::new(self.span, moments[0].interval),
-                    Scattered::new(self.span, moments[1].interval),
-                ];
-                posing.group(group, fading, moments, columns);
+                let mut posing = Posing::<P> {
+                    bank: self.bank,
+                    models: bytemuck::cast_slice_mut(self.scratch),
+                    out: &mut *out,
+                    output: self.output,
+                    part,
+                };
+                let length = L::splat(self.span.intervals as f32);
+                let moment = group.clock.moment(part, self.now, length);
+                let fading = self.fading.then_some(self.now);
+                if let Some(columns) = Window::<L>::new(self.span, moment.interval) {
+                    posing.play(group, Playing::new(columns, moment.share), fading);
+                } else {
+                    apart += 1;
+                    let columns = Scattered::<L>::new(self.span, moment.interval);
+                    posing.play(group, Playing::new(columns, moment.share), fading);
+                }
             }
         }
         apart
     }
 }
 
-/// One group and where it goes.
+/// One part of a group, and where it goes.
 struct Posing<'a, P: Posture> {
     bank: &'a Bank,
-    placement: P::Model,
     models: &'a mut [P::Model],
     out: &'a mut [Line],
     output: Output,
+    part: usize,
 }
 
 impl<P: Posture> Posing<'_, P> {
+    /// `fading`: the crowd's clock, where some have second clips.
     #[inline(always)]
-    fn group<L: Lanes, C: Columns<L> + Copy>(
+    fn play<L: Lanes, C: Columns<L>>(
         &mut self,
         group: &Group,
+        first: Playing<L, C>,
         fading: Option<f32>,
-        moments: [Moment<L>; PARTS],
-        columns: [C; PARTS],
     ) {
-        let first = [
-            Playing::new(columns[0], moments[0].share),
-            Playing::new(columns[1], moments[1].share),
-        ];
-        if let Some(now) = fading {
-            let fade = &group.fade;
-            self.joints([
-                fade.mixed(first[0], 0, now),
-                fade.mixed(first[1], L::PARTS - 1, now),
-            ]);
-        } else {
-            self.joints(first);
+        let mut placement = P::Model::zeroed();
+        P::placed(&group.placement::<L>(self.part), &mut placement, self.part);
+        match fading {
+            None => self.joints(&placement, first),
+            Some(now) => self.joints(&placement, group.fade.mixed(first, self.part, now)),
         }
     }
 
-    /// All joints, parents first, and out with them.
+    /// All joints, parents first, and out with them when all parts are there.
     #[inline(always)]
-    fn joints<L: Lanes, S: Source<L>>(&mut self, sources: [S; PARTS]) {
+    fn joints<L: Lanes, S: Source<L>>(&mut self, placement: &P::Model, source: S) {
+        let chain = Chain::<P> {
+            bank: self.bank,
+            placement,
+            part: self.part,
+        };
+        let is_whole = self.part + 1 == L::PARTS;
         match (self.output.layout, self.output.memory) {
             (Layout::Blocks, Memory::Cached) => {
                 // The output itself is where children find their parents.
                 let models = bytemuck::cast_slice_mut(self.out);
-                chain::<L, P, S>(self.bank, &self.placement, sources, models, |_, _| {});
+                chain.pose(source, models, |_, _| {});
             }
             (Layout::Blocks, Memory::Streamed) => {
                 let out = bytemuck::cast_slice_mut(self.out);
-                chain::<L, P, S>(
-                    self.bank,
-                    &self.placement,
-                    sources,
+                chain.pose(
+                    source,
                     self.models,
                     #[inline(always)]
-                    |models, joint| stream_block::<L, P>(&models[joint], &mut out[joint]),
+                    |models, joint| {
+                        if is_whole {
+                            stream_block::<L, P>(&models[joint], &mut out[joint]);
+                        }
+                    },
                 );
             }
             (Layout::Rows, memory) => {
-                let mut rows = Rows { out: &mut *self.out, memory };
-                chain::<L, P, S>(
-                    self.bank,
-                    &self.placement,
-                    sources,
+                let mut rows = Rows {
+                    out: &mut *self.out,
+                    memory,
+                };
+                chain.pose(
+                    source,
                     self.models,
                     #[inline(always)]
-                    |models, joint| rows.write::<L, P>(models, joint),
+                    |models, joint| {
+                        if is_whole {
+                            rows.write::<L, P>(models, joint);
+                        }
+                    },
                 );
             }
         }
     }
 }
 
-/// The chain of joints: each from its parent. `done` is told of each.
-#[inline(always)]
-fn chain<L: Lanes, P: Posture, S: Source<L>>(
-    bank: &Bank,
-    placement: &P::Model,
-    mut sources: [S; PARTS],
-    models: &mut [P::Model],
-    mut done: impl FnMut(&[P::Model], usize),
-) {
-    let models = &mut models[..bank.joints.len()];
-    let Some((root, others)) = bank.joints.split_first() else {
-        return;
-    };
-    // What a joint is without its parent is computed one joint ahead: it is a long way from the keys
-    // to there, and the joint before has much to do meanwhile.
-    let mut ahead = others.iter();
-    let mut ready = [P::ready(sources[0].next(&bank.words, root)); PARTS];
-    for part in 1..L::PARTS {
-        ready[part] = P::ready(sources[part].next(&bank.words, root));
-    }
-    for (index, joint) in bank.joints.iter().enumerate() {
-        let (above, rest) = models.split_at_mut(index);
-        let above = match joint.parent {
-            Some(parent) => &above[usize::from(parent)],
-            None => placement,
+/// The joints of one part of a group.
+struct Chain<'a, P: Posture> {
+    bank: &'a Bank,
+    placement: &'a P::Model,
+    part: usize,
+}
+
+impl<P: Posture> Chain<'_, P> {
+    /// Each joint from its parent. `done` is told of each.
+    ///
+    /// What a joint is without its parent is computed one joint ahead: it is a long way from the
+    /// keys to there, and the joint before has much to do meanwhile.
+    #[inline(always)]
+    fn pose<L: Lanes, S: Source<L>>(
+        &self,
+        mut source: S,
+        models: &mut [P::Model],
+        mut done: impl FnMut(&[P::Model], usize),
+    ) {
+        let Bank { joints, words, .. } = self.bank;
+        let models = &mut models[..joints.len()];
+        let mut ahead = joints.iter();
+        let Some(root) = ahead.next() else {
+            return;
         };
-        let now = ready;
-        if let Some(next) = ahead.next() {
-            for part in 0..L::PARTS {
-                ready[part] = P::ready(sources[part].next(&bank.words, next));
+        let mut next = P::ready(source.next(words, root));
+        for (index, joint) in joints.iter().enumerate() {
+            let ready = next;
+            if let Some(joint) = ahead.next() {
+                next = P::ready(source.next(words, joint));
             }
+            let (above, rest) = models.split_at_mut(index);
+            let above = match joint.parent {
+                Some(parent) => &above[usize::from(parent)],
+                None => self.placement,
+            };
+            P::compose(above, ready, &mut rest[0], self.part);
+            done(models, index);
         }
-        for part in 0..L::PARTS {
-            P::compose(above, now[part], &mut rest[0], part);
-        }
-        done(models, index);
     }
 }
 

@@ -105,7 +105,11 @@ impl<L: Lanes> Window<L> {
             return None;
         }
         let start = first as usize + least as usize + span.intervals - span.intervals / 2;
-        let start = if start < span.intervals { start } else { start - span.intervals };
+        let start = if start < span.intervals {
+            start
+        } else {
+            start - span.intervals
+        };
         Some(Self {
             start: span.base + start.min(span.intervals - 1),
             stride: span.stride,

@@ -122,7 +122,10 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn least(self) -> f32 {
-        self.0.iter().fold(self.0[0], |least, &value| if value < least { value } else { least })
+        self.0.iter().fold(
+            self.0[0],
+            |least, &value| if value < least { value } else { least },
+        )
     }
 
     #[inline(always)]
