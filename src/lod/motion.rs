@@ -73,9 +73,7 @@ impl Translations {
 /// A clip or a level that is not of this skeleton.
 pub fn rehang(skeleton: &Skeleton, clip: &Clip, level: &Level) -> Result<LevelMotion, LodError> {
     check(skeleton, clip)?;
-    if let Some(joint) = level.kept.iter().find(|id| id.index() >= skeleton.len()) {
-        return Err(LodError::Level(joint.0));
-    }
+    level.check(skeleton)?;
     let tracks = level.kept.iter().zip(&level.parents).map(|(&id, parent)| {
         let above = parent.map(|parent| level.kept[usize::from(parent)]);
         track(skeleton, clip, (id, above))

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use glam::{DVec3, Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
 use sabaki::io::{ReadOptions, read_clip};
 
 use super::random::Random;
@@ -111,4 +111,39 @@ pub fn each_capture(folder: &str) -> Option<Vec<(Skeleton, Clip)>> {
         (loaded.skeleton, loaded.clip)
     };
     Some(files.iter().map(read).collect())
+}
+
+/// The points of each joint in its own frame: itself, and of each bone the far end (in the mean) and the corners of the box
+/// around all within `skin` of it.
+pub fn points_of(skeleton: &Skeleton, frames: &[Vec<JointTransform>], skin: f32) -> Vec<Vec<Vec3>> {
+    let points = |joint: JointId| {
+        let mut points = vec![Vec3::ZERO];
+        let mut add_box = |end: DVec3, along: DVec3| {
+            let (u, v) = along.any_orthonormal_pair();
+            for (start, way) in [(DVec3::ZERO, -along), (end, along)] {
+                for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                    points.push((start + f64::from(skin) * (way + x * u + y * v)).as_vec3());
+                }
+            }
+        };
+        let mut ends = Vec::new();
+        for child in skeleton.children(joint) {
+            let seen = |joints: &Vec<JointTransform>| {
+                let at = joints[child.index()].translation - joints[joint.index()].translation;
+                (joints[joint.index()].rotation.inverse() * at).as_dvec3()
+            };
+            let end = frames.iter().map(seen).sum::<DVec3>() / frames.len() as f64;
+            let end = (end * 1e6).round() * 1e-6 + DVec3::ZERO;
+            if end.length() > 1e-4 {
+                add_box(end, end.normalize());
+                ends.push(end.as_vec3());
+            }
+        }
+        if ends.is_empty() {
+            add_box(DVec3::ZERO, DVec3::X);
+        }
+        points.extend(ends);
+        points
+    };
+    skeleton.ids().map(points).collect()
 }

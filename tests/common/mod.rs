@@ -19,6 +19,7 @@ pub mod maps;
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
 pub mod plain_bvh;
+pub mod plain_gltf;
 pub mod random;
 pub mod shapes;
 pub mod small;
