@@ -8,7 +8,7 @@ use crate::math::{Lanes, Line};
 /// How joints follow from their parents, and what is written of them.
 pub(super) trait Posture {
     /// A joint of sixteen characters: a line of each of its numbers.
-    type Model: Pod + AsRef<[Line]> + AsMut<[Line]>;
+    type Model: Pod + AsRef<[Line]>;
 
     /// Numbers of a joint.
     const NUMBERS: usize = size_of::<Self::Model>() / size_of::<Line>();

@@ -113,43 +113,24 @@ impl<P: Posture> Posing<'_, P> {
             placement,
             part: self.part,
         };
-        let is_whole = self.part + 1 == L::PARTS;
-        match (self.output.layout, self.output.memory) {
-            (Layout::Blocks, Memory::Cached) => {
-                // The output itself is where children find their parents.
-                let models = bytemuck::cast_slice_mut(self.out);
-                chain.pose(source, models, |_, _| {});
-            }
-            (Layout::Blocks, Memory::Streamed) => {
-                let out = bytemuck::cast_slice_mut(self.out);
-                chain.pose(
-                    source,
-                    self.models,
-                    #[inline(always)]
-                    |models, joint| {
-                        if is_whole {
-                            stream_block::<L, P>(&models[joint], &mut out[joint]);
-                        }
-                    },
-                );
-            }
-            (Layout::Rows, memory) => {
-                let mut rows = Rows {
-                    out: &mut *self.out,
-                    memory,
-                };
-                chain.pose(
-                    source,
-                    self.models,
-                    #[inline(always)]
-                    |models, joint| {
-                        if is_whole {
-                            rows.write::<L, P>(models, joint);
-                        }
-                    },
-                );
-            }
+        if (self.output.layout, self.output.memory) == (Layout::Blocks, Memory::Cached) {
+            // The output itself is where children find their parents.
+            let models = bytemuck::cast_slice_mut(self.out);
+            chain.pose(source, models, |_, _| {});
+            return;
         }
+        let (is_whole, output) = (self.part + 1 == L::PARTS, self.output);
+        let out = &mut *self.out;
+        chain.pose(
+            source,
+            self.models,
+            #[inline(always)]
+            |models, joint| match output.layout {
+                _ if !is_whole => {}
+                Layout::Blocks => stream_block::<L, P>(&models[joint], block::<P>(out, joint)),
+                Layout::Rows => write_rows::<L, P>(models, joint, (&mut *out, output.memory)),
+            },
+        );
     }
 }
 
@@ -195,49 +176,51 @@ impl<P: Posture> Chain<'_, P> {
     }
 }
 
+/// The lines of one joint in the output of a group.
 #[inline(always)]
-fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut P::Model) {
-    for (from, to) in from.as_ref().iter().zip(to.as_mut()) {
+fn block<P: Posture>(out: &mut [Line], joint: usize) -> &mut [Line] {
+    &mut out[joint * P::NUMBERS..][..P::NUMBERS]
+}
+
+#[inline(always)]
+fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut [Line]) {
+    for (from, to) in from.as_ref().iter().zip(to) {
         for part in 0..L::PARTS {
             L::load(from, part).stream(to, part);
         }
     }
 }
 
-/// The rows of a group's characters.
-struct Rows<'a> {
-    out: &'a mut [Line],
-    memory: Memory,
-}
-
-impl Rows<'_> {
-    /// Writes the whole lines that end with this joint.
-    #[inline(always)]
-    fn write<L: Lanes, P: Posture>(&mut self, models: &[P::Model], joint: usize) {
-        let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
-        if (joint + 1) % of_turn != 0 && joint + 1 != models.len() {
-            return;
-        }
-        let turn = joint / of_turn;
-        let row = row_lines::<P>(models.len());
-        for line in 0..lines {
-            let mut numbers = [&Line::ZERO; Line::LANES];
-            for (index, number) in numbers.iter_mut().enumerate() {
-                let place = line * Line::LANES + index;
-                if let Some(model) = models.get(turn * of_turn + place / P::ROW)
-                    && let Some(found) = model.as_ref().get(place % P::ROW)
-                {
-                    *number = found;
-                }
+/// Writes the whole lines of all rows that end with this joint.
+#[inline(always)]
+fn write_rows<L: Lanes, P: Posture>(
+    models: &[P::Model],
+    joint: usize,
+    (out, memory): (&mut [Line], Memory),
+) {
+    let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
+    if (joint + 1) % of_turn != 0 && joint + 1 != models.len() {
+        return;
+    }
+    let turn = joint / of_turn;
+    let row = row_lines::<P>(models.len());
+    for line in 0..lines {
+        let mut numbers = [&Line::ZERO; Line::LANES];
+        for (index, number) in numbers.iter_mut().enumerate() {
+            let place = line * Line::LANES + index;
+            if let Some(model) = models.get(turn * of_turn + place / P::ROW)
+                && let Some(found) = model.as_ref().get(place % P::ROW)
+            {
+                *number = found;
             }
-            let turned = L::transpose(numbers);
-            let to = self.out[turn * lines + line..].iter_mut().step_by(row);
-            for (from, to) in turned.iter().zip(to) {
-                for part in 0..L::PARTS {
-                    match self.memory {
-                        Memory::Cached => L::load(from, part).store(to, part),
-                        Memory::Streamed => L::load(from, part).stream(to, part),
-                    }
+        }
+        let turned = L::transpose(numbers);
+        let to = out[turn * lines + line..].iter_mut().step_by(row);
+        for (from, to) in turned.iter().zip(to) {
+            for part in 0..L::PARTS {
+                match memory {
+                    Memory::Cached => L::load(from, part).store(to, part),
+                    Memory::Streamed => L::load(from, part).stream(to, part),
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use super::{Lanes, Line};
 
-const COUNT: usize = 8;
+const COUNT: usize = 4;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
