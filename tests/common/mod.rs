@@ -8,6 +8,7 @@ pub mod answer;
 pub mod baked;
 pub mod captures;
 pub mod clips;
+pub mod crowd;
 #[cfg(feature = "vulkan")]
 pub mod cull;
 #[cfg(feature = "vulkan")]
