@@ -20,7 +20,8 @@ pub enum Judging {
     /// What the choice needs: candidates that the maps remove are left out as long as there is a
     /// clean one among the others, and a candidate that could not win even with no distance at all
     /// is not tested (with a weight of distance below 0 every one is). Evasions are tested on what
-    /// is known of them beforehand; the winner once more, on its very motion.
+    /// is known of them beforehand, what only moves at every fourth sample first; the winner once more,
+    /// on its very motion.
     Needed,
     /// Every candidate, posed sample by sample over the whole attack, whatever the maps say: the
     /// culling path `exact`, which all others are held to.

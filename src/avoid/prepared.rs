@@ -4,8 +4,9 @@
 //! was hit. Here the exact test has the last word on every candidate that the maps let pass; where
 //! none of them is clean, on those that the maps removed as well, and where a node's grid holds
 //! nothing clean, the search goes on outside of it. So an answer is a hit only where every
-//! candidate is, whatever the maps said. The price is paid in just those queries: an exact test of
-//! each removed candidate, up to its first hit, and the wider search.
+//! candidate is, whatever the maps said: what is called a hit was found to be one where the body truly
+//! is at that time, and what is chosen as clean is tested on its very motion. The price is paid in just
+//! those queries: an exact test of each removed candidate, up to its first hit, and the wider search.
 
 use super::Query;
 use super::answer::{Answer, Decision, Source};

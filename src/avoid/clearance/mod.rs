@@ -58,8 +58,9 @@ pub enum Sampling {
     /// At each sample that the attack may be near.
     #[default]
     Each,
-    /// At every fourth one first, and at those between where it is near then. A body that leaves the
-    /// straight way between two of these by more than 2.5 cm may be taken for cleaner than it is.
+    /// At every fourth one first, and at those between where it is near then. What it calls a hit is
+    /// one; a body that leaves the straight way between two of these by more than 2.5 cm may be taken
+    /// for cleaner than it is.
     CoarseFirst,
 }
 

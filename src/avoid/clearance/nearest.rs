@@ -34,6 +34,18 @@ impl Ball {
         from as f32 + (to - from) as f32 * share
     }
 
+    /// It at either of the two samples, where its way reaches so far.
+    pub(super) fn at_ends(&self) -> impl Iterator<Item = Option<Self>> + '_ {
+        [0, 1].into_iter().map(|end| {
+            let share = self.shares[end];
+            (share == end as f32).then(|| Self {
+                centres: [self.centres[end]; 2],
+                radii: [self.radii[end]; 2],
+                shares: [share; 2],
+            })
+        })
+    }
+
     /// The smallest distance from spheres that hold the whole body at the two samples: less than
     /// that from any part of it.
     pub(super) fn distance_to_spheres(&self, bounds: [(Vec3, f32); 2]) -> f32 {

@@ -191,7 +191,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The distance on a stretch as if the body went straight from its start to its end. Where that
-    /// is so deep a hit that it must be one, and no more is asked, it is taken for the answer.
+    /// is a hit, it often is one at either end as well, where the body truly is: then no more is asked.
     fn approach(
         &mut self,
         tick: usize,
@@ -206,13 +206,18 @@ impl<'a> Sweep<'a> {
         let Some(nearest) = spheres.nearest(&ball, samples.count(), limit) else {
             return limit;
         };
-        let at_least = nearest.metres + STRAY;
-        if at_least < 0.0 && at_least < self.extent.enough {
-            self.best = Clearance {
-                metres: at_least,
-                time: origin + ball.tick(ends, nearest.share) / SAMPLE_RATE,
-                body_sphere: nearest.sphere,
-            };
+        if nearest.metres < self.extent.enough {
+            for (still, tick) in ball.at_ends().zip(ends) {
+                let met = still
+                    .and_then(|still| spheres.nearest(&still, samples.count(), self.best.metres));
+                if let Some(met) = met {
+                    self.best = Clearance {
+                        metres: met.metres,
+                        time: origin + tick as f32 / SAMPLE_RATE,
+                        body_sphere: met.sphere,
+                    };
+                }
+            }
         }
         nearest.metres
     }
