@@ -146,7 +146,10 @@ impl Opened {
 
     fn make_compute(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
         let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        let desc = compute::CullerDesc::new("compute", atlas);
+        let desc = compute::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..compute::CullerDesc::new("compute", atlas)
+        };
         let made = headless.make(|context, memory| compute::Culler::new(context, memory, &desc));
         self.compute.push(made?);
         Ok(self.compute.len() - 1)
