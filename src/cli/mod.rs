@@ -5,6 +5,7 @@ mod chart;
 mod compare;
 mod coverage;
 mod crossover;
+mod crowd;
 mod culling;
 mod demo;
 mod doctor;
@@ -64,6 +65,8 @@ enum Command {
     Coverage(coverage::Args),
     /// Joint energies, levels of detail, their errors, and from where on they are drawn.
     Lod(lod::Args),
+    /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
+    Crowd(crowd::Args),
     /// What a file holds: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
@@ -88,6 +91,7 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
         Some(Command::Lod(args)) => lod::run(&args, cli.json),
+        Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };

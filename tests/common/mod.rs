@@ -8,8 +8,11 @@ pub mod answer;
 pub mod baked;
 pub mod captures;
 pub mod clips;
+pub mod crowd;
 #[cfg(feature = "vulkan")]
 pub mod cull;
+#[cfg(feature = "vulkan")]
+pub(crate) mod cull_cases;
 #[cfg(feature = "vulkan")]
 mod device;
 pub mod lod;

@@ -59,7 +59,7 @@ pub struct Counted {
     pub evasion: bool,
     /// Whether a candidate is done with as soon as its body overlap is above 0, where that is a hit
     /// for certain: nothing else of it matters then, and all its counts may be less than they would be.
-    /// The CPU saves time by it, a device does not look.
+    /// The CPU and the compute path save time by it, the stencil path does not look.
     pub up_to_hits: bool,
 }
 
@@ -70,6 +70,13 @@ impl Counted {
         outer: true,
         evasion: true,
         up_to_hits: false,
+    };
+
+    /// What is hit for certain, and no more.
+    const BODY: Self = Self {
+        outer: false,
+        evasion: false,
+        ..Self::ALL
     };
 
     /// What a query's choice needs: a candidate that the attack misses for certain has to be tested
