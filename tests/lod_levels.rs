@@ -7,7 +7,9 @@ use common::captures::captures;
 use common::lod::{each_capture, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
-use sabaki::anim::{Clip, ClipDesc, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{
+    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+};
 use sabaki::lod::{
     Carrier, EnergySettings, Level, LevelSettings, Levels, LodError, Order, joint_energies,
 };
@@ -36,6 +38,21 @@ fn drawn(level: &Level, joints: &[JointTransform], id: JointId, point: Vec3) -> 
     let seat = level.seats[id.index()];
     let carrier = joints[level.kept[usize::from(seat.carrier)].index()];
     carrier.point(seat.offset.point(point))
+}
+
+/// The clip that a level makes of another is what the level draws.
+fn check_drawn(skeleton: &Skeleton, clip: &Clip, level: &Level) {
+    let shown = frames(skeleton, &level.drawn(skeleton, clip).unwrap());
+    for (joints, shown) in frames(skeleton, clip).iter().zip(shown) {
+        for id in skeleton.ids() {
+            let expected = drawn(level, joints, id, Vec3::ZERO);
+            assert!(shown[id.index()].translation.distance(expected) < 2e-5);
+            if skeleton.joint(id).kind == JointKind::Moving {
+                let expected = drawn(level, joints, id, Vec3::X);
+                assert!(shown[id.index()].point(Vec3::X).distance(expected) < 2e-5);
+            }
+        }
+    }
 }
 
 /// Errors of all levels straight from what they mean, against what the levels say.
@@ -150,6 +167,9 @@ fn errors_are_what_they_say() {
             };
             let levels = build(&skeleton, &clip, &settings);
             check_errors(&skeleton, &clip, &levels, settings.skin);
+            for level in &levels.levels {
+                check_drawn(&skeleton, &clip, level);
+            }
         }
     }
 }

@@ -110,7 +110,8 @@ fn the_mean_error_asks_for_no_more_than_the_greatest() {
             worst = worst.max(level.error.mean);
             let (mean, greatest) = (mean.bands()[index - 1], greatest.bands()[index - 1]);
             assert!(mean.end <= greatest.end);
-            if worst > 0.0 {
+            // Less is lost in the rounding of distances.
+            if worst > 1e-4 {
                 let view = View::default();
                 let error = view.pixels(worst, mean.start - levels.reach);
                 assert!(error <= 2.0 * 1.001, "{error}");

@@ -60,6 +60,9 @@ pub(crate) struct Args {
     /// Whether that is the greatest error of any point in any frame, or the mean.
     #[arg(long, value_enum, default_value = "greatest")]
     measure: MeasureArg,
+    /// Write the first clip as every level draws it, each an animation (GLB), to look at with any viewer.
+    #[arg(long, value_name = "FILE")]
+    export: Option<PathBuf>,
     /// Draw errors and distances (PNG).
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -124,6 +127,16 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         settings: switching,
     };
     let report = report.measured().map_err(usage)?;
+    if let Some(path) = &args.export {
+        let clips = report.drawn().map_err(usage)?;
+        let skeleton = &report.source.skeleton;
+        io::write_whole(path, |file| io::gltf::write(file, skeleton, &clips)).map_err(
+            |source| Failure::Write {
+                path: path.clone(),
+                source,
+            },
+        )?;
+    }
     if let Some(path) = &args.plot {
         report.plot().write(path)?;
     }

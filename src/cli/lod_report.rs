@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use indicatif::ProgressIterator;
+use sabaki::anim::Clip;
 use sabaki::lod::{Level, Levels, LodError, Order, Rule, SwitchSettings, Switching};
 use serde_json::{Value, json};
 
@@ -56,6 +57,22 @@ impl Report {
     fn name(&self, level: &Level) -> &str {
         let joint = level.removed.map(|id| self.source.skeleton.joint(id));
         joint.map_or("", |joint| joint.name.as_str())
+    }
+
+    /// The first clip as every level draws it.
+    pub(crate) fn drawn(&self) -> Result<Vec<Clip>, LodError> {
+        let (skeleton, clip) = (&self.source.skeleton, &self.source.clips[0]);
+        let levels = self.levels.levels.iter().enumerate();
+        levels
+            .map(|(index, level)| {
+                let mut desc = level.drawn(skeleton, clip)?.desc().clone();
+                desc.name = match level.removed {
+                    Some(_) => format!("level {index}, without {}", self.name(level)),
+                    None => "level 0".to_owned(),
+                };
+                Ok(Clip::new(skeleton, desc)?)
+            })
+            .collect()
     }
 
     fn seconds(&self) -> f64 {

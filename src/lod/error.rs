@@ -1,5 +1,7 @@
 use thiserror::Error;
 
+use crate::anim::ClipError;
+
 /// Why there are no levels of this skeleton and these clips.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LodError {
@@ -19,6 +21,9 @@ pub enum LodError {
     /// A level is not of this skeleton.
     #[error("the level keeps joint {0}, which the skeleton does not have")]
     Level(u16),
+    /// What is drawn is no clip: as a rule, places out of all range.
+    #[error(transparent)]
+    Clip(#[from] ClipError),
     /// No clip was given.
     #[error("levels of detail need a clip at least")]
     NoClips,

@@ -127,7 +127,13 @@ impl Level {
                 return Err(LodError::Level(id.0));
             }
         }
-        Ok(())
+        let seats = self.seats.iter().zip(skeleton.ids());
+        let wrong = { seats }.find(|(seat, _)| usize::from(seat.carrier) >= self.kept.len());
+        match wrong {
+            Some((_, id)) => Err(LodError::Level(id.0)),
+            None if self.seats.len() == skeleton.len() => Ok(()),
+            None => Err(LodError::Level(self.seats.len() as u16)),
+        }
     }
 
     /// Of each of the skeleton's `joints`, where it stands in `kept`.

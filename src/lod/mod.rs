@@ -10,6 +10,7 @@ mod blend;
 mod budget;
 mod build;
 mod displacement;
+mod drawn;
 mod energy;
 mod error;
 

@@ -9,12 +9,15 @@ use super::run::{clips, folder, sabaki};
 fn the_levels_of_a_clip_are_told_and_drawn() {
     let folder = folder();
     let (path, _) = clips();
-    let args = ["lod", path, "--plot", "lod.png"];
+    let args = ["lod", path, "--plot", "lod.png", "--export", "lod.glb"];
     let told = sabaki(folder.path(), &args).is(0);
     for word in ["removed", "energy J", "L = ", "without\nblending"] {
         assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
     }
     assert_is_png(&folder.path().join("lod.png"));
+    let file = sabaki::io::read_gltf(&folder.path().join("lod.glb")).unwrap();
+    assert_eq!(file.animations().len(), 19);
+    assert_eq!(file.animations()[0].name, "level 0");
 }
 
 fn levels(document: &Value) -> Vec<Value> {
