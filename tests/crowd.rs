@@ -270,7 +270,11 @@ fn what_is_no_number_is_the_start() {
     }
     let plain = characters.iter().map(|character| Character {
         time: 0.0,
-        speed: 0.0,
+        speed: if character.speed.is_finite() {
+            character.speed
+        } else {
+            0.0
+        },
         ..*character
     });
     let plain: Vec<Character> = plain.collect();

@@ -64,7 +64,7 @@ pub struct Character {
     /// Where in the clip it is, seconds; any number: it counts from the clip's start again at its
     /// end. NaN and infinities are the start.
     pub time: f32,
-    /// Seconds of the clip for each second; 0 stands still, below 0 goes backwards.
+    /// Seconds of the clip for each second; 0 stands still, as what is no finite number does; below 0 goes backwards.
     pub speed: f32,
     /// Where it stands.
     pub placement: Placement,

@@ -162,8 +162,9 @@ impl Clock {
         speed: Line::ZERO,
     };
 
-    /// `at` and `speed` in intervals, when the crowd's clock stands at `now`.
+    /// `at` and `speed` in intervals, when the crowd's clock stands at `now`; 0 for what is no finite number.
     pub(super) fn set(&mut self, lane: usize, at: f32, speed: f32, now: f32) {
+        let [at, speed] = [at, speed].map(|value| if value.is_finite() { value } else { 0.0 });
         self.start.0[lane] = at - speed * now;
         self.speed.0[lane] = speed;
     }
