@@ -13,7 +13,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use sabaki::{
     avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, TimedDisc, cpu},
     gpu::{
-        Context, ContextDesc, GpuAllocatorMemory,
+        Context, ContextDesc, GpuAllocatorMemory, Terms,
         stencil::{Culler, CullerDesc},
     },
     math::Rigid2,
@@ -46,11 +46,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
         let info = vk::InstanceCreateInfo::default().application_info(&application);
         let instance = entry.create_instance(&info, None)?;
+        let terms = Terms::default();
         let devices = instance.enumerate_physical_devices()?;
-        let usable =
-            |device: &vk::PhysicalDevice| sabaki::gpu::check(&instance, *device).is_usable();
+        let usable = |device: &vk::PhysicalDevice| {
+            sabaki::gpu::check(&instance, *device, &terms).is_usable()
+        };
         let physical_device = devices.into_iter().find(usable).ok_or("no usable device")?;
-        let precise = sabaki::gpu::check(&instance, physical_device).precise_queries;
+        let precise = sabaki::gpu::check(&instance, physical_device, &terms).precise_queries;
         let families = instance.get_physical_device_queue_family_properties(physical_device);
         let graphics = |family: &vk::QueueFamilyProperties| {
             family.queue_flags.contains(vk::QueueFlags::GRAPHICS)
@@ -88,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             queue_family,
             precise_queries: precise,
             debug_names: false,
-            stencil_format: None,
+            terms,
         })?;
         let mut memory = GpuAllocatorMemory::new(allocator.clone());
         frames(&context, &mut memory, &device, queue, queue_family)?;

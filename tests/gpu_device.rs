@@ -4,13 +4,18 @@
 
 mod common;
 
+use std::ffi::c_void;
+
 use common::maps::untimed;
 use common::{Random, desc, device, drifting, finish};
 use sabaki::{
     gpu::{
         Block, Context, DeviceChoice, GpuError, Headless, HeadlessDesc, Memory, MemoryDesc,
-        Message, RawContextDesc,
-        ash::{self, vk},
+        Message, RawContextDesc, Terms,
+        ash::{
+            self,
+            vk::{self, Handle},
+        },
         check, requirements,
         stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc},
     },
@@ -153,14 +158,14 @@ fn raw_handles_make_the_same_context() {
     let raw = unsafe {
         let entry = ash::Entry::load().unwrap();
         Context::from_raw(&RawContextDesc {
-            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr,
-            instance: context.instance().handle(),
-            physical_device: context.physical_device(),
-            device: context.device().handle(),
+            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr as *const c_void,
+            instance: context.instance().handle().as_raw(),
+            physical_device: context.physical_device().as_raw(),
+            device: context.device().handle().as_raw(),
             queue_family: context.queue_family(),
             precise_queries: true,
             debug_names: true,
-            stencil_format: None,
+            terms: Terms::default(),
         })
     }
     .unwrap();
@@ -185,7 +190,13 @@ fn the_report_knows_every_requirement() {
     let device = device();
     let context = device.context().unwrap();
     // SAFETY: both handles are of the headless device.
-    let report = unsafe { check(context.instance(), context.physical_device()) };
+    let report = unsafe {
+        check(
+            context.instance(),
+            context.physical_device(),
+            &Terms::default(),
+        )
+    };
     assert!(report.is_usable());
     assert_eq!(report.stencil_format, Some(context.stencil_format()));
     assert_eq!(report.precise_queries, context.precise_queries());

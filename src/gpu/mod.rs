@@ -14,6 +14,7 @@ mod context;
 mod counts;
 mod error;
 mod headless;
+mod limits;
 mod memory;
 mod pipelines;
 mod requirements;
@@ -35,4 +36,4 @@ pub use headless::{
     devices,
 };
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
-pub use requirements::{Report, Requirement, check, requirements};
+pub use requirements::{Report, Requirement, RequirementKind, Terms, Without, check, requirements};

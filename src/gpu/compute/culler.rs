@@ -303,13 +303,7 @@ impl Drop for Culler {
 
 /// Whether the context's queue family takes dispatches. Not every one with graphics has to.
 fn computes(context: &Context) -> Result<(), GpuError> {
-    // SAFETY: the context's instance and physical device are valid.
-    let families = unsafe {
-        let instance = context.instance();
-        instance.get_physical_device_queue_family_properties(context.physical_device())
-    };
-    let family = families.get(context.queue_family() as usize);
-    if family.is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE)) {
+    if context.queue_has(vk::QueueFlags::COMPUTE) {
         return Ok(());
     }
     Err(GpuError::Missing(vec!["compute on the queue family"]))

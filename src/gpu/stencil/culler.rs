@@ -11,6 +11,7 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
+    drawing,
     gathered::{Capacity, Gathered},
     maps::{Maps, Part},
     slot::{HEADER, Slot},
@@ -122,13 +123,14 @@ impl Culler {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
-    /// the device offers.
+    /// A Vulkan call's, the allocator's, [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
+    /// the device offers, [`GpuError::Missing`] where the context's queue family has no graphics.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
+        drawing::needs_graphics(context)?;
         // Places in a target are numbers of 16 bits with a sign.
         let most = context.max_target_side().min(1 << 14);
         let capacity = Capacity {
