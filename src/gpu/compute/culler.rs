@@ -3,6 +3,8 @@
 //! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from masks of bits in
 //! place of a stencil buffer: a work group a candidate, with the same lists of the attack's texels that the CPU counts with.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use ash::vk;
 
 use super::{
@@ -87,7 +89,15 @@ pub struct Culler {
     pub(super) gathered: Gathered,
     pub(super) capacity: Capacity,
     pages: Pages,
-    uploaded: bool,
+    upload: Upload,
+}
+
+/// How far the maps have come.
+#[derive(Debug, Default)]
+struct Upload {
+    recorded: bool,
+    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
+    done: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -128,7 +138,7 @@ impl Culler {
             gathered: Gathered::default(),
             capacity,
             pages,
-            uploaded: false,
+            upload: Upload::default(),
         };
         match culler.fill(memory, desc) {
             Ok(()) => {
@@ -161,25 +171,27 @@ impl Culler {
         parts.make_sets(context, &self.capacity)
     }
 
-    /// Records the upload of the maps, at a time of the caller's choice. Otherwise the first [`Culler::record`] does it.
+    /// Records the upload of the maps, at a time of the caller's choice; when it has finished,
+    /// [`Culler::release_staging`] says so. Otherwise culls carry it, until the first one's counts have been polled.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family, and runs before any cull.
     pub unsafe fn record_upload(&mut self, cmd: vk::CommandBuffer) {
-        if !self.uploaded {
+        if !*self.upload.done.get_mut() {
             let reader = Access::COMPUTE_READ;
             // SAFETY: the caller vouches for `cmd`; staging is released after the upload only.
             unsafe { self.parts.atlas.record(&self.context, cmd, reader) };
-            self.uploaded = true;
+            self.upload.recorded = true;
         }
     }
 
     /// Frees the staging buffer of the maps, which is idle from then on. Does nothing before the upload was recorded.
     ///
     /// # Safety
-    /// The command buffer with the upload has finished.
+    /// A command buffer with the upload has finished, and no other one that carries it is in flight or will be submitted.
     pub unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
-        if self.uploaded {
+        if self.upload.recorded {
+            *self.upload.done.get_mut() = true;
             self.parts.atlas.release_staging(&self.context, memory);
         }
     }
@@ -198,8 +210,7 @@ impl Culler {
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. It is submitted once at most, on
     /// the same queue as all culls of this culler. What was recorded into this slot before has finished, or will never be
-    /// submitted. Where no [`Culler::record_upload`] came before, the first cull carries the upload of the maps: it is
-    /// submitted, and before all others.
+    /// submitted.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -213,6 +224,7 @@ impl Culler {
         self.gathered.fill(input, &self.pages, &self.capacity)?;
         let place = &mut self.parts.slots[slot as usize];
         place.write(&self.context, &self.gathered, &self.capacity)?;
+        place.uploads = !*self.upload.done.get_mut();
         let serial = place.counts.start();
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
@@ -235,12 +247,16 @@ impl Culler {
     /// [`Mismatch::Ticket`] when the slot holds another cull; an invalidate that failed.
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         let slot = self.parts.slots.get(ticket.slot as usize);
-        let counts = &slot.ok_or(Mismatch::Ticket)?.counts;
+        let slot = slot.ok_or(Mismatch::Ticket)?;
+        let counts = &slot.counts;
         let parts = Capacity::parts(ticket.candidates);
         let words = (ticket.candidates * parts) as usize * COUNTS;
         let Some(mut words) = counts.read(&self.context, ticket.serial, words)? else {
             return Ok(false);
         };
+        if slot.uploads {
+            self.upload.done.store(true, Ordering::Relaxed);
+        }
         overlaps.clear();
         overlaps.extend((0..ticket.candidates).map(|_| {
             let mut sum = [0; COUNTS];

@@ -20,6 +20,8 @@ pub(super) struct Slot {
     /// Three for each candidate and part.
     pub(super) counts: Counts,
     pub(super) set: vk::DescriptorSet,
+    /// Whether the cull that was recorded last carries the maps to the device.
+    pub(super) uploads: bool,
 }
 
 impl Slot {
