@@ -94,6 +94,28 @@ fn recording_and_polling_only_record_and_look() {
     assert_eq!(guests.destroy(), []);
 }
 
+/// Each of them costs much on some drivers: `vendor-notes/nvidia.md`.
+#[test]
+fn counts_come_by_few_copies() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    let mut guests = Guests::new(&atlas);
+    let (attack, candidates) = any_input(&mut Random(6), &atlas, 300);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let before = shim::copies_of_results();
+    let counts = guests.device.cull(&mut guests.stencil, &input).unwrap();
+    let counted = counts.iter().filter(|one| one.outer > 0).count() as u64;
+    let copies = shim::copies_of_results() - before;
+    assert!(
+        counted > 50 && copies <= 2,
+        "{copies} for {counted} and more"
+    );
+    assert_eq!(guests.destroy(), []);
+}
+
 /// One cull with one barrier left out: what validation says of it.
 fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64, Vec<Message>) {
     let mut guests = Guests::new(atlas);

@@ -6,7 +6,7 @@ use std::ffi::{CStr, CString, c_void};
 
 use ash::vk::{self, Handle};
 
-use super::{GpuError, Report, Terms, check, limits};
+use super::{GpuError, Report, Terms, check, drivers, limits};
 
 /// The caller's objects, and what it switched on when it made them.
 #[derive(Clone, Copy)]
@@ -52,6 +52,48 @@ pub struct RawContextDesc {
     pub terms: Terms,
 }
 
+/// `VkCommandBuffer` by its pointer's 64 bits, for `record`: for callers that use another `ash`, or none.
+#[must_use]
+pub fn command_buffer(raw: u64) -> vk::CommandBuffer {
+    vk::CommandBuffer::from_raw(raw)
+}
+
+/// [`check`] by raw handles; [`RawContextDesc::device`] may be 0, and the queue family anything.
+///
+/// # Errors
+/// [`GpuError::Missing`] where another handle or the function is null.
+///
+/// # Safety
+/// As for [`check`], and `get_instance_proc_addr` is null or the function that the instance was made with.
+pub unsafe fn check_raw(desc: &RawContextDesc) -> Result<Report, GpuError> {
+    // SAFETY: the caller vouches for pointer and handles.
+    unsafe {
+        let instance = instance_of(desc)?;
+        let physical_device = vk::PhysicalDevice::from_raw(desc.physical_device);
+        Ok(check(&instance, physical_device, &desc.terms))
+    }
+}
+
+/// # Safety
+/// As for [`check_raw`].
+unsafe fn instance_of(desc: &RawContextDesc) -> Result<ash::Instance, GpuError> {
+    if desc.get_instance_proc_addr.is_null() || desc.instance == 0 || desc.physical_device == 0 {
+        return Err(GpuError::Missing(vec!["a handle that is not null"]));
+    }
+    // SAFETY: the caller vouches for pointer and handles.
+    unsafe {
+        let get_instance_proc_addr = std::mem::transmute::<
+            *const c_void,
+            vk::PFN_vkGetInstanceProcAddr,
+        >(desc.get_instance_proc_addr);
+        let loader = ash::StaticFn {
+            get_instance_proc_addr,
+        };
+        let instance = vk::Instance::from_raw(desc.instance);
+        Ok(ash::Instance::load(&loader, instance))
+    }
+}
+
 /// A device that belongs to somebody else.
 ///
 /// Its function tables are copies; the handles must outlive it and everything that is made from it.
@@ -65,6 +107,7 @@ pub struct Context {
     precise_queries: bool,
     stencil_format: vk::Format,
     limits: vk::PhysicalDeviceLimits,
+    most_queries: u64,
     names: Option<ash::ext::debug_utils::Device>,
 }
 
@@ -115,6 +158,9 @@ impl Context {
         };
         // SAFETY: as above; the device has what the report asks for.
         let device = unsafe { functions(desc, properties.api_version) };
+        let version = properties.api_version.min(desc.terms.api_version);
+        // SAFETY: as above; both know this version.
+        let driver = unsafe { drivers::driver(desc.instance, desc.physical_device, version) };
         let names = desc
             .debug_names
             .then(|| ash::ext::debug_utils::Device::new(desc.instance, &device));
@@ -127,6 +173,7 @@ impl Context {
             precise_queries: desc.precise_queries && report.precise_queries,
             stencil_format,
             limits: limits::allowed(&properties.limits, &desc.terms.without),
+            most_queries: drivers::most_queries(driver),
             names,
         })
     }
@@ -139,19 +186,12 @@ impl Context {
     /// # Safety
     /// As for [`Context::new`], and `get_instance_proc_addr` is null or the function that the instance was made with.
     pub unsafe fn from_raw(desc: &RawContextDesc) -> Result<Self, GpuError> {
-        let handles = [desc.instance, desc.physical_device, desc.device];
-        if desc.get_instance_proc_addr.is_null() || handles.contains(&0) {
+        if desc.device == 0 {
             return Err(GpuError::Missing(vec!["a handle that is not null"]));
         }
         // SAFETY: the caller vouches for pointer and handles.
         unsafe {
-            let loader = ash::StaticFn {
-                get_instance_proc_addr: std::mem::transmute::<
-                    *const c_void,
-                    vk::PFN_vkGetInstanceProcAddr,
-                >(desc.get_instance_proc_addr),
-            };
-            let instance = ash::Instance::load(&loader, vk::Instance::from_raw(desc.instance));
+            let instance = instance_of(desc)?;
             let device = vk::Device::from_raw(desc.device);
             Self::new(&ContextDesc {
                 instance: &instance,
@@ -207,9 +247,13 @@ impl Context {
     }
 
     /// The device's limits, as far as [`Terms::without`] leaves them.
-    #[must_use]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
+    }
+
+    /// Occlusion queries in one submission at most.
+    pub(crate) fn most_queries(&self) -> u64 {
+        self.most_queries
     }
 
     /// The largest side of a stencil target, texels.

@@ -25,6 +25,12 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["avoid", "crowd", "region", "lod", "graph", "anim", "math"],
     ),
     (
+        "capi",
+        &[
+            "io", "gpu", "avoid", "crowd", "region", "lod", "graph", "anim", "math",
+        ],
+    ),
+    (
         "view",
         &[
             "io", "gpu", "demo", "avoid", "crowd", "region", "lod", "graph", "anim", "math",
@@ -159,11 +165,11 @@ pub(crate) fn device_names(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// `unsafe` stands in gpu/ and in one SIMD dispatch file; a block or impl has its SAFETY line, a
+/// `unsafe` stands in gpu/, in capi/ (whatever C hands over is a pointer) and in one SIMD dispatch file; a block or impl has its SAFETY line, a
 /// function its `# Safety`.
 pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
     let code = &source.code;
-    let may = is_under(source, &["src/gpu/", "src/math/isa.rs"]);
+    let may = is_under(source, &["src/gpu/", "src/capi/", "src/math/isa.rs"]);
     let mut complaints = Vec::new();
     for at in words(code, "unsafe") {
         let after = code[at + "unsafe".len()..].trim_start();
@@ -173,7 +179,8 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
             UnsafeKind::Other => ("", ""),
         };
         if !may {
-            complaints.push(source.complaint(at, "`unsafe` stands in gpu/ and math/isa.rs alone"));
+            complaints
+                .push(source.complaint(at, "`unsafe` stands in gpu/, capi/ and math/isa.rs alone"));
         } else if !comment_above(source, source.line_of(at)).contains(wanted) {
             complaints.push(source.complaint(at, what));
         }

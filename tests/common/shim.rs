@@ -29,6 +29,7 @@ struct State {
     barriers: u64,
     swallowed: Option<u64>,
     hidden: vk::QueueFlags,
+    copies: u64,
 }
 
 thread_local! {
@@ -83,6 +84,11 @@ pub fn swallow_barrier(nth: Option<u64>) {
 /// Barriers so far.
 pub fn barriers() -> u64 {
     with(|state| state.barriers)
+}
+
+/// Copies of query results so far.
+pub fn copies_of_results() -> u64 {
+    with(|state| state.copies)
 }
 
 /// What queue families are said not to be able to do.
@@ -222,6 +228,7 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkQueueWaitIdle(queue: u64)),
         fallible!(vkDeviceWaitIdle(device: u64)),
         ("vkCmdPipelineBarrier2", barrier as Pointer),
+        ("vkCmdCopyQueryPoolResults", copy_results as Pointer),
         ("vkGetPhysicalDeviceQueueFamilyProperties", queue_families as Pointer),
         ("vkGetInstanceProcAddr", instance_lookup as Pointer),
         ("vkGetDeviceProcAddr", device_lookup as Pointer),
@@ -240,6 +247,25 @@ unsafe extern "system" fn barrier(buffer: u64, info: *const c_void) {
     type Real = unsafe extern "system" fn(u64, *const c_void);
     // SAFETY: as for the calls that can fail.
     unsafe { std::mem::transmute::<usize, Real>(real("vkCmdPipelineBarrier2"))(buffer, info) };
+}
+
+unsafe extern "system" fn copy_results(
+    buffer: u64,
+    pool: u64,
+    first: u32,
+    count: u32,
+    target: u64,
+    offset: u64,
+    stride: u64,
+    flags: u32,
+) {
+    with(|state| state.copies += 1);
+    type Real = unsafe extern "system" fn(u64, u64, u32, u32, u64, u64, u64, u32);
+    // SAFETY: as for the calls that can fail.
+    unsafe {
+        let function = std::mem::transmute::<usize, Real>(real("vkCmdCopyQueryPoolResults"));
+        function(buffer, pool, first, count, target, offset, stride, flags);
+    }
 }
 
 unsafe extern "system" fn queue_families(

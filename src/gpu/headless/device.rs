@@ -3,10 +3,6 @@
 use std::ffi::CStr;
 
 use ash::vk;
-use gpu_allocator::{
-    AllocationSizes, AllocatorDebugSettings,
-    vulkan::{Allocator, AllocatorCreateDesc},
-};
 
 use super::HeadlessDesc;
 use super::list::{self, DeviceKind};
@@ -134,25 +130,6 @@ impl DevicePart {
         // SAFETY: everything made from the device is gone, and its queue is idle (each `run` has waited).
         unsafe { self.device.destroy_device(None) };
     }
-}
-
-/// gpu-allocator's allocator in small blocks: tools and tests draw small maps.
-pub(super) fn allocator(
-    instance: &ash::Instance,
-    device: &DevicePart,
-) -> Result<Allocator, GpuError> {
-    Allocator::new(&AllocatorCreateDesc {
-        instance: instance.clone(),
-        device: device.device.clone(),
-        physical_device: device.physical,
-        debug_settings: AllocatorDebugSettings::default(),
-        buffer_device_address: false,
-        allocation_sizes: AllocationSizes::new(32 << 20, 32 << 20),
-    })
-    .map_err(|error| GpuError::Memory {
-        name: "the headless device".to_owned(),
-        reason: error.to_string(),
-    })
 }
 
 fn choose(

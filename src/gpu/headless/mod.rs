@@ -5,8 +5,6 @@ mod list;
 mod messages;
 mod work;
 
-use std::sync::{Arc, Mutex};
-
 use ash::vk;
 
 pub use device::DeviceChoice;
@@ -113,8 +111,7 @@ impl Headless {
         // With the functions that the version in use has by other names.
         device.device = context.device().clone();
         self.work = Some(WorkPart::new(device)?);
-        let allocator = device::allocator(&self.instance, device)?;
-        self.memory = Some(GpuAllocatorMemory::new(Arc::new(Mutex::new(allocator))));
+        self.memory = Some(GpuAllocatorMemory::of(context)?);
         Ok(())
     }
 

@@ -20,6 +20,7 @@ use crate::{
     avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, Mismatch,
+        error::within,
         pipelines::{CANDIDATES, DISCS, Pipeline},
         resources::StencilTarget,
     },
@@ -243,6 +244,9 @@ impl Culler {
         }
         let wanted = (input, self.counted);
         self.gathered.fill(wanted, &self.maps, &self.capacity)?;
+        let queries = self.gathered.queries.len() as u64;
+        let most = self.context.most_queries();
+        within("the driver's queries in one submission", queries, most)?;
         let serial = next_serial();
         let place = &mut self.parts.slots[slot as usize];
         place.serial = serial;
