@@ -110,8 +110,8 @@ mod table {
                     push_constants = size;
                     note(module, variable.ty, layouts)?;
                 }
-                AddressSpace::Storage { .. } => {
-                    let at = variable.binding.ok_or("a storage buffer has no binding")?;
+                AddressSpace::Storage { .. } | AddressSpace::Uniform => {
+                    let at = variable.binding.ok_or("a buffer has no binding")?;
                     let stride = element(module, variable.ty, layouts)?;
                     let _ = write!(
                         bindings,
@@ -142,20 +142,20 @@ mod table {
         Ok(())
     }
 
-    /// Stride of the array that a storage buffer consists of; keeps the layout of its elements.
+    /// Stride of the array that a buffer consists of; keeps the layout of its elements.
     fn element(
         module: &Module,
         block: naga::Handle<naga::Type>,
         layouts: &mut Layouts,
     ) -> Result<u32, String> {
         let TypeInner::Struct { members, .. } = &module.types[block].inner else {
-            return Err("a storage buffer is not a block".to_owned());
+            return Err("a buffer is not a block".to_owned());
         };
         let [StructMember { ty, .. }] = members.as_slice() else {
-            return Err("a storage buffer holds more than one array".to_owned());
+            return Err("a buffer holds more than one array".to_owned());
         };
         let TypeInner::Array { base, stride, .. } = module.types[*ty].inner else {
-            return Err("a storage buffer does not hold an array".to_owned());
+            return Err("a buffer does not hold an array".to_owned());
         };
         if matches!(module.types[base].inner, TypeInner::Struct { .. }) {
             note(module, base, layouts)?;

@@ -1,202 +1,207 @@
-// Counts what one candidate's maps and the attack share: a work group a candidate, or several for different parts of the
-// attack. First every block of 4 x 4 texels is held against a tile of the candidate's region, which says what may be near;
-// then the texels of the blocks that are left are looked up.
-// Layout of the words: src/gpu/compute/pages.rs and gathered.rs. CPU twin: src/avoid/cull/cpu.rs.
+// Counts what candidates' maps and the attack share: an invocation a candidate, those of a work group of one clock; several
+// work groups for the same candidates take different planes of the attack.
+//
+// Planes are walked in step. First every block of 8 x 4 texels is held against the rectangle of the candidate's plane,
+// without a read; those that may meet it are then looked up, five words for all texels of a block.
+// Layout of the words: src/gpu/compute/planes.rs and blocks.rs. CPU twin: src/avoid/cull/cpu.rs.
 #version 460
 
-const uint GROUP = 64u;
-// Blocks that are sorted out at a time.
-const uint BATCH = 1024u;
 const int SHIFT = 15;
-const int BLOCK = 4;
-const uint BLOCK_TEXELS = 16u;
-const int TILE_LOG2 = 3;
-const uint TILE_TEXELS = 64u;
-// With larger turns a block reaches further than tiles know: `NEAR` in src/gpu/compute/pages.rs.
-const int LARGEST_TURN = 32768;
-// Words before the counts, and words of a count.
+const int COLUMNS = 8;
+const int ROWS = 4;
+// Texels from a window's first one to its last one; what a turned block needs, as long as a turn does not make larger.
+const int SPAN = 8;
+const int ONE = 16384;
+// Blocks that are sorted out at a time, a bit each.
+const uint BATCH = 32u;
+// Words before the counts, words of a count, words of an entry.
 const uint HEADER = 2u;
 const uint COUNTS = 3u;
+const uint ENTRY = 3u;
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
-// Host: `Paged` in src/gpu/shader_table.rs.
-struct PagedCandidate {
-    ivec4 turn;       // a, b, tx, tz of `MapTurn`
-    ivec2 origin;     // first texel of the region's tiles
-    ivec2 side;       // its tiles across and down, in each slab
-    uint tiles;       // position of its first tile
-    uint first_slab;
+// Host: `PlacedPlanes` in src/gpu/shader_table.rs.
+struct PlaneCandidate {
+    ivec4 turn;     // a, b, tx, tz of `MapTurn`
+    uint entries;   // word of its region's first entry
+    int first_slab;
     uint slabs;
-    uint first_block; // of its clock
-    uint end_block;
-    uint padding_x;
-    uint padding_y;
-    uint padding_z;
+    uint index;     // among the candidates as they were given
 };
 
-// Tiles, then pages. A tile: the word where its page starts, 0 for none; then the mask of all that lies in it and near
-// it. A page: body masks of its texels, outer masks, evasion bits.
+// Host: `CandidateGroup` in src/gpu/shader_table.rs.
+struct GroupRange {
+    uint first;
+    uint end;
+    uint first_plane;
+    uint end_plane;
+};
+
 layout(set = 0, binding = 0, std430) readonly buffer Atlas {
     uint atlas[];
 };
-// Blocks (place and slab; number of its texels), their masks, inner masks of texels, outer masks of texels.
-layout(set = 0, binding = 1, std430) readonly buffer Attack {
-    uint attack[];
+// One chunk. Planes: slab, number, first and end block. Blocks, two in a vector: column and row, bits of the texels.
+layout(set = 0, binding = 1, std140) uniform Attack {
+    uvec4 attack[1024];
 };
 layout(set = 0, binding = 2, std430) readonly buffer Candidates {
-    PagedCandidate candidates[];
+    PlaneCandidate candidates[];
 };
-// Body, outer, evasion, for each candidate and part.
-layout(set = 0, binding = 3, std430) buffer Results {
+layout(set = 0, binding = 3, std430) readonly buffer Groups {
+    GroupRange groups[];
+};
+// Body, outer, evasion, for each part of a sum and candidate.
+layout(set = 0, binding = 4, std430) buffer Results {
     uint results[];
 };
 
 layout(push_constant) uniform CountCandidates {
-    uint first; // group of this dispatch
-    uint parts; // groups for each candidate
-    uint lanes; // words of a mask
-    uint masks; // where in `attack` they start
-    uint inner;
-    uint outer;
+    uint first;      // group of this dispatch
+    uint parts;      // groups for the same candidates
+    uint candidates;
+    uint sums;       // parts of sums of earlier chunks
+    uint slices;
+    uint planes;     // of a slab
 } draw;
 
-shared uint survivors[BATCH];
-shared uint survivor_count;
-shared uint sums[GROUP * COUNTS];
+// A candidate's plane.
+struct Plane {
+    uint word;
+    ivec2 origin;
+    uvec2 side; // places for a window's first texel; 0 where there is no plane
+};
 
-// Like `MapTurn::texel`, for a place in halves of texels.
-ivec2 turned(ivec4 turn, ivec2 place) {
-    int x = turn.x * place.x + turn.y * place.y + turn.z;
-    int z = turn.x * place.y - turn.y * place.x + turn.w;
-    return ivec2(x >> SHIFT, z >> SHIFT);
+// Where a block's texels fall: in fixed point, the first one's place.
+struct Window {
+    ivec2 start;
+    ivec2 first; // texel
+};
+
+uvec2 block_of(uint block) {
+    uvec4 two = attack[block >> 1];
+    return (block & 1u) == 0u ? two.xy : two.zw;
 }
 
-// Column and row of a block's first texel.
-ivec2 first_texel(uint place) {
-    return ivec2(int(place & 511u), int((place >> 9) & 511u)) * BLOCK;
+Window window_of(ivec4 turn, uint place) {
+    ivec2 corner = 2 * ivec2(int(place & 0xffffu) * COLUMNS, int(place >> 16) * ROWS) + 1;
+    Window window;
+    window.start = ivec2(turn.x * corner.x + turn.y * corner.y + turn.z,
+                         turn.x * corner.y - turn.y * corner.x + turn.w);
+    // Of the corners the one with the least x, and that with the least z.
+    ivec2 across = 2 * (COLUMNS - 1) * ivec2(turn.x, -turn.y);
+    ivec2 down = 2 * (ROWS - 1) * ivec2(turn.y, turn.x);
+    window.first = (window.start + min(across, ivec2(0)) + min(down, ivec2(0))) >> SHIFT;
+    return window;
 }
 
-bool has_tile(PagedCandidate candidate, ivec2 tile) {
-    return tile.x >= 0 && tile.y >= 0 && tile.x < candidate.side.x && tile.y < candidate.side.y;
+Plane plane_of(PlaneCandidate candidate, uint slab, uint number, bool here) {
+    Plane plane = Plane(0u, ivec2(0), uvec2(0u));
+    if (here && slab < candidate.slabs) {
+        uint entry = candidate.entries + ENTRY * (slab * draw.planes + number);
+        int origin = int(atlas[entry + 1u]);
+        uint side = atlas[entry + 2u];
+        plane.word = atlas[entry];
+        plane.origin = ivec2((origin << 16) >> 16, origin >> 16);
+        plane.side = uvec2(side & 0xffffu, side >> 16);
+    }
+    return plane;
 }
 
-// Where the tile's words start.
-uint tile_word(PagedCandidate candidate, uint slab, ivec2 tile) {
-    uint row = slab * uint(candidate.side.y) + uint(tile.y);
-    uint index = candidate.tiles + row * uint(candidate.side.x) + uint(tile.x);
-    return index * (1u + draw.lanes);
+// Where the words of a strip's row pair start.
+uint strip_word(Plane plane, uvec2 place) {
+    uint rows = ((plane.side.y - 1u) >> 1) + 5u;
+    return plane.word + (place.x >> 3) * rows + (place.y >> 1);
 }
 
-// Whether some texel of a block may share something with the candidate's maps.
-bool may_meet(PagedCandidate candidate, uint block) {
-    uint place = attack[2u * block];
-    uint slab = (place >> 18) - candidate.first_slab;
-    if (slab >= candidate.slabs) {
-        return false;
-    }
-    if (abs(candidate.turn.x) + abs(candidate.turn.y) > LARGEST_TURN) {
-        return true;
-    }
-    ivec2 middle = 2 * first_texel(place) + BLOCK;
-    ivec2 tile = (turned(candidate.turn, middle) - candidate.origin) >> TILE_LOG2;
-    if (!has_tile(candidate, tile)) {
-        return false;
-    }
-    uint word = tile_word(candidate, slab, tile) + 1u;
-    uint shared_bits = 0u;
-    for (uint lane = 0u; lane < draw.lanes; lane++) {
-        shared_bits |= attack[draw.masks + block * draw.lanes + lane] & atlas[word + lane];
-    }
-    return shared_bits != 0u;
-}
-
-// What a texel of the attack, with masks from `mask` on, shares with a page, whose texel it is.
-uvec3 shared_with(uint page, uint texel, uint mask) {
-    uvec3 found = uvec3(0u);
-    uint any_inner = 0u;
-    for (uint lane = 0u; lane < draw.lanes; lane++) {
-        uint inner = attack[draw.inner + mask + lane * BLOCK_TEXELS];
-        uint outer = attack[draw.outer + mask + lane * BLOCK_TEXELS];
-        uint body = page + texel * draw.lanes + lane;
-        if (inner != 0u) {
-            found.x += uint(bitCount(inner & atlas[body]));
-        }
-        if (outer != 0u) {
-            found.y += uint(bitCount(outer & atlas[body + TILE_TEXELS * draw.lanes]));
-        }
-        any_inner |= inner;
-    }
-    uint evasion = page + 2u * TILE_TEXELS * draw.lanes + (texel >> 5);
-    if (any_inner != 0u) {
-        found.z = (atlas[evasion] >> (texel & 31u)) & 1u;
-    }
-    return found;
-}
-
-// One row of a block.
-uvec3 count_row(PagedCandidate candidate, uint block, int row) {
-    uvec3 sum = uvec3(0u);
-    uint place = attack[2u * block];
-    uint mask = attack[2u * block + 1u] * (BLOCK_TEXELS * draw.lanes) + uint(row * BLOCK);
-    uint slab = (place >> 18) - candidate.first_slab;
-    ivec2 first = first_texel(place);
-    for (int column = 0; column < BLOCK; column++) {
-        ivec2 centre = 2 * (first + ivec2(column, row)) + 1;
-        ivec2 at = turned(candidate.turn, centre) - candidate.origin;
-        ivec2 tile = at >> TILE_LOG2;
-        if (has_tile(candidate, tile)) {
-            uint page = atlas[tile_word(candidate, slab, tile)];
-            if (page != 0u) {
-                uint texel = uint(at.y & 7) * 8u + uint(at.x & 7);
-                sum += shared_with(page, texel, mask + uint(column));
-            }
+// How many of a block's texels are set in a plane, where they lie in one window.
+uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
+    Window window = window_of(turn, place);
+    uvec2 first = uvec2(window.first - plane.origin);
+    uint word = strip_word(plane, first);
+    uint a = atlas[word];
+    uint b = atlas[word + 1u];
+    uint c = atlas[word + 2u];
+    uint d = atlas[word + 3u];
+    uint e = atlas[word + 4u];
+    // Counted from the window's words; sums may wrap on the way.
+    ivec2 origin = plane.origin + ivec2(first & ~uvec2(7u, 1u));
+    ivec2 start = window.start - (origin << SHIFT);
+    ivec2 step = 2 * turn.xy;
+    uint count = 0u;
+    for (int row = 0; row < ROWS; row++) {
+        for (int column = 0; column < COLUMNS; column++) {
+            int x = (start.x + step.x * column + step.y * row) >> SHIFT;
+            int z = (start.y + step.x * row - step.y * column) >> SHIFT;
+            uint pair = z < 4 ? (z < 2 ? a : b) : (z < 6 ? c : (z < 8 ? d : e));
+            uint found = pair >> uint(((z & 1) << 4) + x);
+            count += found & (mask >> uint(row * COLUMNS + column)) & 1u;
         }
     }
-    return sum;
+    return count;
 }
 
-// Sums up the group's counts and writes them.
-void write_sum(uint local, uint group, uvec3 sum) {
-    sums[local] = sum.x;
-    sums[GROUP + local] = sum.y;
-    sums[2u * GROUP + local] = sum.z;
-    barrier();
-    if (local < COUNTS) {
-        uint total = 0u;
-        for (uint index = 0u; index < GROUP; index++) {
-            total += sums[local * GROUP + index];
+// The same texel by texel, for turns that make larger.
+uint one_by_one(ivec4 turn, Plane plane, uint place, uint mask) {
+    ivec2 start = window_of(turn, place).start;
+    uint count = 0u;
+    while (mask != 0u) {
+        int texel = findLSB(int(mask));
+        mask &= mask - 1u;
+        ivec2 by = 2 * ivec2(texel % COLUMNS, texel / COLUMNS);
+        int x = (start.x + turn.x * by.x + turn.y * by.y) >> SHIFT;
+        int z = (start.y + turn.x * by.y - turn.y * by.x) >> SHIFT;
+        uvec2 at = uvec2(ivec2(x, z) - plane.origin);
+        if (at.x < plane.side.x && at.y < plane.side.y) {
+            count += (atlas[strip_word(plane, at)] >> (((at.y & 1u) << 4) + (at.x & 7u))) & 1u;
         }
-        results[HEADER + group * COUNTS + local] = total;
     }
+    return count;
 }
 
 void main() {
-    uint local = gl_LocalInvocationIndex;
-    uint group = draw.first + gl_WorkGroupID.x;
-    PagedCandidate candidate = candidates[group / draw.parts];
-    uint blocks = candidate.end_block - candidate.first_block;
-    uint part = group % draw.parts;
-    uint start = candidate.first_block + blocks * part / draw.parts;
-    uint end = candidate.first_block + blocks * (part + 1u) / draw.parts;
+    GroupRange range = groups[draw.first + gl_WorkGroupID.x];
+    uint part = gl_WorkGroupID.y;
+    uint position = range.first + gl_LocalInvocationIndex;
+    bool here = position < range.end;
+    PlaneCandidate candidate = candidates[min(position, range.end - 1u)];
+    ivec2 size = abs(candidate.turn.xy);
+    bool is_large = max(7 * size.x + 3 * size.y, 7 * size.y + 3 * size.x) >= SPAN * ONE;
 
     uvec3 sum = uvec3(0u);
-    for (uint batch = start; batch < end; batch += BATCH) {
-        if (local == 0u) {
-            survivor_count = 0u;
-        }
-        barrier();
-        for (uint block = batch + local; block < min(end, batch + BATCH); block += GROUP) {
-            if (may_meet(candidate, block)) {
-                survivors[atomicAdd(survivor_count, 1u)] = block;
+    uint end = here ? range.end_plane : 0u;
+    for (uint index = range.first_plane + part; index < end; index += draw.parts) {
+        uvec4 blocks = attack[index];
+        Plane plane = plane_of(candidate, blocks.x - uint(candidate.first_slab), blocks.y, here);
+        uint count = 0u;
+        for (uint batch = blocks.z; batch < blocks.w; batch += BATCH) {
+            uint met = 0u;
+            for (uint block = batch; block < min(blocks.w, batch + BATCH); block++) {
+                uvec2 first = uvec2(window_of(candidate.turn, block_of(block).x).first - plane.origin);
+                bool meets = first.x < plane.side.x && first.y < plane.side.y;
+                bool may_meet = is_large ? plane.side.x > 0u : meets;
+                met |= may_meet ? 1u << (block - batch) : 0u;
+            }
+            while (met != 0u) {
+                uvec2 block = block_of(batch + uint(findLSB(int(met))));
+                met &= met - 1u;
+                if (!is_large) {
+                    count += in_window(candidate.turn, plane, block.x, block.y);
+                }
+                uint one_by_one_of = is_large ? block.y : 0u;
+                count += one_by_one(candidate.turn, plane, block.x, one_by_one_of);
             }
         }
-        barrier();
-        uint rows = survivor_count * uint(BLOCK);
-        for (uint row = local; row < rows; row += GROUP) {
-            sum += count_row(candidate, survivors[row / uint(BLOCK)], int(row % uint(BLOCK)));
-        }
-        barrier();
+        bool is_body = blocks.y < draw.slices;
+        bool is_evasion = blocks.y == 2u * draw.slices;
+        sum.x += is_body ? count : 0u;
+        sum.y += is_body || is_evasion ? 0u : count;
+        sum.z += is_evasion ? count : 0u;
     }
-    write_sum(local, group, sum);
+    if (here) {
+        uint word = HEADER + ((draw.sums + part) * draw.candidates + candidate.index) * COUNTS;
+        results[word] = sum.x;
+        results[word + 1u] = sum.y;
+        results[word + 2u] = sum.z;
+    }
 }

@@ -42,7 +42,8 @@ fn counting_allocates_nothing() {
     for round in 0..2 {
         for attack in &attacks {
             let before = allocations();
-            let prepared = query.prepare(playhead, attack, &mut context);
+            let mut prepared = query.prepare(playhead, attack, &mut context);
+            prepared.draw_outer_maps();
             culler.count(&prepared.cull_input(), &mut overlaps);
             let after = allocations();
             candidates += overlaps.len();

@@ -46,8 +46,9 @@ fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
     let mut tally = Tally::default();
     for index in 0..attacks {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
-        let prepared =
+        let mut prepared =
             Query::new(baked, &settings).prepare(throw.playhead, &throw.attack, &mut context);
+        prepared.draw_outer_maps();
         culler.count(&prepared.cull_input(), &mut overlaps);
         let open: Vec<bool> = (prepared.cull_input().candidates.iter())
             .map(|candidate| candidate.open)

@@ -245,9 +245,9 @@ fn an_exported_answer_can_be_asked_again() {
         let facts = export(folder.path(), (&throw, &answer)).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
         assert_eq!(recording.question, question(&throw));
-        assert_eq!(recording.chosen, Chosen::of(&answer));
+        assert_eq!(recording.chosen, Chosen::of(baked, &answer));
         let again = recording.replay(baked).unwrap();
-        assert!(Chosen::of(&again).is_same(&recording.chosen));
+        assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
         evasions += usize::from(answer.chosen().evasion.is_some());
     }
     assert!(evasions > 0);
@@ -296,7 +296,11 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
         assert_eq!(place.is_some(), chosen.evasion.is_some());
         let Some(place) = place else { continue };
         let mut start = throw.playhead.seconds_to_next_node(baked.graph());
-        for step in answer.motion.steps().take(answer.path(chosen).len()) {
+        for step in answer
+            .motion
+            .steps()
+            .take(answer.path(baked, chosen).count())
+        {
             start += baked.graph().seconds(step.edge) / step.rate;
         }
         let there = answer.motion.playhead(baked.graph(), start + 1e-4);

@@ -371,7 +371,13 @@ fn the_blend_is_that_of_two_whole_poses() {
             graph.clip(to.clip).sample(begin + frame, &mut target);
             target.place(graph.clip_change(id));
             out.blend(&target, 1.0 - blend_weight(frame / edge.frames as f32));
-            assert_eq!(pose, out);
+            // Whole poses are blended by a series in place of sines.
+            assert!(pose.root.abs_diff_eq(out.root, 1e-6));
+            for (a, b) in pose.rotations.iter().zip(&out.rotations) {
+                let b = if a.dot(*b) < 0.0 { -*b } else { *b };
+                assert!(a.abs_diff_eq(b, 4e-6), "{a} and {b}");
+            }
+            assert_eq!(pose.translations, out.translations);
         }
     }
 }

@@ -39,7 +39,8 @@ fn agree(baked: &BakedGraph) {
     for index in 0..60 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let query = Query::new(baked, &settings);
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+        prepared.draw_outer_maps();
         let input = prepared.cull_input();
         cpu::count(&input, &mut expected);
         let counts = device.cull_compute(&mut culler, &input).unwrap();

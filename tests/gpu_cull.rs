@@ -104,6 +104,7 @@ fn what_is_not_counted_says_so() {
         body: false,
         outer: false,
         evasion: false,
+        up_to_hits: false,
     };
     let desc = CullerDesc {
         counted: none,
@@ -122,6 +123,7 @@ fn what_is_not_counted_says_so() {
             body: bits & 1 != 0,
             outer: bits & 2 != 0,
             evasion: bits & 4 != 0,
+            up_to_hits: false,
         };
         if bits > 0 {
             culler.count_only(counted);

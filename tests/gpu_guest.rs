@@ -120,16 +120,19 @@ impl Host {
         let read = buffer(Usage::MAP_READ | Usage::COPY_DST);
         self.queue
             .write_buffer(&ours, 0, &number.to_le_bytes().repeat(64));
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(&ours, 128, None);
+        let encoder = || self.device.create_command_encoder(&Default::default());
+        let (mut before, mut guests, mut after) = (encoder(), encoder(), encoder());
+        before.clear_buffer(&ours, 128, None);
+        // wgpu wants an encoder for itself where somebody records by hand.
         // SAFETY: the guest records into the encoder's own command buffer, which it neither ends nor keeps.
         let recorded = unsafe {
-            encoder.as_hal_mut::<Vulkan, _, _>(|encoder| {
+            guests.as_hal_mut::<Vulkan, _, _>(|encoder| {
                 guest(command_buffer(encoder.unwrap().raw_handle().as_raw()))
             })
         };
-        encoder.copy_buffer_to_buffer(&ours, 0, &read, 0, 256);
-        self.queue.submit([encoder.finish()]);
+        after.copy_buffer_to_buffer(&ours, 0, &read, 0, 256);
+        let frame = [before, guests, after];
+        self.queue.submit(frame.map(wgpu::CommandEncoder::finish));
         read.slice(..)
             .map_async(wgpu::MapMode::Read, |mapped| mapped.unwrap());
         self.device

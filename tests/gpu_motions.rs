@@ -89,7 +89,8 @@ fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
     for index in 0..60 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let query = Query::new(baked, &settings);
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+        prepared.draw_outer_maps();
         let input = prepared.cull_input();
         let mut expected = Vec::new();
         cpu::count(&input, &mut expected);

@@ -178,7 +178,7 @@ fn the_evasion_starts_when_the_attack_does() {
     for throw in throws() {
         let answer = answer(&settings, &throw, Judging::Needed);
         let chosen = answer.chosen();
-        let path = answer.path(chosen);
+        let path: Vec<_> = answer.path(baked, chosen).collect();
         let Some(evasion) = chosen.evasion else {
             continue;
         };

@@ -217,7 +217,8 @@ impl Renderer {
             self.device.destroy_fence(self.fence, None);
             self.device.destroy_command_pool(self.commands.0, None);
         }
-        [self.image.1, self.instances.1, self.pixels.1].map(|block| memory.free(block));
+        let blocks = [self.image.1, self.instances.1, self.pixels.1];
+        blocks.into_iter().for_each(|block| memory.free(block));
     }
 }
 

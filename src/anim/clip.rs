@@ -2,13 +2,33 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{JointId, Pose, Skeleton, SkeletonError, pose::nlerp};
+use super::pose::nlerp;
+use super::rows::{self, Block, LANES, RotationRows};
+use super::{JointId, Pose, Skeleton, SkeletonError};
+use crate::math::Isa;
 
 /// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "StoredClip")]
 pub struct Clip {
     desc: ClipDesc,
     joints: usize,
+    /// The rotations once more, in the layout in which they are sampled.
+    #[serde(skip)]
+    rows: RotationRows,
+}
+
+/// What a file holds of a clip.
+#[derive(Deserialize)]
+struct StoredClip {
+    desc: ClipDesc,
+    joints: usize,
+}
+
+impl From<StoredClip> for Clip {
+    fn from(StoredClip { desc, joints }: StoredClip) -> Self {
+        Self::of(desc, joints)
+    }
 }
 
 /// What a [`Clip`] is made of.
@@ -109,7 +129,7 @@ impl Clip {
                 });
             }
         }
-        let clip = Self { desc, joints };
+        let clip = Self::of(desc, joints);
         match clip.first_bad_value() {
             Some((frame, joint)) => {
                 let joint = skeleton.joints()[joint].name.clone();
@@ -121,6 +141,11 @@ impl Clip {
             }
             None => Ok(clip),
         }
+    }
+
+    fn of(desc: ClipDesc, joints: usize) -> Self {
+        let rows = RotationRows::new(&desc.rotations, joints);
+        Self { desc, joints, rows }
     }
 
     fn first_bad_value(&self) -> Option<(usize, usize)> {
@@ -198,9 +223,14 @@ impl Clip {
         self.pose(moment.lower, out);
         if moment.weight > 0.0 {
             out.root = moment.root();
-            for (index, rotation) in out.rotations.iter_mut().enumerate() {
-                *rotation = moment.rotation(index);
-            }
+            Isa::best().run(
+                #[inline(always)]
+                || {
+                    for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
+                        rows::unpack(&moment.block(index), part);
+                    }
+                },
+            );
             for (index, translation) in out.translations.iter_mut().enumerate() {
                 *translation = moment.translation(index).unwrap_or(*translation);
             }
@@ -211,7 +241,8 @@ impl Clip {
     pub(crate) fn at(&self, frame: f32) -> Moment<'_> {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
-        let lower = (clamped.floor() as usize).min(last);
+        // Not below 0, so that cutting off is rounding down.
+        let lower = (clamped as usize).min(last);
         let weight = if lower < last {
             clamped - lower as f32
         } else {
@@ -258,10 +289,7 @@ impl Clip {
             desc.rotations.extend_from_slice(&pose.rotations);
             desc.translations.extend_from_slice(&pose.translations);
         }
-        Ok(Self {
-            desc,
-            joints: self.joints,
-        })
+        Ok(Self::of(desc, self.joints))
     }
 }
 
@@ -289,6 +317,16 @@ impl Moment<'_> {
         match self.weight {
             0.0 => rotations[0],
             weight => nlerp(rotations[0], rotations[self.clip.joints], weight),
+        }
+    }
+
+    /// The rotations of sixteen joints, from joint `16 index` on.
+    #[inline(always)]
+    pub(crate) fn block(&self, index: usize) -> Block {
+        let here = self.clip.rows.frame(self.lower)[index];
+        match self.weight {
+            0.0 => here,
+            weight => rows::nlerp(&here, &self.clip.rows.frame(self.lower + 1)[index], weight),
         }
     }
 

@@ -5,7 +5,7 @@
 //! 3.3. Differs: bones are not stretched where a place is out of reach. The leg then comes as near as
 //! a straight leg can, and slows down before it is straight, so that the knee does not snap.
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
 
@@ -44,8 +44,9 @@ pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransfo
     let bones = [thigh.length(), shin.length()];
     let now = (thigh + shin).length();
     let distance = soft_distance(wanted.length(), now, bones);
-    let bend = inner_angle(distance, bones) - inner_angle(now, bones);
-    let bend = Quat::from_axis_angle(knee_axis(thigh, shin, forward), bend);
+    let bend = turn_between(half_angle(now, bones), half_angle(distance, bones));
+    let axis = knee_axis(thigh, shin, forward) * bend.x;
+    let bend = Quat::from_xyzw(axis.x, axis.y, axis.z, bend.y);
     let swing = match (
         (thigh + bend * shin).try_normalize(),
         wanted.try_normalize(),
@@ -105,11 +106,17 @@ fn soft_distance(wanted: f32, now: f32, [a, b]: [f32; 2]) -> f32 {
     distance.max((a - b).abs() + 1e-3 * (a + b))
 }
 
-/// The angle in a triangle opposite to the side `c`, by its half's tangent: sound near 0 and π.
-fn inner_angle(c: f32, [a, b]: [f32; 2]) -> f32 {
+/// Sine and cosine of half the angle in a triangle opposite to the side `c`: sound near 0 and π, and
+/// no angle is ever computed.
+fn half_angle(c: f32, [a, b]: [f32; 2]) -> Vec2 {
     let sine = ((c - (a - b)) * (c + (a - b))).max(0.0).sqrt();
     let cosine = ((a + b - c) * (a + b + c)).max(0.0).sqrt();
-    2.0 * sine.atan2(cosine)
+    Vec2::new(sine, cosine).normalize_or(Vec2::Y)
+}
+
+/// Sine and cosine of what leads from one angle to another.
+fn turn_between(from: Vec2, to: Vec2) -> Vec2 {
+    Vec2::new(to.x * from.y - to.y * from.x, to.dot(from))
 }
 
 /// About which the shin turns to straighten the leg. Where the leg is straight, the way that the foot

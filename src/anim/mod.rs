@@ -8,6 +8,7 @@ mod kinematics;
 mod leg;
 mod limbs;
 mod pose;
+mod rows;
 mod side;
 mod skeleton;
 
@@ -23,4 +24,5 @@ pub use leg::Leg;
 pub use limbs::Limbs;
 pub use pose::Pose;
 pub(crate) use pose::slerp;
+pub(crate) use rows::{Block, LANES, slerp as slerp_block, unpack};
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};

@@ -29,7 +29,7 @@ pub struct Answer {
     pub counts: Counts,
     /// How the search for candidates went.
     pub search: SearchReport,
-    /// The edges of all paths.
+    /// The edges of the paths that only move.
     edges: Vec<EdgeId>,
 }
 
@@ -51,8 +51,7 @@ pub enum Source {
 /// One candidate and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateReport {
-    /// Where its path lies in the answer's edges.
-    path: (u32, u32),
+    route: Route,
     /// The evasion's edge, which follows the path; `None` for a path that only moves.
     pub evasion: Option<EdgeId>,
     /// The rate of the retimable edges, or why there is none.
@@ -66,6 +65,15 @@ pub struct CandidateReport {
     pub score: Option<Score>,
     /// What became of it.
     pub fate: Fate,
+}
+
+/// Where the edges of a candidate's path stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Route {
+    /// In the table of the baked graph.
+    Table(PathId),
+    /// In the answer: the first one, and the end.
+    Edges(u32, u32),
 }
 
 /// What became of a candidate.
@@ -117,10 +125,18 @@ pub(super) struct Decision {
 
 impl Answer {
     /// The edges of a candidate's path: from the next node to the evasion's start, or as far as the
-    /// search for moves went. `report` is one of `candidates`.
-    #[must_use]
-    pub fn path(&self, report: &CandidateReport) -> &[EdgeId] {
-        &self.edges[report.path.0 as usize..report.path.1 as usize]
+    /// search for moves went. `report` is one of `candidates`, `baked` the graph that was asked.
+    pub fn path<'a>(
+        &'a self,
+        baked: &'a BakedGraph,
+        report: &CandidateReport,
+    ) -> impl Iterator<Item = EdgeId> + 'a {
+        let (path, edges) = match report.route {
+            Route::Table(path) => (Some(path), &[][..]),
+            Route::Edges(first, end) => (None, &self.edges[first as usize..end as usize]),
+        };
+        let filed = path.into_iter().flat_map(|path| baked.paths().edges(path));
+        filed.chain(edges.iter().copied())
     }
 
     /// The chosen candidate.
@@ -163,13 +179,14 @@ impl Answer {
     ) -> CandidateReport {
         let candidate = &case.candidates[index];
         let baked = case.query.baked;
-        let (path, evasion) = match candidate.way {
-            Way::Evasion { path, .. } => self.push_path(baked, path),
+        let (route, evasion) = match candidate.way {
+            Way::Evasion { path, .. } => (Route::Table(path), Some(evasion_of(baked, path))),
             Way::Move(path) => {
                 let start = self.edges.len();
                 self.edges.extend(case.moves.edges_backwards(path));
                 self.edges[start..].reverse();
-                ((start as u32, self.edges.len() as u32), None)
+                let route = Route::Edges(start as u32, self.edges.len() as u32);
+                (route, None)
             }
         };
         let overlap = case.overlaps.get(index).copied();
@@ -177,7 +194,7 @@ impl Answer {
         let is_culled =
             decision.judging == Judging::Needed && overlap.is_some_and(|overlap| overlap.body > 0);
         CandidateReport {
-            path,
+            route,
             evasion,
             rate: Ok(candidate.rate),
             overlap,
@@ -195,21 +212,12 @@ impl Answer {
         }
     }
 
-    fn push_path(&mut self, baked: &BakedGraph, path: PathId) -> ((u32, u32), Option<EdgeId>) {
-        let start = self.edges.len() as u32;
-        self.edges.extend(baked.paths().edges(path));
-        let evasion = baked.paths().path(path).evasion as usize;
-        let end = self.edges.len() as u32;
-        ((start, end), Some(baked.evasions()[evasion].edge))
-    }
-
     /// Appends the paths that no rate brings in time.
     pub(super) fn list_late(&mut self, baked: &BakedGraph, late: &[(PathId, RateError)]) {
         for &(path, error) in late {
-            let (path, evasion) = self.push_path(baked, path);
             self.candidates.push(CandidateReport {
-                path,
-                evasion,
+                route: Route::Table(path),
+                evasion: Some(evasion_of(baked, path)),
                 rate: Err(error),
                 overlap: None,
                 clearance: None,
@@ -218,6 +226,10 @@ impl Answer {
             });
         }
     }
+}
+
+fn evasion_of(baked: &BakedGraph, path: PathId) -> EdgeId {
+    baked.evasions()[baked.paths().path(path).evasion as usize].edge
 }
 
 impl Counts {

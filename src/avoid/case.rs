@@ -1,6 +1,6 @@
 use super::Query;
 use super::candidate::{Candidate, Way};
-use super::clearance::{Clearance, Extent, MotionBody, SAMPLE_RATE, on_motion, on_track};
+use super::clearance::{Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion, on_track};
 use super::cull::Overlap;
 use super::moves::MoveSearch;
 use super::placement::CullMaps;
@@ -53,7 +53,7 @@ impl Case<'_> {
                 let motion = |motion: &mut Motion| self.motion(index, motion);
                 on_track(baked, &evasion, attack, body, motion)
             }
-            Way::Move(_) => self.test_posed(index, extent, body),
+            Way::Move(_) => self.test_posed(index, (Sampling::CoarseFirst, extent), body),
         }
     }
 
@@ -61,13 +61,13 @@ impl Case<'_> {
     pub(super) fn test_posed(
         &self,
         index: usize,
-        extent: Extent,
+        (sampling, extent): (Sampling, Extent),
         body: &mut MotionBody,
     ) -> Clearance {
         let mut motion = body.take_motion();
         self.motion(index, &mut motion);
         let attack = (self.situation.attack, extent);
-        let clearance = on_motion(self.query.baked, &motion, attack, body);
+        let clearance = on_motion(self.query.baked, (&motion, sampling), attack, body);
         body.return_motion(motion);
         clearance
     }

@@ -1,12 +1,14 @@
 //! The exact test of candidates, as far as the choice needs it.
 //!
 //! Source: Masaoka & Oshita, section 5.4. Differs: V_d is never below 0, so that the other two terms bound the score, and a
-//! candidate whose bound is no better than the best score so far need not be tested.
+//! candidate whose bound is no better than the best score so far need not be tested, and of others only whether they are hit or come
+//! near enough to win.
 
 use serde::{Deserialize, Serialize};
 
+use super::candidate::Way;
 use super::case::Case;
-use super::clearance::{Clearance, Extent, MotionBody, on_motion};
+use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_motion};
 use super::score::Score;
 use crate::graph::Motion;
 use crate::math::{in_parallel, thread_count};
@@ -109,9 +111,14 @@ impl<'s, 'a> Court<'s, 'a> {
                 if self.is_bounded() && bound >= best {
                     break;
                 }
-                let clearance = self
-                    .case
-                    .test(index, Extent::UntilHit, &mut self.scratch.body);
+                let extent = Extent {
+                    below: self.winning_clearance(bound, best),
+                    ..Extent::UNTIL_HIT
+                };
+                let clearance = self.case.test(index, extent, &mut self.scratch.body);
+                if clearance.metres >= extent.below && best.is_finite() {
+                    continue;
+                }
                 let judged = self.judged(index, clearance);
                 best = judged.score.map_or(best, |score| best.min(score.total));
                 self.scratch.judged[index] = Some(judged);
@@ -120,13 +127,25 @@ impl<'s, 'a> Court<'s, 'a> {
         self.scratch.order = order;
     }
 
+    /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
+    fn winning_clearance(&self, bound: f32, best: f32) -> f32 {
+        /// So that of candidates that score all but the same none is left out.
+        const TIE: f32 = 1e-4;
+        let weight = self.case.query.settings.weights.distance;
+        match self.is_bounded() && weight > 0.0 {
+            true => (best - bound) / weight + TIE,
+            false => f32::INFINITY,
+        }
+    }
+
     /// Every one, by as many threads as the settings say.
     fn judge_all(&mut self, order: &[(f32, usize)]) {
         let threads = thread_count(self.case.query.settings.threads);
+        let exactly = (Sampling::Each, Extent::WHOLE);
         if threads == 1 {
             for &(_, index) in order {
                 let body = &mut self.scratch.body;
-                let clearance = self.case.test_posed(index, Extent::Whole, body);
+                let clearance = self.case.test_posed(index, exactly, body);
                 self.scratch.judged[index] = Some(self.judged(index, clearance));
             }
             return;
@@ -135,9 +154,8 @@ impl<'s, 'a> Court<'s, 'a> {
         let parts = in_parallel(threads, order.len().div_ceil(part), |number| {
             let mut body = MotionBody::default();
             let part = &order[number * part..order.len().min((number + 1) * part)];
-            let test = |&(_, index): &(f32, usize)| {
-                (index, case.test_posed(index, Extent::Whole, &mut body))
-            };
+            let test =
+                |&(_, index): &(f32, usize)| (index, case.test_posed(index, exactly, &mut body));
             part.iter().map(test).collect::<Vec<_>>()
         });
         for (index, clearance) in parts.into_iter().flatten() {
@@ -165,7 +183,11 @@ impl<'s, 'a> Court<'s, 'a> {
                 least = least.max(bound);
                 continue;
             }
-            let clearance = self.case.test(index, Extent::Whole, &mut self.scratch.body);
+            let extent = Extent {
+                enough: least,
+                ..Extent::WHOLE
+            };
+            let clearance = self.case.test(index, extent, &mut self.scratch.body);
             least = least.max(clearance.metres);
             self.scratch.judged[index] = Some(self.judged(index, clearance));
         }
@@ -194,23 +216,29 @@ impl<'s, 'a> Court<'s, 'a> {
             .unwrap_or(0)
     }
 
-    /// Leaves the chosen candidate's motion in `motion`. Where it was close, within
-    /// [`CLOSE_CALL`], it is tested on that very motion: false where it looked clean and is not
+    /// Leaves the chosen candidate's motion in `motion`, and tests that very motion, unless it is
+    /// an evasion that was not close, within [`CLOSE_CALL`]: false where it looked clean and is not
     /// after all.
     pub(super) fn confirms(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         self.case.motion(chosen, motion);
-        let attack = (self.case.situation.attack, Extent::Whole);
-        let looks = self.scratch.judged[chosen].map(|judged| judged.clearance.metres);
-        if looks.is_some_and(|metres| metres.abs() > CLOSE_CALL) {
+        let Some(looks) = self.scratch.judged[chosen] else {
+            return true;
+        };
+        let is_evasion = matches!(self.case.candidates[chosen].way, Way::Evasion { .. });
+        let is_close = looks.clearance.metres.abs() <= CLOSE_CALL;
+        if self.judging == Judging::All || (is_evasion && !is_close) {
             return true;
         }
-        let looked_clean = looks.is_some_and(|metres| metres >= 0.0);
-        let baked = self.case.query.baked;
-        let clearance = on_motion(baked, motion, attack, &mut self.scratch.body);
+        let clearance = on_motion(
+            self.case.query.baked,
+            (motion, Sampling::Each),
+            (self.case.situation.attack, Extent::WHOLE),
+            &mut self.scratch.body,
+        );
         self.scratch.judged[chosen] = Some(Judged {
             is_final: true,
             ..self.judged(chosen, clearance)
         });
-        clearance.is_clean() || !looked_clean
+        clearance.is_clean() || !looks.clearance.is_clean()
     }
 }

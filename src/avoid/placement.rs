@@ -52,7 +52,10 @@ impl CullMaps {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
                 turn: MapTurn::new(back, origin, grid.texel),
-                open: !whole || !MapTurn::keeps(back, grid.texel) || is_open(scene, placed),
+                open: !scene.outer
+                    || !whole
+                    || !MapTurn::keeps(back, grid.texel)
+                    || is_open(scene, placed),
             }
         };
         self.candidates.extend(scene.placed.iter().map(candidate));

@@ -106,11 +106,11 @@ impl<'a, 'c> Prepared<'a, 'c> {
             lookup,
         };
         gathering.run(&self.situation, self.context);
-        self.draw_maps();
+        self.draw_maps(false);
     }
 
     /// Draws up the maps of the candidates, in the frame of the next node.
-    fn draw_maps(&mut self) {
+    fn draw_maps(&mut self, outer: bool) {
         let baked = self.query.baked;
         let QueryContext {
             candidates,
@@ -142,7 +142,15 @@ impl<'a, 'c> Prepared<'a, 'c> {
             clocks,
             placed,
             reach: baked.reach(),
+            outer,
         });
+    }
+
+    /// Draws the attack's outer maps too, so that [`Overlap::outer`] can be counted. A choice needs
+    /// no proof of a miss, so they are left out at first, and all candidates are
+    /// [open](super::cull::CullCandidate::open).
+    pub fn draw_outer_maps(&mut self) {
+        self.draw_maps(true);
     }
 
     /// What a culling path counts: the candidates that end in an evasion.

@@ -231,7 +231,8 @@ fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &C
             );
         }
     }
-    let path = way(case.baked, answer.path(report), report.evasion);
+    let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
+    let path = way(case.baked, &edges, report.evasion);
     let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 

@@ -16,7 +16,7 @@ pub(crate) fn run(path: &Path, baked: &BakedGraph, as_json: bool) -> Result<Done
             path: path.to_owned(),
             error,
         })?;
-    let (expected, found) = (&recording.chosen, &Chosen::of(&answer));
+    let (expected, found) = (&recording.chosen, &Chosen::of(baked, &answer));
     let same = found.is_same(expected);
     let text = if as_json {
         Done::json(&json!({ "same": same, "expected": expected, "found": found }))

@@ -122,10 +122,12 @@ impl<'a> Asker<'a> {
             culling.count(path, &input, &mut self.overlaps)?;
             cull += counting.elapsed();
             if self.watches || settings.list_late {
-                culling.count_whole(&input, &mut self.overlaps);
+                prepared.draw_outer_maps();
+                culling.count_whole(&prepared.cull_input(), &mut self.overlaps);
             }
             if self.watches {
-                self.rounds.push(Round::new(&input, &self.overlaps));
+                let round = Round::new(&prepared.cull_input(), &self.overlaps);
+                self.rounds.push(round);
             }
             let deciding = Instant::now();
             let verdict = prepared.decide(&self.overlaps, path.judging(), &mut self.answer);

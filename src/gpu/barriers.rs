@@ -67,10 +67,13 @@ impl Access {
         vk::AccessFlags2::SHADER_STORAGE_READ,
         vk::ImageLayout::UNDEFINED,
     );
-    /// Storage buffers, as compute shaders read them.
+    /// Storage and uniform buffers, as compute shaders read them.
     pub(crate) const COMPUTE_READ: Self = Self::new(
         vk::PipelineStageFlags2::COMPUTE_SHADER,
-        vk::AccessFlags2::SHADER_STORAGE_READ,
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::SHADER_STORAGE_READ.as_raw()
+                | vk::AccessFlags2::UNIFORM_READ.as_raw(),
+        ),
         vk::ImageLayout::UNDEFINED,
     );
     /// What compute shaders wrote into storage buffers.

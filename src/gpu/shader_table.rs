@@ -13,7 +13,7 @@ pub(crate) struct Shader {
     pub(crate) stage: Stage,
     /// Bytes.
     pub(crate) push_constants: u32,
-    /// Its storage buffers.
+    /// Its storage and uniform buffers.
     pub(crate) bindings: &'static [Binding],
     /// SPIR-V.
     pub(crate) words: &'static [u32],
@@ -27,7 +27,7 @@ pub(crate) enum Stage {
     Compute,
 }
 
-/// A storage buffer that holds one array.
+/// A storage or uniform buffer that holds one array.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binding {
     pub(crate) set: u32,
@@ -62,25 +62,31 @@ pub(crate) struct PlacedBox {
 pub(crate) struct CountSettings {
     pub(crate) first: u32,
     pub(crate) parts: u32,
-    pub(crate) lanes: u32,
-    pub(crate) masks: u32,
-    pub(crate) inner: u32,
-    pub(crate) outer: u32,
+    pub(crate) candidates: u32,
+    pub(crate) sums: u32,
+    pub(crate) slices: u32,
+    pub(crate) planes: u32,
 }
 
-/// One candidate, with the tiles of its region and the blocks of its clock.
+/// One candidate, with the planes of its region.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct Paged {
+pub(crate) struct PlacedPlanes {
     pub(crate) turn: [i32; 4],
-    pub(crate) origin: [i32; 2],
-    pub(crate) side: [i32; 2],
-    pub(crate) tiles: u32,
-    pub(crate) first_slab: u32,
+    pub(crate) entries: u32,
+    pub(crate) first_slab: i32,
     pub(crate) slabs: u32,
-    pub(crate) first_block: u32,
-    pub(crate) end_block: u32,
-    pub(crate) padding: [u32; 3],
+    pub(crate) index: u32,
+}
+
+/// Candidates of a work group, and what of the attack they are held against.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct CandidateGroup {
+    pub(crate) first: u32,
+    pub(crate) end: u32,
+    pub(crate) first_plane: u32,
+    pub(crate) end_plane: u32,
 }
 
 /// What the compute shader counts of a candidate: body, outer, evasion.
@@ -96,7 +102,7 @@ pub(crate) struct PlacedDisc {
     pub(crate) clip: [u16; 4],
 }
 
-/// Stride of a storage buffer's elements as a shader reads them; 0 where it does not read that buffer.
+/// Stride of a buffer's elements as a shader reads them; 0 where it does not read that buffer.
 const fn stride(shader: &Shader, binding: u32) -> usize {
     let mut index = 0;
     while index < shader.bindings.len() {
@@ -134,30 +140,31 @@ const _: () = {
     assert!(offset_of!(HostBits, padding) == MapBits::PADDING);
 
     assert!(stride(&COUNT_COMP, 0) == size_of::<u32>());
-    assert!(stride(&COUNT_COMP, 1) == size_of::<u32>());
-    assert!(stride(&COUNT_COMP, 2) == size_of::<Paged>());
-    assert!(stride(&COUNT_COMP, 3) == size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 1) == 4 * size_of::<u32>());
+    assert!(stride(&COUNT_COMP, 2) == size_of::<PlacedPlanes>());
+    assert!(stride(&COUNT_COMP, 3) == size_of::<CandidateGroup>());
+    assert!(stride(&COUNT_COMP, 4) == size_of::<u32>());
 
     assert!(size_of::<CountSettings>() == CountCandidates::SIZE);
     assert!(offset_of!(CountSettings, first) == CountCandidates::FIRST);
     assert!(offset_of!(CountSettings, parts) == CountCandidates::PARTS);
-    assert!(offset_of!(CountSettings, lanes) == CountCandidates::LANES);
-    assert!(offset_of!(CountSettings, masks) == CountCandidates::MASKS);
-    assert!(offset_of!(CountSettings, inner) == CountCandidates::INNER);
-    assert!(offset_of!(CountSettings, outer) == CountCandidates::OUTER);
+    assert!(offset_of!(CountSettings, candidates) == CountCandidates::CANDIDATES);
+    assert!(offset_of!(CountSettings, sums) == CountCandidates::SUMS);
+    assert!(offset_of!(CountSettings, slices) == CountCandidates::SLICES);
+    assert!(offset_of!(CountSettings, planes) == CountCandidates::PLANES);
 
-    assert!(size_of::<Paged>() == PagedCandidate::SIZE);
-    assert!(offset_of!(Paged, turn) == PagedCandidate::TURN);
-    assert!(offset_of!(Paged, origin) == PagedCandidate::ORIGIN);
-    assert!(offset_of!(Paged, side) == PagedCandidate::SIDE);
-    assert!(offset_of!(Paged, tiles) == PagedCandidate::TILES);
-    assert!(offset_of!(Paged, first_slab) == PagedCandidate::FIRST_SLAB);
-    assert!(offset_of!(Paged, slabs) == PagedCandidate::SLABS);
-    assert!(offset_of!(Paged, first_block) == PagedCandidate::FIRST_BLOCK);
-    assert!(offset_of!(Paged, end_block) == PagedCandidate::END_BLOCK);
-    assert!(offset_of!(Paged, padding) == PagedCandidate::PADDING_X);
-    assert!(offset_of!(Paged, padding) + 4 == PagedCandidate::PADDING_Y);
-    assert!(offset_of!(Paged, padding) + 8 == PagedCandidate::PADDING_Z);
+    assert!(size_of::<PlacedPlanes>() == PlaneCandidate::SIZE);
+    assert!(offset_of!(PlacedPlanes, turn) == PlaneCandidate::TURN);
+    assert!(offset_of!(PlacedPlanes, entries) == PlaneCandidate::ENTRIES);
+    assert!(offset_of!(PlacedPlanes, first_slab) == PlaneCandidate::FIRST_SLAB);
+    assert!(offset_of!(PlacedPlanes, slabs) == PlaneCandidate::SLABS);
+    assert!(offset_of!(PlacedPlanes, index) == PlaneCandidate::INDEX);
+
+    assert!(size_of::<CandidateGroup>() == GroupRange::SIZE);
+    assert!(offset_of!(CandidateGroup, first) == GroupRange::FIRST);
+    assert!(offset_of!(CandidateGroup, end) == GroupRange::END);
+    assert!(offset_of!(CandidateGroup, first_plane) == GroupRange::FIRST_PLANE);
+    assert!(offset_of!(CandidateGroup, end_plane) == GroupRange::END_PLANE);
 
     // `disc` and `turn` are their host types, word for word.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());

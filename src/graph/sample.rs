@@ -2,9 +2,11 @@
 
 use glam::{Quat, Vec3};
 
-use super::{Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{Chain, JointId, Moment, Pose, Skeleton, slerp};
-use crate::math::Rigid2;
+use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
+use crate::anim::{
+    Block, Chain, JointId, LANES, Moment, Pose, Skeleton, slerp, slerp_block, unpack,
+};
+use crate::math::{Isa, Rigid2};
 
 /// Both sides of a transition at one moment, in the space of the clip that it leaves.
 pub(super) struct Sides<'a> {
@@ -91,25 +93,80 @@ impl<'a> Sides<'a> {
 
     /// The blend's whole pose.
     fn pose(&self, out: &mut Pose) {
-        let blend = self.blend();
-        out.rotations.clear();
+        out.root = self.root();
+        out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
+                    unpack(&self.block(index), part);
+                }
+            },
+        );
         out.translations.clear();
         // Where one of the clips moves joints, the other one's stand where the skeleton has them.
-        let moves_joints = self.source.moves_joints() || self.target.moves_joints();
-        for id in self.skeleton.ids() {
-            let (rotation, place) = (blend.local)(id);
-            out.rotations.push(rotation);
-            if id == JointId::ROOT {
-                out.root = place;
-            }
-            if moves_joints {
-                out.translations.push(place);
+        if self.source.moves_joints() || self.target.moves_joints() {
+            let blend = self.blend();
+            let places = self.skeleton.ids().map(|id| (blend.local)(id).1);
+            out.translations.extend(places);
+        }
+    }
+
+    /// The blended rotations of sixteen joints.
+    #[inline(always)]
+    fn block(&self, index: usize) -> Block {
+        let (source, mut target) = (self.source.block(index), self.target.block(index));
+        if index == 0 {
+            let [x, y, z, w] = target.map(|row| row[0]);
+            let turned = (self.turn * Quat::from_xyzw(x, y, z, w)).normalize();
+            for (row, value) in target.iter_mut().zip(turned.to_array()) {
+                row[0] = value;
             }
         }
+        slerp_block(&source, &target, self.weight)
     }
 }
 
+/// What is played at a moment of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgeMoment {
+    /// The clip in which it starts, and the frame there.
+    pub(crate) source: (ClipId, f32),
+    /// In a transition the other side.
+    pub(crate) target: Option<TargetMoment>,
+}
+
+/// The side to which a transition leads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TargetMoment {
+    pub(crate) at: (ClipId, f32),
+    /// Takes its clip to that of the source.
+    pub(crate) align: Rigid2,
+    pub(crate) weight: f32,
+    /// How far the root has sunk for the feet, metres.
+    pub(crate) sunk: f32,
+}
+
 impl MotionGraph {
+    /// What an edge plays, `frame` frames after its start.
+    pub(crate) fn edge_moment(&self, id: EdgeId, frame: f32) -> EdgeMoment {
+        let edge = self.edge(id);
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        let target = match edge.motion {
+            EdgeMotion::Clip => None,
+            EdgeMotion::Transition { align, .. } => Some(TargetMoment {
+                at: (to.clip, (to.frame - edge.frames) as f32 + frame),
+                align,
+                weight: 1.0 - blend_weight(frame / edge.frames as f32),
+                sunk: self.sunk(id, frame),
+            }),
+        };
+        EdgeMoment {
+            source: (from.clip, from.frame as f32 + frame),
+            target,
+        }
+    }
+
     /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
     /// starts. Allocates nothing where `out` has held a pose of the skeleton before.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {

@@ -105,7 +105,7 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
         "attack": { "spheres": question.attack.spheres() },
         "body": { "spheres": body.collect::<Vec<_>>() },
         "query": question.asked(),
-        "answer": Chosen::of(answer),
+        "answer": Chosen::of(baked, answer),
         "source": answer.source,
         "chosen": answer.chosen,
         "counts": answer.counts,
@@ -126,8 +126,8 @@ pub fn evasion_placement(
     let evasion = baked.evasion(candidate.evasion?)?;
     let graph = baked.graph();
     let at_node = playhead.next_clip_to_world(graph);
-    let edges = answer.path(candidate).iter();
-    let at_evasion = edges.fold(at_node, |so_far, &edge| so_far * graph.clip_change(edge));
+    let edges = answer.path(baked, candidate);
+    let at_evasion = { edges }.fold(at_node, |so_far, edge| so_far * graph.clip_change(edge));
     Some(at_evasion * evasion.placement)
 }
 
@@ -135,9 +135,9 @@ pub fn evasion_placement(
 /// score and fate.
 #[must_use]
 pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport) -> Value {
-    let path = answer.path(candidate).iter();
+    let path = answer.path(baked, candidate);
     let mut value = json!({
-        "path": path.map(|&edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
+        "path": path.map(|edge| describe_edge(baked, edge)).collect::<Vec<_>>(),
         "evasion": candidate.evasion.and_then(|edge| describe_evasion(baked, edge)),
         "fate": candidate.fate,
     });

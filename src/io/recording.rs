@@ -97,12 +97,12 @@ struct File {
 }
 
 impl Chosen {
-    /// Of an answer.
+    /// Of an answer from `baked`.
     #[must_use]
-    pub fn of(answer: &Answer) -> Self {
+    pub fn of(baked: &BakedGraph, answer: &Answer) -> Self {
         let report = answer.chosen();
         Self {
-            edges: answer.path(report).to_vec(),
+            edges: answer.path(baked, report).collect(),
             evasion: report.evasion,
             p: report.rate.as_ref().map_or(1.0, |rate| rate.rate),
             clearance: answer.clearance().metres,

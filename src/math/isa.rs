@@ -4,6 +4,8 @@
 //! compiles it again for each instruction set. Nothing is fused or reassociated on the way, so that
 //! every one of them gives the same bits.
 
+use std::sync::OnceLock;
+
 /// An instruction set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Isa {
@@ -20,8 +22,11 @@ impl Isa {
 
     /// The widest one that this machine has.
     #[must_use]
+    #[inline]
     pub fn best() -> Self {
-        Self::available().last().unwrap_or(Self::Portable)
+        /// Asked of the machine once, for kernels are short.
+        static BEST: OnceLock<Isa> = OnceLock::new();
+        *BEST.get_or_init(|| Self::available().last().unwrap_or(Self::Portable))
     }
 
     /// All that this machine has, narrow ones first.
@@ -63,13 +68,15 @@ impl Isa {
     pub fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self.is_available() => {
-                // SAFETY: the machine has what the function is compiled for.
+            Self::Avx2 if self <= Self::best() => {
+                // SAFETY: the machine has what the function is compiled for: it has the best one,
+                // and each one's features are among those of the next.
                 unsafe { run_avx2(kernel) }
             }
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self.is_available() => {
-                // SAFETY: the machine has what the function is compiled for.
+            Self::Avx512 if self <= Self::best() => {
+                // SAFETY: the machine has what the function is compiled for: it has the best one,
+                // and each one's features are among those of the next.
                 unsafe { run_avx512(kernel) }
             }
             _ => kernel(),
@@ -101,12 +108,12 @@ impl Isa {
     pub fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self.is_available() => self.run(
+            Self::Avx512 if self <= Self::best() => self.run(
                 #[inline(always)]
                 || kernel.run(WordsAvx512(())),
             ),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self.is_available() => self.run(
+            Self::Avx2 if self <= Self::best() => self.run(
                 #[inline(always)]
                 || kernel.run(WordsAvx2(())),
             ),

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::grid::{Grid, GridSettings, GridSource};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
+use super::upright::{Upright, Uprights};
 use super::{
     Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab, Strike,
 };
@@ -47,6 +48,8 @@ pub struct BakedGraph {
     /// Radii of the body's spheres, padded.
     #[serde(skip)]
     radii: Vec<f32>,
+    #[serde(skip)]
+    uprights: Uprights,
     /// For each region and slab.
     #[serde(skip)]
     evasion_texels: Vec<Vec<u32>>,
@@ -89,6 +92,7 @@ impl BakedGraph {
             frames_to_evasion,
             reach,
             radii: Vec::new(),
+            uprights: Uprights::default(),
             evasion_texels: Vec::new(),
             placements: Vec::new(),
         }
@@ -197,6 +201,12 @@ impl BakedGraph {
         &self.radii
     }
 
+    /// A cylinder around the body at a moment of an edge, in the space of the clip in which that
+    /// starts. Where a transition bends the body outwards it can be centimetres too narrow.
+    pub(crate) fn upright(&self, edge: EdgeId, frame: f32) -> Upright {
+        self.uprights.at(&self.graph, edge, frame)
+    }
+
     /// The character's frame (root on the ground, facing +Z) at a node, in the space of its clip.
     #[must_use]
     pub fn placement(&self, node: NodeId) -> Rigid2 {
@@ -287,6 +297,7 @@ impl BakedGraph {
             |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
         self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
         self.radii = BodyTrack::radii(&self.body);
+        self.uprights = Uprights::new(&self.graph, &self.body);
         let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
         self.placements = self.graph.nodes().iter().map(placement).collect();
         let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);

@@ -26,6 +26,7 @@ mod sphere_key;
 mod strike;
 mod track;
 mod turn;
+mod upright;
 
 pub use atlas::{
     AttackMaps, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, RegionId, RegionMaps, SlabMaps,
@@ -51,3 +52,4 @@ pub use sphere_key::SphereKey;
 pub use strike::{Strike, attack_spheres};
 pub use track::BodyTrack;
 pub use turn::MapTurn;
+pub(crate) use upright::Upright;

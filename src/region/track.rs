@@ -19,6 +19,8 @@ pub struct BodyTrack {
     rows: Vec<f32>,
     /// For each sample a sphere that holds the whole body.
     bounds: Vec<(Vec3, f32)>,
+    /// For each stretch one that holds it all through.
+    hulls: Vec<(Vec3, f32)>,
 }
 
 impl BodyTrack {
@@ -26,6 +28,9 @@ impl BodyTrack {
     /// and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm; it would be 0.34 mm at 240
     /// a second.
     pub const RATE: f32 = 120.0;
+
+    /// From one sample of a stretch to the first of the next there are so many.
+    pub const STRETCH: usize = 4;
 
     /// Rows are padded to a multiple of it, with copies of the last sphere.
     pub const LANES: usize = 16;
@@ -51,6 +56,7 @@ impl BodyTrack {
             spheres: body.spheres.len(),
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
             bounds: Vec::with_capacity(ticks),
+            hulls: Vec::with_capacity(ticks.div_ceil(Self::STRETCH)),
         };
         let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
         for tick in 0..ticks {
@@ -60,6 +66,9 @@ impl BodyTrack {
             body.centres(&joints, &mut centres);
             track.bounds.push(bound(body, &centres));
         }
+        let firsts = (0..ticks).step_by(Self::STRETCH);
+        let stretches = firsts.map(|first| first..=(first + Self::STRETCH).min(ticks - 1));
+        track.hulls = stretches.map(|s| around(&track.bounds[s])).collect();
         track
     }
 
@@ -72,15 +81,16 @@ impl BodyTrack {
     pub fn push_rows(body: &Body, joints: &[JointTransform], rows: &mut Vec<f32>) {
         let (start, row) = (rows.len(), Self::padded(body.spheres.len()));
         rows.resize(start + 3 * row, 0.0);
-        let last = body.spheres.len().saturating_sub(1);
         let (x, rest) = rows[start..].split_at_mut(row);
         let (y, z) = rest.split_at_mut(row);
-        let mut centre = Vec3::ZERO;
-        for index in 0..row {
-            if index <= last {
-                centre = body.spheres[index].centre(joints);
-            }
-            (x[index], y[index], z[index]) = (centre.x, centre.y, centre.z);
+        let mut last = Vec3::ZERO;
+        let places = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut());
+        for (sphere, ((x, y), z)) in body.spheres.iter().zip(places) {
+            last = sphere.centre(joints);
+            (*x, *y, *z) = (last.x, last.y, last.z);
+        }
+        for (row, last) in [x, y, z].into_iter().zip(last.to_array()) {
+            row[body.spheres.len()..].fill(last);
         }
     }
 
@@ -97,6 +107,13 @@ impl BodyTrack {
     #[must_use]
     pub fn bound(&self, tick: usize) -> (Vec3, f32) {
         self.bounds[tick]
+    }
+
+    /// A sphere that holds the whole body all through a stretch: from sample [`BodyTrack::STRETCH`]
+    /// `index` to the first one of the next stretch, in straight lines between samples.
+    #[must_use]
+    pub fn hull(&self, index: usize) -> (Vec3, f32) {
+        self.hulls[index]
     }
 
     /// Values in a row of one tick and axis.
@@ -131,6 +148,18 @@ impl BodyTrack {
         let [x, y, z] = self.axes(tick);
         Vec3::new(x[sphere], y[sphere], z[sphere])
     }
+}
+
+/// A sphere around spheres.
+fn around(spheres: &[(Vec3, f32)]) -> (Vec3, f32) {
+    let low = spheres.iter().map(|s| s.0).fold(Vec3::INFINITY, Vec3::min);
+    let high = spheres
+        .iter()
+        .map(|s| s.0)
+        .fold(Vec3::NEG_INFINITY, Vec3::max);
+    let middle = (low + high) / 2.0;
+    let reach = |(centre, radius): &(Vec3, f32)| centre.distance(middle) + radius;
+    (middle, spheres.iter().map(reach).fold(0.0, f32::max))
 }
 
 /// The sphere around the middle of the body's box.

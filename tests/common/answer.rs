@@ -31,7 +31,8 @@ pub fn answer_throw(query: &Query<'_>, throw: &Throw, judging: Judging) -> Answe
 /// The counts of a query's first candidates.
 pub fn first_counts(query: &Query<'_>, (playhead, attack): (Playhead, &Attack)) -> Vec<Overlap> {
     let (mut context, mut overlaps) = (QueryContext::default(), Vec::new());
-    let prepared = query.prepare(playhead, attack, &mut context);
+    let mut prepared = query.prepare(playhead, attack, &mut context);
+    prepared.draw_outer_maps();
     cpu::count(&prepared.cull_input(), &mut overlaps);
     overlaps
 }

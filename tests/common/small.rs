@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 use sabaki::anim::{Event, EventKind, JointId};
-use sabaki::avoid::clearance::{Extent, MotionBody, on_motion};
+use sabaki::avoid::clearance::{Extent, MotionBody, Sampling, on_motion};
 use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::math::Rigid2;
@@ -75,8 +75,13 @@ pub fn use_it(baked: &BakedGraph) {
     let attack = Attack::new(vec![vec![key(0.9, -1.0), key(1.1, 1.0)]]).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     Query::new(baked, &settings).answer(playhead, &attack, &mut context, &mut answer);
-    let whole = (&attack, Extent::Whole);
-    let _ = on_motion(baked, &answer.motion, whole, &mut MotionBody::default());
+    let whole = (&attack, Extent::WHOLE);
+    let _ = on_motion(
+        baked,
+        (&answer.motion, Sampling::Each),
+        whole,
+        &mut MotionBody::default(),
+    );
     let _ = (baked.responsive_share(1.0), baked.graph().seconds_kept());
     let _ = baked.atlas().pack();
     for event in baked.graph().events() {

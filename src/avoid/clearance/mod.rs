@@ -30,12 +30,47 @@ use sweep::{Course, Sweep};
 pub const SAMPLE_RATE: f32 = BodyTrack::RATE;
 
 /// How much of an attack is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Distances from here on are of no interest, metres: they are not told from this one.
+    pub below: f32,
+    /// Where something is nearer than this, nothing nearer is looked for, metres.
+    pub enough: f32,
+}
+
+impl Extent {
     /// All of it: the smallest distance, however deep.
-    Whole,
+    pub const WHOLE: Self = Self {
+        below: f32::INFINITY,
+        enough: f32::NEG_INFINITY,
+    };
+
     /// Up to the first hit that is found: whether there is one, not how deep it goes.
-    UntilHit,
+    pub const UNTIL_HIT: Self = Self {
+        enough: 0.0,
+        ..Self::WHOLE
+    };
+}
+
+/// How a motion is sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// At each sample that the attack may be near.
+    #[default]
+    Each,
+    /// At every fourth one first, and at those between where it is near then. A body that leaves the
+    /// straight way between two of these by more than 2.5 cm may be taken for cleaner than it is.
+    CoarseFirst,
+}
+
+impl Sampling {
+    /// From one sample that is always taken to the next.
+    fn stretch(self) -> usize {
+        match self {
+            Self::Each => 1,
+            Self::CoarseFirst => BodyTrack::STRETCH,
+        }
+    }
 }
 
 /// The smallest distance over an attack.
@@ -72,15 +107,13 @@ impl Clearance {
 /// to the next.
 pub fn on_motion(
     baked: &BakedGraph,
-    motion: &Motion,
+    (motion, sampling): (&Motion, Sampling),
     (attack, extent): (&Attack, Extent),
     scratch: &mut MotionBody,
 ) -> Clearance {
-    let mut sweep = Sweep::new(attack, extent);
-    sweep.part(
-        &mut scratch.on(baked, motion),
-        Course::of_motion((0.0, f32::INFINITY)),
-    );
+    let (mut body, stretches) = scratch.on(baked, motion, sampling);
+    let mut sweep = Sweep::new(attack, extent, stretches);
+    sweep.part(&mut body, Course::of_motion((0.0, f32::INFINITY)));
     sweep.nearest()
 }
 
@@ -104,8 +137,14 @@ pub fn on_track(
     scratch: &mut MotionBody,
     motion: impl FnOnce(&mut Motion),
 ) -> Clearance {
-    let mut sweep = Sweep::new(attack, extent);
     let known = (evasion.start, evasion.start + evasion.track.seconds());
+    let is_known = attack.start() >= known.0 && attack.end() <= known.1;
+    let mut path = scratch.take_motion();
+    if !is_known {
+        motion(&mut path);
+    }
+    let (mut body, stretches) = scratch.on(baked, &path, Sampling::Each);
+    let mut sweep = Sweep::new(attack, extent, stretches);
     sweep.part(
         &mut baked.of_track(evasion.track),
         Course {
@@ -114,13 +153,11 @@ pub fn on_track(
             placement: evasion.placement.inverse(),
         },
     );
-    if attack.start() < known.0 || attack.end() > known.1 {
-        let mut path = scratch.take_motion();
-        motion(&mut path);
-        let mut body = scratch.on(baked, &path);
+    if !is_known {
         sweep.part(&mut body, Course::of_motion((0.0, known.0)));
         sweep.part(&mut body, Course::of_motion((known.1, f32::INFINITY)));
-        scratch.return_motion(path);
     }
-    sweep.nearest()
+    let nearest = sweep.nearest();
+    scratch.return_motion(path);
+    nearest
 }

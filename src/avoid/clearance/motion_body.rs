@@ -2,38 +2,55 @@
 
 use glam::Vec3;
 
-use super::SAMPLE_RATE;
-use super::nearest::Spheres;
-use super::sweep::Samples;
+use super::nearest::{Ball, Spheres};
+use super::sweep::{Pace, Samples, Stretches};
+use super::{SAMPLE_RATE, Sampling};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
-use crate::region::{BakedGraph, BodyTrack};
+use crate::region::{BakedGraph, BodyTrack, Upright};
 
 /// What posing the body along a motion needs; kept from one motion to the next.
 #[derive(Clone, Debug, Default)]
 pub struct MotionBody {
+    posed: PosedRows,
+    stretches: Stretches,
+    /// For those who build a motion only to have it tested.
+    motion: Motion,
+}
+
+/// The samples that were posed.
+#[derive(Clone, Debug, Default)]
+struct PosedRows {
     pose: Pose,
     joints: Vec<JointTransform>,
     /// For each sample from the first one asked for, where its rows begin.
     slots: Vec<Option<usize>>,
     first_tick: Option<usize>,
+    /// Around the body at the sample that was asked for last.
+    upright: Option<(usize, Upright)>,
     /// `[slot][x, y, z][sphere]`, padded.
     rows: Vec<f32>,
-    /// For those who build a motion only to have it tested.
-    motion: Motion,
 }
 
 impl MotionBody {
     /// The body along `motion`.
-    pub(super) fn on<'a>(&'a mut self, baked: &'a BakedGraph, motion: &'a Motion) -> Posed<'a> {
-        self.slots.clear();
-        self.rows.clear();
-        self.first_tick = None;
-        Posed {
+    pub(super) fn on<'a>(
+        &'a mut self,
+        baked: &'a BakedGraph,
+        motion: &'a Motion,
+        sampling: Sampling,
+    ) -> (Posed<'a>, &'a mut Stretches) {
+        self.posed.slots.clear();
+        self.posed.rows.clear();
+        self.posed.first_tick = None;
+        self.posed.upright = None;
+        let posed = Posed {
             baked,
             motion,
-            scratch: self,
-        }
+            sampling,
+            scratch: &mut self.posed,
+        };
+        (posed, &mut self.stretches)
     }
 
     pub(in crate::avoid) fn take_motion(&mut self) -> Motion {
@@ -49,7 +66,8 @@ impl MotionBody {
 pub(super) struct Posed<'a> {
     baked: &'a BakedGraph,
     motion: &'a Motion,
-    scratch: &'a mut MotionBody,
+    sampling: Sampling,
+    scratch: &'a mut PosedRows,
 }
 
 impl Posed<'_> {
@@ -80,6 +98,27 @@ impl Posed<'_> {
         }
     }
 
+    /// A sphere that no body leaves.
+    fn reach(&self, tick: usize) -> (Vec3, f32) {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let root = self.motion.root(self.baked.graph(), seconds);
+        (root, self.baked.reach())
+    }
+
+    fn upright(&mut self, tick: usize) -> Upright {
+        match self.scratch.upright {
+            Some((last, upright)) if last == tick => upright,
+            _ => {
+                let seconds = tick as f32 / SAMPLE_RATE;
+                let playhead = self.motion.playhead(self.baked.graph(), seconds);
+                let upright = self.baked.upright(playhead.edge, playhead.frame);
+                let upright = upright.placed(playhead.clip_to_world);
+                self.scratch.upright = Some((tick, upright));
+                upright
+            }
+        }
+    }
+
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
         let row = self.baked.radii_row().len();
         let start = self.slot(tick).unwrap_or(0);
@@ -88,21 +127,33 @@ impl Posed<'_> {
 }
 
 impl Samples for Posed<'_> {
-    fn bound(&mut self, tick: usize) -> (Vec3, f32) {
-        let seconds = tick as f32 / SAMPLE_RATE;
-        let root = self.motion.root(self.baked.graph(), seconds);
-        (root, self.baked.reach())
+    fn stretch(&self) -> usize {
+        self.sampling.stretch()
+    }
+
+    fn bound(&mut self, tick: usize, ball: &Ball) -> f32 {
+        let ends = [tick, tick + self.stretch()];
+        match self.sampling {
+            Sampling::Each => ball.distance_to_spheres(ends.map(|tick| self.reach(tick))),
+            Sampling::CoarseFirst => ball.distance_to_uprights(ends.map(|tick| self.upright(tick))),
+        }
+    }
+
+    fn pace(&self) -> Pace {
+        match self.sampling {
+            Sampling::Each => Pace::Each,
+            Sampling::CoarseFirst => Pace::EndsFirst,
+        }
     }
 
     fn prepare(&mut self, tick: usize) {
         self.make(tick);
-        self.make(tick + 1);
     }
 
-    fn spheres(&self, tick: usize) -> Spheres<'_> {
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
         Spheres {
-            from: self.axes(tick),
-            to: self.axes(tick + 1),
+            from: self.axes(ticks[0]),
+            to: self.axes(ticks[1]),
             radii: self.baked.radii_row(),
         }
     }
@@ -130,18 +181,28 @@ impl BakedGraph {
 }
 
 impl Samples for Tracked<'_> {
-    fn bound(&mut self, tick: usize) -> (Vec3, f32) {
-        self.track.bound(tick.min(self.track.ticks() - 1))
+    fn stretch(&self) -> usize {
+        BodyTrack::STRETCH
+    }
+
+    fn bound(&mut self, tick: usize, ball: &Ball) -> f32 {
+        let last = (self.track.ticks() - 1) / BodyTrack::STRETCH;
+        let hull = self.track.hull((tick / BodyTrack::STRETCH).min(last));
+        ball.distance_to_spheres([hull; 2])
+    }
+
+    fn pace(&self) -> Pace {
+        Pace::Each
     }
 
     fn prepare(&mut self, _: usize) {}
 
-    fn spheres(&self, tick: usize) -> Spheres<'_> {
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
         // The last sample has no next one: there the body stays for the moment that is asked for.
         let last = self.track.ticks() - 1;
         Spheres {
-            from: self.track.axes(tick.min(last)),
-            to: self.track.axes((tick + 1).min(last)),
+            from: self.track.axes(ticks[0].min(last)),
+            to: self.track.axes(ticks[1].min(last)),
             radii: self.radii,
         }
     }

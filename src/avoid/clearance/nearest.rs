@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::closest;
 use crate::math::Isa;
-use crate::region::BodyTrack;
+use crate::region::{BodyTrack, Upright};
 
 const LANES: usize = BodyTrack::LANES;
 
@@ -28,13 +28,33 @@ pub(super) struct Ball {
 }
 
 impl Ball {
+    /// The sample, not a whole one, at a share of the ball's way, which lies between two samples.
+    pub(super) fn tick(&self, [from, to]: [usize; 2], share: f32) -> f32 {
+        let share = self.shares[0] + (self.shares[1] - self.shares[0]) * share;
+        from as f32 + (to - from) as f32 * share
+    }
+
     /// The smallest distance from spheres that hold the whole body at the two samples: less than
     /// that from any part of it.
-    pub(super) fn distance_to(&self, bounds: [(Vec3, f32); 2]) -> f32 {
+    pub(super) fn distance_to_spheres(&self, bounds: [(Vec3, f32); 2]) -> f32 {
         let apart =
             [0, 1].map(|end| bounds[0].0.lerp(bounds[1].0, self.shares[end]) - self.centres[end]);
         let reach = bounds[0].1.max(bounds[1].1) + self.radii[0].max(self.radii[1]);
         closest(apart, [reach; 2]).1
+    }
+
+    /// The same from upright cylinders: the way on the ground, or what lies between the heights.
+    pub(super) fn distance_to_uprights(&self, [from, to]: [Upright; 2]) -> f32 {
+        let apart = [0, 1].map(|end| {
+            let (axis, centre) = (from.axis.lerp(to.axis, self.shares[end]), self.centres[end]);
+            Vec3::new(axis.x - centre.x, 0.0, axis.y - centre.z)
+        });
+        let radius = self.radii[0].max(self.radii[1]);
+        let beside = closest(apart, [from.radius.max(to.radius) + radius; 2]).1;
+        let heights = self.centres.map(|centre| centre.y);
+        let above = heights[0].min(heights[1]) - radius - from.high.max(to.high);
+        let below = from.low.min(to.low) - radius - heights[0].max(heights[1]);
+        beside.max(above).max(below)
     }
 }
 
@@ -53,14 +73,15 @@ impl Spheres<'_> {
         if ball.radii[0] != ball.radii[1] {
             return self.nearest_to_growing(ball, count, limit);
         }
-        let lowest = Isa::best().run(
+        let (lowest, sphere) = Isa::best().run(
             #[inline(always)]
             || self.lowest(ball),
         );
         if lowest - ball.radii[0] >= limit {
             return None;
         }
-        let sphere = (0..count).find(|&sphere| self.one(sphere, ball) == lowest)?;
+        // Padding is a copy of the last one.
+        let sphere = sphere.min(count - 1);
         let (share, metres) = self.exactly(sphere, ball);
         (metres < limit).then_some(Nearest {
             metres,
@@ -69,10 +90,11 @@ impl Spheres<'_> {
         })
     }
 
-    /// The smallest distance of the ball's centre from a sphere's surface.
+    /// The smallest distance of the ball's centre from a sphere's surface, and the first sphere that
+    /// has it.
     #[inline(always)]
-    fn lowest(&self, ball: &Ball) -> f32 {
-        let mut lowest = [f32::INFINITY; LANES];
+    fn lowest(&self, ball: &Ball) -> (f32, usize) {
+        let (mut lowest, mut blocks) = ([f32::INFINITY; LANES], [0u32; LANES]);
         let ([x0, y0, z0], [x1, y1, z1]) = (rows_of(self.from), rows_of(self.to));
         let radii = self.radii.as_chunks::<LANES>().0;
         for block in 0..radii.len() {
@@ -80,23 +102,19 @@ impl Spheres<'_> {
                 let from = [x0[block][lane], y0[block][lane], z0[block][lane]];
                 let to = [x1[block][lane], y1[block][lane], z1[block][lane]];
                 let distance = surface_distance(from, to, radii[block][lane], ball);
-                lowest[lane] = if distance < lowest[lane] {
-                    distance
-                } else {
-                    lowest[lane]
-                };
+                let nearer = distance < lowest[lane];
+                lowest[lane] = if nearer { distance } else { lowest[lane] };
+                blocks[lane] = if nearer { block as u32 } else { blocks[lane] };
             }
         }
-        lowest.iter().copied().fold(f32::INFINITY, f32::min)
-    }
-
-    /// The same for one sphere, to the bit.
-    fn one(&self, sphere: usize, ball: &Ball) -> f32 {
-        let (from, to) = (
-            self.from.map(|row| row[sphere]),
-            self.to.map(|row| row[sphere]),
-        );
-        surface_distance(from, to, self.radii[sphere], ball)
+        let least = lowest.iter().copied().fold(f32::INFINITY, f32::min);
+        let mut first = usize::MAX;
+        for lane in 0..LANES {
+            if lowest[lane] == least {
+                first = first.min(blocks[lane] as usize * LANES + lane);
+            }
+        }
+        (least, first)
     }
 
     fn exactly(&self, sphere: usize, ball: &Ball) -> (f32, f32) {
@@ -188,9 +206,10 @@ mod tests {
                 radii: [0.1; 2],
                 shares: [0.0, 1.0],
             };
-            let portable = spheres.lowest(&ball);
+            let (portable, sphere) = spheres.lowest(&ball);
             for isa in Isa::available() {
-                prop_assert_eq!(isa.run(|| spheres.lowest(&ball)).to_bits(), portable.to_bits());
+                let (lowest, first) = isa.run(|| spheres.lowest(&ball));
+                prop_assert_eq!((lowest.to_bits(), first), (portable.to_bits(), sphere));
             }
         }
     }

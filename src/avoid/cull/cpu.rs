@@ -73,6 +73,7 @@ impl Lookup for Counting<'_> {
     #[inline(always)]
     fn run<W: Words>(self, words: W) {
         let (texels, groups) = self.attack;
+        let up_to_hits = self.counted.up_to_hits && self.input.atlas.grid().is_certain();
         for candidate in self.input.candidates {
             let look = Look {
                 texels,
@@ -87,7 +88,11 @@ impl Lookup for Counting<'_> {
                 outer: if self.counted.outer { 0 } else { u32::MAX },
                 ..Overlap::default()
             };
-            for (index, layer) in texels.layers.iter().enumerate() {
+            for &index in groups.largest_first() {
+                if up_to_hits && overlap.body > 0 {
+                    break;
+                }
+                let layer = &texels.layers[index];
                 let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
                 let slab = usize::try_from(slab)
                     .ok()

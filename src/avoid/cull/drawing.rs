@@ -93,7 +93,9 @@ impl AttackDrawing {
                 let inner = self.discs.len();
                 pen.inner((scratch, slab), (clock, offset), &mut self.discs);
                 let outer = self.discs.len();
-                pen.outer((scratch, slab), (clock, offset), &mut self.discs);
+                if scene.outer {
+                    pen.outer((scratch, slab), (clock, offset), &mut self.discs);
+                }
                 let end = self.discs.len();
                 if inner == end {
                     continue;

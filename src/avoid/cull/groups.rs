@@ -27,6 +27,7 @@ pub(super) struct Groups {
     groups: Vec<Group>,
     /// For each layer its first group and its first block; one more at the end.
     layers: Vec<(usize, usize)>,
+    largest_first: Vec<usize>,
 }
 
 impl Groups {
@@ -42,6 +43,16 @@ impl Groups {
                 .extend(firsts.map(|first| Group::new(texels, first, end)));
         }
         self.layers.push((self.groups.len(), 0));
+        self.largest_first.clear();
+        self.largest_first.extend(0..texels.layers.len());
+        let blocks = |index: usize| texels.layers[index].blocks.len();
+        self.largest_first
+            .sort_unstable_by_key(|&index| (std::cmp::Reverse(blocks(index)), index));
+    }
+
+    /// The layers, those first where the attack is widest: there a hit is likeliest.
+    pub(super) fn largest_first(&self) -> &[usize] {
+        &self.largest_first
     }
 
     /// The groups of one layer, each with its first block.
@@ -62,7 +73,8 @@ impl Group {
             for lane in 0..texels.lanes {
                 let start = (block * texels.lanes + lane) * BLOCK_TEXELS;
                 let any = |masks: &[u32]| {
-                    let masks = &masks[start..start + BLOCK_TEXELS];
+                    // Outer ones may not be drawn.
+                    let masks = masks.get(start..start + BLOCK_TEXELS).unwrap_or(&[]);
                     masks.iter().fold(0, |any, mask| any | mask)
                 };
                 group.outer[lane][at] = any(&texels.outer);

@@ -57,6 +57,10 @@ pub struct Counted {
     pub outer: bool,
     /// [`Overlap::evasion`], 0 where it is not counted: a term of the score.
     pub evasion: bool,
+    /// Whether a candidate is done with as soon as its body overlap is above 0, where that is a hit
+    /// for certain: nothing else of it matters then, and all its counts may be less than they would be.
+    /// The CPU saves time by it, a device does not look.
+    pub up_to_hits: bool,
 }
 
 impl Counted {
@@ -65,12 +69,14 @@ impl Counted {
         body: true,
         outer: true,
         evasion: true,
+        up_to_hits: false,
     };
 
     /// What a query's choice needs: a candidate that the attack misses for certain has to be tested
     /// all the same, for its distance is a part of its score.
     pub const FOR_A_CHOICE: Self = Self {
         outer: false,
+        up_to_hits: true,
         ..Self::ALL
     };
 }

@@ -22,4 +22,6 @@ pub(in crate::avoid) struct Scene<'a> {
     pub placed: &'a [PlacedRegion],
     /// No part of the body is ever further from its root, metres.
     pub reach: f32,
+    /// Whether outer maps are drawn; where they are not, every candidate is open.
+    pub outer: bool,
 }

@@ -75,7 +75,7 @@ impl AttackTexels {
         self.draw_only(attack, lanes, Counted::ALL);
     }
 
-    /// The same without outer masks where those are not counted: they are 0 then.
+    /// The same without outer masks where those are not counted: there are none then.
     pub(super) fn draw_only(&mut self, attack: &AttackDrawing, lanes: usize, counted: Counted) {
         self.lanes = lanes;
         self.layers.clear();
@@ -86,7 +86,7 @@ impl AttackTexels {
         for layer in &attack.layers {
             let first = self.places.len() as u32;
             self.canvas.draw(attack, layer, (lanes, counted));
-            self.take_blocks();
+            self.take_blocks(counted);
             self.layers.push(TexelLayer {
                 slab: layer.slab,
                 clock: layer.clock,
@@ -96,7 +96,8 @@ impl AttackTexels {
     }
 
     /// Moves what is drawn from the canvas to the end of the lists.
-    fn take_blocks(&mut self) {
+    fn take_blocks(&mut self, counted: Counted) {
+        let kinds = if counted.outer { 2 } else { 1 };
         let Canvas {
             columns,
             masks,
@@ -107,7 +108,8 @@ impl AttackTexels {
             let Band { first, end } = std::mem::replace(drawn, Band::EMPTY);
             for block in first..end {
                 let mut any = 0;
-                for (kind, list) in [&mut self.inner, &mut self.outer].into_iter().enumerate() {
+                let lists = [&mut self.inner, &mut self.outer].into_iter().take(kinds);
+                for (kind, list) in lists.enumerate() {
                     for lane in 0..self.lanes {
                         let start = (kind * self.lanes + lane) * plane;
                         for row in 0..BLOCK {

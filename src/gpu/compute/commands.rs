@@ -2,7 +2,12 @@
 
 use ash::vk;
 
-use super::{culler::Culler, culler::Parts, gathered::Capacity, slot::Slot};
+use super::{
+    blocks::CHUNK,
+    culler::{Culler, Parts},
+    gathered::{Capacity, Offsets},
+    slot::Slot,
+};
 use crate::gpu::{
     Context, GpuError,
     barriers::Access,
@@ -13,9 +18,18 @@ use crate::gpu::{
 const ATLAS: u32 = 0;
 const ATTACK: u32 = 1;
 const CANDIDATES: u32 = 2;
-const RESULTS: u32 = 3;
-const BINDINGS: [u32; 4] = [ATLAS, ATTACK, CANDIDATES, RESULTS];
+const GROUPS: u32 = 3;
+const RESULTS: u32 = 4;
+const BINDINGS: [u32; 5] = [ATLAS, ATTACK, CANDIDATES, GROUPS, RESULTS];
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
+
+/// What a binding is.
+fn kind(binding: u32) -> vk::DescriptorType {
+    match binding {
+        ATTACK => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
+        _ => vk::DescriptorType::STORAGE_BUFFER,
+    }
+}
 
 impl Parts {
     /// Makes the layout of the descriptor sets, as the shader table has it.
@@ -23,7 +37,7 @@ impl Parts {
         let bindings = BINDINGS.map(|at| {
             vk::DescriptorSetLayoutBinding::default()
                 .binding(at)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_type(kind(at))
                 .descriptor_count(1)
                 .stage_flags(vk::ShaderStageFlags::COMPUTE)
         });
@@ -42,9 +56,11 @@ impl Parts {
     ) -> Result<(), GpuError> {
         let device = context.device();
         let count = self.slots.len() as u32;
-        let sizes = [vk::DescriptorPoolSize::default()
-            .ty(vk::DescriptorType::STORAGE_BUFFER)
-            .descriptor_count(BINDINGS.len() as u32 * count)];
+        let sizes = BINDINGS.map(|at| {
+            vk::DescriptorPoolSize::default()
+                .ty(kind(at))
+                .descriptor_count(count)
+        });
         let info = vk::DescriptorPoolCreateInfo::default()
             .max_sets(count)
             .pool_sizes(&sizes);
@@ -74,19 +90,20 @@ impl Parts {
                 .offset(offset)
                 .range(range)]
         };
-        let offset = capacity.attack_offset();
-        // In the order of the bindings.
+        let Offsets { groups, chunks, .. } = capacity.offsets();
+        // In the order of the bindings; which chunk, is said when it is bound.
         let infos = [
             range(self.atlas.buffer.handle, 0, vk::WHOLE_SIZE),
-            range(slot.input(), offset, capacity.attack_bytes()),
-            range(slot.input(), 0, offset),
+            range(slot.input(), chunks, (4 * CHUNK) as u64),
+            range(slot.input(), 0, groups),
+            range(slot.input(), groups, chunks - groups),
             range(slot.counts.buffer.handle, 0, vk::WHOLE_SIZE),
         ];
         let writes = BINDINGS.map(|at| {
             vk::WriteDescriptorSet::default()
                 .dst_set(slot.set)
                 .dst_binding(at)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_type(kind(at))
                 .buffer_info(&infos[at as usize])
         });
         // SAFETY: set and buffers are alive, and no command uses the set yet.
@@ -101,7 +118,7 @@ impl Culler {
         let context = &self.context;
         // SAFETY: the caller vouches for `cmd` and the slot.
         unsafe {
-            if !self.gathered.candidates.is_empty() {
+            if self.gathered.sums() > 0 && !self.gathered.candidates.is_empty() {
                 slot.record_copy(context, cmd, (&self.gathered, &self.capacity));
                 self.record_dispatches(cmd, slot);
             }
@@ -113,21 +130,28 @@ impl Culler {
     /// # Safety
     /// As for [`Culler::record_commands`].
     unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, slot: &Slot) {
-        let (device, pipeline) = (self.context.device(), &self.parts.pipeline);
+        let (device, pipeline) = (self.context.device(), self.parts.pipeline);
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = self.gathered.constants();
-        let groups = self.gathered.candidates.len() as u32 * constants.parts;
+        let layout = pipeline.layout;
         // SAFETY: the caller vouches for `cmd`; all handles are this culler's, and no dispatch has more groups than the
         // device takes.
         unsafe {
             device.cmd_bind_pipeline(cmd, point, pipeline.handle);
-            device.cmd_bind_descriptor_sets(cmd, point, pipeline.layout, 0, &[slot.set], &[]);
-            for first in (0..groups).step_by(self.capacity.groups as usize) {
-                let constants = CountSettings { first, ..constants };
-                let stage = vk::ShaderStageFlags::COMPUTE;
-                pipeline.push(&self.context, cmd, stage, &constants);
-                let some = self.capacity.groups.min(groups - first);
-                device.cmd_dispatch(cmd, some, 1, 1);
+            for dispatch in &self.gathered.dispatches {
+                let chunk = [dispatch.chunk * (4 * CHUNK) as u32];
+                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[slot.set], &chunk);
+                for first in (0..dispatch.groups).step_by(self.capacity.groups as usize) {
+                    let constants = CountSettings {
+                        first: dispatch.first + first,
+                        sums: dispatch.chunk * constants.parts,
+                        ..constants
+                    };
+                    let stage = vk::ShaderStageFlags::COMPUTE;
+                    pipeline.push(&self.context, cmd, stage, &constants);
+                    let some = self.capacity.groups.min(dispatch.groups - first);
+                    device.cmd_dispatch(cmd, some, constants.parts, 1);
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The `compute` culling path. CPU twin: `src/avoid/cull/cpu.rs`.
 //!
-//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from masks of bits in
-//! place of a stencil buffer: a work group a candidate, with the same lists of the attack's texels that the CPU counts with.
+//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits in
+//! place of a stencil buffer: an invocation a candidate, which walks the attack block by block of texels.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,11 +9,11 @@ use ash::vk;
 
 use super::{
     gathered::{Capacity, Gathered},
-    pages::Pages,
+    planes::Planes,
     slot::Slot,
 };
 use crate::{
-    avoid::cull::{CullInput, Overlap},
+    avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, Mismatch,
         barriers::Access,
@@ -42,10 +42,12 @@ pub struct CullerDesc<'a> {
     pub name: &'a str,
     /// The maps of all evasions; they are copied.
     pub atlas: &'a RegionAtlas,
+    /// What is counted. Default: everything.
+    pub counted: Counted,
     /// Candidates in one cull. With more, record several.
     pub max_candidates: u32,
-    /// Blocks of an attack's texels, over all slabs and clocks
-    /// ([`AttackTexels::places`](crate::avoid::cull::AttackTexels::places)).
+    /// Blocks of 8 × 4 of an attack's texels, over all slabs, clocks and slices, of inner and outer maps; those of the inner
+    /// maps, all slices in one, once more.
     pub max_blocks: u32,
     /// Work groups in one dispatch, where the device takes as many; a larger cull is recorded as several dispatches.
     pub max_groups: u32,
@@ -56,12 +58,13 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 4,096 candidates; attacks of 16,384 blocks of 4 × 4 texels; as many groups as the device takes; staged; 2 in flight.
+    /// 4,096 candidates; attacks of 16,384 blocks of texels; as many groups as the device takes; staged; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
             name,
             atlas,
+            counted: Counted::default(),
             max_candidates: 4096,
             max_blocks: 16_384,
             max_groups: u32::MAX,
@@ -88,7 +91,8 @@ pub struct Culler {
     pub(super) parts: Parts,
     pub(super) gathered: Gathered,
     pub(super) capacity: Capacity,
-    pages: Pages,
+    planes: Planes,
+    counted: Counted,
     upload: Upload,
 }
 
@@ -123,27 +127,27 @@ impl Culler {
     ) -> Result<Self, GpuError> {
         computes(context)?;
         let limits = context.limits();
-        let pages = Pages::new(desc.atlas, limits.max_storage_buffer_range.into())?;
+        let planes = Planes::new(desc.atlas, limits.max_storage_buffer_range.into())?;
         let capacity = Capacity {
             candidates: desc.max_candidates,
             blocks: desc.max_blocks,
             groups: desc
                 .max_groups
                 .clamp(1, limits.max_compute_work_group_count[0]),
-            lanes: pages.lanes,
         };
         let mut culler = Self {
             context: context.clone(),
             parts: Parts::default(),
             gathered: Gathered::default(),
             capacity,
-            pages,
+            planes,
+            counted: desc.counted,
             upload: Upload::default(),
         };
         match culler.fill(memory, desc) {
             Ok(()) => {
                 // The staging buffer has them now.
-                culler.pages.words = Vec::new();
+                culler.planes.words = Vec::new();
                 Ok(culler)
             }
             Err(error) => {
@@ -156,7 +160,7 @@ impl Culler {
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         parts.live = true;
-        let words = bytemuck::cast_slice(&self.pages.words);
+        let words = bytemuck::cast_slice(&self.planes.words);
         let atlas = format!("{name}: atlas");
         parts.atlas.fill(context, memory, &atlas, words)?;
         parts.make_layout(context)?;
@@ -169,6 +173,17 @@ impl Culler {
             }
         }
         parts.make_sets(context, &self.capacity)
+    }
+
+    /// What culls count from now on: those that are recorded already do not change.
+    pub fn count_only(&mut self, counted: Counted) {
+        self.counted = counted;
+    }
+
+    /// What the next cull counts.
+    #[must_use]
+    pub fn counted(&self) -> Counted {
+        self.counted
     }
 
     /// Records the upload of the maps, at a time of the caller's choice; when it has finished,
@@ -221,10 +236,13 @@ impl Culler {
         if slot >= slots {
             return Err(Mismatch::Slot { slot, slots }.into());
         }
-        self.gathered.fill(input, &self.pages, &self.capacity)?;
+        let wanted = (input, self.counted);
+        self.gathered.fill(wanted, &self.planes, &self.capacity)?;
         let place = &mut self.parts.slots[slot as usize];
         place.write(&self.context, &self.gathered, &self.capacity)?;
         place.uploads = !*self.upload.done.get_mut();
+        place.sums = self.gathered.sums();
+        place.counted = self.counted;
         let serial = place.counts.start();
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
@@ -248,30 +266,27 @@ impl Culler {
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         let slot = self.parts.slots.get(ticket.slot as usize);
         let slot = slot.ok_or(Mismatch::Ticket)?;
-        let counts = &slot.counts;
-        let parts = Capacity::parts(ticket.candidates);
-        let words = (ticket.candidates * parts) as usize * COUNTS;
-        let Some(mut words) = counts.read(&self.context, ticket.serial, words)? else {
+        let candidates = ticket.candidates as usize;
+        let words = slot.sums as usize * candidates * COUNTS;
+        let Some(mut words) = slot.counts.read(&self.context, ticket.serial, words)? else {
             return Ok(false);
         };
         if slot.uploads {
             self.upload.done.store(true, Ordering::Relaxed);
         }
         overlaps.clear();
-        overlaps.extend((0..ticket.candidates).map(|_| {
-            let mut sum = [0; COUNTS];
-            for _ in 0..parts {
-                sum.iter_mut()
-                    .zip(&mut words)
-                    .for_each(|(sum, word)| *sum += word);
+        overlaps.resize(candidates, Overlap::default());
+        for _ in 0..slot.sums {
+            for overlap in &mut *overlaps {
+                let mut next = || words.next().unwrap_or(0);
+                overlap.body += next();
+                overlap.outer += next();
+                overlap.evasion += next();
             }
-            let [body, outer, evasion] = sum;
-            Overlap {
-                body,
-                outer,
-                evasion,
-            }
-        }));
+        }
+        if !slot.counted.outer {
+            overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
+        }
         Ok(true)
     }
 

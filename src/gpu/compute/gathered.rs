@@ -1,17 +1,18 @@
-//! A cull's input, laid out for the device: the attack's blocks clock by clock, and candidates that know their clock's.
+//! A cull's input, laid out for the device: the attack's blocks, and candidates in groups of one clock.
 
-use std::ops::Range;
-
-use super::pages::Pages;
+use super::{blocks::Blocks, blocks::CHUNK, planes::Planes, planes::planes_of_slab};
 use crate::{
-    avoid::cull::{AttackTexels, BLOCK, BLOCK_TEXELS, CullInput},
+    avoid::cull::{Counted, CullCandidate, CullInput},
     gpu::{
         GpuError, Mismatch,
         error::within,
-        shader_table::{COUNTS, CountSettings, Paged},
+        shader_table::{COUNTS, CandidateGroup, CountSettings, PlacedPlanes},
     },
     region::MapGrid,
 };
+
+/// Candidates of a work group, one an invocation: `local_size_x` in `shaders/count.comp.glsl`.
+const GROUP: usize = 32;
 
 /// The most that a culler takes.
 #[derive(Clone, Copy, Debug)]
@@ -20,61 +21,80 @@ pub(super) struct Capacity {
     pub(super) blocks: u32,
     /// Work groups in one dispatch.
     pub(super) groups: u32,
-    /// Words of a mask.
-    pub(super) lanes: usize,
+}
+
+/// Where the parts of a cull's input start, bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offsets {
+    pub(super) groups: u64,
+    pub(super) chunks: u64,
+    pub(super) end: u64,
 }
 
 impl Capacity {
     /// Groups that a small cull is divided into, so that it does not leave a device idle.
-    const WANTED_GROUPS: u32 = 64;
-    const MOST_PARTS: u32 = 8;
-    /// Where the attack's words start: a multiple of every device's `minStorageBufferOffsetAlignment`.
+    const WANTED_GROUPS: u32 = 128;
+    const MOST_PARTS: u32 = 16;
+    /// A multiple of every device's alignment of buffers' offsets.
     const ALIGNMENT: u64 = 256;
 
-    /// Groups for each of so many candidates.
-    pub(super) fn parts(candidates: u32) -> u32 {
-        (Self::WANTED_GROUPS / candidates.max(1)).clamp(1, Self::MOST_PARTS)
+    pub(super) fn offsets(&self) -> Offsets {
+        let aligned = |bytes: u64| bytes.max(4).next_multiple_of(Self::ALIGNMENT);
+        let candidates = u64::from(self.candidates) * size_of::<PlacedPlanes>() as u64;
+        let groups = aligned(candidates);
+        let bytes = self.most_groups() * size_of::<CandidateGroup>() as u64;
+        let chunks = groups + aligned(bytes);
+        let end = chunks + self.most_chunks() * (4 * CHUNK) as u64;
+        Offsets {
+            groups,
+            chunks,
+            end,
+        }
     }
 
-    /// Words of the counts of any cull.
+    fn most_chunks(&self) -> u64 {
+        Blocks::most_chunks(self.blocks).max(1)
+    }
+
+    /// Of all chunks, where each candidate may have a clock of its own.
+    fn most_groups(&self) -> u64 {
+        u64::from(self.candidates) * self.most_chunks()
+    }
+
+    /// Words of the counts of any cull: few candidates in many parts, or many in one.
     pub(super) fn counts(&self) -> u64 {
-        u64::from(self.candidates.max(Self::WANTED_GROUPS)) * COUNTS as u64
+        let few = u64::from(Self::WANTED_GROUPS) * GROUP as u64;
+        few.max(self.candidates.into()) * self.most_chunks() * COUNTS as u64
     }
+}
 
-    /// Bytes before the attack's words.
-    pub(super) fn attack_offset(&self) -> u64 {
-        let candidates = u64::from(self.candidates) * size_of::<Paged>() as u64;
-        candidates.max(4).next_multiple_of(Self::ALIGNMENT)
-    }
-
-    /// Bytes of an attack.
-    pub(super) fn attack_bytes(&self) -> u64 {
-        let words = 2 + self.lanes * (1 + 2 * BLOCK_TEXELS);
-        4 * u64::from(self.blocks.max(1)) * words as u64
-    }
+/// Groups of one chunk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dispatch {
+    pub(super) chunk: u32,
+    pub(super) first: u32,
+    pub(super) groups: u32,
 }
 
 /// One cull on its way to the device. Used again and again: it allocates nothing once it has held as much.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
-    pub(super) candidates: Vec<Paged>,
-    texels: AttackTexels,
-    /// Place and slab; number of its texels.
-    blocks: Vec<[u32; 2]>,
-    /// What a block's texels have, inner or outer, `[block][lane]`.
-    masks: Vec<u32>,
-    /// Layers by clock.
-    layers: Vec<(u32, u32)>,
-    /// Sorted: a clock and its blocks.
-    clocks: Vec<(u32, Range<u32>)>,
+    /// By clock.
+    pub(super) candidates: Vec<PlacedPlanes>,
+    pub(super) groups: Vec<CandidateGroup>,
+    pub(super) dispatches: Vec<Dispatch>,
+    pub(super) blocks: Blocks,
+    /// Clock and position of each candidate, sorted.
+    order: Vec<(u32, u32)>,
+    slices: u32,
 }
 
 impl Gathered {
     /// Lays an input out.
     pub(super) fn fill(
         &mut self,
-        input: &CullInput<'_>,
-        pages: &Pages,
+        (input, counted): (&CullInput<'_>, Counted),
+        planes: &Planes,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
         let candidates = input.candidates.len() as u64;
@@ -85,99 +105,88 @@ impl Gathered {
             let most = MapGrid::MAX_SIDE;
             within("side of an attack's maps", side.into(), most.into())?;
         }
-        self.texels.draw(input.attack, pages.lanes);
-        let blocks = self.texels.places.len() as u64;
+        self.slices = planes.slices;
+        let blocks = self.blocks.draw(input.attack, planes.slices, counted) as u64;
         within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
-        self.blocks(pages);
-        self.candidates(input, pages)
+        self.order.clear();
+        let clocks = input.candidates.iter().map(|one| one.clock);
+        self.order.extend(clocks.zip(0..));
+        self.order.sort_unstable();
+        self.place(input.candidates, planes)?;
+        self.group();
+        Ok(())
     }
 
-    /// What the shader is told besides, but for the groups.
+    /// What the shader is told besides.
     pub(super) fn constants(&self) -> CountSettings {
-        let masks = 2 * self.blocks.len();
-        let inner = masks + self.masks.len();
         CountSettings {
             first: 0,
-            parts: Capacity::parts(self.candidates.len() as u32),
-            lanes: self.texels.lanes as u32,
-            masks: masks as u32,
-            inner: inner as u32,
-            outer: (inner + self.texels.inner.len()) as u32,
+            parts: self.parts(),
+            candidates: self.candidates.len() as u32,
+            sums: 0,
+            slices: self.slices,
+            planes: planes_of_slab(self.slices),
         }
     }
 
-    /// The attack's words, part after part.
-    pub(super) fn attack(&self) -> [&[u8]; 4] {
-        [
-            bytemuck::cast_slice(&self.blocks),
-            bytemuck::cast_slice(&self.masks),
-            bytemuck::cast_slice(&self.texels.inner),
-            bytemuck::cast_slice(&self.texels.outer),
-        ]
+    /// Groups for the same candidates and chunk.
+    pub(super) fn parts(&self) -> u32 {
+        let groups = self.groups.len().max(1) as u32;
+        (Capacity::WANTED_GROUPS / groups).clamp(1, Capacity::MOST_PARTS)
     }
 
-    /// Lists the blocks of each clock in slabs that some region has.
-    fn blocks(&mut self, pages: &Pages) {
-        self.blocks.clear();
-        self.masks.clear();
-        self.clocks.clear();
-        self.layers.clear();
-        let texels = &self.texels;
-        let by_clock = (0..).zip(&texels.layers);
-        self.layers
-            .extend(by_clock.map(|(index, layer)| (layer.clock, index)));
-        self.layers.sort_unstable();
-        for &(clock, layer) in &self.layers {
-            let layer = &texels.layers[layer as usize];
-            let first = self.blocks.len() as u32;
-            for block in layer.blocks.clone() {
-                let Some(slab) = pages.slab(layer.slab) else {
-                    break;
-                };
-                let [column, row] = texels.places[block as usize].map(|place| place as u32);
-                let [column, row] = [column, row].map(|texel| texel / BLOCK as u32);
-                let place = column | (row << 9) | (slab << 18);
-                self.blocks.push([place, block]);
-                for lane in 0..texels.lanes {
-                    let start = (block as usize * texels.lanes + lane) * BLOCK_TEXELS;
-                    let words = start..start + BLOCK_TEXELS;
-                    let both = texels.inner[words.clone()].iter().zip(&texels.outer[words]);
-                    self.masks
-                        .push(both.fold(0, |mask, (inner, outer)| mask | inner | outer));
-                }
-            }
-            let end = self.blocks.len() as u32;
-            match self.clocks.last_mut() {
-                Some((last, blocks)) if *last == clock => blocks.end = end,
-                _ => self.clocks.push((clock, first..end)),
-            }
-        }
+    /// Counts of each candidate, which are parts of a sum.
+    pub(super) fn sums(&self) -> u32 {
+        self.blocks.chunks() * self.parts()
     }
 
-    fn candidates(&mut self, input: &CullInput<'_>, pages: &Pages) -> Result<(), GpuError> {
+    fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
         self.candidates.clear();
-        for (index, candidate) in input.candidates.iter().enumerate() {
-            let region = pages.regions.get(candidate.region.index());
+        for &(_, index) in &self.order {
+            let candidate = &candidates[index as usize];
+            let region = planes.regions.get(candidate.region.index());
             let region = region.ok_or(Mismatch::Region {
-                candidate: index,
+                candidate: index as usize,
                 region: candidate.region.0,
-                regions: pages.regions.len(),
+                regions: planes.regions.len(),
             })?;
-            let clock = (self.clocks).binary_search_by_key(&candidate.clock, |(clock, _)| *clock);
-            let blocks = clock.map_or(0..0, |clock| self.clocks[clock].1.clone());
             let turn = candidate.turn;
-            self.candidates.push(Paged {
+            self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
-                origin: region.origin,
-                side: region.side,
-                tiles: region.tiles,
+                entries: region.entries,
                 first_slab: region.first_slab,
                 slabs: region.slabs,
-                first_block: blocks.start,
-                end_block: blocks.end,
-                padding: [0; 3],
+                index,
             });
         }
         Ok(())
+    }
+
+    /// Puts candidates of a clock together, for each chunk: also where it has no planes of that clock, for a count of 0.
+    fn group(&mut self) {
+        self.groups.clear();
+        self.dispatches.clear();
+        for chunk in 0..self.blocks.chunks() {
+            let first = self.groups.len() as u32;
+            let mut start = 0;
+            for alike in self.order.chunk_by(|a, b| a.0 == b.0) {
+                let end = start + alike.len() as u32;
+                let planes = self.blocks.planes_of(chunk, alike[0].0);
+                for some in (start..end).step_by(GROUP) {
+                    self.groups.push(CandidateGroup {
+                        first: some,
+                        end: end.min(some + GROUP as u32),
+                        first_plane: planes.start,
+                        end_plane: planes.end,
+                    });
+                }
+                start = end;
+            }
+            self.dispatches.push(Dispatch {
+                chunk,
+                first,
+                groups: self.groups.len() as u32 - first,
+            });
+        }
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! Source: none; Masaoka & Oshita cull with the stencil buffer. The maps are those of the other paths.
 
+mod blocks;
 mod commands;
 mod culler;
 mod gathered;
-mod pages;
+mod planes;
 mod slot;
 
 pub use culler::{Culler, CullerDesc, InputWay, Ticket};

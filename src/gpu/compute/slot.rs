@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::{InputWay, gathered::Capacity, gathered::Gathered};
+use crate::avoid::cull::Counted;
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
@@ -13,12 +14,15 @@ use crate::gpu::{
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
-    /// Candidates, then the attack, as the host writes them.
+    /// Candidates, groups of them, then the attack, as the host writes them.
     upload: Buffer,
     /// The same on the device; null where shaders read what the host has written.
     copy: Buffer,
-    /// Three for each candidate and part.
+    /// Three for each part of a sum and candidate.
     pub(super) counts: Counts,
+    /// Parts of a sum, and what is counted, of the cull that was recorded last.
+    pub(super) sums: u32,
+    pub(super) counted: Counted,
     pub(super) set: vk::DescriptorSet,
     /// Whether the cull that was recorded last carries the maps to the device.
     pub(super) uploads: bool,
@@ -34,7 +38,7 @@ impl Slot {
         (capacity, way): (&Capacity, InputWay),
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
-        let size = capacity.attack_offset() + capacity.attack_bytes();
+        let size = capacity.offsets().end;
         let mut buffer = |what: &str, usage, who| {
             let desc = BufferDesc {
                 name: &format!("{name}: {what}"),
@@ -44,14 +48,15 @@ impl Slot {
             };
             Buffer::new(context, memory, desc)
         };
+        let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER;
         match way {
             InputWay::Staged => {
                 self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-                let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
+                let usage = usage | Usage::TRANSFER_DST;
                 self.copy = buffer("input", usage, MemoryUse::Device)?;
             }
             InputWay::Direct => {
-                self.upload = buffer("input", Usage::STORAGE_BUFFER, MemoryUse::Upload)?;
+                self.upload = buffer("input", usage, MemoryUse::Upload)?;
             }
         }
         let counts = (&*format!("{name}: counts"), capacity.counts());
@@ -75,12 +80,8 @@ impl Slot {
         gathered: &Gathered,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
-        let candidates = bytemuck::cast_slice(&gathered.candidates);
-        self.upload.write(context, 0, candidates)?;
-        let mut offset = capacity.attack_offset();
-        for part in gathered.attack() {
+        for (offset, part) in parts(gathered, capacity) {
             self.upload.write(context, offset, part)?;
-            offset += part.len() as u64;
         }
         Ok(())
     }
@@ -98,26 +99,16 @@ impl Slot {
         if self.is_direct() {
             return;
         }
-        let region = |offset: u64, bytes: u64| {
+        let copies = parts(gathered, capacity).map(|(offset, part)| {
             vk::BufferCopy::default()
                 .src_offset(offset)
                 .dst_offset(offset)
-                .size(bytes)
-        };
-        let attack = gathered.attack().iter().map(|part| part.len() as u64).sum();
-        let copies = [
-            region(0, size_of_val(gathered.candidates.as_slice()) as u64),
-            region(capacity.attack_offset(), attack),
-        ];
-        // No copy may be empty; without candidates there is none to make.
-        let copies = match attack {
-            0 => &copies[..1],
-            _ => &copies[..],
-        };
+                .size(part.len() as u64)
+        });
         // SAFETY: the caller vouches for `cmd`; both buffers hold this many bytes.
         unsafe {
             let device = context.device();
-            device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, copies);
+            device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, &copies);
             let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
             barriers::memory(context, cmd, before, after);
         }
@@ -133,4 +124,14 @@ impl Slot {
         self.copy.destroy(context, memory);
         self.upload.destroy(context, memory);
     }
+}
+
+/// Where the parts of an input go. None is empty where there are candidates and blocks.
+fn parts<'a>(gathered: &'a Gathered, capacity: &Capacity) -> [(u64, &'a [u8]); 3] {
+    let offsets = capacity.offsets();
+    [
+        (0, bytemuck::cast_slice(&gathered.candidates)),
+        (offsets.groups, bytemuck::cast_slice(&gathered.groups)),
+        (offsets.chunks, bytemuck::cast_slice(&gathered.blocks.words)),
+    ]
 }

@@ -1,0 +1,113 @@
+//! Upright cylinders around the body: much tighter than a sphere around somebody who stands, and
+//! known at any moment of the graph without posing.
+
+use glam::{Vec2, Vec3};
+
+use super::Body;
+use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
+use crate::graph::{EdgeId, MotionGraph};
+use crate::math::Rigid2;
+
+/// An upright cylinder, metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Upright {
+    /// Where its axis stands: x and z.
+    pub(crate) axis: Vec2,
+    pub(crate) radius: f32,
+    pub(crate) low: f32,
+    pub(crate) high: f32,
+}
+
+impl Upright {
+    /// Around the body in one pose.
+    fn around(body: &Body, centres: &[Vec3]) -> Self {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for (sphere, &centre) in body.spheres.iter().zip(centres) {
+            low = low.min(centre - sphere.radius);
+            high = high.max(centre + sphere.radius);
+        }
+        let middle = 0.5 * (low + high);
+        let axis = Vec2::new(middle.x, middle.z);
+        let away =
+            body.spheres.iter().zip(centres).map(|(sphere, centre)| {
+                Vec2::new(centre.x, centre.z).distance(axis) + sphere.radius
+            });
+        Self {
+            axis,
+            radius: away.fold(0.0, f32::max),
+            low: low.y,
+            high: high.y,
+        }
+    }
+
+    /// In a straight line to another one.
+    pub(crate) fn lerp(self, to: Self, share: f32) -> Self {
+        let between = |a: f32, b: f32| a + (b - a) * share;
+        Self {
+            axis: self.axis.lerp(to.axis, share),
+            radius: between(self.radius, to.radius),
+            low: between(self.low, to.low),
+            high: between(self.high, to.high),
+        }
+    }
+
+    /// The same somewhere else.
+    pub(crate) fn placed(self, placement: Rigid2) -> Self {
+        let axis = placement.point(Vec3::new(self.axis.x, 0.0, self.axis.y));
+        Self {
+            axis: Vec2::new(axis.x, axis.z),
+            ..self
+        }
+    }
+}
+
+/// The cylinders of all frames of all clips.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Uprights {
+    /// `[clip][frame]`
+    clips: Vec<Vec<Upright>>,
+}
+
+impl Uprights {
+    pub(super) fn new(graph: &MotionGraph, body: &Body) -> Self {
+        let of = |clip: &Clip| of_clip(graph.skeleton(), body, clip);
+        Self {
+            clips: graph.clips().iter().map(of).collect(),
+        }
+    }
+
+    /// Around the body at a moment of an edge, in the space of the clip in which that starts. In a
+    /// transition it is what lies between the cylinders of its two sides.
+    pub(super) fn at(&self, graph: &MotionGraph, edge: EdgeId, frame: f32) -> Upright {
+        let moment = graph.edge_moment(edge, frame);
+        let source = self.of_frame(moment.source);
+        let Some(target) = moment.target else {
+            return source;
+        };
+        let other = self.of_frame(target.at).placed(target.align);
+        let blended = source.lerp(other, target.weight);
+        Upright {
+            low: blended.low - target.sunk,
+            ..blended
+        }
+    }
+
+    fn of_frame(&self, (clip, frame): (crate::graph::ClipId, f32)) -> Upright {
+        let frames = &self.clips[clip.index()];
+        let last = frames.len() - 1;
+        let frame = frame.clamp(0.0, last as f32);
+        let lower = frame as usize;
+        frames[lower].lerp(frames[(lower + 1).min(last)], frame - lower as f32)
+    }
+}
+
+fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<Upright> {
+    let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+    let mut of = |frame: usize| {
+        clip.pose(frame, &mut pose);
+        forward_kinematics(skeleton, &pose, &mut joints);
+        body.centres(&joints, &mut centres);
+        Upright::around(body, &centres)
+    };
+    (0..clip.frames()).map(&mut of).collect()
+}
