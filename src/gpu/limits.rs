@@ -18,6 +18,7 @@ macro_rules! guaranteed {
             max_framebuffer_layers: 256,
             max_viewports: 1,
             max_storage_buffer_range: 1 << 27,
+            max_uniform_buffer_range: 16_384,
             max_push_constants_size: 128,
             max_memory_allocation_count: 4096,
             max_bound_descriptor_sets: 4,
@@ -55,12 +56,15 @@ pub(crate) fn allowed(
     sides.for_each(|(side, least)| *side = least.min(*side));
     limits.min_storage_buffer_offset_alignment =
         limits.min_storage_buffer_offset_alignment.max(256);
+    limits.min_uniform_buffer_offset_alignment =
+        limits.min_uniform_buffer_offset_alignment.max(256);
     limits
 }
 
 /// Whether they are what Vulkan guarantees at least.
 pub(crate) fn are_enough(limits: &vk::PhysicalDeviceLimits) -> bool {
-    let mut enough = limits.min_storage_buffer_offset_alignment <= 256;
+    let mut enough = limits.min_storage_buffer_offset_alignment <= 256
+        && limits.min_uniform_buffer_offset_alignment <= 256;
     macro_rules! compare {
         ($($name:ident: $least:expr,)*) => { $(enough &= limits.$name >= $least;)* };
     }
