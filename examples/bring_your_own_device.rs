@@ -74,7 +74,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
-        let throw = throw(&baked, &ThrowSettings::default(), 12, 3)?;
+        let near = ThrowSettings {
+            distance: (2.0, 2.0),
+            ..ThrowSettings::default()
+        };
+        let throw = throw(&baked, &near, 12, 3)?;
         let settings = QuerySettings::default();
         let (mut context, mut answer, mut pose) =
             (QueryContext::default(), Answer::default(), Pose::default());

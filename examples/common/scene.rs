@@ -28,17 +28,14 @@ pub fn baked() -> Result<BakedGraph, Box<dyn Error>> {
     Ok(Baker::new(graph, BakeSettings::default())?.finish_on_cpu()?)
 }
 
-/// Where the ball is, if it is there.
+/// Where the ball is: before it is thrown, where it will start; nowhere after its flight.
 fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
     let keys = attack.spheres()[0].keys();
-    let after = keys
-        .windows(2)
-        .find(|pair| (pair[0].t..=pair[1].t).contains(&seconds))?;
-    let share = (seconds - after[0].t) / (after[1].t - after[0].t);
-    Some((
-        after[0].center.lerp(after[1].center, share),
-        after[0].radius,
-    ))
+    let mut pairs = keys.windows(2);
+    let pair = pairs.find(|pair| seconds <= pair[1].t)?;
+    let share = (seconds - pair[0].t) / (pair[1].t - pair[0].t);
+    let center = pair[0].center.lerp(pair[1].center, share.max(0.0));
+    Some((center, pair[0].radius))
 }
 
 /// The body's spheres in a pose, and the ball at that moment; what is further away comes first.

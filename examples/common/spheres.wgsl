@@ -10,7 +10,7 @@ struct Disc {
 fn vertex(@builtin(vertex_index) corner: u32, @location(0) place: vec4f, @location(1) colour: vec3f) -> Disc {
     let at = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
     let point = place.xy + at * place.z * vec2f(1.0, place.w);
-    return Disc(vec4f(point / 1.3, 0.0, 1.0), at, colour);
+    return Disc(vec4f(point / 1.9, 0.0, 1.0), at, colour);
 }
 
 @fragment
