@@ -1,8 +1,11 @@
-//! Culling alone, from recording to counts, by number of candidates: the CPU's maps, the device's stencil buffer, and its
-//! compute shader. Items are candidates.
+//! Culling alone, from recording to polled counts, by number of candidates: the CPU's maps, the device's stencil buffer, and
+//! its compute shader. Items are candidates: those of the query that has the most, over and over.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
+
+use std::fmt;
+use std::sync::OnceLock;
 
 use common::{Motions, throws};
 use divan::Bencher;
@@ -14,111 +17,128 @@ use sabaki::gpu::stencil::{Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::region::{BakedGraph, MapGrid};
 
-const COUNTS: [usize; 5] = [5, 100, 300, 1000, 10_000];
+/// How many candidates are culled, on which maps, and what is counted of them.
+#[derive(Clone, Copy)]
+struct Row {
+    count: usize,
+    /// The paper's maps rather than the default ones.
+    paper: bool,
+    /// What a query's choice asks for rather than everything.
+    choice: bool,
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let maps = if self.paper { "paper" } else { "default" };
+        let counted = if self.choice { "choice" } else { "all" };
+        write!(f, "{:5} {maps} {counted}", self.count)
+    }
+}
+
+impl Row {
+    fn counted(self) -> Counted {
+        match self.choice {
+            true => Counted::FOR_A_CHOICE,
+            false => Counted::ALL,
+        }
+    }
+
+    fn baked(self) -> &'static BakedGraph {
+        static BAKED: [OnceLock<BakedGraph>; 2] = [const { OnceLock::new() }; 2];
+        BAKED[usize::from(self.paper)].get_or_init(|| {
+            let maps = match self.paper {
+                true => MapGrid::PAPER,
+                false => MapGrid::default(),
+            };
+            Motions::read().bake_on(maps)
+        })
+    }
+
+    /// Calls `run` with an attack and candidates.
+    fn cull(self, run: impl FnOnce(&CullInput<'_>)) {
+        let (baked, settings) = (self.baked(), QuerySettings::default());
+        let throws = throws(baked, 40);
+        let query = Query::new(baked, &settings);
+        let mut context = QueryContext::default();
+        let mut candidates_of = |throw: &Throw| {
+            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+            prepared.cull_input().candidates.len()
+        };
+        let busiest = throws.iter().max_by_key(|throw| candidates_of(throw));
+        let busiest = busiest.unwrap();
+        let mut prepared = query.prepare(busiest.playhead, &busiest.attack, &mut context);
+        if !self.choice {
+            prepared.draw_outer_maps();
+        }
+        let input = prepared.cull_input();
+        let all = input.candidates.iter().copied();
+        let candidates: Vec<CullCandidate> = all.cycle().take(self.count).collect();
+        run(&CullInput {
+            candidates: &candidates,
+            ..input
+        });
+    }
+}
+
+fn rows() -> impl Iterator<Item = Row> {
+    let sets = [(false, false), (false, true), (true, false), (true, true)];
+    sets.into_iter().flat_map(|(paper, choice)| {
+        [5, 100, 1000, 10_000].map(|count| Row {
+            count,
+            paper,
+            choice,
+        })
+    })
+}
 
 fn main() {
     divan::main();
 }
 
-/// Calls `run` with an attack and that many candidates: those of the query that has the most, over and over.
-fn with_candidates(baked: &BakedGraph, count: usize, run: impl FnOnce(&CullInput<'_>)) {
-    let settings = QuerySettings::default();
-    let throws = throws(baked, 40);
-    let query = Query::new(baked, &settings);
-    let mut context = QueryContext::default();
-    let mut candidates_of = |throw: &Throw| {
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        prepared.cull_input().candidates.len()
-    };
-    let busiest = throws
-        .iter()
-        .max_by_key(|throw| candidates_of(throw))
-        .unwrap();
-    let prepared = query.prepare(busiest.playhead, &busiest.attack, &mut context);
-    let input = prepared.cull_input();
-    let candidates: Vec<CullCandidate> = input
-        .candidates
-        .iter()
-        .copied()
-        .cycle()
-        .take(count)
-        .collect();
-    run(&CullInput {
-        candidates: &candidates,
-        ..input
-    });
-}
-
-#[divan::bench(args = COUNTS)]
-fn by_cpu(bencher: Bencher<'_, '_>, count: usize) {
-    on_cpu(bencher, count, MapGrid::default());
-}
-
-#[divan::bench(args = COUNTS)]
-fn by_cpu_on_the_papers_maps(bencher: Bencher<'_, '_>, count: usize) {
-    on_cpu(bencher, count, MapGrid::PAPER);
-}
-
-#[divan::bench(args = COUNTS)]
-fn by_stencil(bencher: Bencher<'_, '_>, count: usize) {
-    on_stencil(bencher, count, (MapGrid::default(), Counted::default()));
-}
-
-#[divan::bench(args = COUNTS)]
-fn by_stencil_on_the_papers_maps(bencher: Bencher<'_, '_>, count: usize) {
-    on_stencil(bencher, count, (MapGrid::PAPER, Counted::default()));
-}
-
-/// What the paper counts: no outer maps.
-#[divan::bench(args = COUNTS)]
-fn by_stencil_as_the_paper(bencher: Bencher<'_, '_>, count: usize) {
-    let counted = Counted {
-        outer: false,
-        ..Counted::default()
-    };
-    on_stencil(bencher, count, (MapGrid::PAPER, counted));
-}
-
-fn on_cpu(bencher: Bencher<'_, '_>, count: usize, maps: MapGrid) {
-    let baked = Motions::read().bake_on(maps);
-    with_candidates(&baked, count, |input| {
-        let (mut culler, mut overlaps) = (cpu::Culler::default(), Vec::new());
+#[divan::bench(args = rows())]
+fn by_cpu(bencher: Bencher<'_, '_>, row: &Row) {
+    row.cull(|input| {
+        let mut culler = cpu::Culler::default().counting(row.counted());
+        let mut overlaps = Vec::new();
         bencher
-            .counter(ItemsCount::new(count))
+            .counter(ItemsCount::new(row.count))
             .bench_local(|| culler.count(input, &mut overlaps));
     });
 }
 
-fn on_stencil(bencher: Bencher<'_, '_>, count: usize, (maps, counted): (MapGrid, Counted)) {
-    let baked = Motions::read().bake_on(maps);
+#[divan::bench(args = rows())]
+fn by_stencil(bencher: Bencher<'_, '_>, row: &Row) {
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
     let desc = CullerDesc {
-        counted,
-        ..CullerDesc::new("bench", baked.atlas())
+        counted: row.counted(),
+        ..CullerDesc::new("bench", row.baked().atlas())
     };
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
-    with_candidates(&baked, count, |input| {
+    row.cull(|input| {
         bencher
-            .counter(ItemsCount::new(count))
+            .counter(ItemsCount::new(row.count))
             .bench_local(|| device.cull(&mut culler, input).unwrap());
     });
     culler.destroy(device.memory().unwrap());
     let _ = device.destroy();
 }
 
-#[divan::bench(args = COUNTS)]
-fn by_compute(bencher: Bencher<'_, '_>, count: usize) {
-    let baked = Motions::read().bake();
+#[divan::bench(args = rows())]
+fn by_compute(bencher: Bencher<'_, '_>, row: &Row) {
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
-    let desc = compute::CullerDesc::new("bench", baked.atlas());
+    let desc = compute::CullerDesc {
+        counted: row.counted(),
+        max_candidates: 10_000,
+        ..compute::CullerDesc::new("bench", row.baked().atlas())
+    };
     let mut culler = device
         .make(|context, memory| compute::Culler::new(context, memory, &desc))
         .unwrap();
-    with_candidates(&baked, count, |input| {
+    row.cull(|input| {
         bencher
-            .counter(ItemsCount::new(count))
+            .counter(ItemsCount::new(row.count))
             .bench_local(|| device.cull_compute(&mut culler, input).unwrap());
     });
     culler.destroy(device.memory().unwrap());

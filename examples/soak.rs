@@ -23,6 +23,7 @@ const SLOTS: usize = 3;
 /// What a long time has come to.
 #[derive(Clone, Copy, Debug)]
 pub struct Soaked {
+    /// Each of them answered, and held against the CPU.
     pub queries: u64,
     /// Of these, how many the host found unanswered when it first looked.
     pub polled_again: u64,

@@ -63,6 +63,7 @@ layout(push_constant) uniform CountCandidates {
     uint sums;       // parts of sums of earlier chunks
     uint slices;
     uint planes;     // of a slab
+    uint up_to_hits; // whether a candidate is done with when its body is met
 } draw;
 
 // A candidate's plane.
@@ -170,9 +171,12 @@ void main() {
 
     uvec3 sum = uvec3(0u);
     uint end = here ? range.end_plane : 0u;
+    // Planes of bodies come first.
     for (uint index = range.first_plane + part; index < end; index += draw.parts) {
         uvec4 blocks = attack[index];
         Plane plane = plane_of(candidate, blocks.x - uint(candidate.first_slab), blocks.y, here);
+        bool is_body = blocks.y < draw.slices;
+        bool stops = is_body && draw.up_to_hits != 0u;
         uint count = 0u;
         for (uint batch = blocks.z; batch < blocks.w; batch += BATCH) {
             uint met = 0u;
@@ -190,13 +194,14 @@ void main() {
                 }
                 uint one_by_one_of = is_large ? block.y : 0u;
                 count += one_by_one(candidate.turn, plane, block.x, one_by_one_of);
+                met = stops && count > 0u ? 0u : met;
             }
         }
-        bool is_body = blocks.y < draw.slices;
         bool is_evasion = blocks.y == 2u * draw.slices;
         sum.x += is_body ? count : 0u;
         sum.y += is_body || is_evasion ? 0u : count;
         sum.z += is_evasion ? count : 0u;
+        end = stops && count > 0u ? 0u : end;
     }
     if (here) {
         uint word = HEADER + ((draw.sums + part) * draw.candidates + candidate.index) * COUNTS;

@@ -6,28 +6,15 @@ mod common;
 #[path = "common/counting.rs"]
 mod counting;
 
+use common::cull::counted;
+use common::cull_cases::{self, Path};
 use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap, cpu};
+use sabaki::avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
 use sabaki::gpu::compute::{Culler, CullerDesc, InputWay};
-use sabaki::gpu::{GpuError, Headless, HeadlessDesc, Mismatch};
-use sabaki::region::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
-
-/// Grids of 1 and 2 words a mask, full and not, timed and not.
-fn grids() -> [MapGrid; 5] {
-    let slices = |slices| MapGrid {
-        slices,
-        ..MapGrid::default()
-    };
-    [
-        MapGrid::PAPER,
-        slices(8),
-        slices(32),
-        slices(40),
-        slices(64),
-    ]
-}
+use sabaki::gpu::{Headless, HeadlessDesc};
+use sabaki::region::{MapGrid, MapRect};
 
 const RECT: MapRect = MapRect {
     u: -30,
@@ -42,166 +29,106 @@ fn culler(device: &mut Headless, desc: &CullerDesc<'_>) -> Culler {
         .unwrap()
 }
 
-fn counted(input: &CullInput<'_>) -> Vec<Overlap> {
-    let mut overlaps = Vec::new();
-    cpu::count(input, &mut overlaps);
-    overlaps
-}
-
 #[test]
 fn thousands_of_random_candidates_agree() {
-    let mut device = device();
-    for (seed, grid) in (20..).zip(grids()) {
-        let mut random = Random(seed);
-        let atlas = atlas(&mut random, grid, 30);
-        let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
-        let (mut body, mut outer, mut evasion, mut missed) = (0, 0, 0, 0);
-        for _ in 0..30 {
-            let rect = MapRect {
-                u: random.int(-80, 40),
-                v: random.int(-80, 40),
-                width: random.int(1, 130) as u32,
-                height: random.int(1, 130) as u32,
-            };
-            let first = random.int(-2, 3);
-            let slabs = first..first + random.int(1, 5);
-            let attack = attack(&mut random, grid, (rect, slabs));
-            let candidates = candidates(&mut random, &atlas, rect, 100);
-            let input = CullInput {
-                atlas: &atlas,
-                attack: &attack,
-                candidates: &candidates,
-            };
-            let expected = counted(&input);
-            body += expected.iter().filter(|one| one.body > 0).count();
-            outer += expected.iter().filter(|one| one.outer > 0).count();
-            evasion += expected.iter().filter(|one| one.evasion > 0).count();
-            missed += expected.iter().filter(|one| one.outer == 0).count();
-            assert_eq!(device.cull_compute(&mut culler, &input).unwrap(), expected);
-        }
-        // The test means something only if there is some of each.
-        assert!(
-            body > 100 && outer > 100 && evasion > 50 && missed > 100,
-            "{} slices: {body} {outer} {evasion} {missed}",
-            grid.slices
-        );
-        culler.destroy(device.memory().unwrap());
-    }
-    finish(device);
+    cull_cases::random_candidates_agree(Path::Compute);
 }
 
 #[test]
 fn edges_of_the_input_agree() {
+    cull_cases::edges_agree(Path::Compute);
+}
+
+#[test]
+fn atlases_without_a_map_agree() {
+    cull_cases::atlases_without_a_map_agree(Path::Compute);
+}
+
+#[test]
+fn slots_in_flight_keep_their_own_counts() {
+    cull_cases::slots_in_flight_keep_their_own_counts(Path::Compute);
+}
+
+/// What is not counted says so, and a candidate that is hit is still one where no more is asked.
+#[test]
+fn what_is_asked_for_is_counted_alone() {
     let mut device = device();
     let grid = MapGrid::default();
-    let mut random = Random(3);
-    let atlas = atlas(&mut random, grid, 12);
+    let mut random = Random(9);
+    let atlas = atlas(&mut random, grid, 20);
+    let attack = attack(&mut random, grid, (RECT, 0..4));
+    let candidates = candidates(&mut random, &atlas, RECT, 200);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let whole = counted(&input);
+    assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
     let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
-    let some = attack(&mut random, grid, (RECT, 0..4));
-    let many = candidates(&mut random, &atlas, RECT, 300);
-    let with_turn = |a: i32, b: i32| -> Vec<CullCandidate> {
-        let mut turned = many.clone();
-        for candidate in &mut turned {
-            (candidate.turn.a, candidate.turn.b) = (a, b);
-        }
-        turned
-    };
-    // A candidate's borders through the middle of the attack, one texel further each time.
-    let stepped: Vec<CullCandidate> = (-70..70)
-        .flat_map(|step| {
-            let mut candidate = many[0];
-            candidate.turn.tz = step << 15;
-            let (mut along, mut turned) = (candidate, candidate);
-            (along.turn.a, along.turn.b, along.turn.tx) = (1 << 14, 0, 0);
-            (turned.turn.a, turned.turn.b, turned.turn.tx) = (0, 1 << 14, 0);
-            [along, turned]
-        })
-        .collect();
-    let no_discs = AttackDrawing {
-        discs: Vec::new(),
-        layers: (some.layers.iter())
-            .map(|layer| AttackLayer {
-                inner: 0..0,
-                outer: 0..0,
-                ..*layer
-            })
-            .collect(),
-        ..some.clone()
-    };
-    let mut other_clocks = some.clone();
-    other_clocks
-        .layers
-        .iter_mut()
-        .for_each(|layer| layer.clock += 77);
-    let mut highest = some.clone();
-    highest
-        .layers
-        .iter_mut()
-        .for_each(|layer| layer.slab = Slab(i32::MAX));
-    let mut mixed = some.clone();
-    mixed.layers.reverse();
-    let elsewhere = attack(&mut random, grid, (RECT, 50..53));
-    let below = attack(&mut random, grid, (RECT, -9..-4));
-    let (none, twice, small) = (
-        with_turn(0, 0),
-        with_turn(32_768, -32_768),
-        with_turn(99, 1),
-    );
-    let cases: [(&str, &AttackDrawing, &[CullCandidate]); 15] = [
-        ("no candidates", &some, &[]),
-        ("no slabs", &AttackDrawing::default(), &many),
-        ("neither", &AttackDrawing::default(), &[]),
-        ("no discs", &no_discs, &many),
-        ("clocks that no candidate has", &other_clocks, &many),
-        ("a slab that no region has", &highest, &many),
-        ("slabs above all regions", &elsewhere, &many),
-        ("slabs below all regions", &below, &many),
-        ("layers in any order", &mixed, &many),
-        ("a turn that is none", &some, &none),
-        ("a turn that makes larger", &some, &twice),
-        ("a turn that makes small", &some, &small),
-        ("borders", &some, &stepped),
-        ("one", &some, &many[..1]),
-        ("a whole cull after all that", &some, &many),
-    ];
-    for (case, attack, candidates) in cases {
-        let input = CullInput {
-            atlas: &atlas,
-            attack,
-            candidates,
+    for bits in 0..16 {
+        let wanted = Counted {
+            body: bits & 1 != 0,
+            outer: bits & 2 != 0,
+            evasion: bits & 4 != 0,
+            up_to_hits: bits & 8 != 0,
         };
+        culler.count_only(wanted);
         let counts = device.cull_compute(&mut culler, &input).unwrap();
-        assert_eq!(counts, counted(&input), "{case}");
+        for (found, whole) in counts.iter().zip(&whole) {
+            if wanted.up_to_hits && wanted.body && whole.body > 0 {
+                assert!((1..=whole.body).contains(&found.body), "{wanted:?}");
+                continue;
+            }
+            let expected = Overlap {
+                body: if wanted.body { whole.body } else { 0 },
+                outer: if wanted.outer { whole.outer } else { u32::MAX },
+                evasion: if wanted.evasion { whole.evasion } else { 0 },
+            };
+            assert_eq!(*found, expected, "{wanted:?}");
+        }
     }
     culler.destroy(device.memory().unwrap());
     finish(device);
 }
 
+/// More planes and blocks than one chunk of the attack holds.
 #[test]
-fn atlases_without_a_map_agree() {
+fn attacks_of_many_chunks_agree() {
     let mut device = device();
-    let grid = MapGrid::default();
-    let mut random = Random(8);
-    let attack = attack(&mut random, grid, (RECT, 0..3));
-    let mut emptied = atlas(&mut random, grid, 3).regions().to_vec();
-    for region in &mut emptied {
-        let maps = region.slabs.iter_mut();
-        maps.for_each(|maps| *maps = SlabMaps::empty(grid.lanes()));
+    let grid = MapGrid {
+        slices: 64,
+        ..MapGrid::default()
+    };
+    let mut random = Random(10);
+    let atlas = atlas(&mut random, grid, 10);
+    let rect = MapRect {
+        u: -200,
+        v: -150,
+        width: 400,
+        height: 300,
+    };
+    let mut attack = attack(&mut random, grid, (rect, -1..7));
+    for one in &mut attack.discs {
+        one.disc.radius += 1000;
     }
-    let of_empty_maps = RegionAtlas::new(grid, emptied, Vec::new());
-    let no_regions = RegionAtlas::new(grid, Vec::new(), Vec::new());
-    let some = candidates(&mut random, &of_empty_maps, RECT, 20);
-    for (atlas, candidates) in [(&of_empty_maps, &some[..]), (&no_regions, &[])] {
-        let mut culler = culler(&mut device, &CullerDesc::new("test", atlas));
+    let candidates = candidates(&mut random, &atlas, rect, 90);
+    let desc = CullerDesc {
+        max_blocks: 1 << 20,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let mut culler = culler(&mut device, &desc);
+    for some in [1, 90] {
         let input = CullInput {
-            atlas,
+            atlas: &atlas,
             attack: &attack,
-            candidates,
+            candidates: &candidates[..some],
         };
-        let counts = device.cull_compute(&mut culler, &input).unwrap();
-        assert_eq!(counts, vec![Overlap::default(); candidates.len()]);
-        culler.destroy(device.memory().unwrap());
+        let expected = counted(&input);
+        assert!(some == 1 || expected.iter().any(|one| one.body > 0));
+        assert_eq!(device.cull_compute(&mut culler, &input).unwrap(), expected);
     }
+    culler.destroy(device.memory().unwrap());
     finish(device);
 }
 
@@ -237,67 +164,6 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
             culler.destroy(device.memory().unwrap());
         }
     }
-    finish(device);
-}
-
-#[test]
-fn slots_in_flight_keep_their_own_counts() {
-    let mut device = device();
-    let grid = MapGrid::default();
-    let mut random = Random(4);
-    let atlas = atlas(&mut random, grid, 20);
-    let desc = CullerDesc {
-        frames_in_flight: 3,
-        ..CullerDesc::new("test", &atlas)
-    };
-    let mut culler = culler(&mut device, &desc);
-    for _ in 0..4 {
-        let inputs: Vec<_> = (0..3)
-            .map(|_| {
-                let count = random.int(1, 120) as usize;
-                (
-                    attack(&mut random, grid, (RECT, 0..3)),
-                    candidates(&mut random, &atlas, RECT, count),
-                )
-            })
-            .collect();
-        let input = |index: usize| CullInput {
-            atlas: &atlas,
-            attack: &inputs[index].0,
-            candidates: &inputs[index].1,
-        };
-        let mut overlaps = Vec::new();
-        let tickets = device
-            .run(|cmd| {
-                let mut tickets = Vec::new();
-                for slot in 0..3 {
-                    // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls
-                    // have been waited for.
-                    let ticket = unsafe { culler.record(cmd, slot, &input(slot as usize)) }?;
-                    assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
-                    tickets.push(ticket);
-                }
-                Ok(tickets)
-            })
-            .unwrap();
-        for index in [1, 0, 2] {
-            assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
-            assert_eq!(overlaps, counted(&input(index)), "slot {index}");
-        }
-        // SAFETY: the first run has uploaded the maps, and it has been waited for.
-        unsafe { culler.release_staging(device.memory().unwrap()) };
-        // SAFETY: as above.
-        let late = device
-            .run(|cmd| unsafe { culler.record(cmd, 0, &input(2)) })
-            .unwrap();
-        assert!(matches!(
-            culler.poll(tickets[0], &mut overlaps),
-            Err(GpuError::Mismatch(Mismatch::Ticket))
-        ));
-        assert!(culler.poll(late, &mut overlaps).unwrap());
-        assert_eq!(overlaps, counted(&input(2)));
-    }
-    culler.destroy(device.memory().unwrap());
     finish(device);
 }
 

@@ -5,16 +5,37 @@
 mod common;
 
 use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
-use common::maps::{attack_of, empty_attack};
+use common::cull_cases::{self, Path};
+use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
     avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
-    gpu::{GpuError, Mismatch, Terms, Without, stencil::CullerDesc},
+    gpu::{GpuError, Terms, Without, stencil::CullerDesc},
     region::{MapGrid, MapRect, RegionId, Slab},
 };
 
 #[test]
 fn thousands_of_random_candidates_agree() {
+    cull_cases::random_candidates_agree(Path::Stencil);
+}
+
+#[test]
+fn edges_of_the_input_agree() {
+    cull_cases::edges_agree(Path::Stencil);
+}
+
+#[test]
+fn atlases_without_a_map_agree() {
+    cull_cases::atlases_without_a_map_agree(Path::Stencil);
+}
+
+#[test]
+fn slots_in_flight_keep_their_own_counts() {
+    cull_cases::slots_in_flight_keep_their_own_counts(Path::Stencil);
+}
+
+#[test]
+fn thousands_of_drawn_candidates_agree() {
     let mut device = device();
     for (grid, seed) in GRIDS.into_iter().zip(20..) {
         let mut random = Random(seed);
@@ -175,124 +196,6 @@ fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
     assert!(expected.iter().any(|one| one.body > 0));
     for _ in 0..2 {
         assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
-    }
-    culler.destroy(device.memory().unwrap());
-    finish(device);
-}
-
-#[test]
-fn edges_of_the_input_agree() {
-    let mut device = device();
-    let mut random = Random(3);
-    let atlas = atlas(&mut random, 12);
-    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
-    let rect = MapRect {
-        u: -20,
-        v: 5,
-        width: 60,
-        height: 40,
-    };
-    let some = attack(&mut random, rect, 0..4);
-    let many = candidates(&mut random, &atlas, rect, 300);
-    let mut unplaced = many.clone();
-    for candidate in &mut unplaced {
-        (candidate.turn.a, candidate.turn.b) = (0, 0);
-    }
-    let no_texels = attack(&mut random, MapRect::default(), 0..2);
-    let no_discs = empty_attack(rect, 0..3);
-    let no_slabs = AttackDrawing::default();
-    let first_slab = attack(&mut random, rect, 0..1);
-    let elsewhere = attack(&mut random, rect, 50..53);
-    let below = attack(&mut random, rect, -9..-4);
-    let cases: [(&str, &AttackDrawing, &[CullCandidate]); 9] = [
-        ("no candidates", &some, &[]),
-        ("no slabs", &no_slabs, &many),
-        ("no texels", &no_texels, &many),
-        ("no discs", &no_discs, &many),
-        ("slabs that no region has", &elsewhere, &many),
-        ("slabs below all regions", &below, &many),
-        ("a turn that is none", &some, &unplaced),
-        ("one of each", &first_slab, &many[..1]),
-        ("a whole cull after all that", &some, &many),
-    ];
-    for (case, attack, candidates) in cases {
-        let input = CullInput {
-            atlas: &atlas,
-            attack,
-            candidates,
-        };
-        let counts = device.cull(&mut culler, &input).unwrap();
-        assert_eq!(counts, counted(&input), "{case}");
-    }
-    culler.destroy(device.memory().unwrap());
-    finish(device);
-}
-
-#[test]
-fn slots_in_flight_keep_their_own_counts() {
-    let mut device = device();
-    let mut random = Random(4);
-    let atlas = atlas(&mut random, 20);
-    let desc = CullerDesc {
-        frames_in_flight: 3,
-        ..CullerDesc::new("test", &atlas)
-    };
-    let mut culler = culler(&mut device, &desc);
-    let rect = MapRect {
-        u: -30,
-        v: -30,
-        width: 90,
-        height: 70,
-    };
-    for _ in 0..5 {
-        let inputs: Vec<_> = (0..3)
-            .map(|_| {
-                let count = random.int(1, 120) as usize;
-                (
-                    attack(&mut random, rect, 0..3),
-                    candidates(&mut random, &atlas, rect, count),
-                )
-            })
-            .collect();
-        let input = |index: usize| CullInput {
-            atlas: &atlas,
-            attack: &inputs[index].0,
-            candidates: &inputs[index].1,
-        };
-        // All three in one command buffer: they share the attack's target, and nothing else.
-        let mut overlaps = Vec::new();
-        let tickets = device
-            .run(|cmd| {
-                let mut tickets = Vec::new();
-                for slot in 0..3 {
-                    // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls
-                    // have been waited for.
-                    let ticket = unsafe { culler.record(cmd, slot, &input(slot as usize)) }?;
-                    assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
-                    tickets.push(ticket);
-                }
-                Ok(tickets)
-            })
-            .unwrap();
-        for index in [1, 0, 2] {
-            assert!(tickets[index].counts_exact);
-            assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
-            assert_eq!(overlaps, counted(&input(index)), "slot {index}");
-        }
-        // SAFETY: the first run has uploaded the maps, and it has been waited for.
-        unsafe { culler.release_staging(device.memory().unwrap()) };
-        let late = device
-            .run(|cmd| {
-                // SAFETY: as above.
-                unsafe { culler.record(cmd, 0, &input(2)) }
-            })
-            .unwrap();
-        assert!(matches!(
-            culler.poll(tickets[0], &mut overlaps),
-            Err(GpuError::Mismatch(Mismatch::Ticket))
-        ));
-        assert!(culler.poll(late, &mut overlaps).unwrap());
-        assert_eq!(overlaps, counted(&input(2)));
     }
     culler.destroy(device.memory().unwrap());
     finish(device);

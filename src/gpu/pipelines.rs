@@ -1,14 +1,16 @@
 //! The pipelines. Three draw: discs, whole rectangles, candidates; what a draw does to the stencil is dynamic state, so
 //! there are no more. One counts.
 
+use std::mem::offset_of;
+
 use ash::vk;
 
 use super::{
     Context, GpuError,
     error::Named,
     shader_table::{
-        CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc, RECT_VERT,
-        Shader, Stage,
+        BoxCorner, CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc,
+        RECT_VERT, Shader, Stage,
     },
 };
 
@@ -17,37 +19,46 @@ use super::{
 pub(crate) struct PipelineDesc {
     name: &'static str,
     shaders: &'static [&'static Shader],
-    /// Locations of [`PlacedDisc`] that the vertex shader reads.
-    inputs: &'static [u32],
+    inputs: Inputs,
     topology: vk::PrimitiveTopology,
+}
+
+/// What a vertex shader reads.
+#[derive(Clone, Copy)]
+enum Inputs {
+    Nothing,
+    /// Locations of [`PlacedDisc`], one an instance.
+    Discs(&'static [u32]),
+    /// [`BoxCorner`], one a vertex.
+    Corners,
 }
 
 /// Discs that cover texels.
 pub(crate) const DISCS: PipelineDesc = PipelineDesc {
     name: "sabaki discs",
     shaders: &[&DISC_VERT, &DISC_FRAG],
-    inputs: &[0, 1],
+    inputs: Inputs::Discs(&[0, 1]),
     topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Whole maps.
 pub(crate) const RECTS: PipelineDesc = PipelineDesc {
     name: "sabaki whole maps",
     shaders: &[&RECT_VERT],
-    inputs: &[1],
+    inputs: Inputs::Discs(&[1]),
     topology: vk::PrimitiveTopology::TRIANGLE_STRIP,
 };
 /// Candidates' maps over the attack's.
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
-    inputs: &[],
+    inputs: Inputs::Corners,
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };
 /// Candidates' masks against the attack's.
 pub(crate) const COUNT: PipelineDesc = PipelineDesc {
     name: "sabaki count",
     shaders: &[&COUNT_COMP],
-    inputs: &[],
+    inputs: Inputs::Nothing,
     // A compute shader draws nothing.
     topology: vk::PrimitiveTopology::POINT_LIST,
 };
@@ -241,13 +252,9 @@ fn build(
                 .name(c"main")
         })
         .collect();
-    let attributes: Vec<_> = desc.inputs.iter().map(|&at| attribute(at)).collect();
-    let instance = [vk::VertexInputBindingDescription::default()
-        .stride(size_of::<PlacedDisc>() as u32)
-        .input_rate(vk::VertexInputRate::INSTANCE)];
-    let used = usize::from(!attributes.is_empty());
+    let (bindings, attributes) = vertices(desc.inputs);
     let inputs = vk::PipelineVertexInputStateCreateInfo::default()
-        .vertex_binding_descriptions(&instance[..used])
+        .vertex_binding_descriptions(&bindings)
         .vertex_attribute_descriptions(&attributes);
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
     let viewport = vk::PipelineViewportStateCreateInfo::default()
@@ -293,18 +300,50 @@ fn build(
     }
 }
 
-fn attribute(location: u32) -> vk::VertexInputAttributeDescription {
-    let (format, offset) = if location == 0 {
-        let offset = std::mem::offset_of!(PlacedDisc, disc);
-        (vk::Format::R32G32B32_SINT, offset)
-    } else {
-        let offset = std::mem::offset_of!(PlacedDisc, clip);
-        (vk::Format::R16G16B16A16_UINT, offset)
+fn vertices(
+    inputs: Inputs,
+) -> (
+    Vec<vk::VertexInputBindingDescription>,
+    Vec<vk::VertexInputAttributeDescription>,
+) {
+    let binding = |stride: usize, rate| {
+        vec![
+            vk::VertexInputBindingDescription::default()
+                .stride(stride as u32)
+                .input_rate(rate),
+        ]
     };
-    vk::VertexInputAttributeDescription {
-        location,
-        binding: 0,
-        format,
-        offset: offset as u32,
+    let attribute = |location, (format, offset): (vk::Format, usize)| {
+        vk::VertexInputAttributeDescription::default()
+            .location(location)
+            .format(format)
+            .offset(offset as u32)
+    };
+    use vk::{Format, VertexInputRate};
+    match inputs {
+        Inputs::Nothing => (Vec::new(), Vec::new()),
+        Inputs::Discs(locations) => {
+            let all = [
+                (Format::R32G32B32_SINT, offset_of!(PlacedDisc, disc)),
+                (Format::R16G16B16A16_UINT, offset_of!(PlacedDisc, clip)),
+            ];
+            let of = |&at: &u32| attribute(at, all[at as usize]);
+            let stride = size_of::<PlacedDisc>();
+            let attributes = locations.iter().map(of).collect();
+            (binding(stride, VertexInputRate::INSTANCE), attributes)
+        }
+        Inputs::Corners => {
+            let all = [
+                (Format::R16G16_UINT, offset_of!(BoxCorner, corner)),
+                (Format::R32G32B32A32_SINT, offset_of!(BoxCorner, turn)),
+                (Format::R32G32B32A32_UINT, offset_of!(BoxCorner, map)),
+            ];
+            let attributes = (0..).zip(all).map(|(at, one)| attribute(at, one));
+            let stride = size_of::<BoxCorner>();
+            (
+                binding(stride, VertexInputRate::VERTEX),
+                attributes.collect(),
+            )
+        }
     }
 }

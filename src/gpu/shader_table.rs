@@ -2,7 +2,6 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::gpu::stencil::maps::MapBits as HostBits;
 use crate::region::{Disc, MapTurn};
 
 /// One entry of the table.
@@ -51,15 +50,16 @@ pub(crate) struct TargetSide {
     pub(crate) side: [u32; 2],
 }
 
-/// A candidate's map of one slab and slice over the attack's: 2 × 16 bits a word, as the shader has
-/// it.
+/// A corner of the box in which a candidate's map of one slab and slice is drawn over the attack's: vertex attributes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct PlacedBox {
-    pub(crate) low: u32,
-    pub(crate) high: u32,
-    pub(crate) origin: u32,
-    pub(crate) map: u32,
+pub(crate) struct BoxCorner {
+    /// Texels of the target.
+    pub(crate) corner: [u16; 2],
+    /// From texels of the target to those of the map.
+    pub(crate) turn: [i32; 4],
+    /// Width and height in one, first bit, bits a row, log2 of bits a texel.
+    pub(crate) map: [u32; 4],
 }
 
 /// Push constants of the compute shader.
@@ -72,6 +72,7 @@ pub(crate) struct CountSettings {
     pub(crate) sums: u32,
     pub(crate) slices: u32,
     pub(crate) planes: u32,
+    pub(crate) up_to_hits: u32,
 }
 
 /// One candidate, with the planes of its region.
@@ -132,34 +133,28 @@ const fn runs_anywhere(shader: &Shader) -> bool {
         && x * y * z <= 128
 }
 
+/// Whether all that a shader reads is in the one set there is.
+const fn has_one_set(shader: &Shader) -> bool {
+    let mut index = 0;
+    while index < shader.bindings.len() {
+        if shader.bindings[index].set != 0 {
+            return false;
+        }
+        index += 1;
+    }
+    true
+}
+
 const _: () = {
     assert!(runs_anywhere(&DISC_VERT) && runs_anywhere(&DISC_FRAG) && runs_anywhere(&RECT_VERT));
     assert!(runs_anywhere(&CANDIDATE_VERT) && runs_anywhere(&CANDIDATE_FRAG));
     assert!(runs_anywhere(&COUNT_COMP));
 
+    assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&COUNT_COMP));
+    assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
-    assert!(stride(&CANDIDATE_VERT, 1) == size_of::<HostBits>());
-    assert!(stride(&CANDIDATE_VERT, 2) == size_of::<PlacedBox>());
-    assert!(stride(&CANDIDATE_VERT, 3) == size_of::<MapTurn>());
-
     assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
     assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
-
-    assert!(size_of::<PlacedBox>() == PlacedBits::SIZE);
-    assert!(offset_of!(PlacedBox, low) == PlacedBits::LOW);
-    assert!(offset_of!(PlacedBox, high) == PlacedBits::HIGH);
-    assert!(offset_of!(PlacedBox, origin) == PlacedBits::ORIGIN);
-    assert!(offset_of!(PlacedBox, map) == PlacedBits::MAP);
-
-    assert!(size_of::<HostBits>() == MapBits::SIZE);
-    assert!(offset_of!(HostBits, u) == MapBits::U);
-    assert!(offset_of!(HostBits, v) == MapBits::V);
-    assert!(offset_of!(HostBits, width) == MapBits::WIDTH);
-    assert!(offset_of!(HostBits, height) == MapBits::HEIGHT);
-    assert!(offset_of!(HostBits, first_bit) == MapBits::FIRST_BIT);
-    assert!(offset_of!(HostBits, row_bits) == MapBits::ROW_BITS);
-    assert!(offset_of!(HostBits, texel_bits_log2) == MapBits::TEXEL_BITS_LOG2);
-    assert!(offset_of!(HostBits, padding) == MapBits::PADDING);
 
     assert!(stride(&COUNT_COMP, 0) == size_of::<u32>());
     assert!(stride(&COUNT_COMP, 1) == 4 * size_of::<u32>());
@@ -174,6 +169,7 @@ const _: () = {
     assert!(offset_of!(CountSettings, sums) == CountCandidates::SUMS);
     assert!(offset_of!(CountSettings, slices) == CountCandidates::SLICES);
     assert!(offset_of!(CountSettings, planes) == CountCandidates::PLANES);
+    assert!(offset_of!(CountSettings, up_to_hits) == CountCandidates::UP_TO_HITS);
 
     assert!(size_of::<PlacedPlanes>() == PlaneCandidate::SIZE);
     assert!(offset_of!(PlacedPlanes, turn) == PlaneCandidate::TURN);

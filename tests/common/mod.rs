@@ -11,6 +11,8 @@ pub mod clips;
 #[cfg(feature = "vulkan")]
 pub mod cull;
 #[cfg(feature = "vulkan")]
+pub(crate) mod cull_cases;
+#[cfg(feature = "vulkan")]
 mod device;
 pub mod maps;
 

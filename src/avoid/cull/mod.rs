@@ -59,7 +59,7 @@ pub struct Counted {
     pub evasion: bool,
     /// Whether a candidate is done with as soon as its body overlap is above 0, where that is a hit
     /// for certain: nothing else of it matters then, and all its counts may be less than they would be.
-    /// The CPU saves time by it, a device does not look.
+    /// The CPU and the compute path save time by it, the stencil path does not look.
     pub up_to_hits: bool,
 }
 

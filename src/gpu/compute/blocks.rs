@@ -181,7 +181,11 @@ impl Canvas {
 
     fn draw(&mut self, one: &TimedDisc) {
         let (columns, words) = (self.columns, &mut self.words);
-        let mut drawn = self.drawn.take().unwrap_or([usize::MAX..0, usize::MAX..0]);
+        let nothing = || Range {
+            start: usize::MAX,
+            end: 0,
+        };
+        let mut drawn = self.drawn.take().unwrap_or_else(|| [nothing(), nothing()]);
         for_each_row(one.disc, self.rect, |row, first, last| {
             let (from, to) = (first / COLUMNS, last / COLUMNS);
             drawn[0] = drawn[0].start.min(row / ROWS)..drawn[0].end.max(row / ROWS + 1);

@@ -87,6 +87,7 @@ pub(super) struct Gathered {
     /// Clock and position of each candidate, sorted.
     order: Vec<(u32, u32)>,
     slices: u32,
+    up_to_hits: bool,
 }
 
 impl Gathered {
@@ -106,6 +107,7 @@ impl Gathered {
             within("side of an attack's maps", side.into(), most.into())?;
         }
         self.slices = planes.slices;
+        self.up_to_hits = counted.up_to_hits && input.atlas.grid().is_certain();
         let blocks = self.blocks.draw(input.attack, planes.slices, counted) as u64;
         within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
         self.order.clear();
@@ -126,6 +128,7 @@ impl Gathered {
             sums: 0,
             slices: self.slices,
             planes: planes_of_slab(self.slices),
+            up_to_hits: self.up_to_hits.into(),
         }
     }
 

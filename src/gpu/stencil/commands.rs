@@ -6,12 +6,13 @@ use super::{
     cells::Pass,
     culler::Culler,
     drawing::{self, Rendering},
-    gathered::Query,
+    gathered::{CORNERS, Query},
     passes,
-    slot::{HEADER, Slot},
+    slot::Slot,
 };
 use crate::gpu::{
     barriers::{self, Access},
+    counts::HEADER,
     pipelines::StencilRule,
     shader_table::TargetSide,
 };
@@ -30,11 +31,10 @@ struct Turn<'a> {
 
 impl Culler {
     /// # Safety
-    /// As for [`Culler::record`]; the slot has this cull's discs, turns and boxes.
+    /// As for [`Culler::record`]; the slot has this cull's discs and boxes.
     pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
         // SAFETY: the caller vouches for `cmd` and the slot.
         unsafe {
-            self.record_uploads(cmd, slot);
             let (mut first, size) = (0, self.capacity.queries as usize);
             for queries in self.gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
                 let pass = &self.gathered.cells.passes[queries[0].pass as usize];
@@ -54,27 +54,8 @@ impl Culler {
                     first += queries.len() as u64;
                 }
             }
-            self.record_serial(cmd, slot);
-        }
-    }
-
-    /// # Safety
-    /// As for [`Culler::record_commands`].
-    unsafe fn record_uploads(&self, cmd: vk::CommandBuffer, slot: &Slot) {
-        let device = self.context.device();
-        let turns = size_of_val(self.gathered.turns.as_slice()) as u64;
-        let boxes = size_of_val(self.gathered.boxes.as_slice()) as u64;
-        if boxes == 0 {
-            return;
-        }
-        // SAFETY: the caller vouches for `cmd`; the buffers hold this many bytes.
-        unsafe {
-            let copy = |start, size| [vk::BufferCopy::default().src_offset(start).size(size)];
-            let from = slot.upload.handle;
-            device.cmd_copy_buffer(cmd, from, slot.turns.handle, &copy(0, turns));
-            device.cmd_copy_buffer(cmd, from, slot.boxes.handle, &copy(turns, boxes));
-            let (before, after) = (Access::TRANSFER_WRITE, Access::SHADER_READ);
-            barriers::memory(&self.context, cmd, before, after);
+            let written = Access::TRANSFER_WRITE;
+            slot.counts.record_number(&self.context, cmd, written);
         }
     }
 
@@ -107,7 +88,7 @@ impl Culler {
                 slot.pool,
                 0,
                 count,
-                slot.results.handle,
+                slot.counts.buffer.handle,
                 HEADER + 4 * turn.first,
                 4,
                 vk::QueryResultFlags::WAIT,
@@ -159,7 +140,11 @@ impl Culler {
         // enabled.
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
-            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &[slot.set], &[]);
+            let set = [parts.atlas.set];
+            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &set, &[]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[slot.corners.handle], &[0]);
+            let indices = parts.indices.handle;
+            device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);
             pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &constants);
             for (query, number) in queries.iter().zip(0..) {
                 device.cmd_begin_query(cmd, slot.pool, number, precision);
@@ -170,33 +155,28 @@ impl Culler {
                         let bit = self.gathered.cells.planes[draw.plane as usize].bit;
                         over_plane(bit).set(context, cmd);
                     }
-                    let boxes = draw.boxes.end - draw.boxes.start;
-                    let (count, first) = (VERTICES * boxes, VERTICES * draw.boxes.start);
-                    device.cmd_draw(cmd, count, 1, first, query.candidate);
+                    for first in draw.boxes.clone().step_by(BOXES as usize) {
+                        let count = BOXES.min(draw.boxes.end - first) * INDICES;
+                        let corner = (first as usize * CORNERS) as i32;
+                        device.cmd_draw_indexed(cmd, count, 1, 0, corner, 0);
+                    }
                 }
                 device.cmd_end_query(cmd, slot.pool, number);
             }
         }
     }
-
-    /// The number that says that the counts are there.
-    ///
-    /// # Safety
-    /// As for [`Culler::record_commands`].
-    unsafe fn record_serial(&self, cmd: vk::CommandBuffer, slot: &Slot) {
-        let (context, written) = (&self.context, Access::TRANSFER_WRITE);
-        // SAFETY: the caller vouches for `cmd`; the buffer begins with a header.
-        unsafe {
-            barriers::memory(context, cmd, written, written);
-            let device = context.device();
-            device.cmd_fill_buffer(cmd, slot.results.handle, 0, 4, slot.serial);
-            barriers::memory(context, cmd, written, Access::HOST_READ);
-        }
-    }
 }
 
-/// Of a box: two triangles.
-const VERTICES: u32 = 6;
+/// Indices of a box: two triangles.
+const INDICES: u32 = 6;
+/// Boxes of one draw at most.
+const BOXES: u32 = 1 << 12;
+
+/// The corners of as many boxes as a draw has.
+pub(super) fn indices() -> Vec<u16> {
+    let corners = |one: u32| [0, 1, 2, 2, 1, 3].map(|at| (one as usize * CORNERS + at) as u16);
+    (0..BOXES).flat_map(corners).collect()
+}
 
 /// Marks what the attack touches in one plane, and leaves the others.
 fn into_plane(bit: u32) -> StencilRule {

@@ -5,24 +5,24 @@
 //! slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer map, which
 //! proves misses, and a third one its evasion map, for the score.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 
 use super::{
     atlas::Atlas,
-    drawing,
+    commands, drawing,
     gathered::{Capacity, Gathered},
     maps::{Maps, Part},
-    slot::{HEADER, Slot},
+    slot::Slot,
 };
 use crate::{
     avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
-        Context, GpuError, Memory, Mismatch,
+        Context, GpuError, Memory, MemoryUse, Mismatch,
         error::within,
         pipelines::{CANDIDATES, DISCS, Pipeline},
-        resources::StencilTarget,
+        resources::{Buffer, BufferDesc, StencilTarget},
     },
     region::RegionAtlas,
 };
@@ -53,7 +53,7 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 1,024 candidates, 65,536 discs, 262,144 boxes, 4,096 queries at once, a target of 1,024 × 1,024 texels; 2 in flight.
+    /// 1,024 candidates, 65,536 discs, 65,536 boxes, 4,096 queries at once, a target of 1,024 × 1,024 texels; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl<'a> CullerDesc<'a> {
             counted: Counted::default(),
             max_candidates: 1024,
             max_discs: 1 << 16,
-            max_boxes: 1 << 18,
+            max_boxes: 1 << 16,
             max_queries: 1 << 12,
             target: [1024; 2],
             frames_in_flight: 2,
@@ -110,15 +110,14 @@ pub(super) struct Parts {
     pub(super) candidates: Pipeline,
     pub(super) target: StencilTarget,
     pub(super) atlas: Atlas,
+    /// Of as many boxes as a draw has.
+    pub(super) indices: Buffer,
     pub(super) slots: Vec<Slot>,
     live: bool,
 }
 
 /// What is said of outer maps that are not counted: that they may share anything.
 const NOT_COUNTED: u32 = u32::MAX;
-
-/// Of the next cull, whichever culler's: a ticket fits one cull alone.
-static NEXT_SERIAL: AtomicU32 = AtomicU32::new(1);
 
 impl Culler {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
@@ -167,8 +166,19 @@ impl Culler {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         parts.live = true;
         let atlas = format!("{name}: atlas");
-        parts.atlas.fill(context, memory, &atlas, &self.maps)?;
-        parts.atlas.make_layout(context)?;
+        parts
+            .atlas
+            .fill(context, memory, &atlas, self.maps.words())?;
+        let indices = commands::indices();
+        let bytes: &[u8] = bytemuck::cast_slice(&indices);
+        let of_boxes = BufferDesc {
+            name: &format!("{name}: indices"),
+            size: bytes.len() as u64,
+            usage: vk::BufferUsageFlags::INDEX_BUFFER,
+            memory: MemoryUse::Upload,
+        };
+        parts.indices = Buffer::new(context, memory, of_boxes)?;
+        parts.indices.write(context, 0, bytes)?;
         parts.discs = Pipeline::new(context, &DISCS, &[])?;
         parts.candidates = Pipeline::new(context, &CANDIDATES, &[parts.atlas.layout])?;
         let target = format!("{name}: attack");
@@ -180,7 +190,7 @@ impl Culler {
                 slot.fill(context, memory, &name, &self.capacity)?;
             }
         }
-        parts.atlas.make_sets(context, &mut parts.slots)
+        Ok(())
     }
 
     /// What culls count from now on: those that are recorded already do not change.
@@ -247,19 +257,15 @@ impl Culler {
         let queries = self.gathered.queries.len() as u64;
         let most = self.context.most_queries();
         within("the driver's queries in one submission", queries, most)?;
-        let serial = next_serial();
         let place = &mut self.parts.slots[slot as usize];
-        place.serial = serial;
+        let serial = place.counts.start();
         place.counted = self.counted;
         place.uploads = !*self.upload.done.get_mut();
         place.note_queries(&self.gathered.queries);
         let discs = bytemuck::cast_slice(&self.gathered.cells.discs);
         place.discs.write(&self.context, 0, discs)?;
-        let turns: &[u8] = bytemuck::cast_slice(&self.gathered.turns);
-        place.upload.write(&self.context, 0, turns)?;
-        let boxes = bytemuck::cast_slice(&self.gathered.boxes);
-        let start = turns.len() as u64;
-        place.upload.write(&self.context, start, boxes)?;
+        let corners = bytemuck::cast_slice(&self.gathered.corners);
+        place.corners.write(&self.context, 0, corners)?;
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
             self.record_upload(cmd);
@@ -282,24 +288,14 @@ impl Culler {
     /// [`Mismatch::Ticket`] when the slot holds another cull; an invalidate that failed.
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         let slot = self.parts.slots.get(ticket.slot as usize);
-        let slot = slot
-            .filter(|slot| slot.serial == ticket.serial)
-            .ok_or(Mismatch::Ticket)?;
-        slot.results.invalidate(&self.context)?;
-        if slot.results.word(0)? != ticket.serial {
+        let slot = slot.ok_or(Mismatch::Ticket)?;
+        let queries = slot.queries.len();
+        let Some(words) = slot.counts.read(&self.context, ticket.serial, queries)? else {
             return Ok(false);
-        }
-        // What was cached of the counts may be older than their number.
-        slot.results.invalidate(&self.context)?;
+        };
         if slot.uploads {
             self.upload.done.store(true, Ordering::Relaxed);
         }
-        let size = HEADER + 4 * slot.queries.len() as u64;
-        // SAFETY: the number has come, so the counts are written, and nothing writes them until the slot is recorded anew.
-        let bytes = unsafe { slot.results.bytes(size) }?;
-        let words = bytes[HEADER as usize..]
-            .chunks_exact(4)
-            .map(|word| u32::from_ne_bytes([word[0], word[1], word[2], word[3]]));
         let nothing = Overlap {
             outer: if slot.counted.outer { 0 } else { NOT_COUNTED },
             ..Overlap::default()
@@ -343,6 +339,7 @@ impl Culler {
         parts.target.destroy(context, memory);
         parts.candidates.destroy(context);
         parts.discs.destroy(context);
+        parts.indices.destroy(context, memory);
         parts.atlas.destroy(context, memory);
         parts.live = false;
     }
@@ -352,16 +349,6 @@ impl Drop for Culler {
     fn drop(&mut self) {
         if self.parts.live {
             tracing::error!("a Culler was dropped without destroy: its Vulkan objects leak");
-        }
-    }
-}
-
-/// Never 0, which means none.
-fn next_serial() -> u32 {
-    loop {
-        let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);
-        if serial != 0 {
-            return serial;
         }
     }
 }

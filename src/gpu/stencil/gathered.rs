@@ -9,13 +9,16 @@ use std::ops::Range;
 
 use super::{
     cells::{Cell, Cells, Group, Room, Source},
-    maps::{Maps, Part, Reach},
+    maps::{MapBits, Maps, Part, Reach},
 };
 use crate::{
     avoid::cull::{Counted, CullCandidate, CullInput},
-    gpu::{GpuError, error::within, shader_table::PlacedBox},
+    gpu::{GpuError, error::within, shader_table::BoxCorner},
     region::{MapRect, MapTurn},
 };
+
+/// Corners of a box.
+pub(super) const CORNERS: usize = 4;
 
 /// The most that a culler takes.
 #[derive(Clone, Copy, Debug)]
@@ -59,12 +62,11 @@ pub(super) struct Query {
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     pub(super) cells: Cells,
-    pub(super) boxes: Vec<PlacedBox>,
+    /// Four corners each.
+    pub(super) corners: Vec<BoxCorner>,
     pub(super) draws: Vec<Draw>,
     /// By pass.
     pub(super) queries: Vec<Query>,
-    /// Of all candidates.
-    pub(super) turns: Vec<[i32; 4]>,
     ways: Vec<WayBack>,
 }
 
@@ -94,24 +96,25 @@ impl Gathered {
         })?;
         self.clear();
         let turns = input.candidates.iter().map(|one| one.turn);
-        self.turns
-            .extend(turns.clone().map(|turn| [turn.a, turn.b, turn.tx, turn.tz]));
         self.ways.extend(turns.map(WayBack::new));
         for pass in 0..self.cells.passes.len() as u32 {
             for part in parts() {
                 self.queries((pass, part), (input.candidates, of(part)), maps);
-                let boxes = self.boxes.len() as u64;
+                let boxes = self.boxes() as u64;
                 within("CullerDesc::max_boxes", boxes, capacity.boxes.into())?;
             }
         }
         Ok(())
     }
 
+    fn boxes(&self) -> usize {
+        self.corners.len() / CORNERS
+    }
+
     fn clear(&mut self) {
-        self.boxes.clear();
+        self.corners.clear();
         self.draws.clear();
         self.queries.clear();
-        self.turns.clear();
         self.ways.clear();
     }
 
@@ -132,11 +135,11 @@ impl Gathered {
                 let Some((map, reaches)) = maps.find(candidate, (group.slab, part)) else {
                     continue;
                 };
-                let start = self.boxes.len() as u32;
+                let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
                 let cells = &self.cells.cells[group.cells.start as usize..group.cells.end as usize];
-                push_boxes((group, cells), (map, reaches, way), &mut self.boxes);
-                let end = self.boxes.len() as u32;
+                push_boxes((group, cells), (map, reaches, way), &mut self.corners);
+                let end = self.boxes() as u32;
                 match self.draws[first..].last_mut() {
                     _ if start == end => {}
                     Some(draw) if draw.plane == group.plane => draw.boxes.end = end,
@@ -161,8 +164,8 @@ impl Gathered {
 /// The boxes in which a candidate's map can meet the attack's in a layer.
 fn push_boxes(
     (group, cells): (&Group, &[Cell]),
-    (map, reaches, way): (u32, &[Reach], &WayBack),
-    boxes: &mut Vec<PlacedBox>,
+    (map, reaches, way): (&MapBits, &[Reach], &WayBack),
+    corners: &mut Vec<BoxCorner>,
 ) {
     if way.around(&reaches[0]).intersection(group.rect).is_empty() {
         return;
@@ -182,18 +185,20 @@ fn push_boxes(
         ];
         let low = [origin[0] + shared.u, origin[1] + shared.v];
         let high = [low[0] + shared.width as i32, low[1] + shared.height as i32];
-        boxes.push(PlacedBox {
-            low: halves(low),
-            high: halves(high),
-            origin: halves(origin),
-            map: map << 6 | cell.slice,
-        });
+        let turn = way.onto(map, origin);
+        let map = [
+            map.width | map.height << 16,
+            map.first_bit + cell.slice,
+            map.row_bits,
+            map.texel_bits_log2,
+        ];
+        let places = [low, [high[0], low[1]], [low[0], high[1]], high];
+        corners.extend(places.map(|place| BoxCorner {
+            corner: place.map(|texel| texel as u16),
+            turn,
+            map,
+        }));
     }
-}
-
-/// Two numbers of 16 bits in a word.
-fn halves([x, y]: [i32; 2]) -> u32 {
-    (x as u32 & 0xffff) | (y as u32) << 16
 }
 
 /// From an evasion's frame to the attack's maps, in single precision: for boxes that are a little
@@ -206,6 +211,7 @@ struct WayBack {
     from: [f32; 2],
     /// A turn that is none cannot be turned back.
     exists: bool,
+    turn: MapTurn,
 }
 
 impl WayBack {
@@ -223,7 +229,21 @@ impl WayBack {
             sin: b * scale,
             from: [turn.tx, turn.tz].map(|place| place as f32 / (2.0 * one)),
             exists: squared > 0.25 * one * one,
+            turn,
         }
+    }
+
+    /// `MapTurn::texel`, with both maps' places in the translation: from texels of the target, where the attack's first one
+    /// lies at `origin`, to those of the map. Sums may wrap on the way; what they end as fits.
+    fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
+        let MapTurn { a, b, tx, tz } = self.turn;
+        let placed = |start: i32, along: i32, across: i32, texel: i32| {
+            start
+                .wrapping_sub(along.wrapping_mul(2 * x))
+                .wrapping_sub(across.wrapping_mul(2 * y))
+                .wrapping_sub(texel << MapTurn::SHIFT)
+        };
+        [a, b, placed(tx, a, b, map.u), placed(tz, -b, a, map.v)]
     }
 
     /// Around everything that the centre of a texel may be turned from into a rectangle.

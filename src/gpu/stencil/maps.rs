@@ -22,17 +22,15 @@ impl Part {
 }
 
 /// Where one map lies in its frame, and its bits in the atlas's words: `[row][column][slice]`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub(crate) struct MapBits {
-    pub(crate) u: i32,
-    pub(crate) v: i32,
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    pub(crate) first_bit: u32,
-    pub(crate) row_bits: u32,
-    pub(crate) texel_bits_log2: u32,
-    pub(crate) padding: u32,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct MapBits {
+    pub(super) u: i32,
+    pub(super) v: i32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) first_bit: u32,
+    pub(super) row_bits: u32,
+    pub(super) texel_bits_log2: u32,
 }
 
 /// A rectangle by its middle, texels of the evasion's frame. Half sides below 0: it holds nothing.
@@ -48,7 +46,7 @@ pub(super) struct Maps {
     /// The words are gone once they have been staged.
     packed: PackedAtlas,
     /// `[map of the packed atlas][part]`.
-    pub(super) bits: Vec<MapBits>,
+    bits: Vec<MapBits>,
     /// `[map of the packed atlas][part][whole, then by slice]`.
     reaches: Vec<Reach>,
     slices: usize,
@@ -56,9 +54,6 @@ pub(super) struct Maps {
 }
 
 impl Maps {
-    /// Maps are numbered by this many bits in a word, beside a slice of 6.
-    const MOST_MAPS: u64 = 1 << 26;
-
     pub(super) fn new(atlas: &RegionAtlas) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices as usize;
         let packed = atlas.pack();
@@ -67,8 +62,6 @@ impl Maps {
             32 * packed.words.len() as u64,
             u64::from(u32::MAX),
         )?;
-        let count = 3 * packed.maps.len() as u64;
-        within("maps on the device", count, Self::MOST_MAPS)?;
         let log2 = 4 + packed.lanes.max(1);
         let of_slab = packed.maps.iter().flat_map(|maps| {
             [
@@ -119,17 +112,18 @@ impl Maps {
         }
     }
 
-    /// A candidate's map in a slab: its number and its reaches, the whole one first, then those of
+    /// A candidate's map in a slab: its bits and its reaches, the whole one first, then those of
     /// the slices.
     pub(super) fn find(
         &self,
         candidate: &CullCandidate,
         (slab, part): (Slab, Part),
-    ) -> Option<(u32, &[Reach])> {
+    ) -> Option<(&MapBits, &[Reach])> {
         let entry = self.packed.find(candidate.region, slab)?;
         let each = self.slices + 1;
         let first = (entry as usize * 3 + part as usize) * each;
-        Some((entry * 3 + part as u32, &self.reaches[first..first + each]))
+        let bits = &self.bits[entry as usize * 3 + part as usize];
+        Some((bits, &self.reaches[first..first + each]))
     }
 }
 
@@ -142,7 +136,6 @@ fn map_bits(map: PackedMap, texel_bits_log2: u32) -> MapBits {
         first_bit: 32 * map.word,
         row_bits: 32 * map.words_per_row,
         texel_bits_log2,
-        padding: 0,
     }
 }
 

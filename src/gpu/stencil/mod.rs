@@ -8,7 +8,7 @@ mod commands;
 mod culler;
 mod drawing;
 mod gathered;
-pub(crate) mod maps;
+mod maps;
 mod packing;
 mod passes;
 mod rasterizer;

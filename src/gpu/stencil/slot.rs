@@ -1,39 +1,31 @@
-//! What one cull in flight needs for itself: uploads, queries, results.
+//! What one cull in flight needs for itself: its vertices, queries, counts.
 
 use ash::vk;
 
 use super::{
-    gathered::{Capacity, Query},
+    gathered::{CORNERS, Capacity, Query},
     maps::Part,
 };
+use crate::avoid::cull::Counted;
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
+    counts::Counts,
     error::Named,
     resources::{Buffer, BufferDesc},
-    shader_table::{PlacedBox, PlacedDisc},
+    shader_table::{BoxCorner, PlacedDisc},
 };
-use crate::{avoid::cull::Counted, region::MapTurn};
-
-/// Bytes before the counts in [`Slot::results`]: the number of the cull that they belong to.
-pub(super) const HEADER: u64 = 8;
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
     /// The attack's discs: vertex attributes.
     pub(super) discs: Buffer,
-    /// Turns, then boxes, as the host writes them.
-    pub(super) upload: Buffer,
-    /// As the shaders read them.
-    pub(super) turns: Buffer,
-    pub(super) boxes: Buffer,
-    /// A header, then a count for each query.
-    pub(super) results: Buffer,
+    /// Of the boxes: vertex attributes.
+    pub(super) corners: Buffer,
+    /// A count for each query.
+    pub(super) counts: Counts,
     pub(super) pool: vk::QueryPool,
-    pub(super) set: vk::DescriptorSet,
-    /// The number of the cull that was recorded last.
-    pub(super) serial: u32,
-    /// Whose numbers that cull counts: candidate and part of each query.
+    /// Whose numbers the cull that was recorded last counts: candidate and part of each query.
     pub(super) queries: Vec<(u32, Part)>,
     /// What it counts.
     pub(super) counted: Counted,
@@ -51,29 +43,21 @@ impl Slot {
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
-        let boxes = u64::from(capacity.boxes) * size_of::<PlacedBox>() as u64;
-        let turns = u64::from(capacity.candidates) * size_of::<MapTurn>() as u64;
-        let mut buffer = |what: &str, size, usage, who| {
+        let corners = u64::from(capacity.boxes) * (CORNERS * size_of::<BoxCorner>()) as u64;
+        let mut vertices = |what: &str, size| {
             let desc = BufferDesc {
                 name: &format!("{name}: {what}"),
                 size,
-                usage,
-                memory: who,
+                usage: vk::BufferUsageFlags::VERTEX_BUFFER,
+                memory: MemoryUse::Upload,
             };
             Buffer::new(context, memory, desc)
         };
-        use vk::BufferUsageFlags as Usage;
-        self.discs = buffer("discs", discs, Usage::VERTEX_BUFFER, MemoryUse::Upload)?;
-        let upload = turns + boxes;
-        self.upload = buffer("upload", upload, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-        let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
-        self.turns = buffer("turns", turns, usage, MemoryUse::Device)?;
-        self.boxes = buffer("boxes", boxes, usage, MemoryUse::Device)?;
+        self.discs = vertices("discs", discs)?;
+        self.corners = vertices("boxes", corners)?;
         // No query is without a box.
-        let counts = HEADER + 4 * u64::from(capacity.boxes);
-        self.results = buffer("counts", counts, Usage::TRANSFER_DST, MemoryUse::Readback)?;
-        // No cull has the number 0, and memory may hold anything.
-        self.results.write(context, 0, &[0; HEADER as usize])?;
+        let counts = (&*format!("{name}: counts"), capacity.boxes.into());
+        self.counts = Counts::new(context, memory, counts, vk::BufferUsageFlags::empty())?;
 
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::OCCLUSION)
@@ -92,19 +76,13 @@ impl Slot {
         self.queries.extend(numbers);
     }
 
-    /// Frees everything; the device must be done with it. The descriptor set goes with its pool.
+    /// Frees everything; the device must be done with it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
         unsafe { context.device().destroy_query_pool(self.pool, None) };
         self.pool = vk::QueryPool::null();
-        for buffer in [
-            &mut self.results,
-            &mut self.boxes,
-            &mut self.turns,
-            &mut self.upload,
-            &mut self.discs,
-        ] {
-            buffer.destroy(context, memory);
-        }
+        self.counts.destroy(context, memory);
+        self.corners.destroy(context, memory);
+        self.discs.destroy(context, memory);
     }
 }
