@@ -16,7 +16,7 @@ pub(crate) enum Path {
 }
 
 /// A culler of one of the paths.
-#[allow(clippy::large_enum_variant, reason = "there is one of it in a test")]
+#[allow(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(crate) enum AnyCuller {
     Stencil(stencil::Culler),
     Compute(compute::Culler),

@@ -48,6 +48,12 @@ pub(super) struct Blocks {
     canvas: Canvas,
 }
 
+/// Before anything is drawn.
+const NOTHING: Range<usize> = Range {
+    start: usize::MAX,
+    end: 0,
+};
+
 /// One plane, dense: a word a block.
 #[derive(Debug, Default)]
 struct Canvas {
@@ -118,32 +124,21 @@ impl Blocks {
                 }
                 let room = (back - front - PLANE) / BLOCK;
                 let count = room.min((plane.end - first) as usize);
-                let start = self.words.len() - CHUNK;
-                back -= BLOCK * count;
+                let chunk = self.words.len() / CHUNK - 1;
+                let words = &mut self.words[chunk * CHUNK..];
                 let blocks = &self.blocks[first as usize..first as usize + count];
-                let target = &mut self.words[start + back..start + back + BLOCK * count];
-                for (target, block) in target.chunks_exact_mut(BLOCK).zip(blocks) {
-                    target.copy_from_slice(block);
-                }
-                let (from, to) = (back / BLOCK, back / BLOCK + count);
-                self.words[start + front..start + front + PLANE].copy_from_slice(&[
+                let end = back;
+                back -= BLOCK * count;
+                words[back..end].copy_from_slice(blocks.as_flattened());
+                let range = [back, end].map(|word| (word / BLOCK) as u32);
+                words[front..front + PLANE].copy_from_slice(&[
                     plane.slab as u32,
                     plane.number,
-                    from as u32,
-                    to as u32,
+                    range[0],
+                    range[1],
                 ]);
                 let number = (front / PLANE) as u32;
-                let chunk = (start / CHUNK) as u32;
-                match self.clocks.last_mut() {
-                    Some(last) if (last.clock, last.chunk) == (plane.clock, chunk) => {
-                        last.planes.end = number + 1;
-                    }
-                    _ => self.clocks.push(ClockPlanes {
-                        clock: plane.clock,
-                        chunk,
-                        planes: number..number + 1,
-                    }),
-                }
+                note(&mut self.clocks, plane.clock, (chunk as u32, number));
                 front += PLANE;
                 first += count as u32;
             }
@@ -168,6 +163,18 @@ impl Blocks {
     }
 }
 
+/// Lists a plane of a chunk with those of its clock.
+fn note(clocks: &mut Vec<ClockPlanes>, clock: u32, (chunk, number): (u32, u32)) {
+    match clocks.last_mut() {
+        Some(last) if (last.clock, last.chunk) == (clock, chunk) => last.planes.end = number + 1,
+        _ => clocks.push(ClockPlanes {
+            clock,
+            chunk,
+            planes: number..number + 1,
+        }),
+    }
+}
+
 impl Canvas {
     /// Makes room for maps of a rectangle. What is there is 0, whatever its place was.
     fn stretch(&mut self, rect: MapRect) {
@@ -181,11 +188,7 @@ impl Canvas {
 
     fn draw(&mut self, one: &TimedDisc) {
         let (columns, words) = (self.columns, &mut self.words);
-        let nothing = || Range {
-            start: usize::MAX,
-            end: 0,
-        };
-        let mut drawn = self.drawn.take().unwrap_or_else(|| [nothing(), nothing()]);
+        let mut drawn = self.drawn.take().unwrap_or([NOTHING, NOTHING]);
         for_each_row(one.disc, self.rect, |row, first, last| {
             let (from, to) = (first / COLUMNS, last / COLUMNS);
             drawn[0] = drawn[0].start.min(row / ROWS)..drawn[0].end.max(row / ROWS + 1);
