@@ -23,6 +23,8 @@
 //! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
 //! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
 //! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
+//! | [`crowd`] | ten thousand characters at once: keys, kernels, schedule |
+//! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
 //!
@@ -44,12 +46,14 @@ pub mod anim;
 pub mod avoid;
 #[cfg(feature = "capi")]
 mod capi;
+pub mod crowd;
 #[cfg(feature = "demo")]
 pub mod demo;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
 pub mod graph;
 pub mod io;
+pub mod lod;
 pub mod math;
 pub mod region;
 

@@ -7,6 +7,8 @@ mod bad_input;
 mod common;
 #[path = "command/figure.rs"]
 mod figure;
+#[path = "command/lod.rs"]
+mod lod;
 #[path = "command/measure.rs"]
 mod measure;
 #[path = "command/run.rs"]

@@ -279,6 +279,9 @@ fn sets_that_are_wrong() {
         error(&["a.bvh", "bad.bvh"]),
         "bad.bvh: line 1, column 10: the hierarchy has no joints"
     );
-    assert_eq!(error(&["empty"]), "empty: no *.bvh file there");
+    assert_eq!(
+        error(&["empty"]),
+        "empty: no *.bvh, *.glb or *.gltf file there"
+    );
     assert_eq!(error(&[]), "no clip was named");
 }

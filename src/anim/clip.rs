@@ -210,6 +210,12 @@ impl Clip {
             .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
     }
 
+    /// The root's place in one frame.
+    #[must_use]
+    pub fn root(&self, frame: usize) -> Vec3 {
+        self.desc.roots[frame]
+    }
+
     /// The root's place in the pose that [`Clip::sample`] gives.
     #[must_use]
     pub fn sample_root(&self, frame: f32) -> Vec3 {

@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
 
 use crate::graph::{EdgeId, MotionGraph, NodeId};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, floor};
 
 /// How wide the search for moves goes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,7 +205,7 @@ impl MoveSearch {
 
 fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
     let node = graph.node(state.node);
-    let root = graph.clip(node.clip).sample_root(node.frame as f32);
+    let root = graph.clip(node.clip).root(node.frame as usize);
     let place = state.to_start.point(root);
     glam::Vec2::new(place.x, place.z)
 }
@@ -213,7 +213,7 @@ fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
 fn key(graph: &MotionGraph, state: &State, settings: &MoveSettings) -> [i32; 6] {
     /// With no side at all everything would be infinitely far, and so all in one cell.
     const SHORTEST: f32 = 1e-3;
-    let cell = |value: f32, side: f32| (value / side.max(SHORTEST)).floor() as i32;
+    let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
     let (node, place) = (graph.node(state.node), ground(graph, state));
     [
         node.clip.0 as i32,

@@ -19,7 +19,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if args.clips.clips.is_empty() {
         return Err(Failure::Usage(
-            "bake needs --clips: BVH files, or folders of them".to_owned(),
+            "bake needs --clips: BVH or glTF files, or folders of them".to_owned(),
         ));
     }
     let baked = source::from_clips(&args.clips)?;

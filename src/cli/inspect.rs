@@ -14,9 +14,9 @@ use super::{Done, Failure};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A BVH file, a baked graph, an events file or an attack file.
+    /// A BVH or glTF file, a baked graph, an events file or an attack file.
     file: PathBuf,
-    /// Metres per unit of a BVH file; found from the skeleton's height where it is not given.
+    /// Metres per unit of a motion file; found from the skeleton's height where it is not given (glTF: 1).
     #[arg(long, value_name = "METRES")]
     scale: Option<f64>,
 }
@@ -32,6 +32,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
         (document, source::describe(&baked))
+    } else if io::is_gltf(path) {
+        motion(path, args.scale)?
     } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
         json_file(path)?
     } else {
@@ -48,18 +50,30 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
 }
 
 fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
-    let io::LoadedClip {
+    let motions = io::read_motions(path, &io::ReadOptions { scale })?;
+    // A file without a motion was an error.
+    let Some(io::LoadedClip {
         skeleton,
         clip,
         scale,
-    } = io::read_clip(path, &io::ReadOptions { scale })?;
+    }) = motions.first()
+    else {
+        return Err(Failure::Usage(format!("{}: no motion", path.display())));
+    };
+    let clips: Vec<Value> = motions
+        .iter()
+        .map(|motion| {
+            let clip = &motion.clip;
+            json!({ "name": clip.name(), "frames": clip.frames(), "seconds": clip.duration() })
+        })
+        .collect();
     let ends = skeleton
         .joints()
         .iter()
         .filter(|joint| joint.kind == JointKind::EndSite)
         .count();
     let (moving, frames) = (skeleton.len() - ends, clip.frames());
-    let stature = io::stature(&skeleton, &first_pose(&clip));
+    let stature = io::stature(skeleton, &first_pose(clip));
     let joints: Vec<Value> = skeleton
         .joints()
         .iter()
@@ -79,14 +93,23 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
         "stature": stature,
         "moves_joints": !clip.desc().translations.is_empty(),
         "skeleton": joints,
+        "clips": clips,
     });
     let mut text = format!("motion: {moving} joints and {ends} end sites, {stature:.2} m high\n");
-    let _ = writeln!(
-        text,
-        "{frames} frames at {:.2} a second: {:.2} s",
-        clip.frame_rate(),
-        clip.duration()
-    );
+    for motion in &motions {
+        let clip = &motion.clip;
+        let name = match motions.len() {
+            1 => String::new(),
+            _ => format!("{}: ", clip.name()),
+        };
+        let _ = writeln!(
+            text,
+            "{name}{} frames at {:.2} a second: {:.2} s",
+            clip.frames(),
+            clip.frame_rate(),
+            clip.duration()
+        );
+    }
     let _ = writeln!(
         text,
         "1 unit is {} m ({:?})",

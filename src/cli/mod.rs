@@ -1,9 +1,11 @@
 //! The command's face: one file for each subcommand, and what they share.
 
 mod bake;
+mod chart;
 mod compare;
 mod coverage;
 mod crossover;
+mod crowd;
 mod culling;
 mod demo;
 mod doctor;
@@ -11,6 +13,8 @@ mod dodge;
 mod explain;
 mod figure;
 mod inspect;
+mod lod;
+mod lod_report;
 mod map_settings;
 mod output;
 mod passes;
@@ -59,7 +63,11 @@ enum Command {
     Compare(compare::Args),
     /// From which side, at which height and how soon attacks are avoided, and where the gaps are.
     Coverage(coverage::Args),
-    /// What a file holds: BVH, baked graph, events or attacks.
+    /// Joint energies, levels of detail, their errors, and from where on they are drawn.
+    Lod(lod::Args),
+    /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
+    Crowd(crowd::Args),
+    /// What a file holds: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
     Doctor,
@@ -82,6 +90,8 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
         Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
+        Some(Command::Lod(args)) => lod::run(&args, cli.json),
+        Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };

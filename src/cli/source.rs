@@ -16,7 +16,7 @@ use super::{Failure, output};
 /// Clips and how to make a graph of them.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ClipArgs {
-    /// BVH files, or folders of them.
+    /// BVH or glTF files, or folders of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub(crate) clips: Vec<PathBuf>,
     /// The events file (JSON) that labels evasions and attacks in the clips.

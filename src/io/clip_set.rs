@@ -1,9 +1,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::bvh::BvhFile;
 use super::doubts::doubts;
-use super::read::{check_scale, clip_name, given, read_bvh, to_metres};
+use super::motion_file::{ENDINGS, MotionFile, ends_with};
+use super::read::{check_scale, clip_name};
 use super::read_error::shortened;
 use super::{EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
 use crate::anim::{Clip, Event, Skeleton};
@@ -24,7 +24,8 @@ pub struct ClipSet {
     pub warnings: Vec<String>,
 }
 
-/// Reads clips on all cores, and their events. A path is a BVH file, or a folder whose `*.bvh` files are taken.
+/// Reads clips on all cores, and their events. A path is a BVH or glTF file, or a folder whose
+/// `*.bvh`, `*.glb` and `*.gltf` files are taken; of a glTF file all animations.
 ///
 /// All must have the joints of the first; bone lengths may differ (captures of one person differ by calibration), beyond
 /// 1% with a warning. The first file's offsets hold for all.
@@ -40,18 +41,18 @@ pub fn read_clips(
     let files = files(paths)?;
     check_names(&files)?;
     let mut loaded = load_all(&files, options)?.into_iter();
-    let (Some(first), Some(first_path)) = (loaded.next(), files.first()) else {
+    let Some((first_path, first)) = loaded.next() else {
         return Err(ReadError::NoPaths);
     };
     let mut set = ClipSet {
         skeleton: first.skeleton,
-        clips: Vec::with_capacity(files.len()),
+        clips: Vec::new(),
         events: Vec::new(),
-        scales: Vec::with_capacity(files.len()),
+        scales: Vec::new(),
         warnings: Vec::new(),
     };
     set.add(first.clip, first.scale);
-    for (path, next) in files.iter().skip(1).zip(loaded) {
+    for (path, next) in loaded {
         let joints = set.skeleton.differences(&next.skeleton);
         if !joints.is_empty() {
             return Err(ReadError::SkeletonDiffers {
@@ -124,10 +125,7 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
         let mut inside = Vec::new();
         for entry in std::fs::read_dir(path).map_err(io)? {
             let file = entry.map_err(io)?.path();
-            let is_bvh = file
-                .extension()
-                .is_some_and(|extension| extension.eq_ignore_ascii_case("bvh"));
-            if is_bvh && file.is_file() {
+            if ends_with(&file, &ENDINGS) && file.is_file() {
                 inside.push(file);
             }
         }
@@ -153,10 +151,14 @@ fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
     Ok(())
 }
 
-fn load_all(files: &[PathBuf], options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
+/// Every motion with its file.
+fn load_all<'a>(
+    files: &'a [PathBuf],
+    options: &ReadOptions,
+) -> Result<Vec<(&'a PathBuf, LoadedClip)>, ReadError> {
     let load = |path: &PathBuf| {
-        let file = read_bvh(path)?;
-        let scale = options.scale.map_or_else(|| Scale::of(&file), given);
+        let file = MotionFile::read(path)?;
+        let scale = file.scale(options);
         Ok((file, scale))
     };
     // Of several errors the first file's.
@@ -167,19 +169,22 @@ fn load_all(files: &[PathBuf], options: &ReadOptions) -> Result<Vec<LoadedClip>,
     let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
     let to_metres = |index: usize| {
         let ((path, (file, _)), scale) = &jobs[index];
-        to_metres(path, file, *scale)
+        let motions = file.to_metres(path, *scale)?;
+        Ok(motions.into_iter().map(|motion| (*path, motion)).collect())
     };
-    in_parallel(0, jobs.len(), to_metres).into_iter().collect()
+    let motions: Result<Vec<Vec<_>>, ReadError> =
+        in_parallel(0, jobs.len(), to_metres).into_iter().collect();
+    Ok(motions?.into_iter().flatten().collect())
 }
 
 /// Each file's scale, once the others are known.
 ///
 /// A scale is found from a file's first pose, which can mislead; so files whose bones are as long as the first file's, in the unit of each,
 /// have one scale. A scale that only makes the figure as high as a person hangs on the first pose alone; one set has one such scale.
-fn scales_of_set(parsed: &[(BvhFile, Scale)]) -> Vec<Scale> {
-    let first = parsed.first().and_then(|(file, _)| file.skeleton(1.0).ok());
-    let like_first = |file: &BvhFile| {
-        let own = file.skeleton(1.0).ok();
+fn scales_of_set(parsed: &[(MotionFile, Scale)]) -> Vec<Scale> {
+    let first = parsed.first().and_then(|(file, _)| file.skeleton());
+    let like_first = |file: &MotionFile| {
+        let own = file.skeleton();
         first.as_ref().zip(own).is_some_and(|(first, own)| {
             first.len() == own.len() && differing_bones(first, &own, 0.0).is_empty()
         })
@@ -195,7 +200,7 @@ fn scales_of_set(parsed: &[(BvhFile, Scale)]) -> Vec<Scale> {
     scales()
         .zip(&alike)
         .map(|(scale, &alike)| match (scale.found, of_alike, fitted) {
-            (ScaleSource::Given, ..) => scale,
+            (ScaleSource::Given | ScaleSource::Format, ..) => scale,
             (_, Some(shared), _) if alike => shared,
             (ScaleSource::Stature, _, Some(fitted)) => fitted,
             _ => scale,

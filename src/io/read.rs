@@ -3,6 +3,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::bvh::BvhFile;
+use super::motion_file::MotionFile;
 use super::{ReadError, Scale, ScaleSource};
 use crate::anim::{Clip, Skeleton};
 
@@ -15,7 +16,7 @@ pub const LONGEST_CLIP: f64 = 36_000.0;
 /// How files are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Metres per unit of the files; `None`: found from the skeleton's stature.
+    /// Metres per unit of the files; `None`: of BVH files found from the skeleton's stature, of glTF files 1.
     pub scale: Option<f64>,
 }
 
@@ -41,15 +42,31 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
     })
 }
 
-/// Reads one BVH file, in metres.
+/// Reads the only motion of a file, in metres: BVH, or glTF by its ending (`.glb`, `.gltf`).
+///
+/// # Errors
+/// What is wrong, with the file and the place in it; a file that holds several motions.
+pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadError> {
+    let mut motions = read_motions(path, options)?;
+    match motions.pop() {
+        Some(only) if motions.is_empty() => Ok(only),
+        last => Err(ReadError::Several {
+            path: path.to_owned(),
+            clips: { motions.into_iter().chain(last) }
+                .map(|motion| motion.clip.name().to_owned())
+                .collect(),
+        }),
+    }
+}
+
+/// Reads all motions of a file, in metres: one of a BVH file, one for each animation of a glTF file.
 ///
 /// # Errors
 /// What is wrong, with the file and the place in it.
-pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadError> {
+pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
     check_scale(options)?;
-    let file = read_bvh(path)?;
-    let scale = options.scale.map_or_else(|| Scale::of(&file), given);
-    to_metres(path, &file, scale)
+    let file = MotionFile::read(path)?;
+    file.to_metres(path, file.scale(options))
 }
 
 pub(super) fn given(metres_per_unit: f64) -> Scale {
@@ -64,31 +81,6 @@ pub(super) fn check_scale(options: &ReadOptions) -> Result<(), ReadError> {
         Some(scale) if !(scale.is_finite() && scale > 0.0) => Err(ReadError::Scale(scale)),
         _ => Ok(()),
     }
-}
-
-pub(super) fn to_metres(
-    path: &Path,
-    file: &BvhFile,
-    scale: Scale,
-) -> Result<LoadedClip, ReadError> {
-    let seconds = (file.frames() - 1) as f64 * file.frame_time();
-    if seconds > LONGEST_CLIP {
-        return Err(ReadError::TooLong {
-            path: path.to_owned(),
-            seconds,
-        });
-    }
-    let (skeleton, clip) = file
-        .motion(&clip_name(path), scale.metres_per_unit)
-        .map_err(|error| ReadError::Motion {
-            path: path.to_owned(),
-            error,
-        })?;
-    Ok(LoadedClip {
-        skeleton,
-        clip,
-        scale,
-    })
 }
 
 /// A clip is named after its file, without the folder.

@@ -3,8 +3,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::{
-    AttacksError, BodyFileError, EventsError, ObjError, RecordingError, bvh::BvhError,
-    bvh::MotionError,
+    AttacksError, BodyFileError, EventsError, MassFileError, ObjError, RecordingError,
+    bvh::BvhError, bvh::MotionError, gltf::GltfError,
 };
 
 /// Why files could not be read: always with the file.
@@ -32,6 +32,22 @@ pub enum ReadError {
         /// What, and where.
         error: BvhError,
     },
+    /// A glTF file is damaged, or holds no skinned animation.
+    #[error("{}: {error}", path.display())]
+    Gltf {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: Box<GltfError>,
+    },
+    /// One motion was asked for, and a file holds several.
+    #[error("{}: it holds several motions: {}", path.display(), shortened(clips))]
+    Several {
+        /// The file.
+        path: PathBuf,
+        /// Their names.
+        clips: Vec<String>,
+    },
     /// A scale that is no positive number was given.
     #[error("a scale of {0} metres per unit is not possible")]
     Scale(f64),
@@ -58,8 +74,8 @@ pub enum ReadError {
     /// No path was given.
     #[error("no clip was named")]
     NoPaths,
-    /// A folder holds no BVH file.
-    #[error("{}: no *.bvh file there", path.display())]
+    /// A folder holds no motion file.
+    #[error("{}: no *.bvh, *.glb or *.gltf file there", path.display())]
     NoClips {
         /// The folder.
         path: PathBuf,
@@ -118,6 +134,14 @@ pub enum ReadError {
         path: PathBuf,
         /// What, and where.
         error: BodyFileError,
+    },
+    /// A file of masses is damaged, or does not fit the skeleton.
+    #[error("{}: {error}", path.display())]
+    Masses {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: MassFileError,
     },
     /// An OBJ file is damaged, or holds no mesh.
     #[error("{}: {error}", path.display())]

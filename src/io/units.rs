@@ -17,6 +17,8 @@ pub struct Scale {
 pub enum ScaleSource {
     /// The caller gave it.
     Given,
+    /// The format says so: glTF is in metres.
+    Format,
     /// The unit in which the skeleton comes nearest to a person's height.
     Unit(LengthUnit),
     /// No unit fits: the skeleton is made [`USUAL_STATURE`] high.

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 pub enum Isa {
     /// What the program was built for.
     Portable,
-    /// x86-64 with AVX2 and BMI.
+    /// x86-64 with AVX2, FMA and BMI.
     Avx2,
     /// x86-64 with the AVX-512 of servers since 2017: F, BW, DQ, VL, CD.
     Avx512,
@@ -43,6 +43,7 @@ impl Isa {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => {
                 std::is_x86_feature_detected!("avx2")
+                    && std::is_x86_feature_detected!("fma")
                     && std::is_x86_feature_detected!("bmi1")
                     && std::is_x86_feature_detected!("bmi2")
                     && std::is_x86_feature_detected!("popcnt")
@@ -167,7 +168,7 @@ impl Words for WordsAvx512 {
 /// # Safety
 /// The machine must have the features that are named. The table has at most 2^31 - 1 words.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
 #[inline]
 unsafe fn gather_avx512(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) {
     use std::arch::x86_64::{
@@ -188,7 +189,7 @@ unsafe fn gather_avx512(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]
 /// # Safety
 /// The machine must have the features that are named. The table has at most 2^31 - 1 words.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
 #[inline]
 unsafe fn gather_avx2(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) {
     use std::arch::x86_64::{
@@ -213,7 +214,7 @@ unsafe fn gather_avx2(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) 
 /// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
 unsafe fn run_avx2<R>(kernel: impl FnOnce() -> R) -> R {
     kernel()
 }
@@ -221,7 +222,7 @@ unsafe fn run_avx2<R>(kernel: impl FnOnce() -> R) -> R {
 /// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
 unsafe fn run_avx512<R>(kernel: impl FnOnce() -> R) -> R {
     kernel()
 }

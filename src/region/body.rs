@@ -74,6 +74,8 @@ impl Body {
         let within =
             |length: f32, (low, high): (f32, f32)| length.clamp(height * low, height * high);
         let mut spheres = Vec::new();
+        // Bones that meet share the sphere of their joint: the largest.
+        let mut at_joints = vec![0.0f32; skeleton.len()];
         for id in skeleton.ids().skip(1) {
             let joint = skeleton.joint(id);
             let (Some(parent), length) = (joint.parent, joint.offset.length()) else {
@@ -102,8 +104,17 @@ impl Body {
                 (false, true, _) => height * shares::GIRDLE,
                 _ => within(length * shares::LIMB, shares::LIMB_RANGE),
             };
+            for end in [parent, id] {
+                at_joints[end.index()] = at_joints[end.index()].max(radius);
+            }
             along(&mut spheres, parent, joint.offset, radius);
         }
+        let shared = skeleton.ids().zip(&at_joints).filter(|(_, r)| **r > 0.0);
+        spheres.extend(shared.map(|(joint, &radius)| BodySphere {
+            joint,
+            offset: Vec3::ZERO,
+            radius,
+        }));
         if spheres.is_empty() {
             spheres.push(BodySphere {
                 joint: JointId::ROOT,
@@ -170,9 +181,10 @@ impl Body {
     }
 }
 
+/// The spheres of a bone but for those at its ends.
 fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32) {
     let pieces = (bone.length() / (radius * shares::SPACING)).ceil().max(1.0) as usize;
-    spheres.extend((0..=pieces).map(|i| {
+    spheres.extend((1..pieces).map(|i| {
         let offset = bone * (i as f32 / pieces as f32);
         BodySphere {
             joint,

@@ -11,7 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Body, BodyTrack, NodePath, PathId, PathTable};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, floor};
 
 /// How space is cut into cells.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ impl CellColumn {
     const FURTHEST: i32 = 200;
 
     fn bit(height: f32, cell: f32) -> u32 {
-        ((height / cell).floor() as i32)
+        floor(height / cell)
             .saturating_add(Self::BELOW)
             .clamp(0, 63) as u32
     }
@@ -87,10 +87,7 @@ impl CellColumn {
 
     /// Calls `visit` with every column that a sphere reaches.
     fn for_each_reached(centre: Vec3, radius: f32, cell: f32, mut visit: impl FnMut(Self)) {
-        let of = |value: f32| {
-            let cells = (value / cell).floor() as i32;
-            cells.clamp(-Self::FURTHEST, Self::FURTHEST)
-        };
+        let of = |value: f32| floor(value / cell).clamp(-Self::FURTHEST, Self::FURTHEST);
         let span = |value: f32| of(value - radius)..=of(value + radius);
         for x in span(centre.x) {
             for z in span(centre.z) {
@@ -212,11 +209,12 @@ impl Grid {
 
     fn file(&self, path: &NodePath) -> Filed {
         let turns = path.placement.heading() / std::f32::consts::TAU;
-        let heading = ((turns - turns.floor()) * Self::HEADINGS as f32) as u32;
+        let heading = ((turns - floor(turns) as f32) * Self::HEADINGS as f32) as u32;
         let place = |metres: f32| {
             let cells = metres / self.cell;
-            let part = ((cells - cells.floor()) * Self::PARTS as f32) as u32;
-            (cells.floor() as i32, part.min(Self::PARTS - 1))
+            let whole = floor(cells);
+            let part = ((cells - whole as f32) * Self::PARTS as f32) as u32;
+            (whole, part.min(Self::PARTS - 1))
         };
         let ((x, x_part), (z, z_part)) = (place(path.placement.x), place(path.placement.z));
         let kinds = Self::HEADINGS * Self::PARTS * Self::PARTS;

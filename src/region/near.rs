@@ -14,6 +14,8 @@ pub(crate) struct NearRegion {
     pub(crate) slices: Vec<MapRect>,
     /// Around the evasion maps of all slabs.
     pub(crate) evasion: MapRect,
+    /// Around the evasion and the body maps of all slabs.
+    pub(crate) inner: MapRect,
 }
 
 impl NearRegion {
@@ -27,6 +29,8 @@ impl NearRegion {
             near.slabs.push(NearMap::new(maps, lanes));
             near.rect = near.rect.union(maps.rect());
             near.evasion = near.evasion.union(maps.evasion.rect());
+            near.inner = near.inner.union(maps.evasion.rect());
+            near.inner = near.inner.union(maps.body.rect());
             near.add(&maps.body);
             near.add(&maps.outer);
         }

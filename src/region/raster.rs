@@ -72,22 +72,49 @@ fn fill(disc: Disc, map: &mut BitMap) {
 
 /// Calls `visit` with each row that a disc covers texels of, the first covered column and the last.
 pub(crate) fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, usize)) {
-    let (x, z, radius) = (i64::from(disc.x), i64::from(disc.z), i64::from(disc.radius));
-    let (texel, half) = (i64::from(SUB_TEXELS), i64::from(SUB_TEXELS) / 2);
+    /// Further out there is no map; nearer, all that follows fits.
+    const FAR: i32 = 1 << 29;
+    let (x, z) = (disc.x.clamp(-FAR, FAR), disc.z.clamp(-FAR, FAR));
+    let radius = disc.radius.min(Disc::MAX_RADIUS);
+    let half = SUB_TEXELS / 2;
     // The texels whose centres lie from `low` to `high`.
-    let span = |low: i64, high: i64, texels: u32| {
-        let first = -(half - low).div_euclid(texel);
-        let last = (high - half).div_euclid(texel);
-        (first.max(0), last.min(i64::from(texels) - 1))
+    let span = |low: i32, high: i32, texels: u32| {
+        let first = -(half - low).div_euclid(SUB_TEXELS);
+        let last = (high - half).div_euclid(SUB_TEXELS);
+        (first.max(0), last.min(texels as i32 - 1))
     };
     let (first_row, last_row) = span(z - radius, z + radius, rect.height);
     for row in first_row..=last_row {
-        let dz = row * texel + half - z;
-        // Whole numbers below 2^52: the root of the nearest double, rounded down, is exact.
-        let reach = ((radius * radius - dz * dz) as f64).sqrt() as i64;
+        let dz = row * SUB_TEXELS + half - z;
+        let reach = whole_root(radius * radius - dz * dz);
         let (first, last) = span(x - reach, x + reach, rect.width);
         if first <= last {
             visit(row as usize, first as usize, last as usize);
+        }
+    }
+}
+
+/// The largest whole number whose square is not above `value`, which is not below 0.
+#[inline(always)]
+fn whole_root(value: i32) -> i32 {
+    // Single precision is off by one at most.
+    let root = (value as f32).sqrt() as i32;
+    let root = root - i32::from(root * root > value);
+    root + i32::from((root + 1) * (root + 1) <= value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn roots_are_exact(root in 0..=Disc::MAX_RADIUS, beyond in 0i32..64_001) {
+            prop_assert_eq!(whole_root(root * root), root);
+            let value = root * root + beyond.min(2 * root);
+            prop_assert_eq!(whole_root(value), root);
+            prop_assert_eq!(whole_root(i32::max(root * root - 1, 0)), i32::max(root - 1, 0));
         }
     }
 }

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 use super::{Disc, SUB_TEXELS};
+use crate::math::{floor, round};
 
 /// One horizontal height interval, by its number: slab `n` reaches from `n` to `n + 1` slab heights
 /// above the ground.
@@ -126,7 +127,7 @@ impl MapGrid {
     /// The slabs that a sphere reaches.
     #[must_use]
     pub fn slabs(&self, centre: Vec3, radius: f32) -> RangeInclusive<i32> {
-        let slab_of = |height: f32| (height / self.slab_height).floor() as i32;
+        let slab_of = |height: f32| floor(height / self.slab_height);
         slab_of(centre.y - radius)..=slab_of(centre.y + radius)
     }
 
@@ -156,7 +157,7 @@ impl MapGrid {
             return None;
         }
         let scale = SUB_TEXELS as f32 / self.texel;
-        let place = |metres: f32| (metres * scale).round().clamp(-Self::FAR, Self::FAR) as i32;
+        let place = |metres: f32| round((metres * scale).clamp(-Self::FAR, Self::FAR));
         let exact = squared.sqrt() * scale;
         let radius = match cut {
             Cut::Nearest => exact,

@@ -165,11 +165,21 @@ pub(crate) fn device_names(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// `unsafe` stands in gpu/, in capi/ (whatever C hands over is a pointer) and in one SIMD dispatch file; a block or impl has its SAFETY line, a
-/// function its `# Safety`.
+/// `unsafe` stands in gpu/, in capi/ (what C hands over is a pointer), in the SIMD dispatch file, in the lanes (registers
+/// have no safe face) and in the crew (nor have threads that outlive what they are lent); a block or impl has its SAFETY
+/// line, a function its `# Safety`.
 pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
     let code = &source.code;
-    let may = is_under(source, &["src/gpu/", "src/capi/", "src/math/isa.rs"]);
+    let may = is_under(
+        source,
+        &[
+            "src/gpu/",
+            "src/capi/",
+            "src/math/isa.rs",
+            "src/math/lanes/",
+            "src/math/crew.rs",
+        ],
+    );
     let mut complaints = Vec::new();
     for at in words(code, "unsafe") {
         let after = code[at + "unsafe".len()..].trim_start();
@@ -179,8 +189,10 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
             UnsafeKind::Other => ("", ""),
         };
         if !may {
-            complaints
-                .push(source.complaint(at, "`unsafe` stands in gpu/, capi/ and math/isa.rs alone"));
+            complaints.push(source.complaint(
+                at,
+                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} alone",
+            ));
         } else if !comment_above(source, source.line_of(at)).contains(wanted) {
             complaints.push(source.complaint(at, what));
         }

@@ -8,17 +8,20 @@ pub mod answer;
 pub mod baked;
 pub mod captures;
 pub mod clips;
+pub mod crowd;
 #[cfg(feature = "vulkan")]
 pub mod cull;
 #[cfg(feature = "vulkan")]
 pub(crate) mod cull_cases;
 #[cfg(feature = "vulkan")]
 mod device;
+pub mod lod;
 pub mod maps;
 
 #[cfg(feature = "vulkan")]
 pub(crate) use device::*;
 pub mod plain_bvh;
+pub mod plain_gltf;
 pub mod random;
 pub mod shapes;
 pub mod small;

@@ -5,9 +5,9 @@
 //! whose texels are turned, looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};
-use super::{AttackTexels, BLOCK, BLOCK_TEXELS, Counted, CullInput, Overlap};
+use super::{AttackTexels, BLOCK, BLOCK_TEXELS, Counted, CullCandidate, CullInput, Overlap};
 use crate::math::{Isa, Lookup, Words};
-use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, SlabMaps};
+use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, RegionMaps, SlabMaps};
 
 /// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
 #[derive(Clone, Debug)]
@@ -79,31 +79,32 @@ impl Lookup for Counting<'_> {
                 texels,
                 turn: candidate.turn,
                 steps: Steps::new(candidate.turn),
-                counted: self.counted,
                 words,
             };
-            let near = &self.near[candidate.region.index()].slabs;
-            let region = self.input.atlas.region(candidate.region);
+            let maps = CandidateMaps {
+                candidate,
+                near: &self.near[candidate.region.index()].slabs,
+                region: self.input.atlas.region(candidate.region),
+            };
             let mut overlap = Overlap {
                 outer: if self.counted.outer { 0 } else { u32::MAX },
                 ..Overlap::default()
             };
-            for &index in groups.largest_first() {
-                if up_to_hits && overlap.body > 0 {
-                    break;
+            if up_to_hits {
+                // Most candidates are hit: of these nothing else is looked at.
+                let body = Counted::BODY;
+                look.count(&maps, (groups, body), &mut overlap, |so_far| {
+                    so_far.body > 0
+                });
+                if overlap.body == 0 {
+                    let rest = Counted {
+                        body: false,
+                        ..self.counted
+                    };
+                    look.count(&maps, (groups, rest), &mut overlap, |_| false);
                 }
-                let layer = &texels.layers[index];
-                let slab = i64::from(layer.slab.0) - i64::from(region.first_slab.0);
-                let slab = usize::try_from(slab)
-                    .ok()
-                    .filter(|&slab| layer.clock == candidate.clock && slab < near.len());
-                let Some(slab) = slab else {
-                    continue;
-                };
-                for (group, first) in groups.of(index) {
-                    let met = look.meets(group, &near[slab]);
-                    look.add((met, first), &region.slabs[slab], &mut overlap);
-                }
+            } else {
+                look.count(&maps, (groups, self.counted), &mut overlap, |_| false);
             }
             self.overlaps.push(overlap);
         }
@@ -135,8 +136,14 @@ struct Look<'a, W> {
     texels: &'a AttackTexels,
     turn: MapTurn,
     steps: Steps,
-    counted: Counted,
     words: W,
+}
+
+/// The maps of one candidate.
+struct CandidateMaps<'a> {
+    candidate: &'a CullCandidate,
+    near: &'a [NearMap],
+    region: &'a RegionMaps,
 }
 
 /// Which blocks of a group may share something with a map, a bit each.
@@ -148,18 +155,46 @@ struct Met {
 }
 
 impl<W: Words> Look<'_, W> {
+    /// Adds what the candidate's maps and the attack share, until it is enough.
+    #[inline(always)]
+    fn count(
+        &self,
+        maps: &CandidateMaps<'_>,
+        (groups, counted): (&Groups, Counted),
+        overlap: &mut Overlap,
+        is_enough: impl Fn(&Overlap) -> bool,
+    ) {
+        for &index in groups.largest_first() {
+            let layer = &self.texels.layers[index];
+            let slab = i64::from(layer.slab.0) - i64::from(maps.region.first_slab.0);
+            let slab = usize::try_from(slab)
+                .ok()
+                .filter(|&slab| layer.clock == maps.candidate.clock && slab < maps.near.len());
+            let Some(slab) = slab else {
+                continue;
+            };
+            for (group, first) in groups.of(index) {
+                let met = self.meets(group, &maps.near[slab], counted);
+                self.add((met, first), &maps.region.slabs[slab], overlap);
+            }
+            if is_enough(overlap) {
+                return;
+            }
+        }
+    }
+
     /// Which of the blocks may share something with the maps.
     #[inline(always)]
-    fn meets(&self, group: &Group, near: &NearMap) -> Met {
+    fn meets(&self, group: &Group, near: &NearMap, counted: Counted) -> Met {
         let turn = self.turn;
         // More than a turn stretches blocks beyond what cells know.
         if turn.a.abs().saturating_add(turn.b.abs()) > 2 << (MapTurn::SHIFT - 1) {
             let all = group.blocks;
-            let of = |counted: bool| if counted { all } else { 0 };
+            let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
-                outer: of(self.counted.outer),
-                body: of(self.counted.body),
-                evasion: of(self.counted.evasion),
+                outer: of(counted.outer),
+                body: of(counted.body),
+                evasion: of(counted.evasion),
             };
         }
         let (mut cells, mut some) = ([0; LANES], 0);
@@ -177,16 +212,16 @@ impl<W: Words> Look<'_, W> {
         }
         let mut met = Met::default();
         for lane in 0..self.texels.lanes {
-            if self.counted.outer {
+            if counted.outer {
                 let found = self.words.at(near.outer(lane), &cells);
                 met.outer |= shared(&found, &group.outer[lane]);
             }
-            if group.has_inner && self.counted.body {
+            if group.has_inner && counted.body {
                 let found = self.words.at(near.body(lane), &cells);
                 met.body |= shared(&found, &group.inner[lane]);
             }
         }
-        if group.has_inner && self.counted.evasion {
+        if group.has_inner && counted.evasion {
             let found = self.words.at(near.evasion(), &cells);
             met.evasion = shared(&found, &group.any_inner);
         }

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::Scene;
 use super::steps::Steps;
+use crate::math::floor;
 use crate::region::{Cut, Disc, HALF_DIAGONAL, MapGrid, MapRect, MapTurn, ROUNDING, Slab};
 
 /// The attack's discs, in the frame that the paths start in.
@@ -180,7 +181,7 @@ impl Pen {
             return;
         }
         for step in steps.at(slab).filter(|step| step.is_inner(clock)) {
-            let slice = ((step.middle - offset) / grid.slice_seconds).floor() as i64;
+            let slice = i64::from(floor((step.middle - offset) / grid.slice_seconds));
             if (0..i64::from(grid.slices)).contains(&slice) {
                 let slice = slice as u32;
                 self.push(

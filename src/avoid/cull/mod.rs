@@ -72,6 +72,13 @@ impl Counted {
         up_to_hits: false,
     };
 
+    /// What is hit for certain, and no more.
+    const BODY: Self = Self {
+        outer: false,
+        evasion: false,
+        ..Self::ALL
+    };
+
     /// What a query's choice needs: a candidate that the attack misses for certain has to be tested
     /// all the same, for its distance is a part of its score.
     pub const FOR_A_CHOICE: Self = Self {

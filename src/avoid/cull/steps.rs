@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Reach, Scene};
+use crate::math::floor;
 use crate::region::{CLOCK_ERROR, Disc, MapGrid, MapRect, MovingSphere, SUB_TEXELS, SphereKey};
 
 /// A short part of a sphere's way.
@@ -90,7 +91,11 @@ impl Steps {
             });
         }
         if grid.is_timed() {
-            self.meet(scene);
+            if scene.outer {
+                self.meet(scene);
+            } else {
+                self.meet_inner(scene);
+            }
         }
     }
 }
@@ -153,7 +158,7 @@ impl Step {
         if !grid.is_timed() {
             return Some((0, 0));
         }
-        let slice = |time: f32| ((time - offset) / grid.slice_seconds).floor() as i64;
+        let slice = |time: f32| i64::from(floor((time - offset) / grid.slice_seconds));
         let (from, to) = (slice(self.from - CLOCK_ERROR), slice(self.to + CLOCK_ERROR));
         let last = i64::from(grid.slices) - 1;
         (to >= 0 && from <= last).then(|| (from.max(0) as u32, to.min(last) as u32))
@@ -161,6 +166,33 @@ impl Step {
 }
 
 impl Steps {
+    /// Finds out of which steps some candidate's inner maps can meet something, without a look at
+    /// time: the steps whose outer discs can be met are not asked for.
+    fn meet_inner(&mut self, scene: &Scene<'_>) {
+        let (texel, regions) = (scene.atlas.grid().texel, scene.atlas.near());
+        for placed in scene.placed {
+            let (bit, rect) = (
+                clock_bit(placed.clock),
+                regions[placed.region.index()].inner,
+            );
+            if rect.is_empty() {
+                continue;
+            }
+            // A circle around the rectangle, which stays one when it is turned.
+            let half = Vec3::new(rect.width as f32, 0.0, rect.height as f32) * (0.5 * texel);
+            let first = Vec3::new(rect.u as f32, 0.0, rect.v as f32) * texel;
+            let (middle, reach) = (
+                placed.placement.point(first + half),
+                half.length() + 2.0 * texel,
+            );
+            for step in &mut self.steps {
+                let (x, z) = (step.centre.x - middle.x, step.centre.z - middle.z);
+                let near = x * x + z * z <= (reach + step.within).powi(2);
+                step.met_inner |= if near { bit } else { 0 };
+            }
+        }
+    }
+
     /// Finds out which steps some candidate's maps can meet.
     fn meet(&mut self, scene: &Scene<'_>) {
         let (grid, regions) = (scene.atlas.grid(), scene.atlas.near());

@@ -17,6 +17,7 @@ mod write;
 pub use channel::Channel;
 pub use error::{BvhError, BvhProblem};
 pub use file::{BvhFile, BvhJoint, MotionError};
+pub(in crate::io) use names::Taken;
 pub use write::write;
 
 /// The largest number that a file may hold: far beyond any motion in any unit, and far below where single precision

@@ -21,13 +21,14 @@ pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
 
 /// The names that are given, and for each name that was wanted again the number to try next.
 #[derive(Default)]
-struct Taken {
+pub(in crate::io) struct Taken {
     names: HashSet<String>,
     next: HashMap<String, usize>,
 }
 
 impl Taken {
-    fn first_free(&mut self, name: &str, before_number: &str) -> String {
+    /// The name, or the name with the first number that is free behind it.
+    pub(in crate::io) fn first_free(&mut self, name: &str, before_number: &str) -> String {
         let mut free = name.to_owned();
         if self.names.contains(name) {
             let next = self.next.entry(free.clone()).or_insert(2);

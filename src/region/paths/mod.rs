@@ -18,7 +18,7 @@ pub(super) use build::{PathSource, build};
 
 use super::Retimable;
 use crate::graph::{EdgeId, NodeId};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, floor};
 
 /// How far paths are followed, and how many are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -102,7 +102,7 @@ impl NodePath {
     pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
         /// With no side at all everything would be infinitely far, and so all in one cell.
         const SHORTEST: f32 = 1e-3;
-        let cell = |value: f32, side: f32| (value / side.max(SHORTEST)).floor() as i32;
+        let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
         [
             cell(self.placement.x, distance),
             cell(self.placement.z, distance),

@@ -1,0 +1,213 @@
+//! Crowds to measure.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::crowd::{
+    Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement, Repertoire,
+};
+use sabaki::demo;
+use sabaki::io::{ReadOptions, read_clip};
+use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
+use sabaki::math::{Line, Rigid2};
+
+use super::plain::{PlainCharacter, PlainClip};
+
+/// Who is posed, and what they can play.
+pub(crate) struct Scene {
+    skeleton: Skeleton,
+    clips: Vec<Clip>,
+    levels: Levels,
+    repertoire: Arc<Repertoire>,
+    characters: Vec<Character>,
+}
+
+impl Scene {
+    /// Everybody plays the walk with all joints, at a moment and a speed of their own.
+    pub(crate) fn one_clip(count: usize) -> Self {
+        Self::of(vec![walk().1], count)
+    }
+
+    /// Eight clips (the walk, begun later and later), a place for each, a second clip for every tenth.
+    pub(crate) fn busy(count: usize) -> Self {
+        let clips = (0..8).map(|index| later(&walk().1, 20 * index));
+        let mut scene = Self::of(clips.collect(), count);
+        let mut random = Random(2);
+        for (index, character) in scene.characters.iter_mut().enumerate() {
+            character.placement = Placement {
+                ground: Rigid2::new(
+                    random.number(-3.0, 3.0),
+                    random.number(-100.0, 100.0),
+                    random.number(-100.0, 100.0),
+                ),
+                height: random.number(0.0, 1.0),
+            };
+            character.fade = (index % 10 == 0).then(|| Fade {
+                clip: ClipId(random.number(0.0, 8.0) as u16),
+                time: random.number(0.0, 60.0),
+                speed: 1.0,
+                weight: random.number(0.0, 1.0),
+            });
+        }
+        scene
+    }
+
+    fn of(clips: Vec<Clip>, count: usize) -> Self {
+        let skeleton = walk().0;
+        let levels = Levels::build(&skeleton, &clips, &LevelSettings::default()).unwrap();
+        let repertoire = Arc::new(Repertoire::new(&skeleton, &clips, &levels.levels).unwrap());
+        let mut random = Random(1);
+        let characters = (0..count).map(|_| Character {
+            clip: ClipId(random.number(0.0, clips.len() as f32) as u16),
+            time: random.number(0.0, 60.0),
+            speed: random.number(0.9, 1.1),
+            ..Character::default()
+        });
+        Self {
+            characters: characters.collect(),
+            skeleton,
+            clips,
+            levels,
+            repertoire,
+        }
+    }
+
+    /// The same with so many joints, for all.
+    pub(crate) fn with_joints(mut self, joints: usize) -> Self {
+        let of = |level: &LevelId| self.repertoire.joints(*level) == joints;
+        let level = (0..self.repertoire.levels() as u16).map(LevelId).find(of);
+        for character in &mut self.characters {
+            character.level = level.unwrap();
+        }
+        self
+    }
+
+    /// The same on all levels, as many on each.
+    pub(crate) fn mixed(mut self) -> Self {
+        let levels = self.repertoire.levels();
+        for (index, character) in self.characters.iter_mut().enumerate() {
+            character.level = LevelId((index % levels) as u16);
+        }
+        self
+    }
+
+    /// The same in a column of ten abreast, a metre apart, seen from 5 m before its head: levels by
+    /// distance, with 2 pixels of error at most.
+    pub(crate) fn in_a_column(mut self) -> Self {
+        let settings = SwitchSettings {
+            rule: Rule::ScreenError {
+                pixels: 2.0,
+                measure: Measure::Greatest,
+            },
+            ..SwitchSettings::default()
+        };
+        let switching = Switching::new(&self.levels, &settings).unwrap();
+        for (index, character) in self.characters.iter_mut().enumerate() {
+            let (x, z) = ((index % 10) as f32 - 4.5, 5.0 + (index / 10) as f32);
+            character.placement.ground = Rigid2::new(0.0, x, -z);
+            character.level = LevelId(switching.choose(x.hypot(z), None).level as u16);
+        }
+        self
+    }
+
+    pub(crate) fn crowd(&self, settings: CrowdSettings) -> Crowd {
+        let mut crowd = Crowd::new(Arc::clone(&self.repertoire), settings);
+        for character in &self.characters {
+            crowd.add(character).unwrap();
+        }
+        crowd
+    }
+
+    /// Enough for the crowd, with some to spare, touched once.
+    pub(crate) fn memory(&self, crowd: &mut Crowd) -> Vec<Line> {
+        vec![Line([1.0; 16]); crowd.lines() + crowd.lines() / 8]
+    }
+
+    /// Of all characters together.
+    pub(crate) fn joints(&self) -> usize {
+        self.characters
+            .iter()
+            .map(|character| self.repertoire.joints(character.level))
+            .sum()
+    }
+
+    pub(crate) fn plain(&self) -> (PlainClip, Vec<PlainCharacter>) {
+        let motion = rehang(&self.skeleton, &self.clips[0], &self.levels.levels[0]).unwrap();
+        let characters = self.characters.iter().map(|character| PlainCharacter {
+            time: character.time,
+            speed: character.speed,
+        });
+        (PlainClip::new(&motion), characters.collect())
+    }
+}
+
+/// A walk of 24 joints: the captured one without three of its end sites, or the embedded skeleton's
+/// first motion.
+pub(crate) fn walk() -> (Skeleton, Clip) {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        let motions = demo::motions().unwrap();
+        return (motions.skeleton, motions.clips[0].clone());
+    };
+    let path = PathBuf::from(folder).join("walk/Male2_B3_Walk.bvh");
+    let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
+    let ends = loaded
+        .skeleton
+        .ids()
+        .filter(|&id| loaded.skeleton.joint(id).kind == JointKind::EndSite);
+    let dropped: Vec<usize> = ends
+        .map(JointId::index)
+        .take(loaded.skeleton.len() - 24)
+        .collect();
+    without(&loaded.skeleton, &loaded.clip, &dropped)
+}
+
+/// The same without joints that have no children.
+fn without(skeleton: &Skeleton, clip: &Clip, dropped: &[usize]) -> (Skeleton, Clip) {
+    let kept: Vec<usize> = (0..skeleton.len())
+        .filter(|id| !dropped.contains(id))
+        .collect();
+    let new = |id: JointId| kept.iter().position(|&kept| kept == id.index()).unwrap();
+    let joints = kept.iter().map(|&id| {
+        let joint = skeleton.joints()[id].clone();
+        let parent = joint.parent.map(|parent| JointId(new(parent) as u16));
+        Joint { parent, ..joint }
+    });
+    let smaller = Skeleton::new(joints.collect()).unwrap();
+    let desc = clip.desc();
+    let frames = desc.rotations.chunks_exact(skeleton.len());
+    let rotations = frames.flat_map(|frame| kept.iter().map(|&id| frame[id]));
+    let clip = ClipDesc {
+        rotations: rotations.collect(),
+        translations: Vec::new(),
+        ..desc.clone()
+    };
+    let clip = Clip::new(&smaller, clip).unwrap();
+    (smaller, clip)
+}
+
+/// A clip from a later frame on.
+fn later(clip: &Clip, frame: usize) -> Clip {
+    let (skeleton, _) = walk();
+    let desc = clip.desc();
+    let desc = ClipDesc {
+        name: format!("{} {frame}", desc.name),
+        roots: desc.roots[frame..].to_vec(),
+        rotations: desc.rotations[frame * skeleton.len()..].to_vec(),
+        ..desc.clone()
+    };
+    Clip::new(&skeleton, desc).unwrap()
+}
+
+/// Marsaglia's xorshift64*.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn number(&mut self, from: f32, to: f32) -> f32 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        let bits = self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 40;
+        from + (to - from) * bits as f32 / (1 << 24) as f32
+    }
+}

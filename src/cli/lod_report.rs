@@ -1,0 +1,271 @@
+//! What `sabaki lod` has to say.
+
+use std::fmt::Write;
+
+use indicatif::ProgressIterator;
+use sabaki::lod::{Level, Levels, LodError, Order, Rule, SwitchSettings, Switching};
+use serde_json::{Value, json};
+
+use super::chart::{Chart, Frame, Line};
+use super::lod::Source;
+use super::output;
+use super::picture::Picture;
+
+/// Levels, and from where on they are drawn.
+pub(crate) struct Report {
+    pub(crate) source: Source,
+    pub(crate) levels: Levels,
+    /// Metres.
+    pub(crate) stature: f32,
+    pub(crate) order: Order,
+    pub(crate) settings: SwitchSettings,
+    pub(crate) bands: Switching,
+    pub(crate) steps: Steps,
+}
+
+/// The largest steps of a point on the screen at a switch, pixels.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Steps {
+    blended: f32,
+    at_once: f32,
+}
+
+/// Clips that steps are measured on at most, evenly spread.
+const MEASURED: usize = 12;
+
+impl Report {
+    /// With the steps at switches measured.
+    pub(crate) fn measured(mut self) -> Result<Self, LodError> {
+        let at_once = SwitchSettings {
+            blend: None,
+            ..self.settings
+        };
+        let every = self.source.clips.len().div_ceil(MEASURED);
+        let clips: Vec<_> = self.source.clips.iter().step_by(every).collect();
+        let bar = output::progress("switching", clips.len() as u64);
+        for clip in clips.into_iter().progress_with(bar) {
+            let motion = (&self.source.skeleton, clip);
+            let blended = self.levels.largest_step(motion, &self.settings)?;
+            let jump = self.levels.largest_step(motion, &at_once)?;
+            self.steps.blended = self.steps.blended.max(blended);
+            self.steps.at_once = self.steps.at_once.max(jump);
+        }
+        Ok(self)
+    }
+
+    fn name(&self, level: &Level) -> &str {
+        let joint = level.removed.map(|id| self.source.skeleton.joint(id));
+        joint.map_or("", |joint| joint.name.as_str())
+    }
+
+    fn seconds(&self) -> f64 {
+        self.source.clips.iter().map(|clip| clip.duration()).sum()
+    }
+
+    /// The level's greatest error where it begins to be drawn, pixels: of a point that is as near to the camera as any of the body.
+    fn pixels(&self, index: usize) -> Option<f32> {
+        let band = self.bands.bands().get(index.checked_sub(1)?)?;
+        let near = band.full - self.levels.reach;
+        let error = self.levels.levels[index].error.max;
+        (near > 0.0).then(|| self.settings.view.pixels(error, near))
+    }
+
+    /// With stable keys.
+    pub(crate) fn to_json(&self) -> Value {
+        let removed_at = |joint| {
+            let levels = self.levels.levels.iter();
+            { levels }.position(|level| level.removed == Some(joint))
+        };
+        let energies = self.source.skeleton.ids().zip(&self.levels.energies);
+        let energies: Vec<Value> = energies
+            .map(|(id, energy)| {
+                let name = &self.source.skeleton.joint(id).name;
+                json!({ "joint": name, "energy": energy, "removed_at_level": removed_at(id) })
+            })
+            .collect();
+        let levels = self.levels.levels.iter().enumerate();
+        let levels: Vec<Value> = levels
+            .map(|(index, level)| {
+                let removed = level.removed.map(|_| self.name(level));
+                let band = index.checked_sub(1).map(|band| self.bands.bands()[band]);
+                json!({
+                    "level": index,
+                    "joints": level.kept.len(),
+                    "removed": removed,
+                    "energy": level.energy,
+                    "position_error_mean": level.error.mean,
+                    "position_error_max": level.error.max,
+                    "body_error_mean": level.error.body_mean,
+                    "step": level.error.step,
+                    "band": band,
+                    "error_pixels": self.pixels(index),
+                })
+            })
+            .collect();
+        json!({
+            "clips": self.source.clips.len(),
+            "seconds": self.seconds(),
+            "joints": self.source.skeleton.len(),
+            "order": self.order,
+            "switching": self.settings,
+            "stature": self.stature,
+            "reach": self.levels.reach,
+            "furthest": self.bands.furthest(),
+            "energies": energies,
+            "levels": levels,
+            "largest_step_pixels": { "blended": self.steps.blended, "at_once": self.steps.at_once },
+            "warnings": self.source.warnings,
+        })
+    }
+
+    /// The same in words.
+    pub(crate) fn describe(&self) -> String {
+        let mut text = format!(
+            "{} clips, {:.1} s; {} joints, {:.2} m high\n",
+            self.source.clips.len(),
+            self.seconds(),
+            self.source.skeleton.len(),
+            self.stature
+        );
+        let head = [
+            "level",
+            "removed",
+            "joints",
+            "energy J",
+            "error mean",
+            "max",
+            "step",
+            "blended from",
+            "drawn from",
+            "error there",
+        ];
+        let mut table = output::table(&head, 2);
+        for (index, level) in self.levels.levels.iter().enumerate() {
+            let millimetres = |metres: f32| format!("{:.1} mm", metres * 1e3);
+            let band = index.checked_sub(1).map(|band| self.bands.bands()[band]);
+            let metres = |metres: f32| format!("{metres:.1} m");
+            table.add_row([
+                index.to_string(),
+                self.name(level).to_owned(),
+                level.kept.len().to_string(),
+                if index > 0 {
+                    format!("{:.4}", level.energy)
+                } else {
+                    String::new()
+                },
+                millimetres(level.error.mean),
+                millimetres(level.error.max),
+                millimetres(level.error.step),
+                band.map_or(String::new(), |band| metres(band.start)),
+                band.map_or(String::new(), |band| metres(band.end)),
+                self.pixels(index)
+                    .map_or(String::new(), |pixels| format!("{pixels:.1} px")),
+            ]);
+        }
+        let _ = writeln!(text, "{table}");
+        let rule = match self.settings.rule {
+            Rule::Energy { furthest } => {
+                format!("Distances are linear in energy, up to L = {furthest:.1} m")
+            }
+            Rule::ScreenError { pixels, measure } => {
+                let measure = format!("{measure:?}").to_lowercase();
+                format!("Distances hold the {measure} error to {pixels} pixels")
+            }
+        };
+        let _ = writeln!(
+            text,
+            "{rule}; bands that would overlap are moved outwards. The last level begins at {:.1} m.\n\
+             Errors are of the removed joints' points; a step is that from the level before; the error on the screen is the\n\
+             greatest, of a point {:.2} m nearer to the camera than the root.\n\
+             Largest step of a point on the screen at a switch, camera at 5 m/s, 60 frames a second: {:.2} pixels; without\n\
+             blending {:.1}.",
+            self.bands.furthest(),
+            self.levels.reach,
+            self.steps.blended,
+            self.steps.at_once,
+        );
+        for warning in &self.source.warnings {
+            let _ = writeln!(text, "note: {warning}");
+        }
+        text
+    }
+
+    /// Errors over the levels, and levels over the distance.
+    pub(crate) fn plot(&self) -> Picture {
+        let mut picture = Picture::new(960, 860);
+        let of_levels = |value: &dyn Fn(&Level) -> f32| -> Vec<(f64, f64)> {
+            let levels = self.levels.levels.iter().enumerate();
+            levels
+                .map(|(index, level)| (index as f64, f64::from(value(level))))
+                .collect()
+        };
+        let line = |name, points, marks| Line {
+            name,
+            points,
+            marks,
+        };
+        let errors = Chart {
+            x: "level",
+            y: "error, mm",
+            lines: vec![
+                line("greatest", of_levels(&|level| level.error.max * 1e3), true),
+                line(
+                    "mean of removed joints",
+                    of_levels(&|level| level.error.mean * 1e3),
+                    true,
+                ),
+                line(
+                    "mean of the body",
+                    of_levels(&|level| level.error.body_mean * 1e3),
+                    true,
+                ),
+            ],
+        };
+        errors.draw(
+            &mut picture,
+            Frame {
+                at: (90, 40),
+                size: (660, 330),
+            },
+        );
+        for (index, level) in self.levels.levels.iter().enumerate().skip(1).take(40) {
+            let text = format!("{index:>3} {}", self.name(level));
+            picture.text(
+                770,
+                30 + 10 * index,
+                &text.chars().take(23).collect::<String>(),
+            );
+        }
+        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
+        let shown = |bands: &Switching| -> Vec<(f64, f64)> {
+            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
+            let at = |distance: f64| {
+                let choice = bands.choose(distance as f32, None);
+                (distance, choice.level as f64 + f64::from(choice.blend))
+            };
+            distances.map(at).collect()
+        };
+        let at_once = SwitchSettings {
+            blend: None,
+            hysteresis: 0.0,
+            ..self.settings
+        };
+        let mut lines = vec![line("blended", shown(&self.bands), false)];
+        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
+            lines.push(line("at once", shown(&at_once), false));
+        }
+        let levels = Chart {
+            x: "distance, m",
+            y: "level",
+            lines,
+        };
+        levels.draw(
+            &mut picture,
+            Frame {
+                at: (90, 470),
+                size: (840, 330),
+            },
+        );
+        picture
+    }
+}

@@ -1,0 +1,221 @@
+//! What is computed of a joint: a matrix, or a rotation and a place.
+
+use bytemuck::Pod;
+
+use super::sample::{Local, Turn};
+use crate::math::{Lanes, Line};
+
+/// How joints follow from their parents, and what is written of them.
+pub(super) trait Posture {
+    /// A joint of sixteen characters: a line of each of its numbers.
+    type Model: Pod + AsRef<[Line]>;
+
+    /// Numbers of a joint.
+    const NUMBERS: usize = size_of::<Self::Model>() / size_of::<Line>();
+    /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
+    const ROW: usize;
+
+    /// What a joint is when its parent is the world at a placement.
+    fn placed<L: Lanes>(at: &[L; 5], model: &mut Self::Model, part: usize);
+
+    /// A joint from its parent and its motion under it.
+    /// A joint's motion under its parent, ready to be composed.
+    type Ready<L: Lanes>: Copy;
+
+    /// What can be computed of a joint without its parent.
+    fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
+
+    /// A joint from its parent and its motion under it.
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        ready: Self::Ready<L>,
+        model: &mut Self::Model,
+        part: usize,
+    );
+}
+
+/// 3 × 4 matrices, row by row.
+pub(super) struct Matrices;
+
+/// Unit quaternions (x, y, z, w) and places (x, y, z).
+pub(super) struct Rotations;
+
+// Loops and plain functions instead of closures that the standard library calls: those are not
+// compiled for the instruction set at hand.
+
+#[inline(always)]
+fn load<L: Lanes, const N: usize>(lines: &[Line], part: usize) -> [L; N] {
+    let lines = &lines[..N];
+    let mut values = [L::splat(0.0); N];
+    for index in 0..N {
+        values[index] = L::load(&lines[index], part);
+    }
+    values
+}
+
+#[inline(always)]
+fn store<L: Lanes, const N: usize>(values: [L; N], lines: &mut [Line], part: usize) {
+    let lines = &mut lines[..N];
+    for index in 0..N {
+        values[index].store(&mut lines[index], part);
+    }
+}
+
+#[inline(always)]
+fn dot<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3]) -> L {
+    c.mul_add(z, b.mul_add(y, a * x))
+}
+
+#[inline(always)]
+fn dot_and<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3], sum: L) -> L {
+    c.mul_add(z, b.mul_add(y, a.mul_add(x, sum)))
+}
+
+/// The nine numbers of a rotation matrix, by columns. The quaternion may have any length: it is
+/// scaled by 2 / |q|², which no root has to be taken for.
+#[inline(always)]
+fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 3] {
+    let Turn { x, y, z, w } = turn;
+    let one = L::splat(1.0);
+    let scale = L::splat(2.0) / turn.dot(turn);
+    let (sx, sy, sz) = (x * scale, y * scale, z * scale);
+    let (xy, xz, yz) = (x * sy, x * sz, y * sz);
+    let (not_x, not_y) = (x.neg_mul_add(sx, one), y.neg_mul_add(sy, one));
+    [
+        [
+            z.neg_mul_add(sz, not_y),
+            w.mul_add(sz, xy),
+            w.neg_mul_add(sy, xz),
+        ],
+        [
+            w.neg_mul_add(sz, xy),
+            z.neg_mul_add(sz, not_x),
+            w.mul_add(sx, yz),
+        ],
+        [
+            w.mul_add(sy, xz),
+            w.neg_mul_add(sx, yz),
+            y.neg_mul_add(sy, not_x),
+        ],
+    ]
+}
+
+impl Posture for Matrices {
+    type Model = [Line; 12];
+
+    const ROW: usize = 12;
+
+    #[inline(always)]
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let rows = [
+            [cos, zero, sin, x],
+            [zero, one, zero, y],
+            [zero - sin, zero, cos, z],
+        ];
+        store(rows[0], &mut model[..4], part);
+        store(rows[1], &mut model[4..8], part);
+        store(rows[2], &mut model[8..12], part);
+    }
+
+    /// The columns of the rotation, and the place.
+    type Ready<L: Lanes> = [[L; 3]; 4];
+
+    #[inline(always)]
+    fn ready<L: Lanes>(local: Local<L>) -> [[L; 3]; 4] {
+        let [first, second, third] = columns(local.turn);
+        [first, second, third, local.place]
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        [first, second, third, place]: [[L; 3]; 4],
+        model: &mut Self::Model,
+        part: usize,
+    ) {
+        for row in 0..3 {
+            let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
+            let [a, b, c, at] = load(above, part);
+            let row = [a, b, c];
+            let values = [
+                dot(row, first),
+                dot(row, second),
+                dot(row, third),
+                dot_and(row, place, at),
+            ];
+            store(values, model, part);
+        }
+    }
+}
+
+impl Posture for Rotations {
+    type Model = [Line; 7];
+
+    const ROW: usize = 8;
+
+    #[inline(always)]
+    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
+        let (zero, one, half) = (L::splat(0.0), L::splat(1.0), L::splat(0.5));
+        // Half the heading, from -π to π: its cosine is never below 0.
+        let half_cos = ((one + cos) * half).max(zero).sqrt();
+        let half_sin = ((one - cos) * half).max(zero).sqrt().copy_sign(sin);
+        for (value, line) in [zero, half_sin, zero, half_cos, x, y, z]
+            .into_iter()
+            .zip(model)
+        {
+            value.store(line, part);
+        }
+    }
+
+    /// With a unit quaternion.
+    type Ready<L: Lanes> = Local<L>;
+
+    #[inline(always)]
+    fn ready<L: Lanes>(local: Local<L>) -> Local<L> {
+        Local {
+            turn: local.turn.normalized(),
+            ..local
+        }
+    }
+
+    #[inline(always)]
+    fn compose<L: Lanes>(
+        above: &Self::Model,
+        Local { turn: q, place }: Local<L>,
+        model: &mut Self::Model,
+        part: usize,
+    ) {
+        let [x, y, z, w, at_x, at_y, at_z]: [L; 7] = load(above, part);
+        let turn = [
+            z.neg_mul_add(q.y, y.mul_add(q.z, x.mul_add(q.w, w * q.x))),
+            x.neg_mul_add(q.z, z.mul_add(q.x, y.mul_add(q.w, w * q.y))),
+            y.neg_mul_add(q.x, x.mul_add(q.y, z.mul_add(q.w, w * q.z))),
+            z.neg_mul_add(q.z, y.neg_mul_add(q.y, x.neg_mul_add(q.x, w * q.w))),
+        ];
+        // v + 2w(u × v) + 2u × (u × v)
+        let [px, py, pz] = place;
+        let two = L::splat(2.0);
+        let cross = [
+            z.neg_mul_add(py, y * pz) * two,
+            x.neg_mul_add(pz, z * px) * two,
+            y.neg_mul_add(px, x * py) * two,
+        ];
+        let place = [
+            z.neg_mul_add(
+                cross[1],
+                y.mul_add(cross[2], w.mul_add(cross[0], px + at_x)),
+            ),
+            x.neg_mul_add(
+                cross[2],
+                z.mul_add(cross[0], w.mul_add(cross[1], py + at_y)),
+            ),
+            y.neg_mul_add(
+                cross[0],
+                x.mul_add(cross[1], w.mul_add(cross[2], pz + at_z)),
+            ),
+        ];
+        store(turn, &mut model[..4], part);
+        store(place, &mut model[4..], part);
+    }
+}

@@ -1,0 +1,142 @@
+//! What a file is made of: the JSON and the bytes of its buffers.
+
+use std::path::{Component, Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf_json::Root;
+
+use super::GltfError;
+
+const MAGIC: &[u8] = b"glTF";
+const JSON: &[u8] = b"JSON";
+const BINARY: &[u8] = b"BIN\0";
+
+/// A file taken apart.
+pub(super) struct Container {
+    pub(super) root: Root,
+    /// Of each buffer its bytes; `None` for one that nothing needs.
+    pub(super) buffers: Vec<Option<Vec<u8>>>,
+}
+
+impl Container {
+    /// `load` fetches a buffer that lies in a file beside this one; it is asked only for files in the same folder or below it, and
+    /// only for buffers that animations use.
+    pub(super) fn parse(
+        bytes: &[u8],
+        mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, GltfError> {
+        let (json, mut binary) = split(bytes)?;
+        let root = Root::from_slice(json).map_err(|error| GltfError::Json(error.to_string()))?;
+        if !root.asset.version.starts_with("2.") {
+            return Err(GltfError::Version(root.asset.version.clone()));
+        }
+        let needed = needed_buffers(&root);
+        let mut buffers = Vec::with_capacity(root.buffers.len());
+        for (index, buffer) in root.buffers.iter().enumerate() {
+            let failed = |problem: String| GltfError::Buffer {
+                buffer: index,
+                problem,
+            };
+            let bytes = match &buffer.uri {
+                // Only the first buffer may be the container's own.
+                None => binary.take().map(<[u8]>::to_vec),
+                Some(_) if !needed.contains(&index) => None,
+                Some(uri) => Some(fetch(uri, &mut load).map_err(failed)?),
+            };
+            if let Some(bytes) = &bytes
+                && (bytes.len() as u64) < buffer.byte_length.0
+            {
+                let (found, wanted) = (bytes.len(), buffer.byte_length.0);
+                return Err(failed(format!(
+                    "{found} bytes where {wanted} are said to be"
+                )));
+            }
+            binary = None;
+            buffers.push(bytes);
+        }
+        Ok(Self { root, buffers })
+    }
+}
+
+/// The buffers behind the keys of animations. Indices that point nowhere are found out later.
+fn needed_buffers(root: &Root) -> Vec<usize> {
+    let samplers = root
+        .animations
+        .iter()
+        .flat_map(|animation| &animation.samplers);
+    let accessors = samplers.flat_map(|sampler| [sampler.input.value(), sampler.output.value()]);
+    accessors
+        .filter_map(|index| root.accessors.get(index)?.buffer_view)
+        .filter_map(|view| Some(root.buffer_views.get(view.value())?.buffer.value()))
+        .collect()
+}
+
+/// The JSON and the binary chunk, if it is a GLB container; chunks of other kinds are skipped, as the specification wants.
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok((bytes, None));
+    }
+    let cut_off = || GltfError::Container("it is cut off");
+    let word = |at: usize| -> Option<u32> {
+        let four = bytes.get(at..at.checked_add(4)?)?;
+        Some(u32::from_le_bytes(four.try_into().ok()?))
+    };
+    match word(4).ok_or_else(cut_off)? {
+        2 => {}
+        version => return Err(GltfError::Version(version.to_string())),
+    }
+    let length = word(8).ok_or_else(cut_off)? as usize;
+    if length > bytes.len() {
+        return Err(cut_off());
+    }
+    let (mut json, mut binary) = (None, None);
+    let mut at = 12;
+    while at < length {
+        let size = word(at).ok_or_else(cut_off)? as usize;
+        let kind = bytes.get(at + 4..at + 8).ok_or_else(cut_off)?;
+        let chunk = bytes.get(at + 8..).and_then(|rest| rest.get(..size));
+        let chunk = chunk.ok_or_else(cut_off)?;
+        match kind {
+            JSON if json.is_none() => json = Some(chunk),
+            BINARY if binary.is_none() => binary = Some(chunk),
+            _ => {}
+        }
+        at += 8 + size;
+    }
+    let json = json.ok_or(GltfError::Container("it has no JSON"))?;
+    Ok((json, binary))
+}
+
+/// The bytes behind a URI: in itself, or in a file.
+fn fetch(
+    uri: &str,
+    load: &mut impl FnMut(&Path) -> Result<Vec<u8>, String>,
+) -> Result<Vec<u8>, String> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, text) = data.split_once(";base64,").ok_or("not in base64")?;
+        return STANDARD.decode(text).map_err(|error| error.to_string());
+    }
+    let path = PathBuf::from(unescaped(uri).ok_or("its URI is no path")?);
+    // A file is asked for what lies beside it, not for what lies elsewhere on the machine.
+    let stays = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if uri.contains(':') || !path.components().all(stays) {
+        return Err(format!("\"{uri}\" is not in the file's own folder"));
+    }
+    load(&path)
+}
+
+/// Without percent signs.
+fn unescaped(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(if byte == b'%' {
+            let digits = [rest.next()?, rest.next()?];
+            u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+        } else {
+            byte
+        });
+    }
+    String::from_utf8(bytes).ok()
+}

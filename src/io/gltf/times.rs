@@ -1,0 +1,126 @@
+//! From keys at any time to frames at one rate.
+
+/// Frames per second of an animation whose keys have no common rate.
+pub(super) const USUAL_RATE: f64 = 60.0;
+
+/// A key may be off its frame by this share of the frame time: times are written in single precision.
+const OFF: f64 = 0.05;
+
+/// When the frames of an animation are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Frames {
+    /// Seconds of the first one.
+    pub(super) start: f64,
+    /// Frames per second.
+    pub(super) rate: f64,
+    /// How many, at least one.
+    pub(super) count: u64,
+}
+
+impl Frames {
+    /// One frame for each key where the keys of all tracks lie on one grid; else at [`USUAL_RATE`].
+    pub(super) fn of<'a>(tracks: impl Iterator<Item = &'a [f32]> + Clone) -> Self {
+        let all = || tracks.clone().flatten().map(|&time| f64::from(time));
+        let (start, end) = all().fold((f64::INFINITY, 0.0f64), |(start, end), time| {
+            (start.min(time), end.max(time))
+        });
+        let seconds = end - start;
+        if !(seconds.is_finite() && seconds > 0.0) {
+            return Self {
+                start: start.min(end),
+                rate: 30.0,
+                count: 1,
+            };
+        }
+        let sampled = Self {
+            start,
+            rate: USUAL_RATE,
+            // Times may be anything that single precision holds: as many as can be counted.
+            count: ((seconds * USUAL_RATE + 1e-3).floor() as u64).saturating_add(1),
+        };
+        let gaps = tracks.clone().flat_map(|times| times.windows(2));
+        let gaps = gaps.map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
+        let least = gaps.clone().fold(f64::INFINITY, f64::min);
+        if !least.is_finite() {
+            // Each track has a single key, at times of its own.
+            return sampled;
+        }
+        // The mean of what differs from the least gap by rounding alone.
+        let (sum, count) = { gaps.filter(|&gap| gap < 1.2 * least) }
+            .fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
+        let steps = (seconds * count / sum).round();
+        let keys = all().count() as f64;
+        if !(1.0..=1e9).contains(&steps) {
+            return sampled;
+        }
+        let frame_time = seconds / steps;
+        let off = |time: f64| {
+            let frame = (time - start) / frame_time;
+            (frame - frame.round()).abs()
+        };
+        // A few keys that happen to lie on a fine grid do not ask for as many frames.
+        let too_fine = steps > 4.0 * keys && 1.0 / frame_time > 4.0 * USUAL_RATE;
+        if too_fine || all().any(|time| off(time) > OFF) {
+            return sampled;
+        }
+        Self {
+            start,
+            rate: 1.0 / frame_time,
+            count: steps as u64 + 1,
+        }
+    }
+
+    pub(super) fn time(&self, frame: u64) -> f64 {
+        self.start + frame as f64 / self.rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(tracks: &[&[f32]]) -> Frames {
+        Frames::of(tracks.iter().copied())
+    }
+
+    #[test]
+    fn a_common_rate_is_found_again() {
+        for rate in [15.0, 23.976, 24.0, 30.0, 60.0, 120.0, 240.0] {
+            for count in [2u64, 3, 50, 5000] {
+                let start = 7.0 / rate;
+                let times: Vec<f32> = (0..count)
+                    .map(|k| (start + k as f64 / rate) as f32)
+                    .collect();
+                let sparse: Vec<f32> = times.iter().copied().step_by(3).collect();
+                let found = frames(&[&times, &sparse, &times[..1]]);
+                assert_eq!(found.count, count, "{rate}");
+                assert!((found.rate / rate - 1.0).abs() < 1e-4, "{rate}: {found:?}");
+                assert!((found.start - start).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_grid_with_gaps_in_every_track_is_found() {
+        let on = |frames: &[u32]| -> Vec<f32> {
+            frames
+                .iter()
+                .map(|&k| (f64::from(k) / 30.0) as f32)
+                .collect()
+        };
+        let (a, b) = (on(&[0, 1, 5, 90]), on(&[0, 40, 42, 47]));
+        let found = frames(&[&a, &b]);
+        assert_eq!(found.count, 91);
+        assert!((found.rate - 30.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn keys_at_any_time_are_sampled() {
+        let found = frames(&[&[0.0, 0.31, 0.4567, 2.0]]);
+        assert_eq!((found.rate, found.count), (USUAL_RATE, 121));
+        let found = frames(&[&[0.0, 1e-20, 2.0]]);
+        assert_eq!((found.rate, found.count), (USUAL_RATE, 121));
+        assert_eq!(frames(&[&[3.0], &[3.0]]).count, 1);
+        assert_eq!(frames(&[&[1.0], &[2.0]]).count, 61);
+    }
+}

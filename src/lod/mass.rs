@@ -1,0 +1,197 @@
+//! Masses, and how hard what hangs below a joint is to turn about it.
+//!
+//! Source: Hasegawa, Nishio & Kobori, 3.1, who name a moment of inertia and leave the masses open. Here
+//! a joint's mass lies on the bones that start at it, along each as much as it is long. Sums over all
+//! below a joint come from one pass, by the parallel axis theorem.
+
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::frames::{Place, bone_lengths};
+use super::{Level, LodError};
+use crate::anim::Skeleton;
+
+/// What the joints weigh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Masses {
+    /// So many kilograms in all, along every bone as much as it is long: a joint without a bone weighs nothing.
+    ByLength(f32),
+    /// Of each joint of the skeleton, kilograms: of the bones that start there, or, of a joint without any, at its place.
+    Given(Vec<f32>),
+}
+
+/// How a bone's mass lies on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoneShape {
+    /// A thin rod, equally heavy all along.
+    Rod,
+    /// A point in the middle.
+    Point,
+}
+
+impl Default for Masses {
+    /// A person of 70 kg.
+    fn default() -> Self {
+        Self::ByLength(70.0)
+    }
+}
+
+impl Masses {
+    /// Of each joint, kilograms.
+    fn of_joints(&self, skeleton: &Skeleton) -> Result<Vec<f64>, LodError> {
+        match self {
+            Self::ByLength(total) => {
+                if !(total.is_finite() && *total >= 0.0) {
+                    return Err(LodError::TotalMass(*total));
+                }
+                let lengths = bone_lengths(skeleton);
+                let sum: f64 = lengths.iter().sum();
+                let density = if sum > 0.0 {
+                    f64::from(*total) / sum
+                } else {
+                    0.0
+                };
+                Ok(lengths.iter().map(|length| length * density).collect())
+            }
+            Self::Given(masses) if masses.len() != skeleton.len() => Err(LodError::Masses {
+                found: masses.len(),
+                expected: skeleton.len(),
+            }),
+            Self::Given(masses) => {
+                let wrong = masses
+                    .iter()
+                    .position(|mass| !(mass.is_finite() && *mass >= 0.0));
+                match wrong {
+                    Some(joint) => Err(LodError::Mass {
+                        joint: skeleton.joints()[joint].name.clone(),
+                        kilograms: masses[joint],
+                    }),
+                    None => Ok(masses.iter().map(|&mass| f64::from(mass)).collect()),
+                }
+            }
+        }
+    }
+
+    /// Of each joint that a level keeps: its own and those of the removed ones that hung on it.
+    pub(super) fn on_level(
+        &self,
+        skeleton: &Skeleton,
+        level: &Level,
+    ) -> Result<Vec<f64>, LodError> {
+        let mut masses = vec![0.0; level.kept.len()];
+        let places = level.places(skeleton.len());
+        for (id, mass) in skeleton.ids().zip(self.of_joints(skeleton)?) {
+            let kept = skeleton
+                .ancestry(id)
+                .find_map(|above| places[above.index()]);
+            masses[kept.unwrap_or(0)] += mass;
+        }
+        Ok(masses)
+    }
+}
+
+/// The mass of a part of the body and its first two moments, about one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Moments {
+    /// Kilograms.
+    mass: f64,
+    /// Sum of mass by place.
+    first: DVec3,
+    /// Sum of mass by place by place.
+    second: DMat3,
+}
+
+impl Moments {
+    const NONE: Self = Self {
+        mass: 0.0,
+        first: DVec3::ZERO,
+        second: DMat3::ZERO,
+    };
+
+    fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first += other.first;
+        self.second += other.second;
+    }
+
+    fn point(mass: f64, at: DVec3) -> Self {
+        Self {
+            mass,
+            first: mass * at,
+            second: outer(at, at) * mass,
+        }
+    }
+
+    fn bone(shape: BoneShape, mass: f64, (from, to): (DVec3, DVec3)) -> Self {
+        let middle = 0.5 * (from + to);
+        let mut moments = Self::point(mass, middle);
+        if shape == BoneShape::Rod {
+            let along = to - from;
+            moments.second += outer(along, along) * (mass / 12.0);
+        }
+        moments
+    }
+
+    /// Kilograms.
+    pub(super) fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// The second moment about another point.
+    fn about(&self, point: DVec3) -> DMat3 {
+        let mixed = outer(self.first, point) + outer(point, self.first);
+        self.second - mixed + outer(point, point) * self.mass
+    }
+
+    /// The sum of mass by squared distance from `point`, kg m².
+    pub(super) fn about_point(&self, point: DVec3) -> f64 {
+        trace(self.about(point)).max(0.0)
+    }
+
+    /// The moment of inertia about the line through `point` along the unit vector `axis`, kg m².
+    pub(super) fn about_axis(&self, point: DVec3, axis: DVec3) -> f64 {
+        let second = self.about(point);
+        (trace(second) - axis.dot(second * axis)).max(0.0)
+    }
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+fn trace(m: DMat3) -> f64 {
+    m.x_axis.x + m.y_axis.y + m.z_axis.z
+}
+
+/// Of each kept joint, the moments of everything that hangs on it, with its own bones; places count from `origin`.
+pub(super) fn moments_below(
+    level: &Level,
+    (places, origin): (&[Place], DVec3),
+    (masses, shape): (&[f64], BoneShape),
+    out: &mut Vec<Moments>,
+) {
+    let at = |index: usize| places[level.kept[index].index()].translation - origin;
+    let length = |child: usize, parent: usize| (at(child) - at(parent)).length();
+    let mut lengths = vec![0.0; level.kept.len()];
+    for (child, parent) in level.bones() {
+        lengths[parent] += length(child, parent);
+    }
+    out.clear();
+    out.resize(level.kept.len(), Moments::NONE);
+    for index in (0..level.kept.len()).filter(|&index| lengths[index] <= 0.0) {
+        out[index] = Moments::point(masses[index], at(index));
+    }
+    for (child, parent) in level.bones().filter(|&(_, parent)| lengths[parent] > 0.0) {
+        let mass = masses[parent] * length(child, parent) / lengths[parent];
+        out[parent].add(&Moments::bone(shape, mass, (at(parent), at(child))));
+    }
+    // Children stand after their parents.
+    for index in (1..level.kept.len()).rev() {
+        if let Some(parent) = level.parents[index] {
+            let below = out[index];
+            out[usize::from(parent)].add(&below);
+        }
+    }
+}

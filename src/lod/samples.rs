@@ -1,0 +1,86 @@
+use glam::DVec3;
+
+use super::frames::{Place, place_all};
+use crate::anim::{Clip, JointId, Skeleton};
+
+/// What is shorter has no direction, metres.
+const NO_BONE: f64 = 1e-4;
+
+/// Some frames of the clips, evenly spread over them, and the points of the body that are looked at.
+pub(super) struct Samples {
+    joints: usize,
+    /// Of each sampled frame all joints.
+    places: Vec<Place>,
+    /// Of each joint its points, in its own frame.
+    points: Vec<Vec<DVec3>>,
+}
+
+impl Samples {
+    /// `most` frames at most; the body is within `skin` metres of the bones.
+    pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], (most, skin): (usize, f32)) -> Self {
+        let total: usize = clips.iter().map(Clip::frames).sum();
+        let count = total.min(most.max(1));
+        let (mut places, mut frame_places) = (Vec::new(), Vec::new());
+        let (mut clip, mut first) = (0, 0);
+        for sample in 0..count {
+            let at = (sample * total + total / 2) / count;
+            while at - first >= clips[clip].frames() {
+                first += clips[clip].frames();
+                clip += 1;
+            }
+            place_all(skeleton, &clips[clip], at - first, &mut frame_places);
+            places.extend_from_slice(&frame_places);
+        }
+        let mut samples = Self {
+            joints: skeleton.len(),
+            places,
+            points: Vec::new(),
+        };
+        samples.points = skeleton
+            .ids()
+            .map(|id| samples.points_of(skeleton, id, f64::from(skin)))
+            .collect();
+        samples
+    }
+
+    /// Frame by frame, all joints.
+    pub(super) fn frames(&self) -> impl Iterator<Item = &[Place]> {
+        self.places.chunks_exact(self.joints)
+    }
+
+    /// A joint's points in its own frame, metres.
+    pub(super) fn points(&self, joint: JointId) -> &[DVec3] {
+        &self.points[joint.index()]
+    }
+
+    /// The joint itself; of each bone that starts there the far end, where it is in the mean, and the corners of the box
+    /// that holds all within `skin` of the bone. A rigid displacement is greatest at a corner.
+    fn points_of(&self, skeleton: &Skeleton, joint: JointId, skin: f64) -> Vec<DVec3> {
+        let mut points = vec![DVec3::ZERO];
+        let frames = self.frames().count() as f64;
+        for child in skeleton.children(joint) {
+            let seen =
+                |frame: &[Place]| frame[joint.index()].sees(&frame[child.index()]).translation;
+            // To the micrometre, so that rounding does not decide how the box is turned about the bone.
+            let end = self.frames().map(seen).sum::<DVec3>() / frames;
+            let end = (end * 1e6).round() * 1e-6 + DVec3::ZERO;
+            if end.length() > NO_BONE {
+                points.push(end);
+                points.extend(corners(end, end.normalize(), skin));
+            }
+        }
+        if points.len() == 1 {
+            points.extend(corners(DVec3::ZERO, DVec3::X, skin));
+        }
+        points
+    }
+}
+
+/// The corners of a box along a bone from the origin to `end`, `skin` away from it on all sides.
+fn corners(end: DVec3, along: DVec3, skin: f64) -> impl Iterator<Item = DVec3> {
+    let (u, v) = along.any_orthonormal_pair();
+    let ends = [-skin * along, end + skin * along];
+    let sides = [u + v, u - v, v - u, -u - v];
+    ends.into_iter()
+        .flat_map(move |end| sides.map(|side| end + skin * side))
+}

@@ -1,0 +1,262 @@
+//! Lanes of AVX2 and FMA: a line is two registers.
+//!
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx2`], and only where the machine has
+//! the features of [`Isa::Avx2`](crate::math::Isa::Avx2): that is what each block below relies on.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::{Lanes, Line};
+
+#[derive(Clone, Copy)]
+pub(super) struct Avx2(__m256);
+
+macro_rules! operator {
+    ($name:ident, $function:ident, $instruction:ident) => {
+        impl $name for Avx2 {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                // SAFETY: the machine has AVX.
+                Self(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    };
+}
+operator!(Add, add, _mm256_add_ps);
+operator!(Sub, sub, _mm256_sub_ps);
+operator!(Mul, mul, _mm256_mul_ps);
+operator!(Div, div, _mm256_div_ps);
+
+/// The numbers of one part of a line.
+#[inline(always)]
+fn part_of(line: &Line, part: usize) -> &[f32] {
+    &line.0[part * Avx2::COUNT..][..Avx2::COUNT]
+}
+
+#[inline(always)]
+fn part_of_mut(line: &mut Line, part: usize) -> &mut [f32] {
+    &mut line.0[part * Avx2::COUNT..][..Avx2::COUNT]
+}
+
+impl Lanes for Avx2 {
+    type Words = __m256i;
+
+    const COUNT: usize = 8;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_set1_ps(value) })
+    }
+
+    #[inline(always)]
+    fn load(line: &Line, part: usize) -> Self {
+        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
+        Self(unsafe { _mm256_load_ps(part_of(line, part).as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn store(self, line: &mut Line, part: usize) {
+        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
+        unsafe { _mm256_store_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn stream(self, line: &mut Line, part: usize) {
+        // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so, and not read by
+        // another thread before the fence that the trait asks for.
+        unsafe { _mm256_stream_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn fence() {
+        // SAFETY: every x86-64 has SSE.
+        unsafe { _mm_sfence() }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, sum: Self) -> Self {
+        // SAFETY: the machine has FMA.
+        Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, sum.0) })
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
+        // SAFETY: the machine has FMA.
+        Self(unsafe { _mm256_fnmadd_ps(self.0, factor.0, sum.0) })
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_sqrt_ps(self.0) })
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_floor_ps(self.0) })
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_max_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_min_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn copy_sign(self, sign: Self) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe {
+            let mask = _mm256_set1_ps(-0.0);
+            _mm256_or_ps(_mm256_andnot_ps(mask, self.0), _mm256_and_ps(mask, sign.0))
+        })
+    }
+
+    #[inline(always)]
+    fn first(self) -> f32 {
+        // SAFETY: the machine has AVX.
+        unsafe { _mm256_cvtss_f32(self.0) }
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        // SAFETY: the machine has AVX.
+        unsafe {
+            let high = _mm256_extractf128_ps::<1>(self.0);
+            let four = _mm_min_ps(_mm256_castps256_ps128(self.0), high);
+            let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
+        }
+    }
+
+    #[inline(always)]
+    fn all_below(self, bound: f32) -> bool {
+        // SAFETY: the machine has AVX.
+        unsafe {
+            let below = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_set1_ps(bound));
+            _mm256_movemask_ps(below) == 0xff
+        }
+    }
+
+    #[inline(always)]
+    fn splat_words(word: u32) -> __m256i {
+        // SAFETY: the machine has AVX.
+        unsafe { _mm256_set1_epi32(word as i32) }
+    }
+
+    #[inline(always)]
+    fn truncated(self) -> __m256i {
+        // SAFETY: the machine has AVX.
+        unsafe { _mm256_cvttps_epi32(self.0) }
+    }
+
+    #[inline(always)]
+    fn load_words(line: &Line, part: usize) -> __m256i {
+        // SAFETY: the machine has AVX.
+        unsafe { _mm256_castps_si256(Self::load(line, part).0) }
+    }
+
+    #[inline(always)]
+    fn from_bits(words: __m256i) -> Self {
+        // SAFETY: the machine has AVX.
+        Self(unsafe { _mm256_castsi256_ps(words) })
+    }
+
+    #[inline(always)]
+    fn sum(a: __m256i, b: __m256i) -> __m256i {
+        // SAFETY: the machine has AVX2.
+        unsafe { _mm256_add_epi32(a, b) }
+    }
+
+    #[inline(always)]
+    fn pair(low: __m256i, high: __m256i) -> __m256i {
+        // SAFETY: the machine has AVX2.
+        unsafe { _mm256_or_si256(_mm256_slli_epi32::<16>(high), low) }
+    }
+
+    #[inline(always)]
+    fn window(table: &[u32], start: usize, places: __m256i) -> __m256i {
+        let table = &table[start..][..Self::COUNT];
+        // SAFETY: the machine has AVX2; the slice has the 8 words that are read.
+        unsafe { _mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), places) }
+    }
+
+    #[inline(always)]
+    fn gather(table: &[u32], places: __m256i) -> __m256i {
+        let length = table.len().min(i32::MAX as usize);
+        // SAFETY: the machine has AVX2; only those places are read that are neither negative as
+        // signed numbers nor beyond the table's end.
+        unsafe {
+            let positive = _mm256_cmpgt_epi32(places, _mm256_set1_epi32(-1));
+            let before_end = _mm256_cmpgt_epi32(_mm256_set1_epi32(length as i32), places);
+            let within = _mm256_and_si256(positive, before_end);
+            let none = _mm256_setzero_si256();
+            _mm256_mask_i32gather_epi32::<4>(none, table.as_ptr().cast(), places, within)
+        }
+    }
+
+    #[inline(always)]
+    fn dot_pairs(a: __m256i, b: __m256i) -> Self {
+        // SAFETY: the machine has AVX2.
+        Self(unsafe { _mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)) })
+    }
+
+    #[inline(always)]
+    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
+        let mut out = [Line::ZERO; Line::LANES];
+        for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
+            for column in 0..Self::PARTS {
+                let mut block = [Self::splat(0.0); 8];
+                for (row, line) in block.iter_mut().zip(lines) {
+                    *row = Self::load(line, column);
+                }
+                for (index, turned) in transposed(block).into_iter().enumerate() {
+                    turned.store(&mut out[column * Self::COUNT + index], row);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A block of 8 x 8: pairs, then fours, then the halves of the registers.
+#[inline(always)]
+fn transposed(rows: [Avx2; 8]) -> [Avx2; 8] {
+    // SAFETY: the machine has AVX.
+    unsafe {
+        let mut fours = [[_mm256_setzero_ps(); 4]; 2];
+        for (half, four) in fours.iter_mut().enumerate() {
+            let rows = &rows[4 * half..][..4];
+            let low = [
+                _mm256_unpacklo_ps(rows[0].0, rows[1].0),
+                _mm256_unpacklo_ps(rows[2].0, rows[3].0),
+            ];
+            let high = [
+                _mm256_unpackhi_ps(rows[0].0, rows[1].0),
+                _mm256_unpackhi_ps(rows[2].0, rows[3].0),
+            ];
+            *four = [
+                _mm256_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
+                _mm256_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
+                _mm256_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
+                _mm256_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
+            ];
+        }
+        let mut columns = rows;
+        for four in 0..4 {
+            let (top, bottom) = (fours[0][four], fours[1][four]);
+            columns[four] = Avx2(_mm256_permute2f128_ps::<0x20>(top, bottom));
+            columns[4 + four] = Avx2(_mm256_permute2f128_ps::<0x31>(top, bottom));
+        }
+        columns
+    }
+}

@@ -1,0 +1,245 @@
+//! Lanes of AVX-512: a line is one register.
+//!
+//! Only [`Isa::on_lanes`](crate::math::Isa::on_lanes) names [`Avx512`], and only where the machine
+//! has the features of [`Isa::Avx512`](crate::math::Isa::Avx512): that is what each block below
+//! relies on.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::{Lanes, Line};
+
+#[derive(Clone, Copy)]
+pub(super) struct Avx512(__m512);
+
+macro_rules! operator {
+    ($name:ident, $function:ident, $instruction:ident) => {
+        impl $name for Avx512 {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                // SAFETY: the machine has AVX-512F.
+                Self(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    };
+}
+operator!(Add, add, _mm512_add_ps);
+operator!(Sub, sub, _mm512_sub_ps);
+operator!(Mul, mul, _mm512_mul_ps);
+operator!(Div, div, _mm512_div_ps);
+
+impl Lanes for Avx512 {
+    type Words = __m512i;
+
+    const COUNT: usize = 16;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_set1_ps(value) })
+    }
+
+    #[inline(always)]
+    fn load(line: &Line, _: usize) -> Self {
+        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
+        Self(unsafe { _mm512_load_ps(line.0.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn store(self, line: &mut Line, _: usize) {
+        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
+        unsafe { _mm512_store_ps(line.0.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn stream(self, line: &mut Line, _: usize) {
+        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so, and not read by
+        // another thread before the fence that the trait asks for.
+        unsafe { _mm512_stream_ps(line.0.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn fence() {
+        // SAFETY: every x86-64 has SSE.
+        unsafe { _mm_sfence() }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, sum: Self) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, sum.0) })
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_fnmadd_ps(self.0, factor.0, sum.0) })
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_sqrt_ps(self.0) })
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        const DOWN: i32 = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_roundscale_ps::<DOWN>(self.0) })
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_max_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_min_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn copy_sign(self, sign: Self) -> Self {
+        // SAFETY: the machine has AVX-512F and DQ.
+        Self(unsafe {
+            let mask = _mm512_set1_ps(-0.0);
+            _mm512_or_ps(_mm512_andnot_ps(mask, self.0), _mm512_and_ps(mask, sign.0))
+        })
+    }
+
+    #[inline(always)]
+    fn first(self) -> f32 {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_cvtss_f32(self.0) }
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_reduce_min_ps(self.0) }
+    }
+
+    #[inline(always)]
+    fn all_below(self, bound: f32) -> bool {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, _mm512_set1_ps(bound)) == u16::MAX }
+    }
+
+    #[inline(always)]
+    fn splat_words(word: u32) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_set1_epi32(word as i32) }
+    }
+
+    #[inline(always)]
+    fn truncated(self) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_cvttps_epi32(self.0) }
+    }
+
+    #[inline(always)]
+    fn load_words(line: &Line, part: usize) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_castps_si512(Self::load(line, part).0) }
+    }
+
+    #[inline(always)]
+    fn from_bits(words: __m512i) -> Self {
+        // SAFETY: the machine has AVX-512F.
+        Self(unsafe { _mm512_castsi512_ps(words) })
+    }
+
+    #[inline(always)]
+    fn sum(a: __m512i, b: __m512i) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_add_epi32(a, b) }
+    }
+
+    #[inline(always)]
+    fn pair(low: __m512i, high: __m512i) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe { _mm512_or_si512(_mm512_slli_epi32::<16>(high), low) }
+    }
+
+    #[inline(always)]
+    fn window(table: &[u32], start: usize, places: __m512i) -> __m512i {
+        let table = &table[start..][..Self::COUNT];
+        // SAFETY: the machine has AVX-512F; the slice has the 16 words that are read.
+        unsafe { _mm512_permutexvar_epi32(places, _mm512_loadu_si512(table.as_ptr().cast())) }
+    }
+
+    #[inline(always)]
+    fn gather(table: &[u32], places: __m512i) -> __m512i {
+        let length = table.len().min(i32::MAX as usize);
+        // SAFETY: the machine has AVX-512F; only those places are read that are below the table's
+        // length and below 2^31, which makes them positive as signed numbers too.
+        unsafe {
+            let within = _mm512_cmplt_epu32_mask(places, _mm512_set1_epi32(length as i32));
+            let none = _mm512_setzero_si512();
+            _mm512_mask_i32gather_epi32::<4>(none, within, places, table.as_ptr().cast())
+        }
+    }
+
+    #[inline(always)]
+    fn dot_pairs(a: __m512i, b: __m512i) -> Self {
+        // SAFETY: the machine has AVX-512F and BW.
+        Self(unsafe { _mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)) })
+    }
+
+    #[inline(always)]
+    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
+        let mut out = [Line::ZERO; Line::LANES];
+        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
+        unsafe {
+            // Blocks of 4 x 4 within the four 128-bit quarters, first.
+            let mut blocks = [[_mm512_setzero_ps(); 4]; 4];
+            for (block, four) in blocks.iter_mut().enumerate() {
+                let mut rows = [_mm512_setzero_ps(); 4];
+                for (index, row) in rows.iter_mut().enumerate() {
+                    *row = Self::load(lines[4 * block + index], 0).0;
+                }
+                let low = [
+                    _mm512_unpacklo_ps(rows[0], rows[1]),
+                    _mm512_unpacklo_ps(rows[2], rows[3]),
+                ];
+                let high = [
+                    _mm512_unpackhi_ps(rows[0], rows[1]),
+                    _mm512_unpackhi_ps(rows[2], rows[3]),
+                ];
+                *four = [
+                    _mm512_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
+                    _mm512_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
+                    _mm512_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
+                ];
+            }
+            // Then the quarters themselves: column 4q + c of the result is quarter q of each block's c.
+            for c in 0..4 {
+                let [a, b, d, e] = [blocks[0][c], blocks[1][c], blocks[2][c], blocks[3][c]];
+                let even = [
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(d, e),
+                ];
+                let odd = [
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(d, e),
+                ];
+                let quarters = [
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(even[0], even[1]),
+                    _mm512_shuffle_f32x4::<0b10_00_10_00>(odd[0], odd[1]),
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(even[0], even[1]),
+                    _mm512_shuffle_f32x4::<0b11_01_11_01>(odd[0], odd[1]),
+                ];
+                for (quarter, column) in quarters.into_iter().enumerate() {
+                    Self(column).store(&mut out[4 * quarter + c], 0);
+                }
+            }
+        }
+        out
+    }
+}

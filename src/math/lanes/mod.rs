@@ -1,0 +1,138 @@
+//! Numbers in the lanes of a machine's vector registers, for kernels that compilers do not find by
+//! themselves: words picked from a window of a table, sums of 16-bit products, full-line stores past
+//! the caches.
+//!
+//! A [`Kernel`] is written once over [`Lanes`] and run by [`Isa::on_lanes`], which alone names the
+//! types behind it, and only where the machine has what they are made of. Memory is always in
+//! [`Line`]s of sixteen; a type of fewer lanes takes a line in parts.
+//!
+//! Every type rounds alike, but for [`Lanes::mul_add`]: see there.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod portable;
+#[cfg(test)]
+mod tests;
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use bytemuck::{Pod, Zeroable};
+
+use super::Isa;
+
+/// One number of each of sixteen characters, points or whatever is computed side by side; as long as
+/// a line of the cache, and aligned to it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct Line(pub [f32; Line::LANES]);
+
+impl Line {
+    /// Numbers in a line.
+    pub const LANES: usize = 16;
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; Self::LANES]);
+}
+
+/// As many numbers as a register holds, [`Lanes::COUNT`], worked on at once.
+pub(crate) trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// As many 32-bit words.
+    type Words: Copy;
+
+    /// How many; a divisor of [`Line::LANES`].
+    const COUNT: usize;
+    /// How many of these make a line.
+    const PARTS: usize = Line::LANES / Self::COUNT;
+
+    /// The same number in all lanes.
+    fn splat(value: f32) -> Self;
+    /// Part `part` of a line.
+    fn load(line: &Line, part: usize) -> Self;
+    /// Into part `part` of a line.
+    fn store(self, line: &mut Line, part: usize);
+    /// Into part `part` of a line, past the caches; [`Lanes::fence`] must follow the last of them
+    /// before another thread reads.
+    fn stream(self, line: &mut Line, part: usize);
+    /// Orders all [`Lanes::stream`] before what comes after.
+    fn fence();
+
+    /// `self * factor + sum`, rounded once where the machine can do so, else twice.
+    fn mul_add(self, factor: Self, sum: Self) -> Self;
+    /// `sum - self * factor`, rounded as [`Lanes::mul_add`].
+    fn neg_mul_add(self, factor: Self, sum: Self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// The next whole number below.
+    fn floor(self) -> Self;
+    /// The larger one; `other` where one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller one; `other` where one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// With the sign of `sign`.
+    fn copy_sign(self, sign: Self) -> Self;
+    /// The number in the first lane.
+    fn first(self) -> f32;
+    /// The least number of all lanes; none may be NaN.
+    fn least(self) -> f32;
+    /// Whether every lane is below `bound`; false where one is NaN.
+    fn all_below(self, bound: f32) -> bool;
+
+    /// The same word in all lanes.
+    fn splat_words(word: u32) -> Self::Words;
+    /// Rounded towards zero; for numbers from 0 to 2^31 - 1.
+    fn truncated(self) -> Self::Words;
+    /// Part `part` of a line, as the bits that it has.
+    fn load_words(line: &Line, part: usize) -> Self::Words;
+    /// The number that has these bits.
+    fn from_bits(words: Self::Words) -> Self;
+    /// Lane by lane, wrapping.
+    fn sum(a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
+    fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
+    /// `table[start + place]` for places below [`Lanes::COUNT`], of which only the low bits count.
+    ///
+    /// # Panics
+    /// Where the table ends before `start + COUNT`.
+    fn window(table: &[u32], start: usize, places: Self::Words) -> Self::Words;
+    /// `table[place]`; 0 beyond its end.
+    fn gather(table: &[u32], places: Self::Words) -> Self::Words;
+    /// Both halves of the words as signed 16-bit numbers: low times low plus high times high. Exact
+    /// but for the one rounding to a float.
+    fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
+
+    /// Rows become columns.
+    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES];
+}
+
+/// Work that is written over [`Lanes`].
+pub(crate) trait Kernel {
+    /// What it returns.
+    type Out;
+
+    /// Does it. This, and what it calls, must be `#[inline(always)]`.
+    fn run<L: Lanes>(self) -> Self::Out;
+}
+
+impl Isa {
+    /// Runs a kernel on the registers of this instruction set; on those of [`Isa::Portable`] where
+    /// the machine has it not.
+    #[inline]
+    pub(crate) fn on_lanes<K: Kernel>(self, kernel: K) -> K::Out {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 if self.is_available() => self.run(
+                #[inline(always)]
+                || kernel.run::<avx512::Avx512>(),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 if self.is_available() => self.run(
+                #[inline(always)]
+                || kernel.run::<avx2::Avx2>(),
+            ),
+            _ => kernel.run::<portable::Portable>(),
+        }
+    }
+}

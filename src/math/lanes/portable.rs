@@ -1,0 +1,199 @@
+//! Lanes in plain Rust, for every machine: the compiler makes of them what the program was built for.
+
+use std::array::from_fn;
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::{Lanes, Line};
+
+const COUNT: usize = 4;
+
+#[derive(Clone, Copy)]
+pub(super) struct Portable([f32; COUNT]);
+
+impl Portable {
+    #[inline(always)]
+    fn with(self, other: Self, both: impl Fn(f32, f32) -> f32) -> Self {
+        Self(from_fn(
+            #[inline(always)]
+            |lane| both(self.0[lane], other.0[lane]),
+        ))
+    }
+}
+
+macro_rules! operator {
+    ($name:ident, $function:ident) => {
+        impl $name for Portable {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                self.with(other, |a, b| a.$function(b))
+            }
+        }
+    };
+}
+operator!(Add, add);
+operator!(Sub, sub);
+operator!(Mul, mul);
+operator!(Div, div);
+
+/// Rounded once where that is an instruction of what the program was built for, and no call.
+#[inline(always)]
+fn mul_add(a: f32, b: f32, c: f32) -> f32 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+        a.mul_add(b, c)
+    } else {
+        a * b + c
+    }
+}
+
+impl Lanes for Portable {
+    type Words = [u32; COUNT];
+
+    const COUNT: usize = COUNT;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self([value; COUNT])
+    }
+
+    #[inline(always)]
+    fn load(line: &Line, part: usize) -> Self {
+        Self(from_fn(|lane| line.0[part * COUNT + lane]))
+    }
+
+    #[inline(always)]
+    fn store(self, line: &mut Line, part: usize) {
+        line.0[part * COUNT..(part + 1) * COUNT].copy_from_slice(&self.0);
+    }
+
+    /// Plain Rust has no way past the caches.
+    #[inline(always)]
+    fn stream(self, line: &mut Line, part: usize) {
+        self.store(line, part);
+    }
+
+    #[inline(always)]
+    fn fence() {}
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, sum: Self) -> Self {
+        Self(from_fn(|lane| {
+            mul_add(self.0[lane], factor.0[lane], sum.0[lane])
+        }))
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, factor: Self, sum: Self) -> Self {
+        Self(from_fn(|lane| {
+            mul_add(-self.0[lane], factor.0[lane], sum.0[lane])
+        }))
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f32::sqrt))
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self(self.0.map(f32::floor))
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.with(other, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.with(other, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn copy_sign(self, sign: Self) -> Self {
+        self.with(sign, f32::copysign)
+    }
+
+    #[inline(always)]
+    fn first(self) -> f32 {
+        self.0[0]
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.0.iter().fold(
+            self.0[0],
+            |least, &value| if value < least { value } else { least },
+        )
+    }
+
+    #[inline(always)]
+    fn all_below(self, bound: f32) -> bool {
+        self.0
+            .iter()
+            .fold(true, |all, &value| all & (value < bound))
+    }
+
+    #[inline(always)]
+    fn splat_words(word: u32) -> [u32; COUNT] {
+        [word; COUNT]
+    }
+
+    #[inline(always)]
+    fn truncated(self) -> [u32; COUNT] {
+        self.0.map(|value| value as i32 as u32)
+    }
+
+    #[inline(always)]
+    fn load_words(line: &Line, part: usize) -> [u32; COUNT] {
+        Self::load(line, part).0.map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn from_bits(words: [u32; COUNT]) -> Self {
+        Self(words.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn sum(a: [u32; COUNT], b: [u32; COUNT]) -> [u32; COUNT] {
+        from_fn(|lane| a[lane].wrapping_add(b[lane]))
+    }
+
+    #[inline(always)]
+    fn pair(low: [u32; COUNT], high: [u32; COUNT]) -> [u32; COUNT] {
+        from_fn(|lane| high[lane] << 16 | low[lane])
+    }
+
+    #[inline(always)]
+    fn window(table: &[u32], start: usize, places: [u32; COUNT]) -> [u32; COUNT] {
+        let table = &table[start..][..COUNT];
+        places.map(
+            #[inline(always)]
+            |place| table[place as usize % COUNT],
+        )
+    }
+
+    #[inline(always)]
+    fn gather(table: &[u32], places: [u32; COUNT]) -> [u32; COUNT] {
+        places.map(
+            #[inline(always)]
+            |place| table.get(place as usize).copied().unwrap_or(0),
+        )
+    }
+
+    #[inline(always)]
+    fn dot_pairs(a: [u32; COUNT], b: [u32; COUNT]) -> Self {
+        let low = |word: u32| i32::from(word as i16);
+        let high = |word: u32| (word as i32) >> 16;
+        Self(from_fn(|lane| {
+            let (a, b) = (a[lane], b[lane]);
+            (low(a) * low(b)).wrapping_add(high(a) * high(b)) as f32
+        }))
+    }
+
+    #[inline(always)]
+    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
+        from_fn(|column| Line(from_fn(|row| lines[row].0[column])))
+    }
+}

@@ -1,0 +1,166 @@
+//! Every kind of lanes against the portable one, and that against plain arithmetic.
+
+use super::*;
+
+/// Some of everything, written over lanes: what it gives must be the same bits on all registers.
+struct Everything<'a> {
+    numbers: &'a [Line; 16],
+    table: &'a [u32],
+}
+
+impl Kernel for Everything<'_> {
+    type Out = Vec<Line>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Vec<Line> {
+        let mut out = Vec::new();
+        let mut keep = |value: &dyn Fn(usize) -> L| {
+            let mut stored = Line::ZERO;
+            let mut streamed = Line::ZERO;
+            for part in 0..L::PARTS {
+                value(part).store(&mut stored, part);
+                value(part).stream(&mut streamed, part);
+            }
+            L::fence();
+            out.extend([stored, streamed]);
+        };
+        let a = |part| L::load(&self.numbers[0], part);
+        let b = |part| L::load(&self.numbers[1], part);
+        let words = |part| (a(part) * a(part) * L::splat(50.0)).truncated();
+        let as_number = |words| L::dot_pairs(words, L::splat_words(1 << 16 | 3));
+        keep(&|part| a(part) + b(part));
+        keep(&|part| a(part) - b(part));
+        keep(&|part| a(part) * b(part));
+        keep(&|part| a(part) / b(part));
+        keep(&|part| (a(part) * a(part)).sqrt());
+        keep(&|part| a(part).floor());
+        keep(&|part| a(part).max(b(part)));
+        keep(&|part| b(part).max(L::splat(f32::NAN)).min(a(part)));
+        keep(&|part| L::splat(f32::NAN).max(a(part)));
+        keep(&|part| L::splat(f32::NAN).min(a(part)));
+        keep(&|part| a(part).copy_sign(b(part)));
+        keep(&|part| as_number(words(part)));
+        keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
+        keep(&|part| as_number(L::sum(words(part), L::splat_words(99))));
+        let few = |part| (a(part) * a(part) * L::splat(0.5)).truncated();
+        keep(&|part| L::from_bits(L::window(self.table, 5, few(part))));
+        keep(&|part| L::from_bits(L::gather(self.table, words(part))));
+        keep(&|part| L::from_bits(L::gather(self.table, L::load_words(&self.numbers[0], part))));
+        let all_below = (0..L::PARTS).all(|part| a(part).all_below(4.0));
+        let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
+        keep(&|_| L::splat(f32::from(u8::from(all_below) + 2 * u8::from(some_above))));
+        keep(&|_| L::splat(a(0).first()));
+        keep(&|part| L::splat(a(part).least()).min(L::splat(a(L::PARTS - 1 - part).least())));
+        out.extend(L::transpose(self.numbers.each_ref()));
+        out
+    }
+}
+
+fn numbers() -> [Line; 16] {
+    std::array::from_fn(|row| {
+        Line(std::array::from_fn(|lane| {
+            ((row * 16 + lane) as f32 * 0.7).sin() * 3.7
+        }))
+    })
+}
+
+fn bits(lines: &[Line]) -> Vec<[u32; 16]> {
+    lines.iter().map(|line| line.0.map(f32::to_bits)).collect()
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    // Small ones too, so that the numbers are not NaN.
+    let table: Vec<u32> = (0..300)
+        .map(|index| (index as f32 * 1.3).to_bits())
+        .collect();
+    let run = |isa: Isa| {
+        isa.on_lanes(Everything {
+            numbers: &numbers(),
+            table: &table,
+        })
+    };
+    let portable = run(Isa::Portable);
+    for isa in Isa::available() {
+        for (index, (found, expected)) in bits(&run(isa)).iter().zip(bits(&portable)).enumerate() {
+            assert_eq!(*found, expected, "{isa:?}, line {index}");
+        }
+    }
+}
+
+#[test]
+fn what_lanes_give_is_plain_arithmetic() {
+    let (numbers, table) = (numbers(), [0u32; 64]);
+    let out = Isa::Portable.on_lanes(Everything {
+        numbers: &numbers,
+        table: &table,
+    });
+    for lane in 0..16 {
+        let (a, b) = (numbers[0].0[lane], numbers[1].0[lane]);
+        let word = (a * a * 50.0) as u32;
+        let expected = [
+            a + b,
+            a - b,
+            a * b,
+            a / b,
+            (a * a).sqrt(),
+            a.floor(),
+            a.max(b),
+            f32::NAN.min(a),
+            a,
+            a,
+            a.copysign(b),
+            (3 * (word & 0xffff)) as f32,
+            (3 * word + 77) as f32,
+            (3 * (word + 99)) as f32,
+        ];
+        for (index, expected) in expected.into_iter().enumerate() {
+            assert_eq!(out[2 * index].0[lane], expected, "number {index}");
+            assert_eq!(
+                out[2 * index + 1].0[lane],
+                expected,
+                "number {index}, streamed"
+            );
+        }
+        for row in 0..16 {
+            assert_eq!(out[out.len() - 16 + row].0[lane], numbers[lane].0[row]);
+        }
+    }
+}
+
+/// A product and a sum, fused and not.
+struct Fused<'a>(&'a [Line; 3]);
+
+impl Kernel for Fused<'_> {
+    type Out = [Line; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> [Line; 2] {
+        let mut out = [Line::ZERO; 2];
+        for part in 0..L::PARTS {
+            let [a, b, c] = self.0.each_ref().map(|line| L::load(line, part));
+            a.mul_add(b, c).store(&mut out[0], part);
+            a.neg_mul_add(b, c).store(&mut out[1], part);
+        }
+        out
+    }
+}
+
+#[test]
+fn products_are_fused_where_the_machine_can() {
+    let [a, b, c, ..] = numbers();
+    for isa in Isa::available().filter(|&isa| isa != Isa::Portable) {
+        let out = isa.on_lanes(Fused(&[a, b, c]));
+        for lane in 0..16 {
+            let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
+            assert_eq!(out[0].0[lane], a.mul_add(b, c), "{isa:?}");
+            assert_eq!(out[1].0[lane], (-a).mul_add(b, c), "{isa:?}");
+        }
+    }
+    let out = Isa::Portable.on_lanes(Fused(&[a, b, c]));
+    for lane in 0..16 {
+        let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
+        assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
+        assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,253 @@
+//! A crowd's oracle: slerp and the chain of joints in double precision, one character at a time.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec3};
+use sabaki::anim::{Clip, JointId, Skeleton};
+use sabaki::crowd::{
+    Character, CharacterId, ClipId, Crowd, CrowdSettings, Fade, Form, Layout, LevelId, Memory,
+    Output, Placement, Region, Repertoire,
+};
+use sabaki::lod::{Level, LevelMotion, Levels, rehang};
+use sabaki::math::{Isa, Line, Rigid2};
+
+use super::random::Random;
+
+/// The clips on one level.
+pub struct Oracle {
+    motions: Vec<LevelMotion>,
+}
+
+impl Oracle {
+    pub fn new(skeleton: &Skeleton, clips: &[Clip], level: &Level) -> Self {
+        let motion = |clip| rehang(skeleton, clip, level).unwrap();
+        Self {
+            motions: clips.iter().map(motion).collect(),
+        }
+    }
+
+    /// A character's joints in the world, so many seconds after it was described.
+    pub fn pose(&self, character: &Character, seconds: f64) -> Vec<DAffine3> {
+        let at = |clip: ClipId, time: f32, speed: f32| {
+            let motion = &self.motions[usize::from(clip.0)];
+            (
+                motion,
+                moment(motion, f64::from(time) + f64::from(speed) * seconds),
+            )
+        };
+        let first = at(character.clip, character.time, character.speed);
+        let second = character.fade.map(
+            |Fade {
+                 clip,
+                 time,
+                 speed,
+                 weight,
+             }| { (at(clip, time, speed), f64::from(weight)) },
+        );
+        let ground = character.placement.ground;
+        let world = DAffine3::from_rotation_translation(
+            DQuat::from_rotation_y(f64::from(ground.heading())),
+            DVec3::new(
+                f64::from(ground.x),
+                f64::from(character.placement.height),
+                f64::from(ground.z),
+            ),
+        );
+        let mut joints: Vec<DAffine3> = Vec::new();
+        for (index, parent) in first.0.parents.iter().enumerate() {
+            let (mut turn, mut place) = local(first.0, first.1, index);
+            if let Some((second, weight)) = second {
+                let (other, there) = local(second.0, second.1, index);
+                let other = if turn.dot(other) < 0.0 { -other } else { other };
+                turn = (turn * (1.0 - weight) + other * weight).normalize();
+                place = place.lerp(there, weight);
+            }
+            let above = parent.map_or(world, |parent| joints[usize::from(parent)]);
+            joints.push(above * DAffine3::from_rotation_translation(turn, place));
+        }
+        joints
+    }
+}
+
+/// The frame before a time and the share of the way to the next.
+fn moment(motion: &LevelMotion, seconds: f64) -> (usize, f64) {
+    let intervals = (motion.frames - 1).max(1) as f64;
+    let at = (seconds * f64::from(motion.frame_rate)).rem_euclid(intervals);
+    let at = if at.is_finite() { at } else { 0.0 };
+    (at as usize, at.fract())
+}
+
+fn local(motion: &LevelMotion, (frame, share): (usize, f64), joint: usize) -> (DQuat, DVec3) {
+    let track = &motion.tracks[joint];
+    let next = (frame + 1).min(motion.frames - 1);
+    let turn = |frame: usize| track.rotations[frame].as_dquat().normalize();
+    let place = |frame| track.translations.at(frame).as_dvec3();
+    (
+        turn(frame).slerp(turn(next), share),
+        place(frame).lerp(place(next), share),
+    )
+}
+
+/// A skeleton, clips and levels, in both the crowd's form and the oracle's.
+pub struct Stage {
+    pub repertoire: Arc<Repertoire>,
+    oracles: Vec<Oracle>,
+}
+
+impl Stage {
+    /// Level 0 keeps all; each further one loses the joint named.
+    pub fn new(skeleton: Skeleton, clips: Vec<Clip>, removed: &[u16]) -> Self {
+        let order: Vec<(JointId, f32)> = removed.iter().map(|&id| (JointId(id), 1.0)).collect();
+        let levels = Levels::in_order(&skeleton, &order).unwrap();
+        Self::on_levels(&skeleton, &clips, &levels)
+    }
+
+    pub fn on_levels(skeleton: &Skeleton, clips: &[Clip], levels: &Levels) -> Self {
+        let repertoire = Repertoire::new(skeleton, clips, &levels.levels).unwrap();
+        let oracle = |level| Oracle::new(skeleton, clips, level);
+        Self {
+            repertoire: Arc::new(repertoire),
+            oracles: levels.levels.iter().map(oracle).collect(),
+        }
+    }
+
+    /// Characters of every clip and level, at every moment and place, some with a second clip.
+    pub fn characters(&self, count: usize, seed: u64) -> Vec<Character> {
+        let mut random = Random::new(seed);
+        (0..count).map(|_| self.character(&mut random)).collect()
+    }
+
+    fn character(&self, random: &mut Random) -> Character {
+        let clips = self.repertoire.clips();
+        let clip = |random: &mut Random| ClipId(random.below(clips) as u16);
+        let mut number = |from: f32, to: f32| from + (to - from) * unit(random);
+        let placement = Placement {
+            ground: Rigid2::new(number(-3.1, 3.1), number(-4.0, 4.0), number(-4.0, 4.0)),
+            height: number(-1.0, 1.0),
+        };
+        let fade = Fade {
+            clip: ClipId(0),
+            time: number(-1.0, 9.0),
+            speed: number(-2.0, 2.0),
+            weight: number(0.0, 1.0),
+        };
+        Character {
+            time: number(-1.0, 9.0),
+            speed: number(-1.0, 2.0),
+            placement,
+            clip: clip(random),
+            level: LevelId(random.below(self.repertoire.levels()) as u16),
+            fade: (random.below(5) == 0).then(|| Fade {
+                clip: clip(random),
+                ..fade
+            }),
+        }
+    }
+}
+
+fn unit(random: &mut Random) -> f32 {
+    (random.next() >> 40) as f32 / (1 << 24) as f32
+}
+
+/// Every form and layout, into memory of every kind.
+pub fn forms() -> Vec<Output> {
+    let mut all = Vec::new();
+    for form in [Form::Matrices, Form::Rotations] {
+        for layout in [Layout::Blocks, Layout::Rows] {
+            for memory in [Memory::Cached, Memory::Streamed] {
+                all.push(Output {
+                    form,
+                    layout,
+                    memory,
+                });
+            }
+        }
+    }
+    all
+}
+
+pub fn settings(output: Output, isa: Isa, threads: usize) -> CrowdSettings {
+    CrowdSettings {
+        output,
+        isa,
+        threads,
+    }
+}
+
+pub fn crowd_of(
+    stage: &Stage,
+    characters: &[Character],
+    settings: CrowdSettings,
+) -> (Crowd, Vec<CharacterId>) {
+    let mut crowd = Crowd::new(Arc::clone(&stage.repertoire), settings);
+    let ids = characters
+        .iter()
+        .map(|character| crowd.add(character).unwrap());
+    let ids = ids.collect();
+    (crowd, ids)
+}
+
+pub fn posed(crowd: &mut Crowd) -> Vec<Line> {
+    let mut out = vec![Line([f32::NAN; 16]); crowd.lines()];
+    crowd.pose(&mut out).unwrap();
+    out
+}
+
+/// The largest distance between a joint, or a point 0.1 m from it along one of its axes, and where
+/// the oracle has it, after so many seconds.
+pub fn furthest(
+    stage: &Stage,
+    characters: &[Character],
+    settings: CrowdSettings,
+    seconds: f32,
+) -> f64 {
+    let (mut crowd, ids) = crowd_of(stage, characters, settings);
+    crowd.advance(seconds);
+    let out = posed(&mut crowd);
+    let mut furthest: f64 = 0.0;
+    for (&id, character) in ids.iter().zip(characters) {
+        let region = crowd.region(id).unwrap();
+        let level = usize::from(character.level.0).min(stage.oracles.len() - 1);
+        let expected = stage.oracles[level].pose(character, f64::from(seconds));
+        assert_eq!(region.joints, expected.len());
+        for (joint, expected) in expected.iter().enumerate() {
+            let found = joint_of(&out, &region, settings.output.form, joint);
+            let far = |point: DVec3| {
+                found
+                    .transform_point3(point)
+                    .distance(expected.transform_point3(point))
+            };
+            let axes = [DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1, DVec3::Z * 0.1];
+            for apart in axes.map(far) {
+                assert!(!apart.is_nan(), "{character:?} joint {joint}");
+                furthest = furthest.max(apart);
+            }
+        }
+    }
+    furthest
+}
+
+/// A joint as it was written.
+pub fn joint_of(out: &[Line], region: &Region, form: Form, joint: usize) -> DAffine3 {
+    let number = |number| f64::from(region.number(out, joint, number));
+    match form {
+        Form::Matrices => DAffine3::from_cols_array(&[
+            number(0),
+            number(4),
+            number(8),
+            number(1),
+            number(5),
+            number(9),
+            number(2),
+            number(6),
+            number(10),
+            number(3),
+            number(7),
+            number(11),
+        ]),
+        Form::Rotations => DAffine3::from_rotation_translation(
+            DQuat::from_array([0, 1, 2, 3].map(number)),
+            DVec3::from_array([4, 5, 6].map(number)),
+        ),
+    }
+}
