@@ -102,8 +102,12 @@ mod table {
         if point.name != "main" {
             return Err(format!("its entry point is {:?}, not main", point.name));
         }
-        let (mut bindings, mut push_constants) = (String::new(), 0);
+        let (mut bindings, mut push_constants, mut shared) = (String::new(), 0, 0);
+        let mut storage_buffers = 0;
         for (_, variable) in module.global_variables.iter() {
+            if matches!(variable.space, AddressSpace::Storage { .. }) {
+                storage_buffers += 1;
+            }
             let size = module.types[variable.ty].inner.size(module.to_ctx());
             match variable.space {
                 AddressSpace::Immediate => {
@@ -119,7 +123,8 @@ mod table {
                         at.group, at.binding
                     );
                 }
-                AddressSpace::Private | AddressSpace::Function | AddressSpace::WorkGroup => {}
+                AddressSpace::WorkGroup => shared += size,
+                AddressSpace::Private | AddressSpace::Function => {}
                 other => return Err(format!("variables in {other:?} are not used here")),
             }
         }
@@ -135,8 +140,9 @@ mod table {
         let _ = writeln!(
             text,
             "pub(crate) const {}: Shader = Shader {{ name: {name:?}, stage: Stage::{stage}, push_constants: \
-             {push_constants}, bindings: &[{bindings}], words: &[{}] }};",
+             {push_constants}, shared: {shared}, storage_buffers: {storage_buffers}, group: {:?}, bindings: &[{bindings}], words: &[{}] }};",
             name.replace('.', "_").to_uppercase(),
+            point.workgroup_size,
             words.join(", "),
         );
         Ok(())

@@ -18,6 +18,7 @@
 //!
 //! | room | what stands in it |
 //! | --- | --- |
+//! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
 //! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
 //! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
@@ -30,7 +31,8 @@
 //! # Invariants
 //! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data
 //!   (maps and candidates) and takes plain data back (counts).
-//! - Architecture invariant: `vk::` and `ash` stand in `gpu` alone; `unsafe` too.
+//! - Architecture invariant: `vk::` and `ash` stand in `gpu` alone; `unsafe` too, but for `capi`, whose callers
+//!   hand over pointers, and one file of `math`.
 //! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers
 //!   can differ.
 //!
@@ -42,6 +44,8 @@
 
 pub mod anim;
 pub mod avoid;
+#[cfg(feature = "capi")]
+mod capi;
 pub mod crowd;
 #[cfg(feature = "demo")]
 pub mod demo;

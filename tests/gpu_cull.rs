@@ -7,10 +7,10 @@ mod common;
 use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
 use common::cull_cases::{self, Path};
 use common::maps::attack_of;
-use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
+use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
     avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
-    gpu::{GpuError, Headless, stencil::CullerDesc},
+    gpu::{GpuError, Terms, Without, stencil::CullerDesc},
     region::{MapGrid, MapRect, RegionId, Slab},
 };
 
@@ -218,8 +218,9 @@ fn every_stencil_format_agrees() {
         attack: &attack,
         candidates: &candidates,
     };
-    for format in FALLBACK_FORMATS {
-        let mut device = device_with(format);
+    for (terms, format) in FALLBACK_FORMATS {
+        let mut device = device_on(terms);
+        assert_eq!(device.context().unwrap().stencil_format(), format);
         let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
         let counts = device.cull(&mut culler, &input).unwrap();
         assert_eq!(counts, counted(&input), "{format:?}");
@@ -230,11 +231,13 @@ fn every_stencil_format_agrees() {
 
 #[test]
 fn without_precise_queries_some_and_none_are_still_right() {
-    let mut device = Headless::new(&sabaki::gpu::HeadlessDesc {
-        without_precise_queries: true,
-        ..common::desc()
-    })
-    .unwrap();
+    let mut device = device_on(Terms {
+        without: Without {
+            precise_queries: true,
+            ..Without::default()
+        },
+        ..Terms::default()
+    });
     let mut random = Random(5);
     let atlas = atlas(&mut random, 20);
     let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));

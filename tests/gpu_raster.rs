@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{FALLBACK_FORMATS, Random, device, device_with, drifting, finish};
+use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
     gpu::{
         GpuError, Headless,
@@ -145,8 +145,9 @@ fn every_stencil_format_agrees() {
     let drawings: Vec<_> = (0..20)
         .map(|index| drifting(&mut random, rect(0, 0, 30, 20), 1 + 15 * index, 4))
         .collect();
-    for format in FALLBACK_FORMATS {
-        let mut device = device_with(format);
+    for (terms, format) in FALLBACK_FORMATS {
+        let mut device = device_on(terms);
+        assert_eq!(device.context().unwrap().stencil_format(), format);
         agree(&mut device, 128, &drawings);
         finish(device);
     }

@@ -46,6 +46,7 @@ fn metadata() -> Value {
         ("demo", cfg!(feature = "demo")),
         ("cli", cfg!(feature = "cli")),
         ("vulkan", cfg!(feature = "vulkan")),
+        ("capi", cfg!(feature = "capi")),
         ("shaderc", cfg!(feature = "shaderc")),
     ]
     .into_iter()

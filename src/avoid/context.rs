@@ -13,6 +13,8 @@ use crate::region::{CellColumn, PathId, TouchedCells};
 /// allocated any more. Of no use to read; each thread has its own.
 #[derive(Clone, Debug, Default)]
 pub struct QueryContext {
+    /// Of the query that it was last used for.
+    pub(super) serial: u64,
     /// Those with maps come first.
     pub(super) candidates: Vec<Candidate>,
     /// Paths to an evasion that no rate brings in time, where they are listed.

@@ -30,5 +30,5 @@ pub use attack::{Attack, AttackError};
 pub use context::QueryContext;
 pub use judge::Judging;
 pub use moves::{MoveSettings, SearchReport};
-pub use prepared::{Prepared, Verdict};
+pub use prepared::{Paused, Prepared, Verdict};
 pub use query::{Enumerate, Lookup, Query, QuerySettings};

@@ -8,6 +8,7 @@
 //! is at that time, and what is chosen as clean is tested on its very motion. The price is paid in just
 //! those queries: an exact test of each removed candidate, up to its first hit, and the wider search.
 
+use super::Attack;
 use super::Query;
 use super::answer::{Answer, Decision, Source};
 use super::candidate::{Candidate, Way};
@@ -20,6 +21,7 @@ use super::placement::{PlacedRegion, Scene, clock};
 use super::query::{Enumerate, Lookup};
 use super::retime::Rate;
 use super::situation::Situation;
+use crate::graph::Playhead;
 
 /// A query between its two halves: candidates that wait for the counts of a culling path.
 #[derive(Debug)]
@@ -28,6 +30,15 @@ pub struct Prepared<'a, 'c> {
     situation: Situation<'c>,
     context: &'c mut QueryContext,
     source: Source,
+}
+
+/// A query that waits for its counts and holds on to nothing meanwhile: for whoever keeps queries from frame to frame.
+/// [`Query::resume`] takes it up again.
+#[derive(Clone, Copy, Debug)]
+pub struct Paused {
+    playhead: Playhead,
+    source: Source,
+    serial: u64,
 }
 
 /// What became of a query.
@@ -46,6 +57,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
         situation: Situation<'c>,
         context: &'c mut QueryContext,
     ) -> Self {
+        context.serial += 1;
         let mut prepared = Self {
             query,
             situation,
@@ -62,6 +74,29 @@ impl<'a, 'c> Prepared<'a, 'c> {
         }
         prepared.gather(None);
         prepared
+    }
+
+    /// Lets go of context and attack until [`Query::resume`].
+    #[must_use]
+    pub fn pause(self) -> Paused {
+        Paused {
+            playhead: self.situation.playhead,
+            source: self.source,
+            serial: self.context.serial,
+        }
+    }
+
+    pub(super) fn resume(
+        query: Query<'a>,
+        (paused, attack): (Paused, &'c Attack),
+        context: &'c mut QueryContext,
+    ) -> Option<Self> {
+        (context.serial == paused.serial).then(|| Self {
+            query,
+            situation: Situation::new(query.baked, paused.playhead, attack),
+            context,
+            source: paused.source,
+        })
     }
 
     fn gather(&mut self, lookup: Option<Lookup>) {
@@ -193,6 +228,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
     /// The same query with the candidates from everywhere.
     fn widened(mut self, court: CourtScratch) -> Verdict<'a, 'c> {
         self.context.court = court;
+        self.context.serial += 1;
         self.source = Source::NothingClean;
         self.gather(None);
         Verdict::Widened(self)

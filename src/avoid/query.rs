@@ -11,7 +11,7 @@ use super::prepared::Verdict;
 use super::retime::RateSettings;
 use super::score::Weights;
 use super::situation::Situation;
-use super::{Answer, Attack, Judging, Prepared};
+use super::{Answer, Attack, Judging, Paused, Prepared};
 use crate::graph::Playhead;
 use crate::region::BakedGraph;
 
@@ -125,6 +125,18 @@ impl<'a> Query<'a> {
     ) -> Prepared<'a, 'c> {
         let situation = Situation::new(self.baked, playhead, attack);
         Prepared::new(*self, situation, context)
+    }
+
+    /// Takes up a paused query. `None` where `context` has been used for another one since. The query, the attack and the
+    /// context are those that it was prepared with.
+    #[must_use]
+    pub fn resume<'c>(
+        &self,
+        paused: Paused,
+        attack: &'c Attack,
+        context: &'c mut QueryContext,
+    ) -> Option<Prepared<'a, 'c>> {
+        Prepared::resume(*self, (paused, attack), context)
     }
 
     /// The whole query, culled on the CPU.

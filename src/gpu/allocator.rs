@@ -7,11 +7,11 @@ use std::{
 
 use ash::vk;
 use gpu_allocator::{
-    MemoryLocation,
-    vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator},
+    AllocationSizes, AllocatorDebugSettings, MemoryLocation,
+    vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc},
 };
 
-use super::{Block, GpuError, Memory, MemoryDesc, MemoryUse};
+use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse};
 
 /// Memory from a [`gpu_allocator::vulkan::Allocator`] that the caller goes on using.
 ///
@@ -32,6 +32,26 @@ impl GpuAllocatorMemory {
             live: HashMap::new(),
             next_token: 0,
         }
+    }
+
+    /// Makes an allocator of its own, in small blocks: maps are small.
+    ///
+    /// # Errors
+    /// [`GpuError::Memory`] in gpu-allocator's words.
+    pub fn of(context: &Context) -> Result<Self, GpuError> {
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: context.instance().clone(),
+            device: context.device().clone(),
+            physical_device: context.physical_device(),
+            debug_settings: AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: AllocationSizes::new(32 << 20, 32 << 20),
+        });
+        let allocator = allocator.map_err(|error| GpuError::Memory {
+            name: "gpu-allocator".to_owned(),
+            reason: error.to_string(),
+        })?;
+        Ok(Self::new(Arc::new(Mutex::new(allocator))))
     }
 
     /// How many blocks have not been given back.

@@ -2,53 +2,96 @@
 //!
 //! Architecture invariant: nothing here creates or destroys an instance, a device or a queue.
 
-use std::ffi::CString;
+use std::ffi::{CStr, CString, c_void};
 
 use ash::vk::{self, Handle};
 
-use super::{
-    GpuError,
-    requirements::{self, Report},
-};
+use super::{GpuError, Report, Terms, check, drivers, limits};
 
 /// The caller's objects, and what it switched on when it made them.
 #[derive(Clone, Copy)]
 pub struct ContextDesc<'a> {
-    /// Made with `apiVersion` 1.3 or later.
+    /// Made with [`Terms::api_version`] as its `apiVersion`.
     pub instance: &'a ash::Instance,
     /// Of `instance`.
     pub physical_device: vk::PhysicalDevice,
-    /// Of `physical_device`, with `dynamicRendering` and `synchronization2` enabled.
+    /// Of `physical_device`, with `dynamicRendering` and `synchronization2` enabled; below Vulkan 1.3 also
+    /// `extendedDynamicState` and the extensions that [`Report::extensions`] names.
     pub device: &'a ash::Device,
-    /// The family of the queue that the recorded commands will run on; it must offer graphics.
+    /// The family of the queue that the recorded commands will run on. The `stencil` path needs graphics there, the
+    /// `compute` path compute.
     pub queue_family: u32,
     /// Whether `occlusionQueryPrecise` is enabled on `device`.
     pub precise_queries: bool,
     /// Whether `VK_EXT_debug_utils` is enabled on `instance`: objects then get names.
     pub debug_names: bool,
-    /// The format of stencil targets; `None` for the best that the device has, as in [`Report::stencil_format`].
-    pub stencil_format: Option<vk::Format>,
+    /// The version of the instance, and what is done without.
+    pub terms: Terms,
 }
 
-/// The same, for a caller that does not use `ash`.
-#[derive(Clone, Copy)]
+/// The same by raw handles, for a caller that does not use `ash`, or another version of it.
+///
+/// A handle is its 64 bits: a pointer's for `VkInstance`, `VkPhysicalDevice` and `VkDevice` (`Handle::as_raw` of any `ash`).
+#[derive(Clone, Copy, Debug)]
 pub struct RawContextDesc {
-    /// The loader's `vkGetInstanceProcAddr`.
-    pub get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
-    /// `VkInstance`, made with `apiVersion` 1.3 or later.
-    pub instance: vk::Instance,
+    /// The `vkGetInstanceProcAddr` that the instance was made with.
+    pub get_instance_proc_addr: *const c_void,
+    /// `VkInstance`, as [`ContextDesc::instance`].
+    pub instance: u64,
     /// `VkPhysicalDevice`.
-    pub physical_device: vk::PhysicalDevice,
-    /// `VkDevice`, with `dynamicRendering` and `synchronization2` enabled.
-    pub device: vk::Device,
+    pub physical_device: u64,
+    /// `VkDevice`, as [`ContextDesc::device`].
+    pub device: u64,
     /// As [`ContextDesc::queue_family`].
     pub queue_family: u32,
     /// As [`ContextDesc::precise_queries`].
     pub precise_queries: bool,
     /// As [`ContextDesc::debug_names`].
     pub debug_names: bool,
-    /// As [`ContextDesc::stencil_format`].
-    pub stencil_format: Option<vk::Format>,
+    /// As [`ContextDesc::terms`].
+    pub terms: Terms,
+}
+
+/// `VkCommandBuffer` by its pointer's 64 bits, for `record`: for callers that use another `ash`, or none.
+#[must_use]
+pub fn command_buffer(raw: u64) -> vk::CommandBuffer {
+    vk::CommandBuffer::from_raw(raw)
+}
+
+/// [`check`] by raw handles; [`RawContextDesc::device`] may be 0, and the queue family anything.
+///
+/// # Errors
+/// [`GpuError::Missing`] where another handle or the function is null.
+///
+/// # Safety
+/// As for [`check`], and `get_instance_proc_addr` is null or the function that the instance was made with.
+pub unsafe fn check_raw(desc: &RawContextDesc) -> Result<Report, GpuError> {
+    // SAFETY: the caller vouches for pointer and handles.
+    unsafe {
+        let instance = instance_of(desc)?;
+        let physical_device = vk::PhysicalDevice::from_raw(desc.physical_device);
+        Ok(check(&instance, physical_device, &desc.terms))
+    }
+}
+
+/// # Safety
+/// As for [`check_raw`].
+unsafe fn instance_of(desc: &RawContextDesc) -> Result<ash::Instance, GpuError> {
+    if desc.get_instance_proc_addr.is_null() || desc.instance == 0 || desc.physical_device == 0 {
+        return Err(GpuError::Missing(vec!["a handle that is not null"]));
+    }
+    // SAFETY: the caller vouches for pointer and handles.
+    unsafe {
+        let get_instance_proc_addr = std::mem::transmute::<
+            *const c_void,
+            vk::PFN_vkGetInstanceProcAddr,
+        >(desc.get_instance_proc_addr);
+        let loader = ash::StaticFn {
+            get_instance_proc_addr,
+        };
+        let instance = vk::Instance::from_raw(desc.instance);
+        Ok(ash::Instance::load(&loader, instance))
+    }
 }
 
 /// A device that belongs to somebody else.
@@ -60,9 +103,11 @@ pub struct Context {
     physical_device: vk::PhysicalDevice,
     device: ash::Device,
     queue_family: u32,
+    queue_flags: vk::QueueFlags,
     precise_queries: bool,
     stencil_format: vk::Format,
     limits: vk::PhysicalDeviceLimits,
+    most_queries: u64,
     names: Option<ash::ext::debug_utils::Device>,
 }
 
@@ -88,10 +133,10 @@ impl Context {
     /// [`ContextDesc`] names are enabled as it says.
     pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self, GpuError> {
         // SAFETY: the caller vouches for the handles.
-        let report = unsafe { requirements::check(desc.instance, desc.physical_device) };
+        let report = unsafe { check(desc.instance, desc.physical_device, &desc.terms) };
         let Report {
             missing,
-            stencil_format: Some(best),
+            stencil_format: Some(stencil_format),
             ..
         } = report
         else {
@@ -100,58 +145,62 @@ impl Context {
         if !missing.is_empty() {
             return Err(GpuError::Missing(missing));
         }
-        let stencil_format = desc.stencil_format.unwrap_or(best);
         // SAFETY: as above.
-        if !unsafe {
-            requirements::has_stencil(desc.instance, desc.physical_device, stencil_format)
-        } {
-            return Err(GpuError::Missing(vec![
-                "the stencil format that was asked for",
-            ]));
-        }
-        // SAFETY: as above.
-        let properties = unsafe {
-            desc.instance
-                .get_physical_device_properties(desc.physical_device)
+        let (properties, families) = unsafe {
+            let instance = desc.instance;
+            (
+                instance.get_physical_device_properties(desc.physical_device),
+                instance.get_physical_device_queue_family_properties(desc.physical_device),
+            )
         };
+        let Some(family) = families.get(desc.queue_family as usize) else {
+            return Err(GpuError::Missing(vec!["the queue family"]));
+        };
+        // SAFETY: as above; the device has what the report asks for.
+        let device = unsafe { functions(desc, properties.api_version) };
+        let version = properties.api_version.min(desc.terms.api_version);
+        // SAFETY: as above; both know this version.
+        let driver = unsafe { drivers::driver(desc.instance, desc.physical_device, version) };
         let names = desc
             .debug_names
-            .then(|| ash::ext::debug_utils::Device::new(desc.instance, desc.device));
+            .then(|| ash::ext::debug_utils::Device::new(desc.instance, &device));
         Ok(Self {
             instance: desc.instance.clone(),
             physical_device: desc.physical_device,
-            device: desc.device.clone(),
+            device,
             queue_family: desc.queue_family,
+            queue_flags: family.queue_flags,
             precise_queries: desc.precise_queries && report.precise_queries,
             stencil_format,
-            limits: properties.limits,
+            limits: limits::allowed(&properties.limits, &desc.terms.without),
+            most_queries: drivers::most_queries(driver),
             names,
         })
     }
 
-    /// Borrows a device by its raw handles: [`Handle::from_raw`] makes them from any binding's.
+    /// Borrows a device by its raw handles.
     ///
     /// # Errors
-    /// As for [`Context::new`].
+    /// As for [`Context::new`]; [`GpuError::Missing`] too where a handle or the function is null.
     ///
     /// # Safety
-    /// As for [`Context::new`], and the function pointer is the one that the instance was made with.
+    /// As for [`Context::new`], and `get_instance_proc_addr` is null or the function that the instance was made with.
     pub unsafe fn from_raw(desc: &RawContextDesc) -> Result<Self, GpuError> {
-        let loader = ash::StaticFn {
-            get_instance_proc_addr: desc.get_instance_proc_addr,
-        };
+        if desc.device == 0 {
+            return Err(GpuError::Missing(vec!["a handle that is not null"]));
+        }
         // SAFETY: the caller vouches for pointer and handles.
         unsafe {
-            let instance = ash::Instance::load(&loader, desc.instance);
-            let device = ash::Device::load(instance.fp_v1_0(), desc.device);
+            let instance = instance_of(desc)?;
+            let device = vk::Device::from_raw(desc.device);
             Self::new(&ContextDesc {
                 instance: &instance,
-                physical_device: desc.physical_device,
-                device: &device,
+                physical_device: vk::PhysicalDevice::from_raw(desc.physical_device),
+                device: &ash::Device::load(instance.fp_v1_0(), device),
                 queue_family: desc.queue_family,
                 precise_queries: desc.precise_queries,
                 debug_names: desc.debug_names,
-                stencil_format: desc.stencil_format,
+                terms: desc.terms,
             })
         }
     }
@@ -180,6 +229,11 @@ impl Context {
         self.queue_family
     }
 
+    /// Whether that family can do something.
+    pub(crate) fn queue_has(&self, flags: vk::QueueFlags) -> bool {
+        self.queue_flags.contains(flags)
+    }
+
     /// Whether occlusion queries count samples, rather than only say whether there was one.
     #[must_use]
     pub fn precise_queries(&self) -> bool {
@@ -192,9 +246,14 @@ impl Context {
         self.stencil_format
     }
 
-    /// The device's limits.
+    /// The device's limits, as far as [`Terms::without`] leaves them.
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
+    }
+
+    /// Occlusion queries in one submission at most.
+    pub(crate) fn most_queries(&self) -> u64 {
+        self.most_queries
     }
 
     /// The largest side of a stencil target, texels.
@@ -221,4 +280,34 @@ impl Context {
             tracing::debug!("vkSetDebugUtilsObjectNameEXT failed: {result}");
         }
     }
+}
+
+/// The caller's function table; below Vulkan 1.3 one in which the extensions' functions have their later names.
+///
+/// # Safety
+/// As for [`Context::new`].
+unsafe fn functions(desc: &ContextDesc<'_>, device_version: u32) -> ash::Device {
+    if device_version.min(desc.terms.api_version) >= vk::API_VERSION_1_3 {
+        return desc.device.clone();
+    }
+    let (find, device) = (
+        desc.instance.fp_v1_0().get_device_proc_addr,
+        desc.device.handle(),
+    );
+    let lookup = |name: &CStr| -> *const c_void {
+        let with = |suffix: &[u8]| CString::new([name.to_bytes(), suffix].concat());
+        let (khr, ext) = (with(b"KHR"), with(b"EXT"));
+        let names = [&khr, &ext].map(|one| one.as_deref().unwrap_or(name));
+        let names = [names[0], names[1], name];
+        // SAFETY: the caller vouches for the device; all names end with a zero byte.
+        let found = names.map(|name| unsafe { find(device, name.as_ptr()) });
+        found
+            .into_iter()
+            .flatten()
+            .next()
+            .map_or(std::ptr::null(), |function| function as *const c_void)
+    };
+    // SAFETY: Vulkan's own lookup function knows what is asked for, and extensions that became part of Vulkan kept their
+    // functions' signatures.
+    unsafe { ash::Device::load_with(lookup, device) }
 }

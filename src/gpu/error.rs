@@ -103,6 +103,16 @@ pub enum Mismatch {
     },
 }
 
+impl GpuError {
+    /// Whether the caller's device is lost. Then everything on it is to be destroyed; after every other error the device,
+    /// and the component that reports it, can go on.
+    #[must_use]
+    pub fn is_device_lost(&self) -> bool {
+        let lost = vk::Result::ERROR_DEVICE_LOST;
+        matches!(self, Self::Call { result, .. } if *result == lost)
+    }
+}
+
 impl From<Mismatch> for GpuError {
     fn from(mismatch: Mismatch) -> Self {
         Self::Mismatch(mismatch)

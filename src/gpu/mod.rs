@@ -3,6 +3,39 @@
 //! The caller gives its own instance, device and queue family ([`Context`]) and a way to get memory ([`Memory`]). Components
 //! record into the caller's command buffers; results are polled, or read when the caller knows that they are there.
 //!
+//! # Contract
+//! A component is a guest in the caller's command buffer.
+//!
+//! | | [`stencil::Culler`] | [`compute::Culler`] | [`stencil::Rasterizer`] |
+//! | --- | --- | --- | --- |
+//! | the queue family has | graphics | compute | graphics |
+//! | the command buffer is | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as `stencil` |
+//! | barriers from the caller, before and after | none | none | none |
+//! | stages that run | copy, clear, vertex, fragment, fragment tests, host | copy, clear, compute, host | copy, vertex, fragment, fragment tests, host |
+//! | left bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
+//! | images of the caller | untouched, no layout changes | the same | the same |
+//!
+//! - **Recording** ([`stencil::Culler::record`], [`compute::Culler::record`]) gives a ticket. It writes to mapped memory and
+//!   records; it submits nothing, waits for nothing, makes nothing, and allocates nothing once it has recorded as much. A buffer is
+//!   primary, or secondary where it does not continue a rendering. It is submitted once at most.
+//! - **Frames in flight**: a slot is one cull between recording and the end of its commands. The caller records into a slot
+//!   again when those have finished, or will never be submitted. What a component shares among its slots it orders itself, on
+//!   condition that all of its culls run on one queue, submitted in the order of recording.
+//! - **Polling** never waits. The last barrier makes the counts visible to the host, so a fence or a semaphore that the host has
+//!   seen is all that is needed. Polling earlier is safe, and says "not yet".
+//! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::avoid::cull::cpu) counts the same from
+//!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device go on.
+//! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
+//!   another one. It is asked while components are made, never later; what is given back is given back by `destroy`, or when
+//!   creation fails half way.
+//! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The command
+//!   buffer and its pool are the caller's to guard.
+//! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is
+//!   logged as an error, and leaks.
+//!
+//! [`requirements()`] lists what a device needs, and [`check()`] asks one. The floor is Vulkan 1.1 with the extensions that
+//! [`Report::extensions`] names; 1.3 needs none.
+//!
 //! - Architecture invariant: nothing here but [`Headless`] submits, waits, or owns a device.
 //! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and says so when it was forgotten.
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
@@ -12,8 +45,10 @@ mod barriers;
 pub mod compute;
 mod context;
 mod counts;
+mod drivers;
 mod error;
 mod headless;
+mod limits;
 mod memory;
 mod pipelines;
 mod requirements;
@@ -28,11 +63,11 @@ pub use ash;
 pub use gpu_allocator;
 
 pub use allocator::GpuAllocatorMemory;
-pub use context::{Context, ContextDesc, RawContextDesc};
+pub use context::{Context, ContextDesc, RawContextDesc, check_raw, command_buffer};
 pub use error::{GpuError, Mismatch};
 pub use headless::{
     Accepted, DeviceChoice, DeviceInfo, DeviceKind, Headless, HeadlessDesc, Message, accepted,
     devices,
 };
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
-pub use requirements::{Report, Requirement, check, requirements};
+pub use requirements::{Report, Requirement, RequirementKind, Terms, Without, check, requirements};

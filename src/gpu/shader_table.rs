@@ -12,6 +12,12 @@ pub(crate) struct Shader {
     pub(crate) stage: Stage,
     /// Bytes.
     pub(crate) push_constants: u32,
+    /// Bytes that a work group shares.
+    pub(crate) shared: u32,
+    /// Invocations of a work group, by axis; zeros where there are no groups.
+    pub(crate) group: [u32; 3],
+    /// Of its buffers, how many are storage buffers.
+    pub(crate) storage_buffers: u32,
     /// Its storage and uniform buffers.
     pub(crate) bindings: &'static [Binding],
     /// SPIR-V.
@@ -115,6 +121,18 @@ const fn stride(shader: &Shader, binding: u32) -> usize {
     0
 }
 
+/// Whether every device takes it, however few its limits: those that Vulkan guarantees (`limits.rs`).
+const fn runs_anywhere(shader: &Shader) -> bool {
+    let [x, y, z] = shader.group;
+    shader.push_constants <= 128
+        && shader.storage_buffers <= 4
+        && shader.shared <= 16_384
+        && x <= 128
+        && y <= 128
+        && z <= 64
+        && x * y * z <= 128
+}
+
 /// Whether all that a shader reads is in the one set there is.
 const fn has_one_set(shader: &Shader) -> bool {
     let mut index = 0;
@@ -128,6 +146,10 @@ const fn has_one_set(shader: &Shader) -> bool {
 }
 
 const _: () = {
+    assert!(runs_anywhere(&DISC_VERT) && runs_anywhere(&DISC_FRAG) && runs_anywhere(&RECT_VERT));
+    assert!(runs_anywhere(&CANDIDATE_VERT) && runs_anywhere(&CANDIDATE_FRAG));
+    assert!(runs_anywhere(&COUNT_COMP));
+
     assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&COUNT_COMP));
     assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());

@@ -56,6 +56,9 @@ impl Uploaded {
         let (from, to) = (self.staging.handle, self.buffer.handle);
         // SAFETY: the caller vouches for `cmd` and staging; both buffers have this size.
         unsafe {
+            // It may be recorded again, behind culls that read the same words.
+            let before = reader.and(Access::TRANSFER_WRITE);
+            barriers::memory(context, cmd, before, Access::TRANSFER_WRITE);
             context.device().cmd_copy_buffer(cmd, from, to, &copy);
             barriers::memory(context, cmd, Access::TRANSFER_WRITE, reader);
         }

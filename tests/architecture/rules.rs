@@ -25,6 +25,12 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["avoid", "crowd", "region", "lod", "graph", "anim", "math"],
     ),
     (
+        "capi",
+        &[
+            "io", "gpu", "avoid", "crowd", "region", "lod", "graph", "anim", "math",
+        ],
+    ),
+    (
         "view",
         &[
             "io", "gpu", "demo", "avoid", "crowd", "region", "lod", "graph", "anim", "math",
@@ -159,14 +165,16 @@ pub(crate) fn device_names(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// `unsafe` stands in gpu/, in the SIMD dispatch file, in the lanes (registers have no safe face) and
-/// in the crew (nor have threads that outlive what they are lent); a block or impl has its SAFETY line, a function its `# Safety`.
+/// `unsafe` stands in gpu/, in capi/ (what C hands over is a pointer), in the SIMD dispatch file, in the lanes (registers
+/// have no safe face) and in the crew (nor have threads that outlive what they are lent); a block or impl has its SAFETY
+/// line, a function its `# Safety`.
 pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
     let code = &source.code;
     let may = is_under(
         source,
         &[
             "src/gpu/",
+            "src/capi/",
             "src/math/isa.rs",
             "src/math/lanes/",
             "src/math/crew.rs",
@@ -181,8 +189,10 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
             UnsafeKind::Other => ("", ""),
         };
         if !may {
-            complaints
-                .push(source.complaint(at, "`unsafe` stands in gpu/, math/{isa,lanes,crew} alone"));
+            complaints.push(source.complaint(
+                at,
+                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} alone",
+            ));
         } else if !comment_above(source, source.line_of(at)).contains(wanted) {
             complaints.push(source.complaint(at, what));
         }

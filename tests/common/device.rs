@@ -2,7 +2,7 @@
 //! generator.
 
 use sabaki::{
-    gpu::{DeviceChoice, Headless, HeadlessDesc, ash::vk},
+    gpu::{DeviceChoice, Headless, HeadlessDesc, Terms, Without, ash::vk},
     region::{Disc, Drawing, MapRect, SUB_TEXELS},
 };
 
@@ -19,19 +19,27 @@ pub(crate) fn desc() -> HeadlessDesc {
     }
 }
 
-/// The formats of stencil targets that do without S8_UINT.
-pub(crate) const FALLBACK_FORMATS: [vk::Format; 2] = [
-    vk::Format::D24_UNORM_S8_UINT,
-    vk::Format::D32_SFLOAT_S8_UINT,
+/// Terms on which stencil targets do without S8_UINT, and the format that they then have.
+pub(crate) const FALLBACK_FORMATS: [(Terms, vk::Format); 2] = [
+    (without_formats(false), vk::Format::D24_UNORM_S8_UINT),
+    (without_formats(true), vk::Format::D32_SFLOAT_S8_UINT),
 ];
 
-/// The same device with another stencil format.
-pub(crate) fn device_with(format: vk::Format) -> Headless {
-    Headless::new(&HeadlessDesc {
-        stencil_format: Some(format),
-        ..desc()
-    })
-    .expect("a device with this stencil format")
+const fn without_formats(d24_s8: bool) -> Terms {
+    Terms {
+        api_version: vk::API_VERSION_1_3,
+        without: Without {
+            precise_queries: false,
+            s8: true,
+            d24_s8,
+            generous_limits: false,
+        },
+    }
+}
+
+/// The same device on other terms.
+pub(crate) fn device_on(terms: Terms) -> Headless {
+    Headless::new(&HeadlessDesc { terms, ..desc() }).expect("a device on these terms")
 }
 
 /// Ends a test: any message of validation, to the very end of the device, fails it.

@@ -3,6 +3,8 @@
 //! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits in
 //! place of a stencil buffer: an invocation a candidate, which walks the attack block by block of texels.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use ash::vk;
 
 use super::{
@@ -91,7 +93,15 @@ pub struct Culler {
     pub(super) capacity: Capacity,
     planes: Planes,
     counted: Counted,
-    uploaded: bool,
+    upload: Upload,
+}
+
+/// How far the maps have come.
+#[derive(Debug, Default)]
+struct Upload {
+    recorded: bool,
+    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
+    done: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -132,7 +142,7 @@ impl Culler {
             capacity,
             planes,
             counted: desc.counted,
-            uploaded: false,
+            upload: Upload::default(),
         };
         match culler.fill(memory, desc) {
             Ok(()) => {
@@ -176,25 +186,27 @@ impl Culler {
         self.counted
     }
 
-    /// Records the upload of the maps, at a time of the caller's choice. Otherwise the first [`Culler::record`] does it.
+    /// Records the upload of the maps, at a time of the caller's choice; when it has finished,
+    /// [`Culler::release_staging`] says so. Otherwise culls carry it, until the first one's counts have been polled.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family, and runs before any cull.
     pub unsafe fn record_upload(&mut self, cmd: vk::CommandBuffer) {
-        if !self.uploaded {
+        if !*self.upload.done.get_mut() {
             let reader = Access::COMPUTE_READ;
             // SAFETY: the caller vouches for `cmd`; staging is released after the upload only.
             unsafe { self.parts.atlas.record(&self.context, cmd, reader) };
-            self.uploaded = true;
+            self.upload.recorded = true;
         }
     }
 
     /// Frees the staging buffer of the maps, which is idle from then on. Does nothing before the upload was recorded.
     ///
     /// # Safety
-    /// The command buffer with the upload has finished.
+    /// A command buffer with the upload has finished, and no other one that carries it is in flight or will be submitted.
     pub unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
-        if self.uploaded {
+        if self.upload.recorded {
+            *self.upload.done.get_mut() = true;
             self.parts.atlas.release_staging(&self.context, memory);
         }
     }
@@ -213,8 +225,7 @@ impl Culler {
     /// # Safety
     /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. It is submitted once at most, on
     /// the same queue as all culls of this culler. What was recorded into this slot before has finished, or will never be
-    /// submitted. Where no [`Culler::record_upload`] came before, the first cull carries the upload of the maps: it is
-    /// submitted, and before all others.
+    /// submitted.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -229,6 +240,7 @@ impl Culler {
         self.gathered.fill(wanted, &self.planes, &self.capacity)?;
         let place = &mut self.parts.slots[slot as usize];
         place.write(&self.context, &self.gathered, &self.capacity)?;
+        place.uploads = !*self.upload.done.get_mut();
         place.sums = self.gathered.sums();
         place.counted = self.counted;
         let serial = place.counts.start();
@@ -259,6 +271,9 @@ impl Culler {
         let Some(mut words) = slot.counts.read(&self.context, ticket.serial, words)? else {
             return Ok(false);
         };
+        if slot.uploads {
+            self.upload.done.store(true, Ordering::Relaxed);
+        }
         overlaps.clear();
         overlaps.resize(candidates, Overlap::default());
         for _ in 0..slot.sums {
@@ -319,13 +334,7 @@ impl Drop for Culler {
 
 /// Whether the context's queue family takes dispatches. Not every one with graphics has to.
 fn computes(context: &Context) -> Result<(), GpuError> {
-    // SAFETY: the context's instance and physical device are valid.
-    let families = unsafe {
-        let instance = context.instance();
-        instance.get_physical_device_queue_family_properties(context.physical_device())
-    };
-    let family = families.get(context.queue_family() as usize);
-    if family.is_some_and(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE)) {
+    if context.queue_has(vk::QueueFlags::COMPUTE) {
         return Ok(());
     }
     Err(GpuError::Missing(vec!["compute on the queue family"]))

@@ -24,6 +24,8 @@ pub(super) struct Slot {
     pub(super) sums: u32,
     pub(super) counted: Counted,
     pub(super) set: vk::DescriptorSet,
+    /// Whether the cull that was recorded last carries the maps to the device.
+    pub(super) uploads: bool,
 }
 
 impl Slot {

@@ -3,14 +3,10 @@
 use std::ffi::CStr;
 
 use ash::vk;
-use gpu_allocator::{
-    AllocationSizes, AllocatorDebugSettings,
-    vulkan::{Allocator, AllocatorCreateDesc},
-};
 
 use super::HeadlessDesc;
 use super::list::{self, DeviceKind};
-use crate::gpu::{GpuError, error::Named, requirements};
+use crate::gpu::{GpuError, check, error::Named};
 
 /// Which device a [`Headless`](super::Headless) is made on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -29,7 +25,8 @@ pub enum DeviceChoice {
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// An instance, with validation's layer if it is wished.
-pub(super) fn instance(entry: &ash::Entry, validation: bool) -> Result<ash::Instance, GpuError> {
+pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::Instance, GpuError> {
+    let validation = desc.validation;
     if validation {
         // SAFETY: the loader was loaded; no conditions beyond.
         let layers = unsafe { entry.enumerate_instance_layer_properties() }
@@ -41,7 +38,7 @@ pub(super) fn instance(entry: &ash::Entry, validation: bool) -> Result<ash::Inst
     }
     let application = vk::ApplicationInfo::default()
         .application_name(c"sabaki")
-        .api_version(vk::API_VERSION_1_3);
+        .api_version(desc.terms.api_version);
     let (layers, extensions) = (
         [VALIDATION.as_ptr()],
         [ash::ext::debug_utils::NAME.as_ptr()],
@@ -80,9 +77,9 @@ pub(super) struct DevicePart {
 
 impl DevicePart {
     pub(super) fn new(instance: &ash::Instance, desc: &HeadlessDesc) -> Result<Self, GpuError> {
-        let (physical, name) = choose(instance, &desc.device)?;
+        let (physical, name) = choose(instance, desc)?;
         // SAFETY: the physical device is of this instance.
-        let report = unsafe { requirements::check(instance, physical) };
+        let report = unsafe { check(instance, physical, &desc.terms) };
         if !report.is_usable() {
             return Err(GpuError::Missing(report.missing));
         }
@@ -92,19 +89,28 @@ impl DevicePart {
             .iter()
             .position(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
         let queue_family = graphics.unwrap_or(0) as u32;
-        let precise_queries = report.precise_queries && !desc.without_precise_queries;
+        let precise_queries = report.precise_queries;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let features =
             vk::PhysicalDeviceFeatures::default().occlusion_query_precise(precise_queries);
-        let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
-            .dynamic_rendering(true)
-            .synchronization2(true);
-        let info = vk::DeviceCreateInfo::default()
+        let mut rendering =
+            vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
+        let mut synchronization =
+            vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
+        let mut state = vk::PhysicalDeviceExtendedDynamicStateFeaturesEXT::default()
+            .extended_dynamic_state(true);
+        let extensions: Vec<_> = report.extensions.iter().map(|name| name.as_ptr()).collect();
+        let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
-            .push_next(&mut features13);
+            .enabled_extension_names(&extensions)
+            .push_next(&mut rendering)
+            .push_next(&mut synchronization);
+        if !extensions.is_empty() {
+            info = info.push_next(&mut state);
+        }
         // SAFETY: the report says that the device offers all that is enabled here.
         let device =
             unsafe { instance.create_device(physical, &info, None) }.call("vkCreateDevice")?;
@@ -126,30 +132,11 @@ impl DevicePart {
     }
 }
 
-/// gpu-allocator's allocator in small blocks: tools and tests draw small maps.
-pub(super) fn allocator(
-    instance: &ash::Instance,
-    device: &DevicePart,
-) -> Result<Allocator, GpuError> {
-    Allocator::new(&AllocatorCreateDesc {
-        instance: instance.clone(),
-        device: device.device.clone(),
-        physical_device: device.physical,
-        debug_settings: AllocatorDebugSettings::default(),
-        buffer_device_address: false,
-        allocation_sizes: AllocationSizes::new(32 << 20, 32 << 20),
-    })
-    .map_err(|error| GpuError::Memory {
-        name: "the headless device".to_owned(),
-        reason: error.to_string(),
-    })
-}
-
 fn choose(
     instance: &ash::Instance,
-    choice: &DeviceChoice,
+    desc: &HeadlessDesc,
 ) -> Result<(vk::PhysicalDevice, String), GpuError> {
-    let known = list::all(instance)?;
+    let (known, choice) = (list::all(instance, &desc.terms)?, &desc.device);
     let software = |kind| kind == DeviceKind::Software;
     let found = known.iter().find(|(_, info)| match choice {
         DeviceChoice::Best => true,

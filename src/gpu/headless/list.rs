@@ -4,8 +4,8 @@ use std::fmt;
 
 use ash::vk;
 
-use super::device;
-use crate::gpu::{GpuError, Report, error::Named, requirements};
+use super::{HeadlessDesc, device};
+use crate::gpu::{GpuError, Report, Terms, check, error::Named};
 
 /// A device of this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,8 +67,8 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     // SAFETY: the library is the system's Vulkan loader, whose loading has no conditions.
     let entry =
         unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
-    let instance = device::instance(&entry, false)?;
-    let known = all(&instance);
+    let instance = device::instance(&entry, &HeadlessDesc::default())?;
+    let known = all(&instance, &Terms::default());
     // SAFETY: nothing was made from the instance.
     unsafe { instance.destroy_instance(None) };
     Ok(known?.into_iter().map(|(_, info)| info).collect())
@@ -77,23 +77,24 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
 /// As [`devices`], with the handles.
 pub(super) fn all(
     instance: &ash::Instance,
+    terms: &Terms,
 ) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>, GpuError> {
     // SAFETY: the instance is valid.
     let devices =
         unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
     let mut known: Vec<_> = devices
         .into_iter()
-        .map(|device| (device, info(instance, device)))
+        .map(|device| (device, info(instance, device, terms)))
         .collect();
     known.sort_by_key(|(_, info)| (!info.report.is_usable(), info.kind));
     Ok(known)
 }
 
-fn info(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
+fn info(instance: &ash::Instance, device: vk::PhysicalDevice, terms: &Terms) -> DeviceInfo {
     // SAFETY: the device is of this instance.
     let properties = unsafe { instance.get_physical_device_properties(device) };
     // SAFETY: as above.
-    let report = unsafe { requirements::check(instance, device) };
+    let report = unsafe { check(instance, device, terms) };
     let name = properties
         .device_name_as_c_str()
         .map(|name| name.to_string_lossy().into_owned());

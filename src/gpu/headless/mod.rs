@@ -5,15 +5,13 @@ mod list;
 mod messages;
 mod work;
 
-use std::sync::{Arc, Mutex};
-
 use ash::vk;
 
 pub use device::DeviceChoice;
 pub use list::{DeviceInfo, DeviceKind, devices};
 pub use messages::{Accepted, Message, accepted};
 
-use super::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory};
+use super::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory, Terms};
 use device::DevicePart;
 use messages::Collector;
 use work::WorkPart;
@@ -25,10 +23,8 @@ pub struct HeadlessDesc {
     pub device: DeviceChoice,
     /// Listens to core, synchronization and best-practices validation; an error if the layer is not installed.
     pub validation: bool,
-    /// Leaves `occlusionQueryPrecise` off even where the device has it.
-    pub without_precise_queries: bool,
-    /// Stencil targets of this format rather than the best one.
-    pub stencil_format: Option<vk::Format>,
+    /// The version of Vulkan that is asked for, and what is done without even where the device has it.
+    pub terms: Terms,
 }
 
 /// An instance, a device, a queue, and what is needed to run commands on it and to wait for them.
@@ -61,7 +57,19 @@ impl Headless {
         // SAFETY: the library is the system's Vulkan loader, whose loading has no conditions.
         let entry =
             unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
-        let instance = device::instance(&entry, desc.validation)?;
+        // SAFETY: it is the loader.
+        unsafe { Self::with_loader(entry, desc) }
+    }
+
+    /// The same by another loader than the system's: one that wraps it, for instance.
+    ///
+    /// # Errors
+    /// As for [`Headless::new`].
+    ///
+    /// # Safety
+    /// The functions that `entry` hands out do what Vulkan says of them, until the device has been destroyed.
+    pub unsafe fn with_loader(entry: ash::Entry, desc: &HeadlessDesc) -> Result<Self, GpuError> {
+        let instance = device::instance(&entry, desc)?;
         let mut headless = Self {
             entry,
             instance,
@@ -94,15 +102,16 @@ impl Headless {
             queue_family: device.queue_family,
             precise_queries: device.precise_queries,
             debug_names: desc.validation,
-            stencil_format: desc.stencil_format,
+            terms: desc.terms,
         };
         // SAFETY: the handles belong together, the features were enabled, and teardown destroys the device last.
         let context = unsafe { Context::new(&context) };
         let device = self.device.insert(device);
-        self.context = Some(context?);
+        let context = self.context.insert(context?);
+        // With the functions that the version in use has by other names.
+        device.device = context.device().clone();
         self.work = Some(WorkPart::new(device)?);
-        let allocator = device::allocator(&self.instance, device)?;
-        self.memory = Some(GpuAllocatorMemory::new(Arc::new(Mutex::new(allocator))));
+        self.memory = Some(GpuAllocatorMemory::of(context)?);
         Ok(())
     }
 

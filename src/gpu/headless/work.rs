@@ -89,25 +89,39 @@ impl WorkPart {
         let recorded = record(self.cmd)?;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.cmd)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        // SAFETY: the buffer is complete, and fence and queue belong to this thread of work alone.
+        // SAFETY: the buffer is complete, and fence and queue belong to this thread of work alone. No submission that
+        // signals the fence is in flight.
         unsafe {
             device
                 .end_command_buffer(self.cmd)
                 .call("vkEndCommandBuffer")?;
+            device.reset_fences(&[self.fence]).call("vkResetFences")?;
             device
                 .queue_submit2(queue, &submit, self.fence)
                 .call("vkQueueSubmit2")?;
-            let nanoseconds = PATIENCE_SECONDS * 1_000_000_000;
-            match device.wait_for_fences(&[self.fence], true, nanoseconds) {
-                Err(vk::Result::TIMEOUT) => {
-                    self.stuck = true;
-                    return Err(timeout());
-                }
-                waited => waited.call("vkWaitForFences")?,
-            }
-            device.reset_fences(&[self.fence]).call("vkResetFences")?;
         }
-        Ok(recorded)
+        self.wait(device, queue).map(|()| recorded)
+    }
+
+    /// Waits for what was submitted.
+    fn wait(&mut self, device: &ash::Device, queue: vk::Queue) -> Result<(), GpuError> {
+        let nanoseconds = PATIENCE_SECONDS * 1_000_000_000;
+        // SAFETY: the fence is of this device, and a submission signals it.
+        let Err(result) = (unsafe { device.wait_for_fences(&[self.fence], true, nanoseconds) })
+        else {
+            return Ok(());
+        };
+        if result == vk::Result::TIMEOUT {
+            self.stuck = true;
+            return Err(GpuError::Timeout {
+                seconds: PATIENCE_SECONDS,
+            });
+        }
+        // It has not been learnt whether the device is done: once more, by other means. A lost one is.
+        // SAFETY: the queue is of this device, and used by this thread alone.
+        let idle = unsafe { device.queue_wait_idle(queue) };
+        self.stuck = idle.is_err_and(|result| result != vk::Result::ERROR_DEVICE_LOST);
+        Err(result).call("vkWaitForFences")
     }
 
     /// Whether the device may still be at work.

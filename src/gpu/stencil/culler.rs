@@ -11,7 +11,7 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
-    commands,
+    commands, drawing,
     gathered::{Capacity, Gathered},
     maps::{Maps, Part},
     slot::Slot,
@@ -20,6 +20,7 @@ use crate::{
     avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, MemoryUse, Mismatch,
+        error::within,
         pipelines::{CANDIDATES, DISCS, Pipeline},
         resources::{Buffer, BufferDesc, StencilTarget},
     },
@@ -122,13 +123,14 @@ impl Culler {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
-    /// the device offers.
+    /// A Vulkan call's, the allocator's, [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
+    /// the device offers, [`GpuError::Missing`] where the context's queue family has no graphics.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
+        drawing::needs_graphics(context)?;
         // Places in a target are numbers of 16 bits with a sign.
         let most = context.max_target_side().min(1 << 14);
         let capacity = Capacity {
@@ -252,6 +254,9 @@ impl Culler {
         }
         let wanted = (input, self.counted);
         self.gathered.fill(wanted, &self.maps, &self.capacity)?;
+        let queries = self.gathered.queries.len() as u64;
+        let most = self.context.most_queries();
+        within("the driver's queries in one submission", queries, most)?;
         let place = &mut self.parts.slots[slot as usize];
         let serial = place.counts.start();
         place.counted = self.counted;

@@ -78,12 +78,14 @@ impl Rasterizer {
     /// Makes pipelines and memory. Leaves nothing behind when it fails.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, or [`GpuError::Limit`] when the device has no target of that side.
+    /// A Vulkan call's, the allocator's, [`GpuError::Limit`] when the device has no target of that side,
+    /// [`GpuError::Missing`] where the context's queue family has no graphics.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &RasterizerDesc<'_>,
     ) -> Result<Self, GpuError> {
+        drawing::needs_graphics(context)?;
         let side = desc.side.max(1);
         within(
             "side of a stencil target",

@@ -1,0 +1,77 @@
+//! What the example draws: a character of spheres, a ball, and their shadows. Nothing of Vulkan.
+
+use std::{error::Error, fs, io::BufWriter};
+
+use glam::{Quat, Vec3};
+use sabaki::{
+    anim::{Pose, forward_kinematics},
+    avoid::Attack,
+    demo,
+    graph::{self, ClipSource, GraphSettings},
+    region::{BakeSettings, BakedGraph, Baker},
+};
+
+/// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
+pub type Instance = [f32; 8];
+
+pub const MOST_INSTANCES: usize = 256;
+
+/// The embedded motions; a renderer reads a baked file instead.
+pub fn baked() -> Result<BakedGraph, Box<dyn Error>> {
+    let motions = demo::motions()?;
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &motions.events,
+    };
+    let (graph, _) = graph::build(source, &GraphSettings::default())?;
+    Ok(Baker::new(graph, BakeSettings::default())?.finish_on_cpu()?)
+}
+
+/// Where the ball is: before it is thrown, where it will start; nowhere after its flight.
+fn ball(attack: &Attack, seconds: f32) -> Option<(Vec3, f32)> {
+    let keys = attack.spheres()[0].keys();
+    let mut pairs = keys.windows(2);
+    let pair = pairs.find(|pair| seconds <= pair[1].t)?;
+    let share = (seconds - pair[0].t) / (pair[1].t - pair[0].t);
+    let center = pair[0].center.lerp(pair[1].center, share.max(0.0));
+    Some((center, pair[0].radius))
+}
+
+/// The body's spheres in a pose, and the ball at that moment; what is further away comes first.
+pub fn instances(
+    baked: &BakedGraph,
+    pose: &Pose,
+    (attack, seconds): (&Attack, f32),
+) -> Vec<Instance> {
+    let mut joints = Vec::new();
+    forward_kinematics(baked.graph().skeleton(), pose, &mut joints);
+    let body = baked.body().spheres.iter();
+    let mut spheres: Vec<_> = body
+        .map(|one| (one.centre(&joints), one.radius, [0.35, 0.55, 0.85]))
+        .collect();
+    spheres
+        .extend(ball(attack, seconds).map(|(center, radius)| (center, radius, [0.9, 0.3, 0.15])));
+    let camera = Quat::from_rotation_x(0.25) * Quat::from_rotation_y(-0.7);
+    let seen = |center: Vec3| camera * (center - Vec3::new(0.0, 0.9, 0.0));
+    spheres.sort_by(|a, b| seen(a.0).z.total_cmp(&seen(b.0).z));
+    let instance = |center, radius, [red, green, blue]: [f32; 3], lowness| {
+        let Vec3 { x, y, .. } = seen(center);
+        [x, y, radius, lowness, red, green, blue, 0.0]
+    };
+    let shadows = spheres
+        .iter()
+        .map(|one| instance(one.0.with_y(0.0), one.1, [0.25; 3], 0.25));
+    let bodies = spheres.iter().map(|one| instance(one.0, one.1, one.2, 1.0));
+    shadows.chain(bodies).take(MOST_INSTANCES).collect()
+}
+
+/// Writes a picture of four bytes a pixel.
+pub fn write_png(path: &str, side: u32, pixels: &[u8]) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all("out")?;
+    let file = BufWriter::new(fs::File::create(path)?);
+    let mut encoder = png::Encoder::new(file, side, side);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header()?.write_image_data(pixels)?;
+    Ok(())
+}

@@ -1,0 +1,457 @@
+//! Questions in flight, and their answers.
+
+use std::ffi::c_void;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::device::Device;
+use super::graph::Graph;
+use super::status::{Failure, NOT_YET, OK, Status, call};
+use super::{given, given_mut};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::avoid::cull::{Overlap, cpu};
+use crate::avoid::{Answer, Attack, Judging, Paused, Query, QueryContext, QuerySettings, Verdict};
+use crate::gpu::{GpuAllocatorMemory, GpuError, command_buffer, compute, stencil};
+use crate::graph::{EdgeId, Playhead};
+use crate::math::Rigid2;
+use crate::region::{BakedGraph, SphereKey};
+
+/// `sabaki_place`.
+#[repr(C)]
+pub(super) struct Place {
+    edge: u32,
+    frame: f32,
+    x: f32,
+    z: f32,
+    heading: f32,
+}
+
+/// `sabaki_key`.
+#[repr(C)]
+pub(super) struct Key {
+    sphere: u32,
+    t: f32,
+    center: [f32; 3],
+    radius: f32,
+}
+
+/// `sabaki_answer`.
+#[repr(C)]
+pub(super) struct AnswerOut {
+    avoided: u32,
+    clearance: f32,
+    seconds: f32,
+    candidates: u32,
+    removed: u32,
+    counted_by_cpu: u32,
+}
+
+/// `sabaki_sphere`.
+#[repr(C)]
+pub(super) struct SphereOut {
+    center: [f32; 3],
+    radius: f32,
+}
+
+/// `sabaki_joint`.
+#[repr(C)]
+pub(super) struct JointOut {
+    position: [f32; 3],
+    rotation: [f32; 4],
+}
+
+/// Who counts on the device.
+enum Path {
+    Stencil(Box<stencil::Culler>),
+    Compute(Box<compute::Culler>),
+}
+
+/// A cull on the device.
+#[derive(Clone, Copy)]
+enum Ticket {
+    Stencil(stencil::Ticket),
+    Compute(compute::Ticket),
+}
+
+/// A question, and what has come of it.
+#[derive(Default)]
+struct Slot {
+    context: QueryContext,
+    attack: Option<Attack>,
+    waiting: Option<Paused>,
+    /// `None` where the CPU has to count.
+    ticket: Option<Ticket>,
+    overlaps: Vec<Overlap>,
+    exact: Vec<Overlap>,
+    answer: Answer,
+    answered: bool,
+    pose: Pose,
+    joints: Vec<JointTransform>,
+}
+
+/// `sabaki_culler`.
+pub(super) struct Culler {
+    baked: Arc<BakedGraph>,
+    settings: QuerySettings,
+    memory: GpuAllocatorMemory,
+    // `None` only while it is destroyed.
+    path: Option<Path>,
+    slots: Vec<Slot>,
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_culler_create(
+    graph: *const Graph,
+    device: *const Device,
+    path: i32,
+    slots: u32,
+    culler: *mut *mut Culler,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's graph, device with valid handles, and place for the culler.
+        let (graph, context, out) = unsafe {
+            let device = given(device, "device")?;
+            (
+                given(graph, "graph")?,
+                device.context()?,
+                given_mut(culler, "culler")?,
+            )
+        };
+        let mut memory = GpuAllocatorMemory::of(&context)?;
+        let atlas = graph.baked.atlas();
+        let slots = slots.max(1);
+        let path = match path {
+            0 => {
+                let desc = stencil::CullerDesc {
+                    frames_in_flight: slots,
+                    ..stencil::CullerDesc::new("sabaki", atlas)
+                };
+                Path::Stencil(Box::new(stencil::Culler::new(
+                    &context,
+                    &mut memory,
+                    &desc,
+                )?))
+            }
+            1 => {
+                let desc = compute::CullerDesc {
+                    frames_in_flight: slots,
+                    ..compute::CullerDesc::new("sabaki", atlas)
+                };
+                Path::Compute(Box::new(compute::Culler::new(
+                    &context,
+                    &mut memory,
+                    &desc,
+                )?))
+            }
+            other => return Err(format!("there is no path {other}").into()),
+        };
+        *out = Box::into_raw(Box::new(Culler {
+            baked: Arc::clone(&graph.baked),
+            settings: QuerySettings::default(),
+            memory,
+            path: Some(path),
+            slots: (0..slots).map(|_| Slot::default()).collect(),
+        }));
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
+    if culler.is_null() {
+        return;
+    }
+    // SAFETY: it was made by `sabaki_culler_create`; neither the caller nor the device uses it any more.
+    let mut culler = unsafe { Box::from_raw(culler) };
+    match culler.path.take() {
+        Some(Path::Stencil(path)) => path.destroy(&mut culler.memory),
+        Some(Path::Compute(path)) => path.destroy(&mut culler.memory),
+        None => {}
+    }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_record(
+    culler: *mut Culler,
+    slot: u32,
+    commands: *mut c_void,
+    place: *const Place,
+    keys: *const Key,
+    key_count: usize,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, place, and that many keys.
+        let (culler, place, keys) = unsafe {
+            given(keys, "keys")?;
+            let keys = std::slice::from_raw_parts(keys, key_count);
+            (given_mut(culler, "culler")?, given(place, "place")?, keys)
+        };
+        let attack = attack_of(keys)?;
+        let playhead = culler.playhead(place)?;
+        // SAFETY: the caller's command buffer, and it vouches for the slot.
+        unsafe { culler.record(slot, commands as u64, (playhead, attack)) }?;
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_poll(culler: *mut Culler, slot: u32, answer: *mut AnswerOut) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, and place for the answer.
+        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(answer, "answer")?) };
+        culler.poll(slot, false, out)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_answer_now(
+    culler: *mut Culler,
+    slot: u32,
+    answer: *mut AnswerOut,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, and place for the answer.
+        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(answer, "answer")?) };
+        culler.poll(slot, true, out)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_sample_joints(
+    culler: *mut Culler,
+    slot: u32,
+    seconds: f32,
+    joints: *mut JointOut,
+    count: usize,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, and place for that many joints.
+        let (culler, out) = unsafe {
+            given_mut(joints, "joints")?;
+            (
+                given_mut(culler, "culler")?,
+                std::slice::from_raw_parts_mut(joints, count),
+            )
+        };
+        let joints = culler.sample(slot, seconds)?;
+        for (out, joint) in out.iter_mut().zip(joints) {
+            *out = JointOut {
+                position: joint.translation.to_array(),
+                rotation: joint.rotation.to_array(),
+            };
+        }
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_sample_spheres(
+    culler: *mut Culler,
+    slot: u32,
+    seconds: f32,
+    spheres: *mut SphereOut,
+    count: usize,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, and place for that many spheres.
+        let (culler, out) = unsafe {
+            given_mut(spheres, "spheres")?;
+            (
+                given_mut(culler, "culler")?,
+                std::slice::from_raw_parts_mut(spheres, count),
+            )
+        };
+        let baked = Arc::clone(&culler.baked);
+        let joints = culler.sample(slot, seconds)?;
+        for (out, sphere) in out.iter_mut().zip(&baked.body().spheres) {
+            *out = SphereOut {
+                center: sphere.centre(joints).to_array(),
+                radius: sphere.radius,
+            };
+        }
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_sample_place(
+    culler: *mut Culler,
+    slot: u32,
+    seconds: f32,
+    place: *mut Place,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's culler, and place for the result.
+        let (culler, out) = unsafe { (given_mut(culler, "culler")?, given_mut(place, "place")?) };
+        let graph = culler.baked.graph();
+        let answer = &culler.answered(slot)?.answer;
+        let playhead = answer.motion.playhead(graph, valid_time(seconds)?);
+        let world = playhead.placement(graph);
+        *out = Place {
+            edge: playhead.edge.0,
+            frame: playhead.frame,
+            x: world.x,
+            z: world.z,
+            heading: world.heading(),
+        };
+        Ok(OK)
+    })
+}
+
+fn attack_of(keys: &[Key]) -> Result<Attack, String> {
+    let of_one = keys.chunk_by(|a, b| a.sphere == b.sphere);
+    let spheres = of_one.map(|keys| {
+        let key = |key: &Key| SphereKey {
+            t: key.t,
+            center: Vec3::from_array(key.center),
+            radius: key.radius,
+        };
+        keys.iter().map(key).collect()
+    });
+    Attack::new(spheres.collect()).map_err(|error| error.to_string())
+}
+
+fn valid_time(seconds: f32) -> Result<f32, String> {
+    let is_valid = (0.0..=600.0).contains(&seconds);
+    is_valid
+        .then_some(seconds)
+        .ok_or_else(|| format!("{seconds} s is not within 0 to 600"))
+}
+
+fn no_slot() -> Failure {
+    "there is no such slot".to_owned().into()
+}
+
+impl Culler {
+    fn playhead(&self, place: &Place) -> Result<Playhead, String> {
+        let wrong = || "the place is not in the graph".to_owned();
+        let graph = self.baked.graph();
+        let edge = graph.edges().get(place.edge as usize).ok_or_else(wrong)?;
+        let sound = (0.0..=edge.frames as f32).contains(&place.frame)
+            && [place.x, place.z, place.heading]
+                .into_iter()
+                .all(f32::is_finite);
+        if !sound {
+            return Err(wrong());
+        }
+        let world = Rigid2::new(place.heading, place.x, place.z);
+        let playhead = Playhead::at(graph, EdgeId(place.edge), place.frame, world);
+        playhead
+            .is_sound(graph)
+            .then_some(playhead)
+            .ok_or_else(wrong)
+    }
+
+    /// # Safety
+    /// As for [`stencil::Culler::record`] and [`compute::Culler::record`].
+    unsafe fn record(
+        &mut self,
+        slot: u32,
+        commands: u64,
+        (playhead, attack): (Playhead, Attack),
+    ) -> Result<(), Failure> {
+        let query = Query::new(&self.baked, &self.settings);
+        let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
+        (place.waiting, place.ticket, place.answered) = (None, None, false);
+        let attack = place.attack.insert(attack);
+        let prepared = query.prepare(playhead, attack, &mut place.context);
+        let (input, cmd) = (prepared.cull_input(), command_buffer(commands));
+        // SAFETY: the caller vouches for the command buffer and the slot.
+        let recorded = unsafe {
+            match &mut self.path {
+                Some(Path::Stencil(path)) => path.record(cmd, slot, &input).map(Ticket::Stencil),
+                Some(Path::Compute(path)) => path.record(cmd, slot, &input).map(Ticket::Compute),
+                None => Err(GpuError::Unfinished),
+            }
+        };
+        place.ticket = match recorded {
+            Ok(ticket) => Some(ticket),
+            // Nothing was recorded, and the CPU counts the same.
+            Err(GpuError::Limit { .. }) => None,
+            Err(error) => return Err(error.into()),
+        };
+        place.waiting = Some(prepared.pause());
+        Ok(())
+    }
+
+    /// Answers, if the counts are there, or at once by counting them here.
+    fn poll(&mut self, slot: u32, now: bool, out: &mut AnswerOut) -> Result<Status, Failure> {
+        let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
+        let (Some(waiting), Some(attack)) = (place.waiting, &place.attack) else {
+            return Err("nothing was asked in this slot".to_owned().into());
+        };
+        let ticket = if now { None } else { place.ticket };
+        let (counted, is_exact) = match (&self.path, ticket) {
+            (Some(Path::Stencil(path)), Some(Ticket::Stencil(ticket))) => {
+                (path.poll(ticket, &mut place.overlaps)?, ticket.counts_exact)
+            }
+            (Some(Path::Compute(path)), Some(Ticket::Compute(ticket))) => {
+                (path.poll(ticket, &mut place.overlaps)?, true)
+            }
+            _ => (false, false),
+        };
+        if ticket.is_some() && !counted {
+            return Ok(NOT_YET);
+        }
+        let query = Query::new(&self.baked, &self.settings);
+        let prepared = query.resume(waiting, attack, &mut place.context);
+        let mut prepared = prepared.ok_or_else(|| "the question is gone".to_owned())?;
+        if !counted {
+            cpu::count(&prepared.cull_input(), &mut place.overlaps);
+        } else if !is_exact {
+            // Any or none removes candidates; scores are made of counts.
+            cpu::count(&prepared.cull_input(), &mut place.exact);
+            let pairs = place.overlaps.iter_mut().zip(&place.exact);
+            pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
+        }
+        while let Verdict::Widened(wider) =
+            prepared.decide(&place.overlaps, Judging::Needed, &mut place.answer)
+        {
+            prepared = wider;
+            cpu::count(&prepared.cull_input(), &mut place.overlaps);
+        }
+        (place.waiting, place.ticket, place.answered) = (None, None, true);
+        *out = AnswerOut {
+            avoided: place.answer.avoided.into(),
+            clearance: place.answer.clearance().metres,
+            seconds: place.answer.motion.duration(),
+            candidates: place.answer.counts.candidates as u32,
+            removed: place.answer.counts.culled as u32,
+            counted_by_cpu: (!counted).into(),
+        };
+        Ok(OK)
+    }
+
+    fn answered(&self, slot: u32) -> Result<&Slot, Failure> {
+        let slot = self.slots.get(slot as usize).ok_or_else(no_slot)?;
+        let answered = slot.answered.then_some(slot);
+        answered.ok_or_else(|| "this slot has no answer yet".to_owned().into())
+    }
+
+    fn sample(&mut self, slot: u32, seconds: f32) -> Result<&[JointTransform], Failure> {
+        let seconds = valid_time(seconds)?;
+        self.answered(slot)?;
+        let graph = self.baked.graph();
+        let place = &mut self.slots[slot as usize];
+        place.answer.motion.sample(graph, seconds, &mut place.pose);
+        forward_kinematics(graph.skeleton(), &place.pose, &mut place.joints);
+        Ok(&place.joints)
+    }
+}

@@ -1,0 +1,87 @@
+//! The caller's device.
+
+use std::ffi::{c_char, c_void};
+
+use super::given;
+use super::status::{Failure, OK, Status, call};
+use crate::gpu::{Context, RawContextDesc, Report, Terms, check_raw};
+
+/// `sabaki_device`.
+#[repr(C)]
+pub(super) struct Device {
+    get_instance_proc_addr: *mut c_void,
+    instance: *mut c_void,
+    physical_device: *mut c_void,
+    device: *mut c_void,
+    queue_family: u32,
+    api_version: u32,
+    precise_queries: u32,
+    reserved: u32,
+}
+
+impl Device {
+    fn raw(&self) -> RawContextDesc {
+        RawContextDesc {
+            get_instance_proc_addr: self.get_instance_proc_addr,
+            instance: self.instance as u64,
+            physical_device: self.physical_device as u64,
+            device: self.device as u64,
+            queue_family: self.queue_family,
+            precise_queries: self.precise_queries != 0,
+            debug_names: false,
+            terms: Terms {
+                api_version: self.api_version,
+                ..Terms::default()
+            },
+        }
+    }
+
+    /// # Safety
+    /// As for [`Context::from_raw`].
+    pub(super) unsafe fn context(&self) -> Result<Context, Failure> {
+        // SAFETY: the caller vouches for the handles.
+        Ok(unsafe { Context::from_raw(&self.raw()) }?)
+    }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size: usize) -> Status {
+    call(|| {
+        // SAFETY: the caller's device, with valid handles.
+        let report = unsafe { check_raw(&given(device, "device")?.raw()) }?;
+        // SAFETY: the caller's `size` bytes, or none.
+        unsafe { write(&fallbacks(&report), text, size) };
+        if report.is_usable() {
+            return Ok(OK);
+        }
+        Err(format!("the device lacks {}", report.missing.join(", ")).into())
+    })
+}
+
+fn fallbacks(report: &Report) -> String {
+    let lines = report.fallbacks.iter().map(|one| {
+        let instead = one.fallback.unwrap_or_default();
+        format!("lacks {}; instead: {instead}\n", one.name)
+    });
+    let extensions = report.extensions.iter();
+    let extensions = extensions.map(|name| format!("enable {}\n", name.to_string_lossy()));
+    lines.chain(extensions).collect()
+}
+
+/// Writes as much as there is room for, and a zero byte.
+///
+/// # Safety
+/// `target` is null, or there are `size` bytes.
+unsafe fn write(words: &str, target: *mut c_char, size: usize) {
+    if target.is_null() || size == 0 {
+        return;
+    }
+    let count = words.len().min(size - 1);
+    // SAFETY: the caller vouches for the room, and `count` leaves one byte of it.
+    unsafe {
+        std::ptr::copy_nonoverlapping(words.as_ptr().cast(), target, count);
+        target.add(count).write(0);
+    }
+}

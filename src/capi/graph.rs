@@ -1,0 +1,127 @@
+//! Baked graphs, made and read.
+
+use std::ffi::{CString, c_char};
+use std::path::{Path, PathBuf};
+use std::ptr::null;
+use std::sync::Arc;
+
+use super::status::{Failure, OK, Status, call};
+use super::{given, given_mut, text};
+use crate::graph::{ClipSource, GraphSettings, build};
+use crate::io::{ReadOptions, archive, read_clips};
+use crate::region::{BakeSettings, BakedGraph, Baker};
+
+/// `sabaki_graph`.
+pub(super) struct Graph {
+    pub(super) baked: Arc<BakedGraph>,
+    joint_names: Vec<CString>,
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_bake(
+    clips: *const *const c_char,
+    clip_count: usize,
+    events: *const c_char,
+    out: *const c_char,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller gives that many texts, and the two others.
+        let (clips, events, out) = unsafe {
+            given(clips, "clips")?;
+            let clips = std::slice::from_raw_parts(clips, clip_count).iter();
+            let clips: Result<Vec<_>, String> =
+                clips.map(|&clip| Ok(PathBuf::from(text(clip)?))).collect();
+            (clips?, Path::new(text(events)?), Path::new(text(out)?))
+        };
+        bake(&clips, events, out)?;
+        Ok(OK)
+    })
+}
+
+fn bake(clips: &[PathBuf], events: &Path, out: &Path) -> Result<(), String> {
+    let words = |error: &dyn std::error::Error| error.to_string();
+    let set = read_clips(clips, Some(events), &ReadOptions::default());
+    let set = set.map_err(|error| words(&error))?;
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &set.clips,
+        events: &set.events,
+    };
+    let (graph, _) = build(source, &GraphSettings::default()).map_err(|error| words(&error))?;
+    let baker = Baker::new(graph, BakeSettings::default()).map_err(|error| words(&error))?;
+    let baked = baker.finish_on_cpu().map_err(|error| words(&error))?;
+    archive::write(out, &baked).map_err(|error| words(&error))
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Graph) -> Status {
+    call(|| {
+        // SAFETY: the caller gives a text, and a place for the graph.
+        let (path, graph) = unsafe { (text(path)?, given_mut(graph, "graph")?) };
+        let baked = archive::read(Path::new(path)).map_err(|error| error.to_string())?;
+        let names = baked.graph().skeleton().joints().iter();
+        let joint_names =
+            names.map(|joint| CString::new(joint.name.replace('\0', " ")).unwrap_or_default());
+        *graph = Box::into_raw(Box::new(Graph {
+            joint_names: joint_names.collect(),
+            baked: Arc::new(baked),
+        }));
+        Ok::<_, Failure>(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) {
+    if !graph.is_null() {
+        // SAFETY: it was made by `sabaki_graph_open`, and the caller does not use it any more.
+        drop(unsafe { Box::from_raw(graph) });
+    }
+}
+
+/// A number of a graph; 0 without one.
+///
+/// # Safety
+/// `graph` is null or valid.
+unsafe fn number(graph: *const Graph, of: impl FnOnce(&BakedGraph) -> usize) -> u32 {
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { graph.as_ref() }.map_or(0, |graph| of(&graph.baked) as u32)
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_joints(graph: *const Graph) -> u32 {
+    // SAFETY: the caller's graph.
+    unsafe { number(graph, |baked| baked.graph().skeleton().len()) }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_spheres(graph: *const Graph) -> u32 {
+    // SAFETY: the caller's graph.
+    unsafe { number(graph, |baked| baked.body().spheres.len()) }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_edges(graph: *const Graph) -> u32 {
+    // SAFETY: the caller's graph.
+    unsafe { number(graph, |baked| baked.graph().edges().len()) }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_joint_name(graph: *const Graph, joint: u32) -> *const c_char {
+    // SAFETY: the caller's graph.
+    let name = unsafe { graph.as_ref() }.and_then(|graph| graph.joint_names.get(joint as usize));
+    name.map_or(null(), |name| name.as_ptr())
+}

@@ -1,0 +1,43 @@
+//! The library for C and C++: what `sabaki.h` beside this file declares.
+//!
+//! A library of this crate's own kind is built by default, which costs Rust users nothing; the header says how C gets one.
+//!
+//! Architecture invariant: nothing but this room has C's names or types.
+
+mod culler;
+mod device;
+mod graph;
+mod status;
+
+use std::ffi::{CStr, c_char};
+
+/// A path or another text.
+///
+/// # Safety
+/// Null, or a text that ends with a zero byte and outlives the result.
+unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, String> {
+    if pointer.is_null() {
+        return Err("a text is NULL".to_owned());
+    }
+    // SAFETY: the caller vouches for the text.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map_err(|_| "a text is not UTF-8".to_owned())
+}
+
+/// What a pointer leads to.
+///
+/// # Safety
+/// Null, or valid and not written to while the result lives.
+unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, String> {
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { pointer.as_ref() }.ok_or_else(|| format!("{what} is NULL"))
+}
+
+/// As [`given`], to change it.
+///
+/// # Safety
+/// Null, or valid and used by nobody else while the result lives.
+unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, String> {
+    // SAFETY: the caller vouches for the pointer.
+    unsafe { pointer.as_mut() }.ok_or_else(|| format!("{what} is NULL"))
+}

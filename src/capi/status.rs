@@ -1,0 +1,63 @@
+//! How calls end, and the words for it.
+
+use std::cell::RefCell;
+use std::ffi::{CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::gpu::GpuError;
+
+/// `sabaki_status`.
+pub(super) type Status = i32;
+
+pub(super) const OK: Status = 0;
+pub(super) const NOT_YET: Status = 1;
+const ERROR: Status = -1;
+const DEVICE_LOST: Status = -2;
+
+/// Why a call failed.
+pub(super) struct Failure {
+    status: Status,
+    words: String,
+}
+
+impl From<String> for Failure {
+    fn from(words: String) -> Self {
+        Self {
+            status: ERROR,
+            words,
+        }
+    }
+}
+
+impl From<GpuError> for Failure {
+    fn from(error: GpuError) -> Self {
+        Self {
+            status: if error.is_device_lost() {
+                DEVICE_LOST
+            } else {
+                ERROR
+            },
+            words: error.to_string(),
+        }
+    }
+}
+
+thread_local! {
+    static LAST: RefCell<CString> = RefCell::default();
+}
+
+/// Runs a call. No panic leaves it.
+pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
+    let ended = catch_unwind(AssertUnwindSafe(work));
+    let ended = ended.unwrap_or_else(|_| Err("a fault in sabaki itself".to_owned().into()));
+    ended.unwrap_or_else(|failure| {
+        let words = CString::new(failure.words.replace('\0', " ")).unwrap_or_default();
+        LAST.with(|last| *last.borrow_mut() = words);
+        failure.status
+    })
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn sabaki_last_error() -> *const c_char {
+    LAST.with(|last| last.borrow().as_ptr())
+}

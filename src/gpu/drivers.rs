@@ -1,0 +1,42 @@
+//! What must be done otherwise on some drivers. Each line has its entry in `vendor-notes/`.
+
+use ash::vk;
+
+/// Occlusion queries in one submission, where a driver counts no more (`vendor-notes/moltenvk.md`).
+pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
+    match driver {
+        vk::DriverId::MOLTENVK => 256 * 1024 / 8,
+        _ => u64::MAX,
+    }
+}
+
+/// Whose driver it is. Vulkan 1.1 has no word for it: then nobody's.
+///
+/// # Safety
+/// `physical_device` belongs to `instance`, both are valid, and both know `version`.
+pub(crate) unsafe fn driver(
+    instance: &ash::Instance,
+    physical_device: vk::PhysicalDevice,
+    version: u32,
+) -> vk::DriverId {
+    if version < vk::API_VERSION_1_2 {
+        return vk::DriverId::default();
+    }
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    // SAFETY: the caller vouches for the handles; the structure is part of Vulkan 1.2.
+    unsafe { instance.get_physical_device_properties2(physical_device, &mut properties) };
+    driver.driver_id
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_counts_little_is_not_asked_for_more() {
+        assert_eq!(most_queries(vk::DriverId::MOLTENVK), 32_768);
+        assert_eq!(most_queries(vk::DriverId::MESA_LLVMPIPE), u64::MAX);
+        assert_eq!(most_queries(vk::DriverId::default()), u64::MAX);
+    }
+}

@@ -1,0 +1,143 @@
+//! Limits of a device, and the least that Vulkan guarantees of them.
+//!
+//! Source: the Vulkan specification, "Required Limits". Every component is made so that it runs within the guaranteed
+//! values (`shader_table.rs` asserts it of the shaders); with more than them it has less to cut up.
+
+use ash::vk;
+
+use super::Without;
+
+/// Those that matter here, as Vulkan guarantees them.
+macro_rules! guaranteed {
+    ($do:ident) => {
+        $do! {
+            max_image_dimension2_d: 4096,
+            max_image_array_layers: 256,
+            max_framebuffer_width: 4096,
+            max_framebuffer_height: 4096,
+            max_framebuffer_layers: 256,
+            max_viewports: 1,
+            max_storage_buffer_range: 1 << 27,
+            max_uniform_buffer_range: 16_384,
+            max_push_constants_size: 128,
+            max_memory_allocation_count: 4096,
+            max_bound_descriptor_sets: 4,
+            max_per_stage_descriptor_storage_buffers: 4,
+            max_per_stage_descriptor_uniform_buffers: 12,
+            max_descriptor_set_storage_buffers: 24,
+            max_vertex_input_attributes: 16,
+            max_vertex_input_bindings: 16,
+            max_vertex_output_components: 64,
+            max_fragment_input_components: 64,
+            max_compute_shared_memory_size: 16_384,
+            max_compute_work_group_invocations: 128,
+            max_draw_indirect_count: 1,
+        }
+    };
+}
+
+/// No more than what `without` leaves.
+pub(crate) fn allowed(
+    offered: &vk::PhysicalDeviceLimits,
+    without: &Without,
+) -> vk::PhysicalDeviceLimits {
+    let mut limits = *offered;
+    if !without.generous_limits {
+        return limits;
+    }
+    macro_rules! lower {
+        ($($name:ident: $least:expr,)*) => { $(limits.$name = limits.$name.min($least);)* };
+    }
+    guaranteed!(lower);
+    let lower = |most: u32| move |one: u32| one.min(most);
+    limits.max_viewport_dimensions = limits.max_viewport_dimensions.map(lower(4096));
+    limits.max_compute_work_group_count = limits.max_compute_work_group_count.map(lower(65_535));
+    let sides = std::iter::zip(&mut limits.max_compute_work_group_size, [128, 128, 64]);
+    sides.for_each(|(side, least)| *side = least.min(*side));
+    limits.min_storage_buffer_offset_alignment =
+        limits.min_storage_buffer_offset_alignment.max(256);
+    limits.min_uniform_buffer_offset_alignment =
+        limits.min_uniform_buffer_offset_alignment.max(256);
+    limits
+}
+
+/// Whether they are what Vulkan guarantees at least.
+pub(crate) fn are_enough(limits: &vk::PhysicalDeviceLimits) -> bool {
+    let mut enough = limits.min_storage_buffer_offset_alignment <= 256
+        && limits.min_uniform_buffer_offset_alignment <= 256;
+    macro_rules! compare {
+        ($($name:ident: $least:expr,)*) => { $(enough &= limits.$name >= $least;)* };
+    }
+    guaranteed!(compare);
+    enough
+        && limits
+            .max_viewport_dimensions
+            .iter()
+            .all(|&side| side >= 4096)
+        && limits
+            .max_compute_work_group_count
+            .iter()
+            .all(|&count| count >= 65_535)
+        && std::iter::zip(limits.max_compute_work_group_size, [128, 128, 64]).all(|(a, b)| a >= b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_guaranteed_limits_are_enough_and_nothing_less() {
+        let generous = vk::PhysicalDeviceLimits {
+            max_image_dimension2_d: 16_384,
+            max_viewport_dimensions: [16_384; 2],
+            max_compute_work_group_count: [1 << 20; 3],
+            max_compute_work_group_size: [1024; 3],
+            min_storage_buffer_offset_alignment: 16,
+            ..all(1 << 30)
+        };
+        assert!(are_enough(&generous));
+        assert_eq!(
+            allowed(&generous, &Without::default()).max_viewports,
+            1 << 30
+        );
+        let without = Without {
+            generous_limits: true,
+            ..Without::default()
+        };
+        let least = allowed(&generous, &without);
+        assert!(are_enough(&least));
+        assert_eq!(least.max_image_dimension2_d, 4096);
+        assert_eq!(least.max_viewports, 1);
+        assert_eq!(least.max_compute_work_group_size, [128, 128, 64]);
+        assert_eq!(least.min_storage_buffer_offset_alignment, 256);
+        for less in [
+            vk::PhysicalDeviceLimits {
+                max_push_constants_size: 127,
+                ..least
+            },
+            vk::PhysicalDeviceLimits {
+                max_viewport_dimensions: [4096, 4095],
+                ..least
+            },
+            vk::PhysicalDeviceLimits {
+                max_compute_work_group_size: [128, 64, 64],
+                ..least
+            },
+            vk::PhysicalDeviceLimits {
+                min_storage_buffer_offset_alignment: 512,
+                ..least
+            },
+        ] {
+            assert!(!are_enough(&less));
+        }
+    }
+
+    fn all(most: u32) -> vk::PhysicalDeviceLimits {
+        let mut limits = vk::PhysicalDeviceLimits::default();
+        macro_rules! set {
+            ($($name:ident: $least:expr,)*) => { $(limits.$name = most;)* };
+        }
+        guaranteed!(set);
+        limits
+    }
+}

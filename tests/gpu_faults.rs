@@ -1,0 +1,336 @@
+//! Promise: whichever Vulkan call fails, and whenever, there is a typed error, nothing leaks, the host's device goes on, and
+//! the cpu path gives the answer that the device owes.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+#[path = "../examples/common/plain_memory.rs"]
+#[allow(dead_code)]
+mod plain_memory;
+#[path = "common/shim.rs"]
+#[allow(dead_code)]
+mod shim;
+
+use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
+
+use common::cull::{any_input, atlas_on, sliced};
+use common::{Random, desc, drifting, finish};
+use plain_memory::PlainMemory;
+use sabaki::{
+    avoid::cull::{CullInput, Overlap, cpu},
+    gpu::{
+        Context, GpuError, Headless, Memory,
+        ash::vk,
+        compute,
+        stencil::{self, Rasterizer, RasterizerDesc},
+    },
+    region::{MapRect, RegionAtlas, raster},
+};
+use shim::Fault;
+
+/// What a call that fails says, whichever call it is.
+const RESULTS: [vk::Result; 4] = [
+    vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+    vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+    vk::Result::ERROR_DEVICE_LOST,
+    vk::Result::ERROR_TOO_MANY_OBJECTS,
+];
+
+/// Names are a help, and no more: an object without one is no error.
+const HELPS: &str = "vkSetDebugUtilsObjectNameEXT";
+
+fn device() -> Headless {
+    // SAFETY: the shim calls the system's loader.
+    unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap()
+}
+
+/// Lets every call of `work` fail with every result, at its first use, its second one, and so on; `check` sees how each
+/// ended, and which fault there was. Returns the number of faults.
+fn each_fault<T>(
+    mut work: impl FnMut() -> Result<T, GpuError>,
+    mut check: impl FnMut(Result<T, GpuError>, Option<Fault>),
+) -> BTreeMap<&'static str, u32> {
+    let before = shim::calls();
+    check(work(), None);
+    let used = shim::calls().into_iter();
+    let used = used.filter(|(call, count)| before.get(call) != Some(count));
+    let mut faults = BTreeMap::new();
+    for (call, _) in used.collect::<Vec<_>>() {
+        for result in RESULTS {
+            for nth in 1.. {
+                let fault = Fault { call, nth, result };
+                shim::fail(fault);
+                let ended = work();
+                if shim::call_off() {
+                    check(ended, None);
+                    break;
+                }
+                *faults.entry(call).or_default() += 1;
+                check(ended, Some(fault));
+            }
+        }
+    }
+    faults
+}
+
+/// The error is the one of the call that failed.
+fn is_typed(error: &GpuError, fault: Fault) -> bool {
+    match error {
+        GpuError::Call { call, result } => *call == fault.call && *result == fault.result,
+        // An allocator's calls.
+        GpuError::Memory { name, reason } => {
+            !name.is_empty()
+                && !reason.is_empty()
+                && ["vkAllocateMemory", "vkMapMemory"].contains(&fault.call)
+        }
+        _ => false,
+    }
+}
+
+/// Makes something, uses it twice, and destroys it: the second use comes after a failed first one as well.
+fn use_twice<C, T>(
+    device: &RefCell<Headless>,
+    memory: &RefCell<dyn Memory>,
+    make: impl FnOnce(&Context, &mut dyn Memory) -> Result<C, GpuError>,
+    mut work: impl FnMut(&mut Headless, &mut C) -> Result<T, GpuError>,
+    destroy: impl FnOnce(C, &mut dyn Memory),
+) -> Result<(T, T), GpuError> {
+    let context = device.borrow().context()?.clone();
+    let mut made = make(&context, &mut *memory.borrow_mut())?;
+    let first = work(&mut device.borrow_mut(), &mut made);
+    let second = work(&mut device.borrow_mut(), &mut made);
+    destroy(made, &mut *memory.borrow_mut());
+    Ok((first?, second?))
+}
+
+struct Harness {
+    device: RefCell<Headless>,
+    /// Said not to be coherent, so that flushes and invalidates are made.
+    memory: RefCell<PlainMemory>,
+    alive: BTreeMap<&'static str, i64>,
+    faults: BTreeMap<&'static str, u32>,
+}
+
+impl Harness {
+    fn new() -> Self {
+        let device = device();
+        let context = device.context().unwrap();
+        // SAFETY: the handles are of the headless device, which outlives the memory.
+        let mut memory = unsafe {
+            PlainMemory::new(
+                context.instance(),
+                context.physical_device(),
+                context.device(),
+            )
+        };
+        memory.trusts_coherence = false;
+        Self {
+            alive: shim::live(),
+            device: RefCell::new(device),
+            memory: RefCell::new(memory),
+            faults: BTreeMap::new(),
+        }
+    }
+
+    /// Holds a component to its promise through all faults. `owed` is what the CPU answers.
+    fn hold<T: PartialEq + std::fmt::Debug>(
+        &mut self,
+        work: impl Fn(&RefCell<Headless>, &RefCell<dyn Memory>) -> Result<(T, T), GpuError>,
+        owed: &T,
+    ) {
+        let (device, memory, alive) = (&self.device, &self.memory, &self.alive);
+        let faults = each_fault(
+            || work(device, memory),
+            |ended, fault| {
+                match (ended, fault) {
+                    (Ok((first, second)), None) => {
+                        assert_eq!((&first, &second), (owed, owed));
+                    }
+                    (Ok((first, second)), Some(fault)) => {
+                        assert_eq!(fault.call, HELPS);
+                        assert_eq!((&first, &second), (owed, owed));
+                    }
+                    (Err(error), Some(fault)) => {
+                        assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                    }
+                    (Err(error), None) => panic!("{error} without a fault"),
+                }
+                assert_eq!(memory.borrow().live_blocks(), 0, "{fault:?}");
+                assert_eq!(shim::live(), *alive, "{fault:?}");
+            },
+        );
+        for (call, count) in faults {
+            *self.faults.entry(call).or_default() += count;
+        }
+    }
+
+    fn finish(self) -> BTreeMap<&'static str, u32> {
+        drop(self.memory);
+        let mut messages = self.device.into_inner().destroy();
+        // The price of so plain an allocator, and no fault of the components.
+        messages.retain(|one| !one.id.contains("-small-"));
+        assert!(messages.is_empty(), "{messages:#?}");
+        assert_eq!(shim::live(), BTreeMap::new());
+        self.faults
+    }
+}
+
+fn atlas() -> RegionAtlas {
+    atlas_on(sliced(8), &mut Random(3), 6)
+}
+
+#[test]
+fn every_call_of_every_component_and_of_the_headless_device() {
+    let atlas = atlas();
+    let (attack, candidates) = any_input(&mut Random(4), &atlas, 20);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let mut owed = Vec::new();
+    cpu::count(&input, &mut owed);
+    assert!(owed.iter().any(|one| one.body > 0));
+    let mut harness = Harness::new();
+
+    let desc = stencil::CullerDesc::new("test", &atlas);
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, memory| stencil::Culler::new(context, memory, &desc),
+                |device, culler| device.cull(culler, &input),
+                |culler, memory| culler.destroy(memory),
+            )
+        },
+        &owed,
+    );
+    let desc = compute::CullerDesc::new("test", &atlas);
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, memory| compute::Culler::new(context, memory, &desc),
+                |device, culler| device.cull_compute(culler, &input),
+                |culler, memory| culler.destroy(memory),
+            )
+        },
+        &owed,
+    );
+    rasterizer(&mut harness);
+    let mut faults = harness.finish();
+    for (call, count) in creation_of_a_device() {
+        *faults.entry(call).or_default() += count;
+    }
+
+    // Every call that the crate itself names in an error has failed here.
+    let mut named = Vec::new();
+    calls_named_in(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu"),
+        &mut named,
+    );
+    for call in &named {
+        assert!(
+            faults.contains_key(&**call),
+            "{call} was never made to fail"
+        );
+    }
+    let all: u32 = faults.values().sum();
+    println!("{all} faults of {} calls: {faults:#?}", faults.len());
+    assert!(named.len() > 20 && all > 500, "{} {all}", named.len());
+}
+
+fn rasterizer(harness: &mut Harness) {
+    let rect = MapRect {
+        u: 0,
+        v: 0,
+        width: 40,
+        height: 30,
+    };
+    let drawings = [drifting(&mut Random(5), rect, 3, 4)];
+    let owed = vec![raster::any_frame(&drawings[0])];
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, memory| Rasterizer::new(context, memory, &RasterizerDesc::default()),
+                |device, rasterizer| device.any_frame(rasterizer, &drawings),
+                |rasterizer, memory| rasterizer.destroy(memory),
+            )
+        },
+        &owed,
+    );
+}
+
+/// A device of our own that fails half made leaves nothing behind either.
+fn creation_of_a_device() -> BTreeMap<&'static str, u32> {
+    each_fault(
+        || {
+            // SAFETY: the shim calls the system's loader.
+            let device = unsafe { Headless::with_loader(shim::entry(), &desc()) }?;
+            let messages = device.destroy();
+            assert!(messages.is_empty(), "{messages:#?}");
+            Ok(())
+        },
+        |ended, fault| {
+            match (ended, fault) {
+                (Ok(()), None) => {}
+                // Where the list of extensions cannot be had it is taken to be empty, which is no loss on Vulkan 1.3.
+                (Ok(()), Some(fault)) => {
+                    assert!([HELPS, "vkEnumerateDeviceExtensionProperties"].contains(&fault.call));
+                }
+                (Err(error), Some(fault)) => assert!(is_typed(&error, fault), "{error}: {fault:?}"),
+                (Err(error), None) => panic!("{error} without a fault"),
+            }
+            assert_eq!(shim::live(), BTreeMap::new(), "{fault:?}");
+        },
+    )
+}
+
+/// The names in `.call("vk...")`.
+fn calls_named_in(folder: &Path, names: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            calls_named_in(&path, names);
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        for (at, opening) in text.match_indices(".call(\"vk") {
+            let name = &text[at + opening.len() - 2..];
+            names.push(name[..name.find('"').unwrap()].to_owned());
+        }
+    }
+}
+
+/// What a renderer does when its device's answer does not come: the same question to the CPU.
+#[test]
+fn a_lost_device_is_answered_for_by_the_cpu() {
+    let atlas = atlas();
+    let (attack, candidates) = any_input(&mut Random(9), &atlas, 30);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let mut device = device();
+    let desc = stencil::CullerDesc::new("test", &atlas);
+    let mut culler = device
+        .make(|context, memory| stencil::Culler::new(context, memory, &desc))
+        .unwrap();
+    let healthy = device.cull(&mut culler, &input).unwrap();
+    shim::fail(Fault {
+        call: "vkQueueSubmit2",
+        nth: 1,
+        result: vk::Result::ERROR_DEVICE_LOST,
+    });
+    let error = device.cull(&mut culler, &input).unwrap_err();
+    assert!(error.is_device_lost());
+    let mut answer: Vec<Overlap> = Vec::new();
+    cpu::count(&input, &mut answer);
+    assert_eq!(answer, healthy);
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
