@@ -281,17 +281,18 @@ fn what_is_no_number_is_the_start() {
     for isa in Isa::available() {
         let settings = settings(Output::default(), isa, 1);
         let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
-        let (mut still, still_ids) = crowd_of(&stage, &plain, settings);
+        let (mut same, plain_ids) = crowd_of(&stage, &plain, settings);
         // Over the moment at which the clocks are set back, too.
         for _ in 0..3 {
             crowd.advance(5.0);
-            let (out, still_out) = (posed(&mut crowd), posed(&mut still));
-            for (&id, &still_id) in ids.iter().zip(&still_ids) {
+            same.advance(5.0);
+            let (out, plain_out) = (posed(&mut crowd), posed(&mut same));
+            for (&id, &plain_id) in ids.iter().zip(&plain_ids) {
                 let region = crowd.region(id).unwrap();
-                let expected = still.region(still_id).unwrap();
+                let expected = same.region(plain_id).unwrap();
                 for joint in 0..region.joints {
                     let found = region.number(&out, joint, 3);
-                    assert_eq!(found, expected.number(&still_out, joint, 3), "{isa:?}");
+                    assert_eq!(found, expected.number(&plain_out, joint, 3), "{isa:?}");
                 }
             }
         }

@@ -104,7 +104,9 @@ const MOST_THREADS: usize = 64;
 struct Part<'a>(Mutex<&'a mut [Line]>);
 
 impl Part<'_> {
-    const NONE: Self = Self(Mutex::new(&mut []));
+    fn none() -> Self {
+        Self(Mutex::new(&mut []))
+    }
 }
 
 impl Crowd {
@@ -253,7 +255,7 @@ impl Crowd {
         if found < needed {
             return Err(PoseError::TooSmall { needed, found });
         }
-        let mut parts = [const { Part::NONE }; MOST_THREADS];
+        let mut parts = [(); MOST_THREADS].map(|()| Part::none());
         let mut rest = out;
         for (part, pieces) in parts.iter_mut().zip(self.schedule.parts()) {
             let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
@@ -379,8 +381,9 @@ impl Crowd {
             let (at, speed) = in_intervals(fade.time, fade.speed, span.rate);
             group.fade.clock.set(lane, at, speed, now);
             group.fade.set_span(lane, span);
-            // NaN is nothing of it.
-            group.fade.weight.0[lane] = fade.weight.max(0.0).min(1.0);
+            // NaN is nothing of it, which `clamp` would keep.
+            let weight = if fade.weight > 0.0 { fade.weight } else { 0.0 };
+            group.fade.weight.0[lane] = weight.min(1.0);
         }
     }
 }

@@ -199,7 +199,7 @@ fn write_rows<L: Lanes, P: Posture>(
     (out, memory): (&mut [Line], Memory),
 ) {
     let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
-    if (joint + 1) % of_turn != 0 && joint + 1 != models.len() {
+    if !(joint + 1).is_multiple_of(of_turn) && joint + 1 != models.len() {
         return;
     }
     let turn = joint / of_turn;

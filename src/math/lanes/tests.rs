@@ -42,7 +42,8 @@ impl Kernel for Everything<'_> {
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
         keep(&|part| as_number(L::sum(words(part), L::splat_words(99))));
-        let few = |part| (a(part) * a(part) * L::splat(0.5)).truncated();
+        // Below the fewest lanes that there are.
+        let few = |part| (a(part) * a(part) * L::splat(0.25)).truncated();
         keep(&|part| L::from_bits(L::window(self.table, 5, few(part))));
         keep(&|part| L::from_bits(L::gather(self.table, words(part))));
         keep(&|part| L::from_bits(L::gather(self.table, L::load_words(&self.numbers[0], part))));
@@ -50,7 +51,10 @@ impl Kernel for Everything<'_> {
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
         keep(&|_| L::splat(f32::from(u8::from(all_below) + 2 * u8::from(some_above))));
         keep(&|_| L::splat(a(0).first()));
-        keep(&|part| L::splat(a(part).least()).min(L::splat(a(L::PARTS - 1 - part).least())));
+        let least = (0..L::PARTS)
+            .map(|part| a(part).least())
+            .fold(f32::INFINITY, f32::min);
+        keep(&|_| L::splat(least));
         out.extend(L::transpose(self.numbers.each_ref()));
         out
     }
