@@ -4,12 +4,10 @@
 mod common;
 
 use common::captures::captures;
-use common::lod::{each_capture, points_of, random_case};
+use common::lod::{each_capture, frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
-use sabaki::anim::{
-    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
-};
+use sabaki::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
 use sabaki::lod::{
     Carrier, EnergySettings, Level, LevelSettings, Levels, LodError, Order, joint_energies,
 };
@@ -22,17 +20,6 @@ fn is_end(skeleton: &Skeleton, id: JointId) -> bool {
     skeleton.children(id).next().is_none()
 }
 
-fn frames(skeleton: &Skeleton, clip: &Clip) -> Vec<Vec<JointTransform>> {
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    (0..clip.frames())
-        .map(|frame| {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            joints.clone()
-        })
-        .collect()
-}
-
 /// Where a joint's point is drawn on a level.
 fn drawn(level: &Level, joints: &[JointTransform], id: JointId, point: Vec3) -> Vec3 {
     let seat = level.seats[id.index()];
@@ -42,8 +29,8 @@ fn drawn(level: &Level, joints: &[JointTransform], id: JointId, point: Vec3) -> 
 
 /// The clip that a level makes of another is what the level draws.
 fn check_drawn(skeleton: &Skeleton, clip: &Clip, level: &Level) {
-    let shown = frames(skeleton, &level.drawn(skeleton, clip).unwrap());
-    for (joints, shown) in frames(skeleton, clip).iter().zip(shown) {
+    let shown = frames_of(skeleton, &level.drawn(skeleton, clip).unwrap());
+    for (joints, shown) in frames_of(skeleton, clip).iter().zip(shown) {
         for id in skeleton.ids() {
             let expected = drawn(level, joints, id, Vec3::ZERO);
             assert!(shown[id.index()].translation.distance(expected) < 2e-5);
@@ -57,7 +44,7 @@ fn check_drawn(skeleton: &Skeleton, clip: &Clip, level: &Level) {
 
 /// Errors of all levels straight from what they mean, against what the levels say.
 fn check_errors(skeleton: &Skeleton, clip: &Clip, levels: &Levels, skin: f32) {
-    let frames = frames(skeleton, clip);
+    let frames = frames_of(skeleton, clip);
     let points = points_of(skeleton, &frames, skin);
     let all: usize = points.iter().map(Vec::len).sum();
     let mut reach = 0.0f32;
@@ -176,7 +163,7 @@ fn errors_are_what_they_say() {
 
 /// Sum of the squared displacements on a level, from the definition.
 fn squares(skeleton: &Skeleton, clip: &Clip, level: &Level, skin: f32) -> f64 {
-    let frames = frames(skeleton, clip);
+    let frames = frames_of(skeleton, clip);
     let points = points_of(skeleton, &frames, skin);
     let mut sum = 0.0;
     for joints in &frames {

@@ -4,10 +4,10 @@
 mod common;
 
 use common::captures::captures;
-use common::lod::{points_of, random_case};
+use common::lod::{frames_of, points_of, random_case};
 use common::random::Random;
 use glam::{Affine3A, Vec2, Vec3};
-use sabaki::anim::{Clip, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki::lod::{
     BlendSettings, Budget, Choice, Cost, Level, LevelSettings, Levels, LodError, Measure, Order,
     Planner, Rule, SwitchSettings, Switching, View, affine,
@@ -208,22 +208,11 @@ fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affi
     level.seats.iter().map(seat).collect()
 }
 
-fn all_frames(skeleton: &Skeleton, clip: &Clip) -> Vec<Vec<JointTransform>> {
-    let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    (0..clip.frames())
-        .map(|frame| {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(skeleton, &pose, &mut joints);
-            joints.clone()
-        })
-        .collect()
-}
-
 #[test]
 fn a_full_blend_is_the_next_level() {
     for seed in 0..30 {
         let (skeleton, clip, levels) = random_levels(seed);
-        for joints in all_frames(&skeleton, &clip).iter().step_by(5) {
+        for joints in frames_of(&skeleton, &clip).iter().step_by(5) {
             for level in 0..levels.levels.len() - 1 {
                 let blended = drawn(&levels, Choice { level, blend: 1.0 }, joints);
                 let next = Choice {
@@ -264,7 +253,7 @@ fn largest_step(
     settings: &SwitchSettings,
     side: f32,
 ) -> f32 {
-    let frames = all_frames(skeleton, clip);
+    let frames = frames_of(skeleton, clip);
     let points = points_of(skeleton, &frames, 0.05);
     let switching = Switching::new(levels, settings).unwrap();
     let travel = 5.0 / 60.0;
@@ -373,7 +362,7 @@ fn nothing_jumps_on_random_skeletons() {
 fn the_screen_error_is_no_larger_than_allowed() {
     for seed in 0..20 {
         let (skeleton, clip, levels) = random_levels(seed);
-        let frames = all_frames(&skeleton, &clip);
+        let frames = frames_of(&skeleton, &clip);
         let points = points_of(&skeleton, &frames, 0.05);
         for pixels in [0.3, 2.0, 20.0] {
             for blend in [None, Some(BlendSettings::default())] {

@@ -1,15 +1,7 @@
 //! Line charts with linear axes.
 
-use super::picture::Picture;
+use super::picture::{COLOURS, Picture, RULE};
 
-const RULE: [u8; 3] = [60, 64, 72];
-const COLOURS: [[u8; 3]; 5] = [
-    [225, 80, 70],
-    [92, 190, 110],
-    [90, 140, 235],
-    [250, 205, 70],
-    [200, 120, 220],
-];
 /// Rules across a chart at most, along either axis.
 const RULES: f64 = 10.0;
 

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::culling::{CullPath, Culling};
 use super::passes::Method;
-use super::picture::Picture;
+use super::picture::{COLOURS, Picture, RULE};
 use super::stats::percentile;
 use super::{Failure, output};
 
@@ -204,14 +204,6 @@ const SIZE: (usize, usize) = (900, 640);
 /// Pixels left of the plot and below it, and at the other sides.
 const AXIS: (usize, usize) = (90, 60);
 const MARGIN: usize = 30;
-const RULE: [u8; 3] = [60, 64, 72];
-const COLOURS: [[u8; 3]; 5] = [
-    [225, 80, 70],
-    [92, 190, 110],
-    [90, 140, 235],
-    [250, 205, 70],
-    [200, 120, 220],
-];
 
 /// The decades of both axes.
 struct Axes {

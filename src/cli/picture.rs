@@ -8,6 +8,16 @@ use sabaki::io;
 
 use super::Failure;
 
+/// Of the rules across a chart.
+pub(crate) const RULE: [u8; 3] = [60, 64, 72];
+/// Of the lines of a chart, one after the other.
+pub(crate) const COLOURS: [[u8; 3]; 5] = [
+    [225, 80, 70],
+    [92, 190, 110],
+    [90, 140, 235],
+    [250, 205, 70],
+    [200, 120, 220],
+];
 const BACKGROUND: [u8; 3] = [24, 26, 30];
 const INK: [u8; 3] = [220, 222, 226];
 

@@ -3,10 +3,24 @@
 use std::path::PathBuf;
 
 use glam::{DVec3, Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
+use sabaki::anim::{
+    Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+};
 use sabaki::io::{ReadOptions, read_clip};
 
 use super::random::Random;
+
+/// The joints of a clip, frame by frame.
+pub fn frames_of(skeleton: &Skeleton, clip: &Clip) -> Vec<Vec<JointTransform>> {
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    (0..clip.frames())
+        .map(|frame| {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            joints.clone()
+        })
+        .collect()
+}
 
 /// In [-1, 1).
 fn signed(random: &mut Random) -> f32 {
