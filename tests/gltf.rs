@@ -19,6 +19,7 @@ fn parse(bytes: &[u8]) -> GltfFile {
     GltfFile::parse(bytes, |file| panic!("{} is not asked for", file.display())).unwrap()
 }
 
+#[cfg(feature = "demo")]
 fn assert_same(a: &Clip, b: &Clip, what: &str) {
     assert_eq!(a.frames(), b.frames(), "{what}");
     if a.frames() > 1 {
