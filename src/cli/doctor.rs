@@ -20,6 +20,7 @@ pub(crate) fn run(args: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
                 "exact": true,
                 "cpu": true,
                 "stencil": usable,
+                "compute": usable,
             },
         }))
     } else {
@@ -31,13 +32,14 @@ pub(crate) fn run(args: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
             Err(why) => text.push_str(&format!("no Vulkan: {why}\n")),
         }
         text.push_str("culling paths:\n  exact    runs\n  cpu      runs\n");
-        text.push_str(&match (&name, &why) {
-            (Some(name), _) => format!("  stencil  runs on {name}\n"),
-            (None, why) => format!(
-                "  stencil  does not run: {}\n",
-                why.as_deref().unwrap_or("no device")
-            ),
-        });
+        let how = match (&name, &why) {
+            (Some(name), _) => format!("runs on {name}"),
+            (None, why) => format!("does not run: {}", why.as_deref().unwrap_or("no device")),
+        };
+        // Drivers compute where they draw; one that does not says so when it is asked to.
+        for path in ["stencil", "compute"] {
+            text.push_str(&format!("  {path}  {how}\n"));
+        }
         text
     };
     Ok(Done { text, no: !usable })

@@ -85,10 +85,13 @@ impl DevicePart {
         }
         // SAFETY: as above.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
-        let graphics = families
-            .iter()
-            .position(|family| family.queue_flags.contains(vk::QueueFlags::GRAPHICS));
-        let queue_family = graphics.unwrap_or(0) as u32;
+        let with = |wanted| {
+            families
+                .iter()
+                .position(|family| family.queue_flags.contains(wanted))
+        };
+        let both = with(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE);
+        let queue_family = both.or_else(|| with(vk::QueueFlags::GRAPHICS)).unwrap_or(0) as u32;
         let precise_queries = report.precise_queries;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
