@@ -3,7 +3,7 @@
 //! What an evasion's body does from its start on is the same in every query: the evasion itself,
 //! then the natural way on. It is sampled once, when a graph is baked or read.
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3, Vec3A};
 
 use super::Body;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -83,10 +83,20 @@ impl BodyTrack {
         rows.resize(start + 3 * row, 0.0);
         let (x, rest) = rows[start..].split_at_mut(row);
         let (y, z) = rest.split_at_mut(row);
-        let mut last = Vec3::ZERO;
+        // Spheres of a bone follow each other: one matrix turns them all.
+        let (mut turning, mut turn) = (None, Affine3A::IDENTITY);
+        let mut last = Vec3A::ZERO;
         let places = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut());
         for (sphere, ((x, y), z)) in body.spheres.iter().zip(places) {
-            last = sphere.centre(joints);
+            if turning != Some(sphere.joint) {
+                let JointTransform {
+                    rotation,
+                    translation,
+                } = joints[sphere.joint.index()];
+                turning = Some(sphere.joint);
+                turn = Affine3A::from_rotation_translation(rotation, translation);
+            }
+            last = turn.transform_point3a(sphere.offset.into());
             (*x, *y, *z) = (last.x, last.y, last.z);
         }
         for (row, last) in [x, y, z].into_iter().zip(last.to_array()) {
