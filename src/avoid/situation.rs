@@ -66,7 +66,7 @@ impl<'c> Situation<'c> {
     pub(super) fn root(&self, baked: &BakedGraph) -> Vec3 {
         let graph = baked.graph();
         let node = graph.node(self.node);
-        let root = graph.clip(node.clip).sample_root(node.frame as f32);
+        let root = graph.clip(node.clip).root(node.frame as usize);
         baked.placement(self.node).inverse().point(root)
     }
 }

@@ -1,5 +1,7 @@
 //! A storage buffer that is filled once, by way of a staging buffer.
 
+use std::sync::atomic::AtomicBool;
+
 use ash::vk;
 
 use super::{
@@ -7,6 +9,14 @@ use super::{
     barriers::{self, Access},
     resources::{Buffer, BufferDesc},
 };
+
+/// How far a culler's maps have come.
+#[derive(Debug, Default)]
+pub(crate) struct Upload {
+    pub(crate) recorded: bool,
+    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
+    pub(crate) done: AtomicBool,
+}
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]

@@ -23,18 +23,16 @@ pub(super) struct Sides<'a> {
 impl<'a> Sides<'a> {
     /// `None` where the edge is no transition.
     pub(super) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
-        let EdgeMotion::Transition { align, .. } = edge.motion else {
-            return None;
-        };
-        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-        let target_frame = (to.frame - edge.frames) as f32 + frame;
+        let moment = graph.edge_moment(edge, frame);
+        let target = moment.target?;
+        let at = |(clip, frame)| graph.clip(clip).at(frame);
         Some(Self {
             skeleton: &graph.skeleton,
-            source: graph.clip(from.clip).at(from.frame as f32 + frame),
-            target: graph.clip(to.clip).at(target_frame),
-            align,
-            turn: align.rotation(),
-            weight: 1.0 - blend_weight(frame / edge.frames as f32),
+            source: at(moment.source),
+            target: at(target.at),
+            align: target.align,
+            turn: target.align.rotation(),
+            weight: target.weight,
         })
     }
 
@@ -143,14 +141,11 @@ pub(crate) struct TargetMoment {
     /// Takes its clip to that of the source.
     pub(crate) align: Rigid2,
     pub(crate) weight: f32,
-    /// How far the root has sunk for the feet, metres.
-    pub(crate) sunk: f32,
 }
 
 impl MotionGraph {
     /// What an edge plays, `frame` frames after its start.
-    pub(crate) fn edge_moment(&self, id: EdgeId, frame: f32) -> EdgeMoment {
-        let edge = self.edge(id);
+    pub(crate) fn edge_moment(&self, edge: &Edge, frame: f32) -> EdgeMoment {
         let (from, to) = (self.node(edge.from), self.node(edge.to));
         let target = match edge.motion {
             EdgeMotion::Clip => None,
@@ -158,7 +153,6 @@ impl MotionGraph {
                 at: (to.clip, (to.frame - edge.frames) as f32 + frame),
                 align,
                 weight: 1.0 - blend_weight(frame / edge.frames as f32),
-                sunk: self.sunk(id, frame),
             }),
         };
         EdgeMoment {

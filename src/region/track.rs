@@ -15,11 +15,10 @@ use crate::math::Rigid2;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyTrack {
     spheres: usize,
+    ticks: usize,
     /// `[tick][x, y, z][sphere]`, rows padded to whole lanes.
     rows: Vec<f32>,
-    /// For each sample a sphere that holds the whole body.
-    bounds: Vec<(Vec3, f32)>,
-    /// For each stretch one that holds it all through.
+    /// For each stretch a sphere that holds the whole body all through.
     hulls: Vec<(Vec3, f32)>,
 }
 
@@ -54,21 +53,22 @@ impl BodyTrack {
         motion.extend(graph, ticks as f32 / Self::RATE);
         let mut track = Self {
             spheres: body.spheres.len(),
+            ticks,
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
-            bounds: Vec::with_capacity(ticks),
             hulls: Vec::with_capacity(ticks.div_ceil(Self::STRETCH)),
         };
+        let mut bounds = Vec::with_capacity(ticks);
         let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
         for tick in 0..ticks {
             motion.sample(graph, tick as f32 / Self::RATE, &mut pose);
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
             Self::push_rows(body, &joints, &mut track.rows);
             body.centres(&joints, &mut centres);
-            track.bounds.push(bound(body, &centres));
+            bounds.push(bound(body, &centres));
         }
         let firsts = (0..ticks).step_by(Self::STRETCH);
         let stretches = firsts.map(|first| first..=(first + Self::STRETCH).min(ticks - 1));
-        track.hulls = stretches.map(|s| around(&track.bounds[s])).collect();
+        track.hulls = stretches.map(|s| around(&bounds[s])).collect();
         track
     }
 
@@ -113,12 +113,6 @@ impl BodyTrack {
         radii
     }
 
-    /// A sphere that holds the whole body at one sample: its centre and radius.
-    #[must_use]
-    pub fn bound(&self, tick: usize) -> (Vec3, f32) {
-        self.bounds[tick]
-    }
-
     /// A sphere that holds the whole body all through a stretch: from sample [`BodyTrack::STRETCH`]
     /// `index` to the first one of the next stretch, in straight lines between samples.
     #[must_use]
@@ -135,7 +129,7 @@ impl BodyTrack {
     /// How many samples.
     #[must_use]
     pub fn ticks(&self) -> usize {
-        self.bounds.len()
+        self.ticks
     }
 
     /// Seconds from the first sample to the last.

@@ -79,7 +79,7 @@ impl Uprights {
     /// Around the body at a moment of an edge, in the space of the clip in which that starts. In a
     /// transition it is what lies between the cylinders of its two sides.
     pub(super) fn at(&self, graph: &MotionGraph, edge: EdgeId, frame: f32) -> Upright {
-        let moment = graph.edge_moment(edge, frame);
+        let moment = graph.edge_moment(graph.edge(edge), frame);
         let source = self.of_frame(moment.source);
         let Some(target) = moment.target else {
             return source;
@@ -87,7 +87,7 @@ impl Uprights {
         let other = self.of_frame(target.at).placed(target.align);
         let blended = source.lerp(other, target.weight);
         Upright {
-            low: blended.low - target.sunk,
+            low: blended.low - graph.sunk(edge, frame),
             ..blended
         }
     }

@@ -3,7 +3,7 @@
 //! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits in
 //! place of a stencil buffer: an invocation a candidate, which walks the attack block by block of texels.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 
@@ -19,7 +19,7 @@ use crate::{
         barriers::Access,
         pipelines::{COUNT, Pipeline},
         shader_table::COUNTS,
-        uploaded::Uploaded,
+        uploaded::{Upload, Uploaded},
     },
     region::RegionAtlas,
 };
@@ -94,14 +94,6 @@ pub struct Culler {
     planes: Planes,
     counted: Counted,
     upload: Upload,
-}
-
-/// How far the maps have come.
-#[derive(Debug, Default)]
-struct Upload {
-    recorded: bool,
-    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
-    done: AtomicBool,
 }
 
 #[derive(Debug, Default)]

@@ -5,7 +5,7 @@
 //! slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer map, which
 //! proves misses, and a third one its evasion map, for the score.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 
@@ -23,6 +23,7 @@ use crate::{
         error::within,
         pipelines::{CANDIDATES, DISCS, Pipeline},
         resources::{Buffer, BufferDesc, StencilTarget},
+        uploaded::Upload,
     },
     region::RegionAtlas,
 };
@@ -94,14 +95,6 @@ pub struct Culler {
     maps: Maps,
     counted: Counted,
     upload: Upload,
-}
-
-/// How far the maps have come.
-#[derive(Debug, Default)]
-struct Upload {
-    recorded: bool,
-    /// Seen by the host. Until then every cull carries them: an earlier one may never have been submitted.
-    done: AtomicBool,
 }
 
 #[derive(Debug, Default)]

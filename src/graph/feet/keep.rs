@@ -55,7 +55,7 @@ impl MotionGraph {
     }
 
     /// How far the root has sunk at a moment of an edge, metres.
-    pub(in crate::graph) fn sunk(&self, id: EdgeId, frame: f32) -> f32 {
+    pub(crate) fn sunk(&self, id: EdgeId, frame: f32) -> f32 {
         self.feet.sink(id) * sinking(frame / self.edge(id).frames as f32)
     }
 }
