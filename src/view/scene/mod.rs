@@ -1,0 +1,13 @@
+//! What there is to see, as plain data: bodies, ghosts, maps, crowds, camera and light.
+//!
+//! Architecture invariant: nothing here knows what draws it. The same scene gives the same numbers each time.
+
+mod camera;
+mod dodge;
+mod figure;
+mod shot;
+
+pub use camera::Camera;
+pub use dodge::{Dodge, DodgeSettings};
+pub use figure::{Figure, FigurePart, Look};
+pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};
