@@ -71,6 +71,8 @@ pub(crate) enum Failure {
     Stdout(std::io::Error),
     #[error("{0}")]
     Device(String),
+    #[error("cancelled; nothing was written")]
+    Cancelled,
     #[error("{0}")]
     Usage(String),
     #[error("{place}: {failure}")]

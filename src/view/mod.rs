@@ -13,6 +13,7 @@
 //!
 //! Architecture invariant: nothing in [`scene`] knows that Vulkan exists.
 
+pub mod film;
 mod offscreen;
 mod painter;
 pub mod scene;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::maps::{DodgeMaps, MapStyle};
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::avoid::clearance::Clearance;
@@ -51,6 +52,19 @@ pub struct Dodge<'a> {
     idle: Motion,
     attack: Attack,
     clearance: Clearance,
+    /// Where an evasion answers.
+    maps: Option<DodgeMaps>,
+}
+
+/// Where a body and an attack are nearest to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Between their surfaces, metres; negative where they meet.
+    pub metres: f32,
+    /// On the surface of the body's spheres, in the world.
+    pub body: Vec3,
+    /// On the surface of the attack.
+    pub attack: Vec3,
 }
 
 /// Seconds that the trail of a ball shows.
@@ -75,7 +89,13 @@ impl<'a> Dodge<'a> {
         let mut idle = Motion::new(graph, playhead, &[]);
         idle.extend(graph, end);
         let figure = Figure::of(graph.skeleton(), baked.body(), &settings.look);
+        let evasion = answer
+            .candidates
+            .get(answer.chosen)
+            .and_then(|chosen| chosen.evasion);
+        let maps = evasion.and_then(|edge| DodgeMaps::of(baked, (&motion, edge), attack));
         Self {
+            maps,
             baked,
             settings: *settings,
             ghost: figure.clone().coloured(GHOST),
@@ -130,9 +150,16 @@ impl<'a> Dodge<'a> {
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
-    /// The distance between the body's surface and the attack's at a moment, metres; `None` while nothing flies.
+    /// Adds the maps of the chosen evasion and of the attack; nothing where the answer only moves.
+    pub fn add_maps(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+        if let Some(maps) = &self.maps {
+            maps.add(t, style, shot);
+        }
+    }
+
+    /// Where body and attack are nearest to each other at a moment; `None` while nothing flies.
     #[must_use]
-    pub fn distance(&self, t: f32) -> Option<f32> {
+    pub fn nearest(&self, t: f32) -> Option<Nearest> {
         let (mut joints, mut centres) = (Vec::new(), Vec::new());
         self.joints(t, &mut joints);
         self.baked.body().centres(&joints, &mut centres);
@@ -146,10 +173,15 @@ impl<'a> Dodge<'a> {
                 let ball = sphere.at(t);
                 let spheres = centres.iter().zip(&self.baked.body().spheres);
                 spheres.map(move |(centre, part)| {
-                    centre.distance(ball.center) - part.radius - ball.radius
+                    let between = (ball.center - *centre).normalize_or(Vec3::Y);
+                    Nearest {
+                        metres: centre.distance(ball.center) - part.radius - ball.radius,
+                        body: *centre + between * part.radius,
+                        attack: ball.center - between * ball.radius,
+                    }
                 })
             });
-        apart.min_by(f32::total_cmp)
+        apart.min_by(|a, b| a.metres.total_cmp(&b.metres))
     }
 
     /// Where the first sphere of the attack is, and its radius, metres; before its start and after its end as it would go on.

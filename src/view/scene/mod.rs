@@ -5,9 +5,11 @@
 mod camera;
 mod dodge;
 mod figure;
+mod maps;
 mod shot;
 
 pub use camera::Camera;
-pub use dodge::{Dodge, DodgeSettings};
+pub use dodge::{Dodge, DodgeSettings, Nearest};
 pub use figure::{Figure, FigurePart, Look};
+pub use maps::MapStyle;
 pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};
