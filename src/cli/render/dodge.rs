@@ -49,9 +49,6 @@ pub(crate) struct DodgeArgs {
     /// Without the ghost of who did nothing.
     #[arg(long)]
     no_ghost: bool,
-    /// Without words.
-    #[arg(long)]
-    plain: bool,
 }
 
 /// Moments of a storyboard, and how many of them stand side by side.
@@ -209,7 +206,7 @@ impl Show<'_> {
             self.dodge.add_maps(t, MapStyle::Ground, &mut shot);
         }
         let mut picture = canvas.paint(&shot, None)?;
-        if !self.args.dodge.plain {
+        if !self.args.plain {
             self.write_on(&mut picture, t);
         }
         Ok(picture)

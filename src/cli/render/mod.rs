@@ -1,6 +1,7 @@
 //! `sabaki render`: scenes to files, without a window.
 
 mod canvas;
+mod crowd;
 mod dodge;
 mod file;
 
@@ -29,14 +30,21 @@ pub(crate) struct Args {
     /// Pictures of a film in a second.
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=50))]
     rate: u32,
+    /// Without words.
+    #[arg(long)]
+    plain: bool,
     #[command(flatten)]
     dodge: dodge::DodgeArgs,
+    #[command(flatten)]
+    crowd: crowd::CrowdArgs,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Scene {
     /// A fighter avoids an attack.
     Dodge,
+    /// Ten thousand characters in a column.
+    Crowd,
 }
 
 /// The largest side of a picture.
@@ -56,6 +64,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     let kind = file::Kind::of(&args.out)?;
     let told = match args.scene {
         Scene::Dodge => dodge::run(args, kind, device)?,
+        Scene::Crowd => crowd::run(args, kind, device)?,
     };
     let path = args.out.display().to_string();
     Ok(Done::ok(if as_json {

@@ -302,7 +302,7 @@ impl<'a> Dodge<'a> {
         let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
         self.idle.sample(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        self.ghost.capsules(&joints, 0.20 * shown, &mut shot.ghosts);
+        self.ghost.capsules(&joints, 0.34 * shown, &mut shot.ghosts);
     }
 }
 

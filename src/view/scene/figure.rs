@@ -192,6 +192,6 @@ fn bone(parts: &mut Vec<FigurePart>, look: &Look, bone: Bone<'_>) {
         Kind::Girdle => part(0.0, 1.0, [0.9, 0.85], look.clothes),
         Kind::Limb => part(0.0, 1.0, [1.0, 0.82], look.clothes),
         Kind::Lower => part(0.0, 1.0, [0.84, 0.62], look.clothes),
-        Kind::End => part(0.0, 1.0, [0.85, 0.75], look.skin),
+        Kind::End => part(0.0, 1.0, [1.0, 0.95], look.skin),
     }
 }
