@@ -1,6 +1,6 @@
 //! A fighter who walks the graph, a throw at a given moment, and the answer played back.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::maps::{DodgeMaps, MapStyle};
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
@@ -17,7 +17,7 @@ pub struct DodgeSettings {
     pub before: f32,
     /// Seconds that are shown after the attack's end. Default 0.7.
     pub after: f32,
-    /// How fast time goes about the moment at which the attack is nearest; 1 is as everywhere else. Default 0.16.
+    /// How fast time goes about the moment at which the attack is nearest; 1 is as everywhere else. Default 0.12.
     pub slowest: f32,
     /// Whether it is shown what would have been without the dodge. Default yes.
     pub ghost: bool,
@@ -30,7 +30,7 @@ impl Default for DodgeSettings {
         Self {
             before: 0.8,
             after: 0.7,
-            slowest: 0.16,
+            slowest: 0.12,
             ghost: true,
             look: Look::default(),
         }
@@ -130,7 +130,7 @@ impl<'a> Dodge<'a> {
         let (mut moments, mut t) = (Vec::new(), start);
         while t < end {
             moments.push(t);
-            let away = ((t - self.clearance.time).abs() - 0.04) / 0.28;
+            let away = ((t - self.clearance.time).abs() - 0.04) / 0.34;
             let eased = smooth(away);
             let speed = self.settings.slowest + (1.0 - self.settings.slowest) * eased;
             t += speed / rate;
@@ -193,21 +193,12 @@ impl<'a> Dodge<'a> {
         flying(sphere, t)
     }
 
-    /// From the side of the flight, a little from above, so that all of the dodge is in the picture.
+    /// From the side of the flight, a little from above, so that all of the dodge is in the picture and the attack as it comes and goes.
     #[must_use]
     pub fn camera(&self, aspect: f32) -> Camera {
-        let (start, end) = self.span();
-        let mut joints = Vec::new();
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for step in 0..=24 {
-            self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
-            for joint in &joints {
-                low = low.min(joint.translation);
-                high = high.max(joint.translation);
-            }
-        }
         let near = self.clearance.time;
         let flight = self.ball(near + 0.01).0 - self.ball(near).0;
+        let mut joints = Vec::new();
         self.joints(near, &mut joints);
         // Rather the front of the body than its back, and rather ahead of the flight than behind it.
         let facing = joints[0].rotation * Vec3::Z;
@@ -218,22 +209,50 @@ impl<'a> Dodge<'a> {
             across
         };
         let along = Vec3::new(flight.x, 0.0, flight.z).normalize_or(Vec3::Z);
-        let out = across
-            + 0.35
-                * if along.dot(facing) < 0.0 {
-                    -along
-                } else {
-                    along
-                };
-        let mut target = 0.5 * (low + high);
-        target.y = 0.5 * high.y.max(1.5);
-        let wide = 0.5 * (high - low).length().max(1.6) + 0.45;
+        let along = if along.dot(facing) < 0.0 {
+            -along
+        } else {
+            along
+        };
+        let out = (across + 0.5 * along).normalize_or(Vec3::Z);
+        let right = Vec3::Y.cross(out);
+        let (low, high) = self.extent(right);
+        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
+        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
+        let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
+        let half = (0.5 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
         let field = 30f32.to_radians();
-        let distance = (wide / aspect.min(1.4)).max(1.02) / (0.5 * field).tan();
         Camera {
             field,
-            ..Camera::orbit(target, (out.x.atan2(out.z), 0.20), distance)
+            ..Camera::orbit(
+                target,
+                (out.x.atan2(out.z), 0.16),
+                half / (0.5 * field).tan(),
+            )
         }
+    }
+
+    /// How far to the right and how high everything goes that should be in a picture.
+    fn extent(&self, right: Vec3) -> (Vec2, Vec2) {
+        /// Of the attack, seconds before and after it is nearest.
+        const AROUND: f32 = 0.13;
+        let (start, end) = self.span();
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        let mut add = |place: Vec3, radius: f32| {
+            let seen = Vec2::new(place.dot(right), place.y);
+            low = low.min(seen - radius);
+            high = high.max(seen + radius);
+        };
+        let mut joints = Vec::new();
+        for step in 0..=24 {
+            self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
+            joints.iter().for_each(|joint| add(joint.translation, 0.1));
+        }
+        for t in [-AROUND, AROUND] {
+            let (place, radius) = self.ball(self.clearance.time + t);
+            add(place, radius);
+        }
+        (low, high)
     }
 
     /// The picture of a moment.
