@@ -13,7 +13,7 @@ use crate::region::{BakedGraph, MovingSphere};
 /// How a dodge is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
-    /// Seconds that are shown before the query. Default 0.8.
+    /// Seconds that are shown before the query. Default 0.5.
     pub before: f32,
     /// Seconds that are shown after the attack's end. Default 0.7.
     pub after: f32,
@@ -28,7 +28,7 @@ pub struct DodgeSettings {
 impl Default for DodgeSettings {
     fn default() -> Self {
         Self {
-            before: 0.8,
+            before: 0.5,
             after: 0.7,
             slowest: 0.12,
             ghost: true,
@@ -248,8 +248,11 @@ impl<'a> Dodge<'a> {
             self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
             joints.iter().for_each(|joint| add(joint.translation, 0.1));
         }
-        for t in [-AROUND, AROUND] {
-            let (place, radius) = self.ball(self.clearance.time + t);
+        let near = self.clearance.time;
+        // From where it is thrown, too, unless that is so far away that the body would be small.
+        let from = self.attack.start().max(near - 2.0 * AROUND);
+        for t in [from, near - AROUND, near + AROUND] {
+            let (place, radius) = self.ball(t);
             add(place, radius);
         }
         (low, high)
