@@ -51,8 +51,7 @@ pub(crate) struct DodgeArgs {
     no_ghost: bool,
 }
 
-/// Moments of a storyboard, and how many of them stand side by side.
-const MOMENTS: usize = 8;
+/// Moments of a storyboard that stand side by side.
 const ABREAST: usize = 4;
 /// Pixels between pictures.
 const GAP: usize = 6;
@@ -168,28 +167,29 @@ impl Show<'_> {
         }
     }
 
-    /// From the throw to just after it has passed, denser about the nearest moment.
+    /// From the throw to the end of the flight, denser about the nearest moment.
     fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let near = self.dodge.clearance().time;
-        let (_, end) = self.dodge.span();
-        let before = near.min(0.62);
-        let after = (end - near).min(0.5);
+        let (near, flight) = (self.dodge.clearance().time, self.dodge.flight());
+        let (before, after) = (near - flight.0, flight.1 - near);
         let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];
         let size = self.args.size.map(|side| side as usize);
-        let rows = MOMENTS.div_ceil(ABREAST);
+        let rows = shares.len().div_ceil(ABREAST);
         let whole = [
             ABREAST * (size[0] + GAP) + GAP,
             rows * (size[1] + GAP) + GAP,
         ];
         let mut sheet = Picture::new(whole[0], whole[1]);
+        let bar = output::progress("drawing", shares.len() as u64);
         for (index, share) in shares.into_iter().enumerate() {
             cancel::check()?;
             let t = near + share * if share < 0.0 { before } else { after };
-            let picture = self.picture(t, canvas)?;
+            let picture = self.picture(t.clamp(flight.0, flight.1), canvas)?;
             let (column, row) = (index % ABREAST, index / ABREAST);
             let at = (GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP));
             sheet.place(at, &picture);
+            bar.inc(1);
         }
+        bar.finish_and_clear();
         Ok(Film {
             size: whole.map(|side| side as u32),
             ..self.film_of(vec![sheet.into_pixels()])
@@ -218,7 +218,13 @@ impl Show<'_> {
         let dark = Letters { zoom, colour: INK };
         let margin = 6 * zoom;
         picture.text_in((margin, margin), &format!("{t:+.2} s"), dark);
-        let Some(nearest) = self.dodge.nearest(t).filter(|nearest| nearest.metres < 0.6) else {
+        // In a film a number that changes too fast to be read only flickers.
+        let shown = |metres: f32| metres < 0.6 || self.args.dodge.storyboard;
+        let Some(nearest) = self
+            .dodge
+            .nearest(t)
+            .filter(|nearest| shown(nearest.metres))
+        else {
             return;
         };
         let text = format!("{:.1} cm", nearest.metres * 100.0);

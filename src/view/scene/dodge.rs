@@ -117,6 +117,12 @@ impl<'a> Dodge<'a> {
         )
     }
 
+    /// When the attack starts and when it ends, seconds.
+    #[must_use]
+    pub fn flight(&self) -> (f32, f32) {
+        (self.attack.start(), self.attack.end())
+    }
+
     /// The smallest distance of body and attack, and when that is.
     #[must_use]
     pub fn clearance(&self) -> Clearance {
