@@ -180,6 +180,10 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
     let settings = FormationSettings {
         count: 300,
         threads: 1,
+        look: Look {
+            clothes: Vec3::new(0.7, 0.05, 0.05),
+            ..Look::default()
+        },
         ..FormationSettings::default()
     };
     let skeleton = (&motions.skeleton, &body);

@@ -1,5 +1,6 @@
 //! Ctrl-C: work that asks stops at its next step, so that nothing is left half-written.
 
+use std::io::Write;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -15,6 +16,11 @@ pub(crate) fn listen() {
             if CANCELLED.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
+            // Nobody may be there to read it.
+            let _ = writeln!(
+                std::io::stderr(),
+                "sabaki: stops at the next step; Ctrl-C again stops at once"
+            );
         };
         if let Err(error) = ctrlc::set_handler(asked) {
             tracing::warn!("Ctrl-C ends the process at once: {error}");

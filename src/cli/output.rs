@@ -71,7 +71,7 @@ pub(crate) enum Failure {
     Stdout(std::io::Error),
     #[error("{0}")]
     Device(String),
-    #[error("cancelled; nothing was written")]
+    #[error("cancelled; no file is left half-written")]
     Cancelled,
     #[error("{0}")]
     Usage(String),
