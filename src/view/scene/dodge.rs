@@ -226,7 +226,8 @@ impl<'a> Dodge<'a> {
         let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
         let aside = 0.5 * (low.x + high.x) - middle.dot(right);
         let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
-        let half = (0.5 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
+        // What is nearer than the middle looks larger.
+        let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
         let field = 30f32.to_radians();
         Camera {
             field,
