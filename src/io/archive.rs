@@ -18,7 +18,7 @@ use thiserror::Error;
 use crate::region::BakedGraph;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEADER: usize = 16;
 
 /// Why a baked file cannot be written or read.
