@@ -41,6 +41,28 @@ impl Playhead {
             && self.clip_to_world.is_sound(FURTHEST)
     }
 
+    /// Itself where the graph has such a place. Else with the frame that is nearest on its edge, and at the origin where it
+    /// stands nowhere, or 10,000 km away: what queries and motions make of numbers that are none.
+    ///
+    /// # Panics
+    /// Where the graph has no such edge, as one of another graph.
+    #[must_use]
+    pub fn made_sound(self, graph: &MotionGraph) -> Self {
+        /// Metres.
+        const NOWHERE: f32 = 1e7;
+        let last = graph.edge(self.edge).frames as f32;
+        let sound = self.clip_to_world.is_sound(NOWHERE);
+        Self {
+            edge: self.edge,
+            // A NaN becomes 0.
+            frame: self.frame.max(0.0).min(last),
+            clip_to_world: match sound {
+                true => self.clip_to_world,
+                false => Rigid2::IDENTITY,
+            },
+        }
+    }
+
     /// The pose, in the world.
     pub fn pose(&self, graph: &MotionGraph, out: &mut Pose) {
         graph.sample_edge(self.edge, self.frame, out);
@@ -135,6 +157,7 @@ impl Motion {
         playhead: Playhead,
         steps: impl IntoIterator<Item = Step>,
     ) {
+        let playhead = playhead.made_sound(graph);
         self.pieces.clear();
         self.pieces.push(Piece {
             playhead,

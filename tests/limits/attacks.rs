@@ -79,7 +79,7 @@ fn an_attack_that_starts_inside_the_body_now_is_a_hit() {
     for keys in [
         vec![now],
         vec![now, key(0.5, now.center, 0.2)],
-        vec![now, key(600.0, now.center, 0.2)],
+        vec![now, key(100.0, now.center, 0.2)],
     ] {
         let answer = answered(&Attack::new(vec![keys]).unwrap(), 64 * MB);
         assert!(!answer.avoided && answer.clearance().metres < 0.0);
