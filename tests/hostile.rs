@@ -171,6 +171,11 @@ fn damaged_graphs_are_refused_or_used() {
 }
 
 #[test]
+fn damaged_skeletons_and_their_motions_are_refused_or_read() {
+    damage("asf", 4000);
+}
+
+#[test]
 fn damaged_meshes_are_refused_or_read() {
     damage("obj", 4000);
 }

@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{EdgeId, MotionGraph, NodeId};
+use super::{EdgeId, EventId, MotionGraph, NodeId};
 use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::math::Rigid2;
 
@@ -209,6 +209,17 @@ impl Motion {
     #[must_use]
     pub fn duration(&self) -> f32 {
         self.pieces.last().map_or(0.0, |last| last.end)
+    }
+
+    /// The events that it plays, each from when to when, seconds since its start; of one in whose middle it starts, what is left.
+    pub fn events<'a>(
+        &'a self,
+        graph: &'a MotionGraph,
+    ) -> impl Iterator<Item = (EventId, [f32; 2])> + 'a {
+        self.pieces.iter().filter_map(|piece| {
+            let event = graph.edge(piece.playhead.edge).event?;
+            Some((event, [piece.start, piece.end]))
+        })
     }
 
     /// Where the motion is after `seconds`; before its start and after its end those hold. A motion

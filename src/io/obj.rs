@@ -42,7 +42,7 @@ pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
     // Editors put a byte order mark before the first line.
     let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
     let plain = without_extras(text)?;
-    let mut text = plain.as_slice();
+    let mut text = plain.as_bytes();
     let no_materials = |_: &Path| Ok(Default::default());
     let read = tobj::load_obj_buf(&mut text, &options, no_materials);
     let (models, _) = read.map_err(|error| ObjError::Text(error.to_string()))?;
@@ -70,46 +70,44 @@ pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
 
 /// The text without what makes no difference to the mesh's form (textures, normals, lines and points), and with corners
 /// counted from the first vertex: the reader multiplies what it has not compared with anything yet.
-fn without_extras(text: &[u8]) -> Result<Vec<u8>, ObjError> {
-    let mut plain = Vec::with_capacity(text.len());
+fn without_extras(text: &[u8]) -> Result<String, ObjError> {
+    // Names may be in any alphabet's bytes.
+    let text = String::from_utf8_lossy(text);
+    let mut plain = String::with_capacity(text.len());
     let mut vertices = 0i64;
-    for (line, row) in (1..).zip(text.split(|&byte| byte == b'\n')) {
-        let mut words = row
-            .split(|byte| byte.is_ascii_whitespace())
-            .filter(|word| !word.is_empty());
+    for (line, row) in (1..).zip(text.split('\n')) {
+        let mut words = row.split_whitespace();
         match words.next() {
-            Some(b"vt" | b"vn" | b"l" | b"p") => {}
-            Some(b"f") => {
-                plain.push(b'f');
+            Some("vt" | "vn" | "l" | "p") => {}
+            Some("f") => {
+                plain.push('f');
                 for word in words {
                     let vertex = corner(word, vertices).map_err(|found| {
-                        let found = String::from_utf8_lossy(found).chars().take(40).collect();
+                        let found = found.chars().take(40).collect();
                         ObjError::Corner { line, found }
                     })?;
-                    plain.extend(format!(" {vertex}").into_bytes());
+                    plain.push(' ');
+                    plain.push_str(&vertex.to_string());
                 }
             }
             first => {
-                vertices += i64::from(first == Some(b"v"));
-                plain.extend(row);
+                vertices += i64::from(first == Some("v"));
+                plain.push_str(row);
             }
         }
         // Each line stays one, so that the reader's own words fit the file.
-        plain.push(b'\n');
+        plain.push('\n');
     }
     Ok(plain)
 }
 
 /// The vertex that a corner (`7`, `7/1/2`, `-1//3`) names, from 1; itself where it names none.
-fn corner(word: &[u8], vertices: i64) -> Result<i64, &[u8]> {
-    let number = word.split(|&byte| byte == b'/').next().unwrap_or(word);
-    let parsed = std::str::from_utf8(number)
-        .ok()
-        .and_then(|n| n.parse().ok());
-    let vertex = match parsed {
-        Some(back @ ..0) => vertices.saturating_add(1).saturating_add(back),
-        Some(vertex) => vertex,
-        None => 0,
+fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
+    let number = word.split('/').next().unwrap_or(word);
+    let vertex = match number.parse() {
+        Ok(back @ ..0) => vertices.saturating_add(1).saturating_add(back),
+        Ok(vertex) => vertex,
+        Err(_) => 0,
     };
     match (1..=i64::from(u32::MAX)).contains(&vertex) {
         true => Ok(vertex),

@@ -49,6 +49,8 @@ const TOP_LEVEL: &[&str] = &[
     "Cargo.lock",
     "README.md",
     "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "deny.toml",
     "LICENSE-APACHE",
     "LICENSE-MIT",
     ".gitignore",

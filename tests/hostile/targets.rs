@@ -7,6 +7,7 @@ use std::path::Path;
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::graph::{EdgeId, Playhead};
+use sabaki::io::asf::{AmcFile, AsfFile};
 use sabaki::io::bvh::{self, BvhFile};
 use sabaki::io::gltf::GltfFile;
 use sabaki::io::{AttackFile, EventsFile, Scale, archive, parse_obj};
@@ -16,13 +17,14 @@ use super::common::clips::{small_skeleton, swinging_clip};
 use super::common::small::{small, use_it};
 
 /// Name, as corpora and fuzzers are called, and what it does.
-pub const TARGETS: [(&str, fn(&[u8])); 6] = [
+pub const TARGETS: [(&str, fn(&[u8])); 7] = [
     ("bvh", bvh_file),
     ("gltf", gltf_file),
     ("events", events_file),
     ("attack", attack_file),
     ("baked", baked_file),
     ("obj", obj_file),
+    ("asf", asf_file),
 ];
 
 /// Frames times joints that a target goes on with: a fuzzer is to try many inputs, not large ones.
@@ -47,6 +49,28 @@ pub fn bvh_file(bytes: &[u8]) {
     {
         assert_eq!(same.len(), skeleton.len());
         assert_eq!(again.frames(), clip.frames());
+    }
+}
+
+/// A skeleton, and after a line of `---` a motion of it.
+pub fn asf_file(bytes: &[u8]) {
+    const BETWEEN: &[u8] = b"\n---\n";
+    let cut = bytes
+        .windows(BETWEEN.len())
+        .position(|part| part == BETWEEN);
+    let (skeleton, motion) = match cut {
+        Some(at) => (&bytes[..at], &bytes[at + BETWEEN.len()..]),
+        None => (bytes, &[][..]),
+    };
+    let Ok(asf) = AsfFile::parse(skeleton) else {
+        return;
+    };
+    let bones = asf.skeleton(0.05).unwrap().len();
+    let Ok(amc) = AmcFile::parse(&asf, motion) else {
+        return;
+    };
+    if let Ok((skeleton, clip)) = amc.motion(&asf, ("fuzzed", 0.05), AmcFile::USUAL_RATE) {
+        assert_eq!((skeleton.len(), clip.frames()), (bones, amc.frames()));
     }
 }
 
