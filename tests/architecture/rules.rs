@@ -6,6 +6,8 @@ use super::source::{Source, block_end, name_at, words};
 /// yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
+    // Pages, no code.
+    ("guide", &[]),
     ("anim", &["math"]),
     ("graph", &["anim", "math"]),
     ("lod", &["anim", "math"]),
