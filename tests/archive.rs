@@ -107,14 +107,14 @@ fn another_magic_or_version_or_more_bytes_are_said_to_be_so() {
     assert!(matches!(error, ArchiveError::Version { found: 77, .. }));
     let text = error.to_string();
     assert!(
-        text.contains("sabaki 12.3.4-beta.1 wrote it, in format 77"),
+        text.contains("sabaki 12.3.4-beta.1 wrote it, in format version 77"),
         "{text}"
     );
     // Formats 1 and 2 had no such field.
     later[8..12].copy_from_slice(&2u32.to_le_bytes());
     let text = read(&later).unwrap_err().to_string();
     assert!(
-        text.contains("a sabaki from before 0.1.0 wrote it, in format 2"),
+        text.contains("a sabaki from before 0.1.0 wrote it, in format version 2"),
         "{text}"
     );
     let mut longer = small_bytes().to_vec();

@@ -51,7 +51,7 @@ pub enum ArchiveError {
         path: PathBuf,
     },
     /// Another version wrote it.
-    #[error("{path}: {writer} wrote it, in format {found}, and this is sabaki {ours}, which reads format {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
+    #[error("{path}: {writer} wrote it, in format version {found}, and this is sabaki {ours}, which reads version {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
     Version {
         /// Which file.
         path: PathBuf,
