@@ -9,6 +9,9 @@ use sabaki::region::{BakeError, BakeSettings, Baker, SphereKey};
 use super::common::baked::{embedded, embedded_graph};
 use super::common::small::small;
 
+/// A way to spoil what a bake is asked for.
+type SpoilBake = fn(&mut BakeSettings);
+
 /// A way to spoil a float of the settings.
 type Spoil = fn(&mut QuerySettings, f32);
 
@@ -123,7 +126,7 @@ fn attacks_of_impossible_numbers_are_refused_by_place() {
 
 #[test]
 fn bake_settings_out_of_range_are_refused_by_name() {
-    let spoils: [(&str, fn(&mut BakeSettings)); 8] = [
+    let spoils: [(&str, SpoilBake); 8] = [
         ("retime.window", |s| s.retime.window = f64::NAN),
         ("retime.slow", |s| s.retime.slow = -1.0),
         ("retime.fast", |s| s.retime.fast = f32::INFINITY),
