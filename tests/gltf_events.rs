@@ -68,10 +68,7 @@ fn poses_and_events_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = written(folder.path(), source);
     let set = read(&path, None).unwrap();
-    assert_eq!(
-        set.skeleton.differences(&motions.skeleton),
-        [String::new(); 0]
-    );
+    assert!(set.skeleton.differences(&motions.skeleton).is_empty());
     let same = { set.clips.iter().zip(&motions.clips) }
         .map(|(again, clip)| furthest(&motions.skeleton, [again, clip]));
     assert!(same.fold(0.0, f32::max) < 1e-4);

@@ -16,8 +16,11 @@ use sabaki::math::Rigid2;
 use super::common::clips::{small_skeleton, swinging_clip};
 use super::common::small::{small, use_it};
 
+/// What is done with bytes.
+pub type Target = fn(&[u8]);
+
 /// Name, as corpora and fuzzers are called, and what it does.
-pub const TARGETS: [(&str, fn(&[u8])); 7] = [
+pub const TARGETS: [(&str, Target); 7] = [
     ("bvh", bvh_file),
     ("gltf", gltf_file),
     ("events", events_file),
