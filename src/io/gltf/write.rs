@@ -36,7 +36,7 @@ pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Resul
 }
 
 /// The same with what happens in the clips: each animation's `extras` are `{"sabaki": {"events": [...]}}`, each event as in an
-/// [`EventsFile`], and are read again with it.
+/// [`EventsFile`](crate::io::EventsFile), and are read again with it.
 ///
 /// # Errors
 /// Those of [`write`], and `InvalidInput` for an event of no clip.
