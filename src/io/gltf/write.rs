@@ -39,7 +39,7 @@ pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Resul
 /// [`EventsFile`](crate::io::EventsFile), and are read again with it.
 ///
 /// # Errors
-/// Those of [`write`], and `InvalidInput` for an event of no clip.
+/// Those of [`write()`], and `InvalidInput` for an event of no clip.
 pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()> {
     let ClipSource {
         skeleton,
