@@ -47,7 +47,11 @@ fn a_cull_allocates_nothing() {
             region: RegionId(0),
             clock: 0,
             open: false,
-            turn: MapTurn::new(Rigid2::new(index as f32, 0.1, 0.0), (-20, -20), 0.02),
+            turn: MapTurn::new(
+                Rigid2::new(index as f32, 0.1, 0.0),
+                (-20, -20),
+                MapGrid::PAPER,
+            ),
         })
         .collect();
     let input = CullInput {

@@ -97,13 +97,18 @@ proptest! {
     #[test]
     fn a_turned_texel_lands_where_it_should(
         heading in -3.2f32..3.2, x in -4.0f32..4.0, z in -4.0f32..4.0, (u, v) in (0i32..256, 0i32..256),
+        attack_pitch in prop::sample::select(vec![1u32, 2, 4]),
     ) {
-        let (placement, texel, origin) = (Rigid2::new(heading, x, z), 0.02f32, (-31, 57));
-        let turn = MapTurn::new(placement, origin, texel);
+        let grid = MapGrid { texel: 0.02, attack_pitch, ..MapGrid::default() };
+        let (placement, texel, origin) = (Rigid2::new(heading, x, z), grid.of_attacks().texel, (-31, 57));
+        let turn = MapTurn::new(placement, origin, grid);
         let centre = Vec3::new(f32::midpoint(u as f32, (u + 1) as f32) + origin.0 as f32, 0.0, f32::midpoint(v as f32, (v + 1) as f32) + origin.1 as f32);
-        let real = placement.point(centre * texel) / texel;
+        let real = placement.point(centre * texel) / grid.texel;
         let (to_u, to_v) = turn.texel(u, v);
-        let near = |found: i32, real: f32| (real - 0.05).floor() as i32 <= found && found <= (real + 0.05).floor() as i32;
+        let near = |found: i32, real: f32| {
+            let off = 0.05 * attack_pitch as f32;
+            (real - off).floor() as i32 <= found && found <= (real + off).floor() as i32
+        };
         prop_assert!(near(to_u, real.x) && near(to_v, real.z), "{:?} instead of {}", (to_u, to_v), real);
     }
 }

@@ -73,6 +73,13 @@ fn check(grid: MapGrid) {
             if touched(point) {
                 inside += 1;
                 let outer = &maps.unwrap().outer;
+                // Wherever the centre of the attack's texel lies that the point is in.
+                let [u, v] = [point.x, point.z].map(|place| {
+                    let half = 0.5 * grid.of_attacks().texel;
+                    texel(
+                        place + half * [-1.0, 1.0, 2.0 * share(&mut random) - 1.0][random.below(3)],
+                    )
+                });
                 let mask = outer.get(u - outer.rect().u, v - outer.rect().v);
                 assert!(
                     mask >> slice & 1 == 1,
@@ -106,7 +113,8 @@ fn inner_maps_lie_within_the_body_and_outer_maps_around_it() {
 #[test]
 fn and_so_they_do_on_other_grids() {
     check(MapGrid {
-        texel: 0.03,
+        texel: 0.01,
+        attack_pitch: 4,
         slab_height: 0.08,
         slices: 50,
         slice_seconds: 0.017,

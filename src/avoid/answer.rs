@@ -139,6 +139,16 @@ impl Answer {
         filed.chain(edges.iter().copied())
     }
 
+    /// Each candidate that ends in an evasion, by its path in the table.
+    pub(super) fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
+        self.candidates
+            .iter()
+            .filter_map(|report| match report.route {
+                Route::Table(path) => Some((path, report)),
+                Route::Edges(..) => None,
+            })
+    }
+
     /// The chosen candidate.
     #[must_use]
     pub fn chosen(&self) -> &CandidateReport {
@@ -168,7 +178,7 @@ impl Answer {
             self.candidates.push(report);
         }
         self.avoided = self.candidates[self.chosen].score.is_some();
-        self.counts = Counts::of(&self.candidates, case.overlaps, decision);
+        self.counts = Counts::of(&self.candidates, decision);
     }
 
     fn report(
@@ -189,7 +199,7 @@ impl Answer {
                 (route, None)
             }
         };
-        let overlap = case.overlaps.get(index).copied();
+        let overlap = case.overlap(index);
         let score = judged.and_then(|judged| judged.score);
         let is_culled =
             decision.judging == Judging::Needed && overlap.is_some_and(|overlap| overlap.body > 0);
@@ -233,10 +243,10 @@ fn evasion_of(baked: &BakedGraph, path: PathId) -> EdgeId {
 }
 
 impl Counts {
-    fn of(candidates: &[CandidateReport], overlaps: &[Overlap], decision: &Decision) -> Self {
+    fn of(candidates: &[CandidateReport], decision: &Decision) -> Self {
         let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
         let culled = match decision.judging {
-            Judging::Needed => overlaps.iter().filter(|overlap| overlap.body > 0).count(),
+            Judging::Needed => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
             Judging::All => 0,
         };
         Self {

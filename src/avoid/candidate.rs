@@ -21,3 +21,13 @@ pub(super) enum Way {
     /// On, for as long as the attack lasts.
     Move(MoveId),
 }
+
+impl Candidate {
+    /// The path to its evasion, where it leads to one.
+    pub(super) fn path(&self) -> Option<PathId> {
+        match self.way {
+            Way::Evasion { path, .. } => Some(path),
+            Way::Move(_) => None,
+        }
+    }
+}

@@ -1,6 +1,9 @@
 use super::Query;
 use super::candidate::{Candidate, Way};
-use super::clearance::{Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion, on_track};
+use super::clearance::{
+    Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_one_motion, on_track,
+};
+use super::context::KnownHit;
 use super::cull::Overlap;
 use super::moves::MoveSearch;
 use super::placement::CullMaps;
@@ -18,15 +21,27 @@ pub(super) struct Case<'a> {
     pub candidates: &'a [Candidate],
     pub moves: &'a MoveSearch,
     pub maps: &'a CullMaps,
-    /// Of the first candidates.
+    /// How many candidates were given to be counted; these come first.
+    pub counted: usize,
     pub overlaps: &'a [Overlap],
+    /// The candidates that come after those.
+    pub known: &'a [KnownHit],
 }
 
 impl Case<'_> {
+    /// What was counted of a candidate, in this round or before.
+    pub(super) fn overlap(&self, index: usize) -> Option<Overlap> {
+        match index.checked_sub(self.counted) {
+            None => self.overlaps.get(index).copied(),
+            Some(index) => self.known.get(index).map(|hit| hit.overlap),
+        }
+    }
+
     /// A candidate's score if its clearance were `metres`.
     pub(super) fn score(&self, index: usize, metres: f32) -> Score {
         let candidate = &self.candidates[index];
-        let covered = self.overlaps.get(index).map_or(0, |o| o.evasion);
+        let pitch = self.query.baked.atlas().grid().attack_pitch;
+        let covered = self.overlap(index).map_or(0, |o| o.evasion) * pitch * pitch;
         let weights = &self.query.settings.weights;
         let texels = self.region_texels(index);
         Score::new((texels, covered), metres, candidate.rate.rate, weights)
@@ -38,7 +53,7 @@ impl Case<'_> {
             return 0;
         };
         self.maps
-            .slabs(candidate.clock)
+            .slabs(index)
             .map(|slab| self.query.baked.evasion_texels(candidate.region, slab))
             .sum()
     }
@@ -67,7 +82,7 @@ impl Case<'_> {
         let mut motion = body.take_motion();
         self.motion(index, &mut motion);
         let attack = (self.situation.attack, extent);
-        let clearance = on_motion(self.query.baked, (&motion, sampling), attack, body);
+        let clearance = on_one_motion(self.query.baked, (&motion, sampling), attack, body);
         body.return_motion(motion);
         clearance
     }

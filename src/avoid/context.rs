@@ -3,7 +3,7 @@ use rustc_hash::FxHashSet;
 use super::attack::QueryAttack;
 use super::candidate::Candidate;
 use super::cull::{Counted, CullInput, Overlap, cpu};
-use super::judge::CourtScratch;
+use super::judge::{CourtScratch, Judged};
 use super::moves::{MoveSearch, SearchReport};
 use super::placement::{CullMaps, PlacedRegion};
 use super::retime::RateError;
@@ -15,8 +15,14 @@ use crate::region::{CellColumn, PathId, TouchedCells};
 pub struct QueryContext {
     /// Of the query that it was last used for.
     pub(super) serial: u64,
-    /// Those with maps come first.
+    /// Those that are to be counted come first, then those of `known`.
     pub(super) candidates: Vec<Candidate>,
+    /// How many of them are counted.
+    pub(super) counted: usize,
+    /// Of the round before, those that are candidates again.
+    pub(super) known: Vec<KnownHit>,
+    /// Scratch.
+    pub(super) passed: Vec<(Candidate, KnownHit)>,
     /// Paths to an evasion that no rate brings in time, where they are listed.
     pub(super) late: Vec<(PathId, RateError)>,
     pub(super) late_count: usize,
@@ -32,6 +38,15 @@ pub struct QueryContext {
     pub(super) moves: MoveSearch,
     pub(super) court: CourtScratch,
     pub(super) counting: Counting,
+}
+
+/// A candidate that was found to be hit before the search was widened.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KnownHit {
+    pub path: PathId,
+    pub overlap: Overlap,
+    /// `None` where its maps alone say so.
+    pub judged: Option<Judged>,
 }
 
 /// Counting on the CPU.
@@ -53,5 +68,50 @@ impl Default for Counting {
 impl Counting {
     pub(super) fn count(&mut self, input: &CullInput<'_>) {
         self.culler.count(input, &mut self.overlaps);
+    }
+}
+
+impl QueryContext {
+    /// Keeps what was found of this round's candidates, all of which are hit.
+    pub(super) fn know(&mut self, court: &CourtScratch, overlaps: &[Overlap]) {
+        self.known.clear();
+        let found = self.candidates.iter().zip(overlaps).zip(&court.judged);
+        self.known
+            .extend(found.filter_map(|((candidate, overlap), judged)| {
+                let path = candidate.path()?;
+                // What is neither was not looked at.
+                (overlap.body > 0 || judged.is_some()).then_some(KnownHit {
+                    path,
+                    overlap: *overlap,
+                    judged: *judged,
+                })
+            }));
+        self.known.sort_unstable_by_key(|hit| hit.path);
+    }
+
+    /// Puts candidates that are known to be hit behind the others, and keeps of what is known just these, in their order.
+    pub(super) fn known_last(&mut self) {
+        let Self {
+            candidates,
+            known,
+            passed,
+            ..
+        } = self;
+        passed.clear();
+        candidates.retain(|candidate| {
+            let path = candidate.path();
+            let found = path.map(|path| known.binary_search_by_key(&path, |hit| hit.path));
+            match found {
+                Some(Ok(at)) => passed.push((*candidate, known[at])),
+                _ => return true,
+            }
+            false
+        });
+        self.counted = candidates.len();
+        known.clear();
+        for &(candidate, hit) in passed.iter() {
+            candidates.push(candidate);
+            known.push(hit);
+        }
     }
 }

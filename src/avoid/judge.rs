@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::Way;
 use super::case::Case;
-use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_motion};
+use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_one_motion};
+use super::context::QueryContext;
 use super::score::Score;
 use crate::graph::Motion;
 use crate::math::{in_parallel, thread_count};
@@ -40,6 +41,17 @@ pub(super) struct CourtScratch {
     pub judged: Vec<Option<Judged>>,
     order: Vec<(f32, usize)>,
     body: MotionBody,
+}
+
+impl CourtScratch {
+    /// Forgets how bodies stood, and what was judged but for the context's known hits.
+    pub(super) fn clear(&mut self, context: &QueryContext) {
+        self.body.forget();
+        self.judged.clear();
+        self.judged.resize(context.counted, None);
+        self.judged
+            .extend(context.known.iter().map(|hit| hit.judged));
+    }
 }
 
 /// What the exact test says of a candidate.
@@ -230,7 +242,7 @@ impl<'s, 'a> Court<'s, 'a> {
         if self.judging == Judging::All || (is_evasion && !is_close) {
             return true;
         }
-        let clearance = on_motion(
+        let clearance = on_one_motion(
             self.case.query.baked,
             (motion, Sampling::Each),
             (self.case.situation.attack, Extent::WHOLE),

@@ -3,28 +3,43 @@
 //! Source: Masaoka & Oshita, section 6: their culling leaves 70 of about 100 candidates. Differs:
 //! every candidate is known to be hit or clean, so that it can be told which were rightly removed.
 
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-use super::cull::{CullInput, Overlap};
-use super::{Answer, Source};
+use super::cull::Overlap;
+use super::{Answer, Prepared, Source};
+use crate::region::PathId;
 
 /// What a culling path said of the candidates of one round of a query. A query has two rounds where
 /// the grid's candidates were counted and none of them was clean.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Round {
-    /// By candidate.
-    pub overlaps: Vec<Overlap>,
-    /// By candidate, whether its maps cannot prove it clean.
-    pub open: Vec<bool>,
+    counted: Vec<CountedOne>,
+}
+
+/// One candidate, as its maps tell it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct CountedOne {
+    path: PathId,
+    overlap: Overlap,
+    /// Whether nothing counted by its outer maps proves nothing.
+    is_open: bool,
 }
 
 impl Round {
-    /// What was counted of `input`.
+    /// What was counted of a query.
     #[must_use]
-    pub fn new(input: &CullInput<'_>, overlaps: &[Overlap]) -> Self {
+    pub fn new(prepared: &Prepared<'_, '_>, overlaps: &[Overlap]) -> Self {
+        let candidates = prepared.cull_input().candidates;
+        let counted = prepared.counted_paths().zip(candidates).zip(overlaps);
         Self {
-            overlaps: overlaps.to_vec(),
-            open: input.candidates.iter().map(|one| one.open).collect(),
+            counted: counted
+                .map(|((path, candidate), &overlap)| CountedOne {
+                    path,
+                    overlap,
+                    is_open: candidate.open,
+                })
+                .collect(),
         }
     }
 }
@@ -33,47 +48,36 @@ impl Round {
 /// search.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Truth {
-    filed: Vec<bool>,
-    whole: Vec<bool>,
+    /// By path.
+    hits: FxHashMap<PathId, bool>,
 }
 
 impl Truth {
-    /// From two answers to one query, both found by [`Judging::All`](super::Judging::All): of the
-    /// whole search, and of the grid's with its rounds.
+    /// From answers to one query, each found by [`Judging::All`](super::Judging::All), with its rounds: of the whole search, and
+    /// of the grid's.
     #[must_use]
-    pub fn new(whole: (&Answer, &[Round]), filed: (&Answer, &[Round])) -> Self {
-        let of = |(answer, rounds): (&Answer, &[Round])| {
-            // Those with maps come first.
-            let mapped = rounds.last().map_or(0, |round| round.overlaps.len());
-            let hit = |report: &super::CandidateReport| {
-                report.clearance.is_some_and(|clear| !clear.is_clean())
-            };
-            let reports = answer.candidates.iter().take(mapped);
-            reports.map(hit).collect::<Vec<bool>>()
-        };
-        let first = filed.1.first().map_or(0, |round| round.overlaps.len());
-        Self {
-            whole: of(whole),
-            filed: match filed.0.source {
+    pub fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {
+        let mut hits = FxHashMap::default();
+        for (answer, rounds) in answers {
+            if answer.source == Source::NothingClean {
                 // The search is widened where all are hit.
-                Source::NothingClean => vec![true; first],
-                _ => of(filed),
-            },
+                let filed = rounds.first().into_iter().flat_map(|round| &round.counted);
+                hits.extend(filed.map(|one| (one.path, true)));
+            }
+            let tested = answer.paths().filter_map(|(path, report)| {
+                let clearance = report.clearance?;
+                Some((path, !clearance.is_clean()))
+            });
+            hits.extend(tested);
         }
+        Self { hits }
     }
 
     /// Holds the rounds of another answer to the same query to it.
-    pub fn judge(&self, (source, rounds): (Source, &[Round]), tally: &mut MapTally) {
-        let from_grid = matches!(source, Source::Grid | Source::NothingClean);
-        for (index, round) in rounds.iter().enumerate() {
-            let hits = if from_grid && index == 0 {
-                &self.filed
-            } else {
-                &self.whole
-            };
-            let counted = round.overlaps.iter().zip(&round.open);
-            for ((overlap, open), hit) in counted.zip(hits) {
-                tally.add((overlap, *open), *hit);
+    pub fn judge(&self, rounds: &[Round], tally: &mut MapTally) {
+        for one in rounds.iter().flat_map(|round| &round.counted) {
+            if let Some(&is_hit) = self.hits.get(&one.path) {
+                tally.add((&one.overlap, one.is_open), is_hit);
             }
         }
     }

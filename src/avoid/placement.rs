@@ -8,8 +8,7 @@ use glam::{Vec2, Vec3};
 
 use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
 pub(super) use super::cull::{PlacedRegion, Scene};
-use crate::math::Rigid2;
-use crate::region::{CLOCK_ERROR, MapRect, MapTurn, Slab, SphereKey};
+use crate::region::{CLOCK_ERROR, MapTurn, Slab, SphereKey};
 
 /// The maps of one query, and the scratch of drawing them: filled again and again.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,11 +32,10 @@ pub(super) fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
 }
 
 impl CullMaps {
-    /// The slabs that the attack touches, by one clock.
-    pub(super) fn slabs(&self, clock: u32) -> impl Iterator<Item = Slab> + '_ {
-        let layers = self.attack.layers.iter();
-        let touched = layers.filter(move |layer| layer.clock == clock && !layer.inner.is_empty());
-        touched.map(|layer| layer.slab)
+    /// The slabs that the attack reaches near a candidate's body and evasion maps, while they last.
+    pub(super) fn slabs(&self, candidate: usize) -> impl Iterator<Item = Slab> + '_ {
+        let touched = self.scratch.touched.get(candidate).cloned();
+        touched.unwrap_or_default().map(Slab)
     }
 
     /// Draws the attack where the maps of the placed evasions may meet it.
@@ -51,7 +49,7 @@ impl CullMaps {
             CullCandidate {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
-                turn: MapTurn::new(back, origin, grid.texel),
+                turn: MapTurn::new(back, origin, grid),
                 open: !scene.outer
                     || !whole
                     || !MapTurn::keeps(back, grid.texel)
@@ -64,12 +62,12 @@ impl CullMaps {
 
 /// What the maps of all placed evasions reach.
 fn reach(scene: &Scene<'_>) -> Reach {
-    let (near, texel) = (scene.atlas.near(), scene.atlas.grid().texel);
+    let (near, grid) = (scene.atlas.near(), scene.atlas.grid());
     let mut reach = Reach::default();
     for placed in scene.placed {
         let region = scene.atlas.region(placed.region);
         let rect = near[placed.region.index()].rect;
-        reach.rect = reach.rect.union(moved_rect(rect, placed.placement, texel));
+        reach.rect = reach.rect.union(grid.around_turned(rect, placed.placement));
         let low = region.first_slab.0;
         let end = low + region.slabs.len() as i32;
         reach.slabs = match reach.slabs.is_empty() {
@@ -127,36 +125,4 @@ fn may_touch(
     let way = b - a;
     let share = (-a.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
     (a + way * share).length() <= reach
-}
-
-/// The rectangle around another one that is moved and turned; empty around an empty one.
-fn moved_rect(rect: MapRect, placement: Rigid2, texel: f32) -> MapRect {
-    if rect.is_empty() {
-        return rect;
-    }
-    let (u, v) = (
-        [rect.u, rect.u + rect.width as i32],
-        [rect.v, rect.v + rect.height as i32],
-    );
-    let corners = u.iter().flat_map(|&u| {
-        v.iter()
-            .map(move |&v| Vec3::new(u as f32, 0.0, v as f32) * texel)
-    });
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for corner in corners.map(|corner| placement.point(corner) / texel) {
-        low = low.min(corner);
-        high = high.max(corner);
-    }
-    // Further away than any map is looked at, and near enough for whole numbers of sub-texels.
-    const FAR: f32 = (1 << 24) as f32;
-    let near = |texels: f32| texels.clamp(-FAR, FAR) as i32;
-    // A texel on every side for rounding.
-    let (first_u, first_v) = (near(low.x.floor()) - 1, near(low.z.floor()) - 1);
-    let (end_u, end_v) = (near(high.x.ceil()) + 1, near(high.z.ceil()) + 1);
-    MapRect {
-        u: first_u,
-        v: first_v,
-        width: (end_u - first_u) as u32,
-        height: (end_v - first_v) as u32,
-    }
 }

@@ -22,6 +22,7 @@ use super::query::{Enumerate, Lookup};
 use super::retime::Rate;
 use super::situation::Situation;
 use crate::graph::Playhead;
+use crate::region::PathId;
 
 /// A query between its two halves: candidates that wait for the counts of a culling path.
 #[derive(Debug)]
@@ -58,6 +59,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
         context: &'c mut QueryContext,
     ) -> Self {
         context.serial += 1;
+        context.known.clear();
         let mut prepared = Self {
             query,
             situation,
@@ -107,6 +109,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
             lookup,
         };
         gathering.run(&self.situation, self.context);
+        self.context.known_last();
         self.draw_maps(false);
     }
 
@@ -115,6 +118,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
         let baked = self.query.baked;
         let QueryContext {
             candidates,
+            counted,
             placed,
             clocks,
             attack,
@@ -124,7 +128,7 @@ impl<'a, 'c> Prepared<'a, 'c> {
         placed.clear();
         clocks.clear();
         let attack_start = self.situation.attack.start();
-        placed.extend(candidates.iter().filter_map(|candidate| {
+        placed.extend(candidates[..*counted].iter().filter_map(|candidate| {
             let Way::Evasion { path, start } = candidate.way else {
                 return None;
             };
@@ -154,7 +158,8 @@ impl<'a, 'c> Prepared<'a, 'c> {
         self.draw_maps(true);
     }
 
-    /// What a culling path counts: the candidates that end in an evasion.
+    /// What a culling path counts: the candidates that end in an evasion, but for those that are known to be hit since the
+    /// search was widened.
     #[must_use]
     pub fn cull_input(&self) -> CullInput<'_> {
         CullInput {
@@ -162,6 +167,12 @@ impl<'a, 'c> Prepared<'a, 'c> {
             attack: &self.context.maps.attack,
             candidates: &self.context.maps.candidates,
         }
+    }
+
+    /// The paths of the candidates that are counted, in order.
+    pub(super) fn counted_paths(&self) -> impl Iterator<Item = PathId> {
+        let counted = &self.context.candidates[..self.context.counted];
+        counted.iter().filter_map(Candidate::path)
     }
 
     /// Where the candidates come from.
@@ -177,19 +188,21 @@ impl<'a, 'c> Prepared<'a, 'c> {
         judging: Judging,
         answer: &mut Answer,
     ) -> Verdict<'a, 'c> {
-        let evasions = self.context.candidates.len();
-        let overlaps = &overlaps[..overlaps.len().min(evasions)];
-        let is_culled = |index: usize| {
-            judging == Judging::Needed && overlaps.get(index).is_some_and(|o| o.body > 0)
-        };
         let mut court = std::mem::take(&mut self.context.court);
-        court.judged.clear();
+        court.clear(self.context);
         let (mut has_moves, mut reconsidered) = (false, 0);
         let chosen = loop {
             let all = self.context.candidates.len();
-            let mut bench = Court::new(&mut court, self.case(overlaps), judging);
+            let case = self.case(overlaps);
+            let is_culled = |index: usize| {
+                judging == Judging::Needed && case.overlap(index).is_some_and(|o| o.body > 0)
+            };
+            let mut bench = Court::new(&mut court, case, judging);
             bench.judge((0..all).filter(|&index| !is_culled(index)));
             if !bench.has_clean() && self.source == Source::Grid {
+                if judging == Judging::Needed && self.query.baked.atlas().grid().is_certain() {
+                    self.context.know(&court, overlaps);
+                }
                 return self.widened(court);
             }
             if self.source != Source::Grid && !has_moves && bench.can_moves_win() {
@@ -241,7 +254,9 @@ impl<'a, 'c> Prepared<'a, 'c> {
             candidates: &self.context.candidates,
             moves: &self.context.moves,
             maps: &self.context.maps,
+            counted: self.context.counted,
             overlaps,
+            known: &self.context.known,
         }
     }
 

@@ -126,9 +126,9 @@ fn measure(
         }
         // The first two are exact, without and with the grid.
         let of = |index: usize| (&askers[index].answer, askers[index].rounds.as_slice());
-        let truth = Truth::new(of(0), of(1));
+        let truth = Truth::new([of(0), of(1)]);
         for ((row, asker), run) in rows.iter_mut().zip(&askers).zip(&runs) {
-            truth.judge((run.source, &asker.rounds), &mut row.tally);
+            truth.judge(&asker.rounds, &mut row.tally);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
             row.runs.push(run.clone());
         }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use sabaki::avoid::cull::cpu;
 use sabaki::avoid::measure::{MapTally, Round, Truth};
-use sabaki::avoid::{Query, QueryContext, Source};
+use sabaki::avoid::{Query, QueryContext};
 use sabaki::demo::throw::Throw;
 use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, Section};
 use serde_json::{Value, json};
@@ -29,8 +29,9 @@ struct Row {
 
 /// The paper's maps first; then one thing is changed at a time.
 fn settings() -> Vec<(&'static str, MapGrid)> {
-    let planes = |slices: u32, slab_height: f32, texel: f32| MapGrid {
+    let planes = |slices: u32, slab_height: f32, texel: f32, attack_pitch: u32| MapGrid {
         texel,
+        attack_pitch,
         slab_height,
         section: Section::Plane,
         slices,
@@ -39,14 +40,16 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
     };
     vec![
         ("paper", MapGrid::PAPER),
-        ("planes", planes(1, 0.30, 0.02)),
-        ("sliced", planes(8, 0.30, 0.02)),
-        ("sliced", planes(8, 0.05, 0.02)),
-        ("sliced", planes(32, 0.10, 0.02)),
+        ("planes", planes(1, 0.30, 0.02, 1)),
+        ("sliced", planes(8, 0.30, 0.02, 1)),
+        ("sliced", planes(8, 0.05, 0.02, 1)),
+        ("sliced", planes(32, 0.05, 0.02, 1)),
+        ("fine texels", planes(32, 0.05, 0.01, 1)),
+        ("fine bodies", planes(32, 0.05, 0.01, 2)),
         ("default", MapGrid::default()),
-        ("sliced", planes(64, 0.05, 0.02)),
-        ("fine texels", planes(32, 0.05, 0.01)),
-        ("coarse texels", planes(32, 0.05, 0.04)),
+        ("tall slabs", planes(32, 0.10, 0.0075, 2)),
+        ("finer bodies", planes(32, 0.05, 0.005, 4)),
+        ("64 slices", planes(64, 0.05, 0.0075, 2)),
     ]
 }
 
@@ -104,8 +107,7 @@ fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<Truth>, Failure
     let truth = |throw: &Throw| {
         let method = Method::EXACT;
         asker.ask(&method.settings(), throw, (&mut culling, method.cull))?;
-        let whole = (&asker.answer, asker.rounds.as_slice());
-        Ok(Truth::new(whole, whole))
+        Ok(Truth::new([(&asker.answer, asker.rounds.as_slice())]))
     };
     throws.iter().map(truth).collect()
 }
@@ -118,12 +120,10 @@ fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[Truth]) -> (MapTally, f
     let (mut overlaps, mut tally, mut seconds) = (Vec::new(), MapTally::default(), 0.0);
     for (throw, truth) in throws.iter().zip(truths) {
         let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        let input = prepared.cull_input();
         let started = Instant::now();
-        culler.count(&input, &mut overlaps);
+        culler.count(&prepared.cull_input(), &mut overlaps);
         seconds += started.elapsed().as_secs_f64();
-        let round = Round::new(&input, &overlaps);
-        truth.judge((Source::Whole, &[round]), &mut tally);
+        truth.judge(&[Round::new(&prepared, &overlaps)], &mut tally);
     }
     (tally, seconds * 1e6 / tally.candidates().max(1) as f64)
 }
@@ -151,7 +151,8 @@ fn text(rows: &[Row], attacks: usize) -> String {
         "section",
         "slices",
         "slab m",
-        "texel m",
+        "texel cm",
+        "attack's cm",
         "weak",
         "wrong",
         "undecided",
@@ -171,7 +172,8 @@ fn text(rows: &[Row], attacks: usize) -> String {
             section.to_owned(),
             row.maps.slices.to_string(),
             format!("{:.2}", row.maps.slab_height),
-            format!("{:.2}", row.maps.texel),
+            format!("{:.2}", 100.0 * row.maps.texel),
+            format!("{:.2}", 100.0 * row.maps.of_attacks().texel),
             percent(row.tally.weak()),
             percent(row.tally.wrong()),
             percent(row.tally.undecided_share()),

@@ -126,7 +126,7 @@ impl<'a> Asker<'a> {
                 culling.count_whole(&prepared.cull_input(), &mut self.overlaps);
             }
             if self.watches {
-                let round = Round::new(&prepared.cull_input(), &self.overlaps);
+                let round = Round::new(&prepared, &self.overlaps);
                 self.rounds.push(round);
             }
             let deciding = Instant::now();

@@ -4,7 +4,7 @@
 //! 0   8  "sabaki\r\n"            found wrong: not a baked file, or one that a text transfer damaged
 //! 8   4  format version, u32 little-endian
 //! 12  4  CRC-32 of all that follows, u32 little-endian
-//! 16  16 who wrote it: the crate's version as text, filled up with zeros; since format 3
+//! 16  16 who wrote it: the crate's version as text, filled up with zeros; since format 4
 //! 32  …  the graph, by postcard
 //! ```
 //! What is read is checked twice: the checksum finds damage, and every index is compared with what it points into, so that
@@ -20,7 +20,7 @@ use thiserror::Error;
 use crate::region::BakedGraph;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 /// Magic, version and checksum.
 const CHECKED: usize = 16;
 const WRITER: usize = 16;
@@ -103,7 +103,7 @@ pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
 
 /// Which program wrote a file of some format, as far as its header tells.
 fn writer(bytes: &[u8], format: u32) -> String {
-    const SINCE: u32 = 3;
+    const SINCE: u32 = 4;
     let field = bytes.get(CHECKED..HEADER).unwrap_or_default();
     let text: String = { field.iter() }
         .take_while(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'z' | b'.' | b'-' | b'+'))

@@ -146,11 +146,11 @@ impl RegionAtlas {
 
     /// For each region, in short, what its maps hold.
     pub(crate) fn near(&self) -> &[NearRegion] {
-        let slices = self.grid.slices;
+        let grid = self.grid;
         self.near.get_or_init(|| {
             let regions = self.regions.iter();
             regions
-                .map(|region| NearRegion::new(region, slices))
+                .map(|region| NearRegion::new(region, grid))
                 .collect()
         })
     }

@@ -82,12 +82,14 @@ impl BakeSettings {
 pub enum BakeError {
     /// Texels, slabs or slices out of range.
     #[error(
-        "texels must be 0.001 to 1 m, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m, {slab_height} m and {slices} of {slice_seconds} s",
+        "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m and {attack_pitch}, {slab_height} m and {slices} of {slice_seconds} s",
         max = MapGrid::MAX_SLICES
     )]
     Grid {
         /// Metres.
         texel: f32,
+        /// Texels.
+        attack_pitch: u32,
         /// Metres.
         slab_height: f32,
         /// How many.
@@ -178,6 +180,7 @@ impl Baker {
         if !maps.is_sound() {
             return Err(BakeError::Grid {
                 texel: maps.texel,
+                attack_pitch: maps.attack_pitch,
                 slab_height: maps.slab_height,
                 slices: maps.slices,
                 slice_seconds: maps.slice_seconds,

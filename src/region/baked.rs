@@ -5,7 +5,8 @@ use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::strike::attack_spheres;
 use super::upright::{Upright, Uprights};
 use super::{
-    Body, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab, Strike,
+    Body, BodyRows, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab,
+    Strike,
 };
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
@@ -45,9 +46,8 @@ pub struct BakedGraph {
     /// No part of the body is further from the root.
     #[serde(skip)]
     reach: f32,
-    /// Radii of the body's spheres, padded.
     #[serde(skip)]
-    radii: Vec<f32>,
+    body_rows: BodyRows,
     #[serde(skip)]
     uprights: Uprights,
     /// For each region and slab.
@@ -91,7 +91,7 @@ impl BakedGraph {
             tracks,
             frames_to_evasion,
             reach,
-            radii: Vec::new(),
+            body_rows: BodyRows::default(),
             uprights: Uprights::default(),
             evasion_texels: Vec::new(),
             placements: Vec::new(),
@@ -195,10 +195,10 @@ impl BakedGraph {
             .map_or(0, |&texels| texels)
     }
 
-    /// The radii of the body's spheres, padded as the rows of a [`BodyTrack`] are.
+    /// The body's spheres, in rows as those of a [`BodyTrack`] are.
     #[must_use]
-    pub fn radii_row(&self) -> &[f32] {
-        &self.radii
+    pub fn body_rows(&self) -> &BodyRows {
+        &self.body_rows
     }
 
     /// A cylinder around the body at a moment of an edge, in the space of the clip in which that
@@ -332,7 +332,7 @@ impl BakedGraph {
         let texels =
             |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
         self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
-        self.radii = BodyTrack::radii(&self.body);
+        self.body_rows = BodyRows::new(&self.body);
         self.uprights = Uprights::new(&self.graph, &self.body);
         let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
         self.placements = self.graph.nodes().iter().map(placement).collect();

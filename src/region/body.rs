@@ -115,6 +115,8 @@ impl Body {
             offset: Vec3::ZERO,
             radius,
         }));
+        // One bone after the other, so that each turns its spheres at once.
+        spheres.sort_by_key(|sphere| sphere.joint);
         if spheres.is_empty() {
             spheres.push(BodySphere {
                 joint: JointId::ROOT,

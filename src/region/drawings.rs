@@ -7,8 +7,8 @@
 //!
 //! Margins. A texel of an inner map is whole within the body's section: discs lose half of a texel's
 //! diagonal, and what rounding their centres to sub-texels may move them. A point of the body lies
-//! in the attack's texel, whose centre falls into a texel of the outer map: discs gain a whole
-//! diagonal, that rounding, and what a turn in fixed point may be off. In time a drawn moment stands
+//! in the attack's texel, whose centre falls into a texel of the outer map: discs gain half of the
+//! diagonal of either, that rounding, and what a turn in fixed point may be off. In time a drawn moment stands
 //! for the times around it, half-way to its neighbours: spheres lose or gain the way that they go in
 //! that time, and what motion between samples may bend.
 
@@ -30,7 +30,7 @@ pub(crate) const ROUNDING: f32 = 0.7072 + 0.1;
 /// what single precision and merged clocks lose.
 pub(crate) const CLOCK_ERROR: f32 = 3e-5;
 /// Most that a turn of an attack map with the most texels puts a texel's centre beside its place,
-/// sub-texels ([`MapTurn::error`](super::MapTurn::error)).
+/// sub-texels of that map ([`MapTurn::error`](super::MapTurn::error)).
 const MOST_TURN_ERROR: f32 = 1.1;
 
 /// Moments that are drawn for each of a track's samples, in inner and in outer maps. The more, the
@@ -115,7 +115,8 @@ pub(super) fn of_evasion(
                 .extend(place(inner, Some(slice), shared_rect));
         }
     }
-    let cut = Cut::Outer(2.0 * HALF_DIAGONAL + ROUNDING + MOST_TURN_ERROR);
+    let of_attack = grid.attack_pitch as f32 * (HALF_DIAGONAL + MOST_TURN_ERROR);
+    let cut = Cut::Outer(HALF_DIAGONAL + ROUNDING + of_attack);
     for (outer, slice) in outer.iter().zip(0..) {
         let outer = in_slabs(outer, (slabs, grid), cut);
         let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);

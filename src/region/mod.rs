@@ -8,6 +8,7 @@ mod atlas;
 mod bake;
 mod baked;
 mod body;
+mod body_rows;
 mod disc;
 mod drawings;
 pub mod fit;
@@ -34,6 +35,7 @@ pub use atlas::{
 pub use bake::{BakeError, BakeSettings, Baker, DrawnMaps};
 pub use baked::{BakedGraph, Evasion};
 pub use body::{Body, BodySphere};
+pub use body_rows::BodyRows;
 pub use disc::{Disc, SUB_TEXELS};
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
 pub use grid::{CellColumn, Grid, GridSettings, TouchedCells};

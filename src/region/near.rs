@@ -1,7 +1,7 @@
 //! Which slices a whole block of texels can meet: small maps that say "nothing here" of nearly all
 //! of an attack's blocks, so that texels are looked up of the others alone.
 
-use super::{MapRect, MaskMap, RegionMaps, SlabMaps};
+use super::{MapGrid, MapRect, MaskMap, RegionMaps, SlabMaps};
 
 /// What a region's maps hold, in short.
 #[derive(Clone, Debug, Default)]
@@ -19,14 +19,14 @@ pub(crate) struct NearRegion {
 }
 
 impl NearRegion {
-    pub(super) fn new(region: &RegionMaps, slices: u32) -> Self {
-        let lanes = slices.div_ceil(32) as usize;
+    pub(super) fn new(region: &RegionMaps, grid: MapGrid) -> Self {
+        let slices = grid.slices;
         let mut near = Self {
             slices: vec![MapRect::default(); slices as usize],
             ..Self::default()
         };
         for maps in &region.slabs {
-            near.slabs.push(NearMap::new(maps, lanes));
+            near.slabs.push(NearMap::new(maps, grid));
             near.rect = near.rect.union(maps.rect());
             near.evasion = near.evasion.union(maps.evasion.rect());
             near.inner = near.inner.union(maps.evasion.rect());
@@ -68,10 +68,12 @@ impl NearRegion {
     }
 }
 
-/// Cells of 4 × 4 texels over the maps of a slab. A cell has the bits of all texels that a point in
-/// it is no further from than [`NearMap::REACH`] in each axis.
+/// Cells of 4 × 4 of the attack's texels over the maps of a slab. A cell has the bits of all texels
+/// that a point in it is no further from than three of the attack's in each axis.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NearMap {
+    /// Side of a cell, texels: 1 << shift.
+    pub(crate) shift: u32,
     /// First texel of the first cell, in the maps' frame.
     pub(crate) u: i32,
     pub(crate) v: i32,
@@ -85,22 +87,22 @@ pub(crate) struct NearMap {
 }
 
 impl NearMap {
-    /// Side of a cell, texels: 1 << SHIFT.
-    pub(crate) const SHIFT: u32 = 2;
-    /// Texels.
-    pub(crate) const REACH: i32 = 3;
+    /// Half of a turned block and a little more, texels of the attack.
+    const REACH: i32 = 3;
 
-    pub(super) fn new(maps: &SlabMaps, lanes: usize) -> Self {
-        let rect = maps.rect();
+    pub(super) fn new(maps: &SlabMaps, grid: MapGrid) -> Self {
+        let (rect, lanes) = (maps.rect(), grid.lanes());
+        let shift = 2 + grid.attack_pitch.trailing_zeros();
         if rect.is_empty() {
             return Self::default();
         }
-        let cell = 1 << Self::SHIFT;
+        let cell = 1 << shift;
         // Room on all sides for points that reach into the maps from outside.
         let cells = |texels: u32| (texels + 2 * cell).div_ceil(cell);
         let (columns, rows) = (cells(rect.width), cells(rect.height));
         let count = (columns * rows) as usize;
         let mut near = Self {
+            shift,
             u: rect.u - cell as i32,
             v: rect.v - cell as i32,
             columns,
@@ -165,9 +167,10 @@ impl NearMap {
     /// The cells that a texel of a map is within reach of: three in each axis at most.
     fn around(&self, rect: MapRect, (column, row): (i32, i32)) -> [Option<usize>; 9] {
         let (column, row) = (column + rect.u - self.u, row + rect.v - self.v);
-        // A point of cell i lies from 4 i to 4 i + 4, the texels around it from 4 i - 3 to 4 i + 6.
-        let first = |texel: i32| (texel - 2 * Self::REACH + 3) >> Self::SHIFT;
-        let last = |texel: i32| (texel + Self::REACH) >> Self::SHIFT;
+        // With cells of 4, a point of cell i lies from 4 i to 4 i + 4, the texels around it from 4 i - 3 to 4 i + 6.
+        let reach = Self::REACH << (self.shift - 2);
+        let first = |texel: i32| (texel - reach) >> self.shift;
+        let last = |texel: i32| (texel + reach) >> self.shift;
         let mut cells = [None; 9];
         for dv in 0..3 {
             for du in 0..3 {

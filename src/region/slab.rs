@@ -31,8 +31,12 @@ pub enum Section {
 /// evasion's start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapGrid {
-    /// Side of a texel, metres. Default 0.02.
+    /// Side of a texel, metres. Default 0.0075.
     pub texel: f32,
+    /// From one texel of an attack's maps to the next, texels of an evasion's: 1, 2 or 4. Default 2. An inner map
+    /// loses half a texel all around, which is much of an arm; an attack's loses nothing by wide texels but
+    /// places that are looked at, and drawing those costs the most.
+    pub attack_pitch: u32,
     /// Height of a slab, metres. Default 0.05.
     pub slab_height: f32,
     /// What of a sphere is drawn in a slab. Default [`Section::Plane`].
@@ -47,7 +51,8 @@ pub struct MapGrid {
 impl Default for MapGrid {
     fn default() -> Self {
         Self {
-            texel: 0.02,
+            texel: 0.0075,
+            attack_pitch: 2,
             slab_height: 0.05,
             section: Section::Plane,
             slices: 32,
@@ -71,6 +76,7 @@ impl MapGrid {
     /// The paper's maps: slabs of 0.30 m, outlines, no time.
     pub const PAPER: Self = Self {
         texel: 0.02,
+        attack_pitch: 1,
         slab_height: 0.30,
         section: Section::Outline,
         slices: 1,
@@ -90,10 +96,25 @@ impl MapGrid {
     /// every map, and sums of it fit.
     const FAR: f32 = (1 << 29) as f32;
 
-    /// Whether texels are 0.001 to 1 m, slabs 0.001 to 10 m, and slices 1 to 64 of 0.001 to 1 s.
+    /// Widest pitch of an attack's texels.
+    pub const MAX_PITCH: u32 = 4;
+
+    /// The raster that attacks are drawn on.
+    #[must_use]
+    pub fn of_attacks(&self) -> Self {
+        Self {
+            texel: self.texel * self.attack_pitch as f32,
+            attack_pitch: 1,
+            ..*self
+        }
+    }
+
+    /// Whether texels are 0.001 to 1 m and those of attacks 1, 2 or 4 of them, slabs 0.001 to 10 m, and slices 1 to 64 of 0.001 to 1 s.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         (0.001..=1.0).contains(&self.texel)
+            && self.attack_pitch.is_power_of_two()
+            && self.attack_pitch <= Self::MAX_PITCH
             && (0.001..=10.0).contains(&self.slab_height)
             && (1..=Self::MAX_SLICES).contains(&self.slices)
             && (0.001..=1.0).contains(&self.slice_seconds)

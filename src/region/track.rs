@@ -3,10 +3,10 @@
 //! What an evasion's body does from its start on is the same in every query: the evasion itself,
 //! then the natural way on. It is sampled once, when a graph is baked or read.
 
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::Vec3;
 
-use super::Body;
-use crate::anim::{JointTransform, Pose, forward_kinematics};
+use super::{Body, BodyRows};
+use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
@@ -57,12 +57,13 @@ impl BodyTrack {
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
             hulls: Vec::with_capacity(ticks.div_ceil(Self::STRETCH)),
         };
+        let body_rows = BodyRows::new(body);
         let mut bounds = Vec::with_capacity(ticks);
         let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
         for tick in 0..ticks {
             motion.sample(graph, tick as f32 / Self::RATE, &mut pose);
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
-            Self::push_rows(body, &joints, &mut track.rows);
+            body_rows.push(&joints, &mut track.rows);
             body.centres(&joints, &mut centres);
             bounds.push(bound(body, &centres));
         }
@@ -79,43 +80,6 @@ impl BodyTrack {
 
     fn padded(spheres: usize) -> usize {
         spheres.next_multiple_of(Self::LANES)
-    }
-
-    /// Appends the x, then the y, then the z of the body's spheres, each padded to whole lanes with
-    /// copies of the last sphere.
-    pub fn push_rows(body: &Body, joints: &[JointTransform], rows: &mut Vec<f32>) {
-        let (start, row) = (rows.len(), Self::padded(body.spheres.len()));
-        rows.resize(start + 3 * row, 0.0);
-        let (x, rest) = rows[start..].split_at_mut(row);
-        let (y, z) = rest.split_at_mut(row);
-        // Spheres of a bone follow each other: one matrix turns them all.
-        let (mut turning, mut turn) = (None, Affine3A::IDENTITY);
-        let mut last = Vec3A::ZERO;
-        let places = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut());
-        for (sphere, ((x, y), z)) in body.spheres.iter().zip(places) {
-            if turning != Some(sphere.joint) {
-                let JointTransform {
-                    rotation,
-                    translation,
-                } = joints[sphere.joint.index()];
-                turning = Some(sphere.joint);
-                turn = Affine3A::from_rotation_translation(rotation, translation);
-            }
-            last = turn.transform_point3a(sphere.offset.into());
-            (*x, *y, *z) = (last.x, last.y, last.z);
-        }
-        for (row, last) in [x, y, z].into_iter().zip(last.to_array()) {
-            row[body.spheres.len()..].fill(last);
-        }
-    }
-
-    /// The radii of the body's spheres, padded as the rows are.
-    #[must_use]
-    pub fn radii(body: &Body) -> Vec<f32> {
-        let last = body.spheres.last().map_or(0.0, |sphere| sphere.radius);
-        let mut radii: Vec<f32> = body.spheres.iter().map(|sphere| sphere.radius).collect();
-        radii.resize(Self::padded(radii.len()), last);
-        radii
     }
 
     /// A sphere that holds the whole body all through a stretch: from sample [`BodyTrack::STRETCH`]

@@ -97,7 +97,7 @@ pub(crate) fn candidates(
             turn: MapTurn::new(
                 Rigid2::new(heading, x, z),
                 (origin.u, origin.v),
-                atlas.grid().texel,
+                atlas.grid(),
             ),
         }
     };

@@ -112,6 +112,17 @@ pub fn on_motion(
     (attack, extent): (&Attack, Extent),
     scratch: &mut MotionBody,
 ) -> Clearance {
+    scratch.forget();
+    on_one_motion(baked, (motion, sampling), (attack, extent), scratch)
+}
+
+/// The same for one motion of several in a graph: poses that they share are made once.
+pub(in crate::avoid) fn on_one_motion(
+    baked: &BakedGraph,
+    (motion, sampling): (&Motion, Sampling),
+    (attack, extent): (&Attack, Extent),
+    scratch: &mut MotionBody,
+) -> Clearance {
     let (mut body, stretches) = scratch.on(baked, motion, sampling);
     let mut sweep = Sweep::new(attack, extent, stretches);
     sweep.part(&mut body, Course::of_motion((0.0, f32::INFINITY)));

@@ -1,15 +1,17 @@
 //! The body's spheres where they are known beforehand, and where they are posed.
 
 use glam::Vec3;
+use rustc_hash::FxHashMap;
 
 use super::nearest::{Ball, Spheres};
 use super::sweep::{Pace, Samples, Stretches};
 use super::{SAMPLE_RATE, Sampling};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::Motion;
+use crate::graph::{Motion, Playhead};
 use crate::region::{BakedGraph, BodyTrack, Upright};
 
-/// What posing the body along a motion needs; kept from one motion to the next.
+/// What posing the body along a motion needs; kept from one motion to the next, with the poses that motions
+/// have in common.
 #[derive(Clone, Debug, Default)]
 pub struct MotionBody {
     posed: PosedRows,
@@ -28,8 +30,37 @@ struct PosedRows {
     first_tick: Option<usize>,
     /// Around the body at the sample that was asked for last.
     upright: Option<(usize, Upright)>,
+    /// Where the rows begin of what was posed, for whatever motion, since poses were forgotten.
+    known: FxHashMap<PoseKey, usize>,
     /// `[slot][x, y, z][sphere]`, padded.
     rows: Vec<f32>,
+}
+
+/// Equal for moments that have the very same pose: edge, frame, and where in the world.
+type PoseKey = [u32; 6];
+
+/// Poses of so many are remembered: those of a query's moves, and not of all candidates there can be.
+const MOST_KNOWN: usize = 4096;
+
+impl PosedRows {
+    /// Where the rows of a pose begin.
+    fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
+        let start = *self.known.entry(key(playhead)).or_insert(self.rows.len());
+        if start == self.rows.len() {
+            let graph = baked.graph();
+            playhead.pose(graph, &mut self.pose);
+            forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+            baked.body_rows().push(&self.joints, &mut self.rows);
+        }
+        start
+    }
+}
+
+fn key(playhead: Playhead) -> PoseKey {
+    let place = playhead.clip_to_world;
+    let [frame, cos, sin, x, z] =
+        [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
+    [playhead.edge.0, frame, cos, sin, x, z]
 }
 
 impl MotionBody {
@@ -40,8 +71,10 @@ impl MotionBody {
         motion: &'a Motion,
         sampling: Sampling,
     ) -> (Posed<'a>, &'a mut Stretches) {
+        if self.posed.known.len() > MOST_KNOWN {
+            self.forget();
+        }
         self.posed.slots.clear();
-        self.posed.rows.clear();
         self.posed.first_tick = None;
         self.posed.upright = None;
         let posed = Posed {
@@ -51,6 +84,12 @@ impl MotionBody {
             scratch: &mut self.posed,
         };
         (posed, &mut self.stretches)
+    }
+
+    /// Must be called before it is used for another graph.
+    pub(in crate::avoid) fn forget(&mut self) {
+        self.posed.known.clear();
+        self.posed.rows.clear();
     }
 
     pub(in crate::avoid) fn take_motion(&mut self) -> Motion {
@@ -88,13 +127,9 @@ impl Posed<'_> {
             self.scratch.slots.resize(index + 1, None);
         }
         if self.scratch.slots[index].is_none() {
-            self.scratch.slots[index] = Some(self.scratch.rows.len());
-            let seconds = tick as f32 / SAMPLE_RATE;
             let graph = self.baked.graph();
-            let scratch = &mut *self.scratch;
-            self.motion.sample(graph, seconds, &mut scratch.pose);
-            forward_kinematics(graph.skeleton(), &scratch.pose, &mut scratch.joints);
-            BodyTrack::push_rows(self.baked.body(), &scratch.joints, &mut scratch.rows);
+            let playhead = self.motion.playhead(graph, tick as f32 / SAMPLE_RATE);
+            self.scratch.slots[index] = Some(self.scratch.rows_of(self.baked, playhead));
         }
     }
 
@@ -120,7 +155,7 @@ impl Posed<'_> {
     }
 
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
-        let row = self.baked.radii_row().len();
+        let row = self.baked.body_rows().radii().len();
         let start = self.slot(tick).unwrap_or(0);
         [0, 1, 2].map(|axis| &self.scratch.rows[start + axis * row..start + (axis + 1) * row])
     }
@@ -154,7 +189,7 @@ impl Samples for Posed<'_> {
         Spheres {
             from: self.axes(ticks[0]),
             to: self.axes(ticks[1]),
-            radii: self.baked.radii_row(),
+            radii: self.baked.body_rows().radii(),
         }
     }
 
@@ -174,7 +209,7 @@ impl BakedGraph {
     pub(super) fn of_track<'a>(&'a self, track: &'a BodyTrack) -> Tracked<'a> {
         Tracked {
             track,
-            radii: self.radii_row(),
+            radii: self.body_rows().radii(),
             count: self.body().spheres.len(),
         }
     }

@@ -5,7 +5,8 @@
 //! whose texels are turned, looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};
-use super::{AttackTexels, BLOCK, BLOCK_TEXELS, Counted, CullCandidate, CullInput, Overlap};
+use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks};
+use super::{Counted, CullCandidate, CullInput, Overlap};
 use crate::math::{Isa, Lookup, Words};
 use crate::region::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, RegionMaps, SlabMaps};
 
@@ -45,8 +46,9 @@ impl Culler {
     /// Counts the overlaps of every candidate into `overlaps`, in the order of the candidates.
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         let lanes = input.atlas.grid().lanes();
-        self.texels.draw_only(input.attack, lanes, self.counted);
-        self.groups.take(&self.texels);
+        self.texels
+            .draw(self.isa, input.attack, (lanes, self.counted));
+        self.groups.take(self.isa, &self.texels);
         overlaps.clear();
         self.isa.look_up(Counting {
             input,
@@ -79,6 +81,7 @@ impl Lookup for Counting<'_> {
                 texels,
                 turn: candidate.turn,
                 steps: Steps::new(candidate.turn),
+                widest: (2 * self.input.atlas.grid().attack_pitch as i32) << (MapTurn::SHIFT - 1),
                 words,
             };
             let maps = CandidateMaps {
@@ -136,6 +139,8 @@ struct Look<'a, W> {
     texels: &'a AttackTexels,
     turn: MapTurn,
     steps: Steps,
+    /// |cos| + |sin| of a turn, in its fixed point, is no more.
+    widest: i32,
     words: W,
 }
 
@@ -188,7 +193,7 @@ impl<W: Words> Look<'_, W> {
     fn meets(&self, group: &Group, near: &NearMap, counted: Counted) -> Met {
         let turn = self.turn;
         // More than a turn stretches blocks beyond what cells know.
-        if turn.a.abs().saturating_add(turn.b.abs()) > 2 << (MapTurn::SHIFT - 1) {
+        if turn.a.abs().saturating_add(turn.b.abs()) > self.widest {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
@@ -200,8 +205,8 @@ impl<W: Words> Look<'_, W> {
         let (mut cells, mut some) = ([0; LANES], 0);
         for (k, cell_of) in cells.iter_mut().enumerate() {
             let (x, z) = turn.half_texels(group.u[k], group.v[k]);
-            let x = x.wrapping_sub(near.u) >> NearMap::SHIFT;
-            let z = z.wrapping_sub(near.v) >> NearMap::SHIFT;
+            let x = x.wrapping_sub(near.u) >> near.shift;
+            let z = z.wrapping_sub(near.v) >> near.shift;
             let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
             let cell = (z as u32).wrapping_mul(near.columns).wrapping_add(x as u32);
             *cell_of = if within { cell } else { u32::MAX };
@@ -238,14 +243,13 @@ impl<W: Words> Look<'_, W> {
             left ^= bit;
             let at = self.turned(block);
             for lane in 0..self.texels.lanes {
-                let start = (block * self.texels.lanes + lane) * BLOCK_TEXELS;
-                let range = start..start + BLOCK_TEXELS;
+                let index = block * self.texels.lanes + lane;
                 if met.outer & bit != 0 {
-                    let masks = &self.texels.outer[range.clone()];
+                    let masks = &self.texels.outer[index];
                     overlap.outer += self.masks(masks, (&maps.outer, lane), &at);
                 }
                 if met.body & bit != 0 {
-                    let masks = &self.texels.inner[range.clone()];
+                    let masks = &self.texels.inner[index];
                     overlap.body += self.masks(masks, (&maps.body, lane), &at);
                 }
             }
@@ -270,7 +274,7 @@ impl<W: Words> Look<'_, W> {
     #[inline(always)]
     fn masks(
         &self,
-        masks: &[u32],
+        masks: &BlockMasks,
         (map, lane): (&MaskMap, usize),
         [x, z]: &[[i32; BLOCK_TEXELS]; 2],
     ) -> u32 {
@@ -302,8 +306,8 @@ impl<W: Words> Look<'_, W> {
         let (rect, words) = (map.rect(), map.words_per_row() as u32);
         let mut inner = [0; BLOCK_TEXELS];
         for lane in 0..self.texels.lanes {
-            let start = (block * self.texels.lanes + lane) * BLOCK_TEXELS;
-            for (any, mask) in inner.iter_mut().zip(&self.texels.inner[start..]) {
+            let masks = &self.texels.inner[block * self.texels.lanes + lane];
+            for (any, mask) in inner.iter_mut().zip(masks) {
                 *any |= mask;
             }
         }

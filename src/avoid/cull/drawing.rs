@@ -51,7 +51,7 @@ pub struct TimedDisc {
 /// Which part of the attack is drawn: what some candidate's maps can reach.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::avoid) struct Reach {
-    /// Texels of the frame that the paths start in.
+    /// The attack's texels of the frame that the paths start in.
     pub rect: MapRect,
     pub slabs: Range<i32>,
 }
@@ -71,7 +71,7 @@ impl AttackDrawing {
         reach: &Reach,
         scratch: &mut Steps,
     ) -> bool {
-        let grid = scene.atlas.grid();
+        let grid = scene.atlas.grid().of_attacks();
         // Without time every clock draws the same.
         let clocks = match grid.is_timed() {
             true => scene.clocks,

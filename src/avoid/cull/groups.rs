@@ -1,6 +1,7 @@
 //! The attack's blocks in groups of sixteen, with what is known of each as a whole.
 
-use super::{AttackTexels, BLOCK, BLOCK_TEXELS};
+use super::texels::{AttackTexels, BLOCK, any_of};
+use crate::math::Isa;
 
 /// Blocks of a group.
 pub(super) const LANES: usize = 16;
@@ -32,16 +33,21 @@ pub(super) struct Groups {
 
 impl Groups {
     /// Sums up the blocks of an attack.
-    pub(super) fn take(&mut self, texels: &AttackTexels) {
+    pub(super) fn take(&mut self, isa: Isa, texels: &AttackTexels) {
         self.groups.clear();
         self.layers.clear();
-        for layer in &texels.layers {
-            let (start, end) = (layer.blocks.start as usize, layer.blocks.end as usize);
-            self.layers.push((self.groups.len(), start));
-            let firsts = (start..end).step_by(LANES);
-            self.groups
-                .extend(firsts.map(|first| Group::new(texels, first, end)));
-        }
+        isa.run(
+            #[inline(always)]
+            || {
+                for layer in &texels.layers {
+                    let (start, end) = (layer.blocks.start as usize, layer.blocks.end as usize);
+                    self.layers.push((self.groups.len(), start));
+                    for first in (start..end).step_by(LANES) {
+                        self.groups.push(Group::new(texels, first, end));
+                    }
+                }
+            },
+        );
         self.layers.push((self.groups.len(), 0));
         self.largest_first.clear();
         self.largest_first.extend(0..texels.layers.len());
@@ -64,6 +70,7 @@ impl Groups {
 }
 
 impl Group {
+    #[inline(always)]
     fn new(texels: &AttackTexels, first: usize, end: usize) -> Self {
         let mut group = Self::default();
         for (at, block) in (first..end.min(first + LANES)).enumerate() {
@@ -71,14 +78,10 @@ impl Group {
             (group.u[at], group.v[at]) = (2 * u + BLOCK as i32, 2 * v + BLOCK as i32);
             group.blocks |= 1 << at;
             for lane in 0..texels.lanes {
-                let start = (block * texels.lanes + lane) * BLOCK_TEXELS;
-                let any = |masks: &[u32]| {
-                    // Outer ones may not be drawn.
-                    let masks = masks.get(start..start + BLOCK_TEXELS).unwrap_or(&[]);
-                    masks.iter().fold(0, |any, mask| any | mask)
-                };
-                group.outer[lane][at] = any(&texels.outer);
-                group.inner[lane][at] = any(&texels.inner);
+                let index = block * texels.lanes + lane;
+                // Outer ones may not be drawn.
+                group.outer[lane][at] = texels.outer.get(index).map_or(0, any_of);
+                group.inner[lane][at] = any_of(&texels.inner[index]);
                 if group.inner[lane][at] != 0 {
                     group.any_inner[at] = u32::MAX;
                     group.has_inner = true;

@@ -18,7 +18,6 @@ pub(super) use drawing::Reach;
 pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub(super) use scene::{PlacedRegion, Scene};
 pub(super) use steps::Steps;
-pub use texels::{AttackTexels, BLOCK, BLOCK_TEXELS, TexelLayer};
 
 use crate::region::{MapTurn, RegionAtlas, RegionId};
 

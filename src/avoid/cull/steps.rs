@@ -1,5 +1,7 @@
 //! The way of an attack's spheres in short steps: which of them any candidate's maps can meet.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::{Reach, Scene};
@@ -37,6 +39,8 @@ pub(in crate::avoid) struct Steps {
     steps: Vec<Step>,
     /// Where maps are untimed: the spheres as the paper draws them.
     pub(super) untimed: Vec<(Vec3, f32)>,
+    /// For each placed evasion the slabs in which a step may meet its inner maps.
+    pub(in crate::avoid) touched: Vec<Range<i32>>,
     /// Whether something is too large to be drawn whole.
     pub(super) cut_off: bool,
 }
@@ -48,9 +52,11 @@ impl Steps {
     /// Fills itself with the steps of an attack that may come within reach, at a time that some
     /// clock draws.
     pub(super) fn take(&mut self, scene: &Scene<'_>, reach: &Reach) {
-        let (grid, clocks, attack) = (scene.atlas.grid(), scene.clocks, scene.attack);
+        let (clocks, attack) = (scene.clocks, scene.attack);
+        let grid = scene.atlas.grid().of_attacks();
         self.steps.clear();
         self.untimed.clear();
+        self.touched.clear();
         self.cut_off = false;
         let latest = clocks.iter().copied().fold(f32::NEG_INFINITY, f32::max) + grid.seconds();
         let earliest = clocks.iter().copied().fold(f32::INFINITY, f32::min);
@@ -85,7 +91,7 @@ impl Steps {
                     to,
                     slabs: (0, 0),
                     met: if grid.is_timed() { 0 } else { u64::MAX },
-                    met_inner: if grid.is_timed() { 0 } else { u64::MAX },
+                    met_inner: 0,
                 };
                 let slabs = grid.slabs(step.centre, step.within);
                 step.slabs = (
@@ -106,19 +112,16 @@ impl Steps {
                 self.steps.push(step);
             });
         }
-        if grid.is_timed() {
-            if scene.outer {
-                self.meet(scene);
-            } else {
-                self.meet_inner(scene);
-            }
+        self.meet_inner(scene);
+        if grid.is_timed() && scene.outer {
+            self.meet(scene);
         }
     }
 }
 
-/// Whether a sphere may touch a texel of the rectangle.
+/// Whether a sphere may touch a texel of the rectangle, or one of the attack's that falls into it.
 fn meets((centre, radius): (Vec3, f32), grid: MapGrid, rect: MapRect) -> bool {
-    let reach = radius / grid.texel + 2.0;
+    let reach = radius / grid.texel + 2.0 * grid.attack_pitch as f32;
     let axis = |place: f32, first: i32, texels: u32| {
         let place = place / grid.texel;
         place + reach >= first as f32 && place - reach <= (first + texels as i32) as f32
@@ -182,34 +185,32 @@ impl Step {
 }
 
 impl Steps {
-    /// Finds out of which steps some candidate's inner maps can meet something, without a look at
-    /// time: the steps whose outer discs can be met are not asked for.
+    /// Finds out of which steps some candidate's inner maps can meet something, and in which slabs those are.
     fn meet_inner(&mut self, scene: &Scene<'_>) {
-        let (texel, regions) = (scene.atlas.grid().texel, scene.atlas.near());
+        let (grid, regions) = (scene.atlas.grid(), scene.atlas.near());
         for placed in scene.placed {
-            let (bit, rect) = (
-                clock_bit(placed.clock),
-                regions[placed.region.index()].inner,
-            );
-            if rect.is_empty() {
-                continue;
+            let inner = regions[placed.region.index()].inner;
+            let rect = grid.around_turned(inner, placed.placement);
+            let (bit, offset) = (clock_bit(placed.clock), scene.clocks[placed.clock as usize]);
+            let (mut low, mut end) = (i32::MAX, i32::MIN);
+            if !rect.is_empty() {
+                for step in &mut self.steps {
+                    let near = meets((step.centre, step.within), grid.of_attacks(), rect);
+                    if near && step.slices(grid, offset).is_some() {
+                        step.met_inner |= bit;
+                        (low, end) = (low.min(step.slabs.0), end.max(step.slabs.1 + 1));
+                    }
+                }
             }
-            // A circle around the rectangle, which stays one when it is turned.
-            let half = Vec3::new(rect.width as f32, 0.0, rect.height as f32) * (0.5 * texel);
-            let first = Vec3::new(rect.u as f32, 0.0, rect.v as f32) * texel;
-            let (middle, reach) = (
-                placed.placement.point(first + half),
-                half.length() + 2.0 * texel,
-            );
-            for step in &mut self.steps {
-                let (x, z) = (step.centre.x - middle.x, step.centre.z - middle.z);
-                let near = x * x + z * z <= (reach + step.within).powi(2);
-                step.met_inner |= if near { bit } else { 0 };
-            }
+            let region = scene.atlas.region(placed.region);
+            let first = region.first_slab.0;
+            low = low.max(first);
+            self.touched
+                .push(low..end.min(first + region.slabs.len() as i32));
         }
     }
 
-    /// Finds out which steps some candidate's maps can meet.
+    /// Finds out which steps some candidate's outer or body maps can meet.
     fn meet(&mut self, scene: &Scene<'_>) {
         let (grid, regions) = (scene.atlas.grid(), scene.atlas.near());
         for placed in scene.placed {
@@ -217,7 +218,7 @@ impl Steps {
             let offset = scene.clocks[placed.clock as usize];
             let (maps, back) = (&regions[placed.region.index()], placed.placement.inverse());
             for step in &mut self.steps {
-                if step.met & step.met_inner & bit != 0 {
+                if step.met & bit != 0 {
                     continue;
                 }
                 let Some((from, to)) = step.slices(grid, offset) else {
@@ -226,10 +227,9 @@ impl Steps {
                 let ball = (back.point(step.centre), step.within);
                 let near = |rect: MapRect| !rect.is_empty() && meets(ball, grid, rect);
                 let slices = &maps.slices[from as usize..=to as usize];
-                let body = slices.iter().any(|&rect| near(rect));
-                step.met |= if body { bit } else { 0 };
-                let inner = body || near(maps.evasion);
-                step.met_inner |= if inner { bit } else { 0 };
+                if slices.iter().any(|&rect| near(rect)) {
+                    step.met |= bit;
+                }
             }
         }
     }

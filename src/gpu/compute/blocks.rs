@@ -1,11 +1,12 @@
 //! The attack as blocks of 8 × 4 texels, a bit each: plane by plane, clock by clock, in chunks that shaders read as
-//! uniforms.
+//! uniforms. Texels are as wide as those of the evasions' maps; where the attack's are wider, the first one of every
+//! [pitch](crate::region::MapGrid::attack_pitch) stands for it.
 
 use std::ops::Range;
 
 use crate::{
     avoid::cull::{AttackDrawing, Counted, TimedDisc},
-    region::{MapRect, for_each_row},
+    region::{MapGrid, MapRect, for_each_row},
 };
 
 /// Words of a chunk: 16 KiB, the uniform buffer that every device takes.
@@ -58,6 +59,8 @@ const NOTHING: Range<usize> = Range {
 #[derive(Debug, Default)]
 struct Canvas {
     rect: MapRect,
+    /// From one texel of the attack to the next.
+    pitch: usize,
     columns: usize,
     words: Vec<u32>,
     /// Rows and columns of blocks that may hold something.
@@ -65,11 +68,17 @@ struct Canvas {
 }
 
 impl Blocks {
-    /// Draws an attack for maps of so many slices. Returns the number of blocks.
-    pub(super) fn draw(&mut self, attack: &AttackDrawing, slices: u32, counted: Counted) -> usize {
+    /// Draws an attack for maps of a grid. Returns the number of blocks.
+    pub(super) fn draw(
+        &mut self,
+        attack: &AttackDrawing,
+        grid: MapGrid,
+        counted: Counted,
+    ) -> usize {
+        let slices = grid.slices;
         self.planes.clear();
         self.blocks.clear();
-        self.canvas.stretch(attack.rect);
+        self.canvas.stretch(attack.rect, grid.attack_pitch as usize);
         for layer in &attack.layers {
             let [inner, outer] = attack.discs_of(layer);
             let place = (layer.clock, layer.slab.0);
@@ -177,19 +186,27 @@ fn note(clocks: &mut Vec<ClockPlanes>, clock: u32, (chunk, number): (u32, u32)) 
 
 impl Canvas {
     /// Makes room for maps of a rectangle. What is there is 0, whatever its place was.
-    fn stretch(&mut self, rect: MapRect) {
+    fn stretch(&mut self, rect: MapRect, pitch: usize) {
         self.rect = rect;
-        self.columns = (rect.width as usize).div_ceil(COLUMNS);
-        let words = self.columns * (rect.height as usize).div_ceil(ROWS);
+        self.pitch = pitch;
+        self.columns = (pitch * rect.width as usize).div_ceil(COLUMNS);
+        let words = self.columns * (pitch * rect.height as usize).div_ceil(ROWS);
         if self.words.len() < words {
             self.words.resize(words, 0);
         }
     }
 
     fn draw(&mut self, one: &TimedDisc) {
-        let (columns, words) = (self.columns, &mut self.words);
+        let (columns, pitch, words) = (self.columns, self.pitch, &mut self.words);
+        // The texels of a row of a block that stand for one of the attack's.
+        let every = match pitch {
+            1 => 0xff,
+            2 => 0x55,
+            _ => 0x11,
+        };
         let mut drawn = self.drawn.take().unwrap_or([NOTHING, NOTHING]);
         for_each_row(one.disc, self.rect, |row, first, last| {
+            let [row, first, last] = [row, first, last].map(|texel| texel * pitch);
             let (from, to) = (first / COLUMNS, last / COLUMNS);
             drawn[0] = drawn[0].start.min(row / ROWS)..drawn[0].end.max(row / ROWS + 1);
             drawn[1] = drawn[1].start.min(from)..drawn[1].end.max(to + 1);
@@ -200,7 +217,7 @@ impl Canvas {
             for (index, word) in words.iter_mut().enumerate() {
                 let low = if index == 0 { low } else { 0xff };
                 let high = if index == end { high } else { 0xff };
-                *word |= (low & high & 0xff) << shift;
+                *word |= (low & high & every) << shift;
             }
         });
         self.drawn = (drawn[0].start < drawn[0].end).then_some(drawn);

@@ -46,7 +46,7 @@ pub struct CullerDesc<'a> {
     pub counted: Counted,
     /// Candidates in one cull. With more, record several.
     pub max_candidates: u32,
-    /// Blocks of 8 × 4 of an attack's texels, over all slabs, clocks and slices, of inner and outer maps; those of the inner
+    /// Blocks of 8 × 4 texels that an attack is in, as wide as those of the evasions, over all slabs, clocks and slices, of inner and outer maps; those of the inner
     /// maps, all slices in one, once more.
     pub max_blocks: u32,
     /// Work groups in one dispatch, where the device takes as many; a larger cull is recorded as several dispatches.
@@ -58,7 +58,7 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 4,096 candidates; attacks of 16,384 blocks of texels; as many groups as the device takes; staged; 2 in flight.
+    /// 4,096 candidates; attacks of 32,768 blocks of texels; as many groups as the device takes; staged; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
@@ -66,7 +66,7 @@ impl<'a> CullerDesc<'a> {
             atlas,
             counted: Counted::default(),
             max_candidates: 4096,
-            max_blocks: 16_384,
+            max_blocks: 32_768,
             max_groups: u32::MAX,
             input: InputWay::default(),
             frames_in_flight: 2,

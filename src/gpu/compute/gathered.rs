@@ -87,6 +87,7 @@ pub(super) struct Gathered {
     /// Clock and position of each candidate, sorted.
     order: Vec<(u32, u32)>,
     slices: u32,
+    pitch: u32,
     up_to_hits: bool,
 }
 
@@ -106,9 +107,11 @@ impl Gathered {
             let most = MapGrid::MAX_SIDE;
             within("side of an attack's maps", side.into(), most.into())?;
         }
+        let grid = input.atlas.grid();
         self.slices = planes.slices;
-        self.up_to_hits = counted.up_to_hits && input.atlas.grid().is_certain();
-        let blocks = self.blocks.draw(input.attack, planes.slices, counted) as u64;
+        self.pitch = grid.attack_pitch;
+        self.up_to_hits = counted.up_to_hits && grid.is_certain();
+        let blocks = self.blocks.draw(input.attack, grid, counted) as u64;
         within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
         self.order.clear();
         let clocks = input.candidates.iter().map(|one| one.clock);
@@ -129,6 +132,7 @@ impl Gathered {
             slices: self.slices,
             planes: planes_of_slab(self.slices),
             up_to_hits: self.up_to_hits.into(),
+            pitch: self.pitch,
         }
     }
 
@@ -153,7 +157,7 @@ impl Gathered {
                 region: candidate.region.0,
                 regions: planes.regions.len(),
             })?;
-            let turn = candidate.turn;
+            let turn = candidate.turn.of_narrow(self.pitch);
             self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
                 entries: region.entries,

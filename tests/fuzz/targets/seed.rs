@@ -1,4 +1,4 @@
-//! Writes the graph that damage to baked files starts from: `cargo run --bin seed -- FOLDER`.
+//! Writes the graph that damage to baked files starts from: `cargo run --example seed -- FOLDER`.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "../../common/mod.rs"]
