@@ -13,6 +13,10 @@
 //!                               cpu │ stencil │ compute: same maps in, same counts out
 //! ```
 //!
+//! # Where to begin
+//! [`guide::from_clips`] goes all the way from clips to a dodging character; [`guide::paper`] says where the papers stand in the
+//! code, [`guide::culling`] which culling path to take, [`guide::limits`] what is refused.
+//!
 //! # The rooms
 //! Arrows go down only: a module uses those below it, never those above or beside it.
 //!
@@ -53,6 +57,7 @@ pub mod demo;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
 pub mod graph;
+pub mod guide;
 pub mod io;
 pub mod lod;
 pub mod math;

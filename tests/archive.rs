@@ -4,6 +4,8 @@
 mod common;
 #[path = "archive/hostile.rs"]
 mod hostile;
+#[path = "archive/killed.rs"]
+mod killed;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -15,8 +17,10 @@ use sabaki::io::ArchiveError;
 use sabaki::io::archive::{from_bytes, to_bytes};
 use sabaki::region::BakedGraph;
 
-/// Where the graph begins; before it stand magic, version and checksum.
-const HEADER: usize = 16;
+/// Where the part with the checksum begins; before it stand magic, version and the checksum.
+const CHECKED: usize = 16;
+/// Where the graph begins; before it stands who wrote it.
+const HEADER: usize = 32;
 
 fn small_bytes() -> &'static [u8] {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
@@ -28,8 +32,8 @@ fn read(bytes: &[u8]) -> Result<BakedGraph, ArchiveError> {
 }
 
 fn with_right_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
-    let checksum = crc32fast::hash(&bytes[HEADER..]);
-    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    let checksum = crc32fast::hash(&bytes[CHECKED..]);
+    bytes[12..CHECKED].copy_from_slice(&checksum.to_le_bytes());
     bytes
 }
 
@@ -98,15 +102,40 @@ fn another_magic_or_version_or_more_bytes_are_said_to_be_so() {
     }
     let mut later = small_bytes().to_vec();
     later[8..12].copy_from_slice(&77u32.to_le_bytes());
-    match read(&later) {
-        Err(ArchiveError::Version { found: 77, .. }) => {}
-        other => panic!("{:?}", other.map(|_| "a graph")),
-    }
+    later[CHECKED..HEADER].copy_from_slice(b"12.3.4-beta.1\0\0\0");
+    let error = read(&later).err().unwrap();
+    assert!(matches!(error, ArchiveError::Version { found: 77, .. }));
+    let text = error.to_string();
+    assert!(
+        text.contains("sabaki 12.3.4-beta.1 wrote it, in format version 77"),
+        "{text}"
+    );
+    // Formats 1 and 2 had no such field.
+    later[8..12].copy_from_slice(&2u32.to_le_bytes());
+    let text = read(&later).unwrap_err().to_string();
+    assert!(
+        text.contains("a sabaki from before 0.1.0 wrote it, in format version 2"),
+        "{text}"
+    );
     let mut longer = small_bytes().to_vec();
     longer.extend([0; 3]);
     assert!(matches!(read(&longer), Err(ArchiveError::Checksum { .. })));
     let error = read(&with_right_checksum(longer)).unwrap_err();
     assert!(error.to_string().contains("3 bytes follow"), "{error}");
+}
+
+#[test]
+fn every_byte_may_be_damaged() {
+    let bytes = small_bytes();
+    for mask in [0xff, 0x01, 0x80] {
+        let mut damaged = bytes.to_vec();
+        for at in 0..bytes.len() {
+            damaged[at] ^= mask;
+            // No byte is without meaning: none may be lost unseen.
+            assert!(read(&damaged).is_err(), "byte {at} ^ {mask:#x}");
+            damaged[at] = bytes[at];
+        }
+    }
 }
 
 #[test]

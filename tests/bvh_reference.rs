@@ -165,6 +165,7 @@ fn what_is_written_again_is_where_it_was() {
             skeleton,
             clip,
             scale,
+            ..
         } = read_clip(&path, &ReadOptions::default()).unwrap();
         let mut text = Vec::new();
         sabaki::io::bvh::write(&mut text, &skeleton, &clip, scale.metres_per_unit).unwrap();

@@ -262,6 +262,35 @@ fn export_writes_two_files_for_each_attack() {
         fs::read_dir(folder.path().join("deep/er")).unwrap().count(),
         4
     );
+    // The same as glTF, which says when it evades.
+    let as_gltf = [&args[..], &["--export", "glb", "--format", "glb"]].concat();
+    sabaki(folder.path(), &as_gltf).is(0);
+    let inspected = sabaki(folder.path(), &["inspect", "glb/attack_0001.glb", "--json"]).json(0);
+    assert_eq!(inspected["unit_found"], "the format says so");
+    assert!(inspected["clips"][0]["events"].is_array());
+}
+
+#[test]
+fn a_motion_that_lies_is_noted_and_stood_up() {
+    let folder = folder();
+    let motion = include_str!("corpus/asf/person");
+    let (skeleton, motion) = motion.split_once("\n---\n").unwrap();
+    fs::write(folder.path().join("a.asf"), skeleton).unwrap();
+    fs::write(folder.path().join("a.amc"), motion).unwrap();
+    let plain = ["inspect", "a.amc", "--amc-rate", "60", "--json"];
+    let document = sabaki(folder.path(), &plain).json(0);
+    assert_eq!(
+        (&document["frame_rate"], &document["frames"]),
+        (&60.0.into(), &2.into())
+    );
+    let turned = [&plain[..], &["--up", "x"]].concat();
+    let lying = sabaki(folder.path(), &turned).json(0);
+    let spine = |document: &Value| document["skeleton"][4]["offset"][1].as_f64().unwrap();
+    assert_eq!(lying["skeleton"][4]["name"], "head");
+    assert!(spine(&document) > 0.3 && spine(&lying).abs() < 1e-6);
+    let wrong = [&plain[..], &["--up", "w"]].concat();
+    let told = sabaki(folder.path(), &wrong);
+    assert!(told.code == 2 && told.stderr.contains("up is x, y or z"));
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn attacks_that_are_wrong() {
         ),
         (
             r#"{"t":0,"center":[0,1e300,2],"radius":1}"#.into(),
-            "attack 0, sphere 0, key 0: not a finite time and place and a radius above 0",
+            "line 2, column 24: number out of range",
         ),
         (
             String::new(),
@@ -281,7 +281,7 @@ fn sets_that_are_wrong() {
     );
     assert_eq!(
         error(&["empty"]),
-        "empty: no *.bvh, *.glb or *.gltf file there"
+        "empty: no *.bvh, *.amc, *.glb or *.gltf file there"
     );
     assert_eq!(error(&[]), "no clip was named");
 }

@@ -186,7 +186,10 @@ fn the_samples_are_where_matrices_put_them() {
                 .unwrap_err()
                 .to_string();
             assert!(error.ends_with("it holds several motions: \"Fox.glb:Survey\", \"Fox.glb:Walk\", \"Fox.glb:Run\""), "{error}");
-            let options = ReadOptions { scale: Some(0.01) };
+            let options = ReadOptions {
+                scale: Some(0.01),
+                ..ReadOptions::default()
+            };
             let set = read_clips(&[path], None, &options).unwrap();
             assert_eq!(set.clips.len(), 3);
             let scaled = set.skeleton.joints()[5].offset;

@@ -44,9 +44,13 @@ pub enum AttackError {
         /// Zero-based.
         sphere: usize,
     },
+    /// More keys than an attack may have.
+    #[error("the attack has {0} keys; {max} is the most", max = Attack::MOST_KEYS)]
+    TooMany(usize),
     /// A number is not finite or out of its range.
     #[error(
-        "sphere {sphere}, key {key}: the time must be 0 to 600 s, the center within 10,000 m and the radius above 0 and at most 100 m"
+        "sphere {sphere}, key {key}: the time must be 0 to {latest} s, the center within {furthest} m and the radius above 0 and at most {widest} m",
+        latest = Attack::LATEST, furthest = Attack::FURTHEST, widest = Attack::WIDEST
     )]
     Value {
         /// Zero-based.
@@ -67,21 +71,28 @@ pub enum AttackError {
 }
 
 impl Attack {
-    /// Seconds.
-    const LATEST: f32 = 600.0;
-    /// Metres from the origin.
-    const FURTHEST: f32 = 10_000.0;
-    /// Metres.
-    const WIDEST: f32 = 100.0;
+    /// No key comes later, seconds; none comes before 0, the moment of the query.
+    pub const LATEST: f32 = 600.0;
+    /// No centre lies further from the origin, metres.
+    pub const FURTHEST: f32 = 10_000.0;
+    /// No sphere has a larger radius, metres; a radius of 0 or less is none.
+    pub const WIDEST: f32 = 100.0;
+    /// Most keys of all spheres together: a hundred thousand spheres on straight ways. A query with as many takes seconds,
+    /// and some 200 MB.
+    pub const MOST_KEYS: usize = 1 << 18;
 
     /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the
     /// query.
     ///
     /// # Errors
-    /// The first key that is not finite or not in order, by its place.
+    /// The first key that is not finite, out of range or not in order, by its place; more than [`Attack::MOST_KEYS`].
     pub fn new(spheres: Vec<Vec<SphereKey>>) -> Result<Self, AttackError> {
         if spheres.is_empty() {
             return Err(AttackError::Empty);
+        }
+        let keys = spheres.iter().map(Vec::len).sum();
+        if keys > Self::MOST_KEYS {
+            return Err(AttackError::TooMany(keys));
         }
         let numbered = spheres.into_iter().enumerate();
         let spheres = numbered

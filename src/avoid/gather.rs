@@ -69,7 +69,9 @@ impl Gathering<'_> {
             (total - situation.available).abs()
         };
         let all = || table.ids(situation.node).zip(table.of(situation.node));
-        let nearest = all().map(|(_, path)| off(path)).fold(f32::INFINITY, f32::min);
+        let nearest = all()
+            .map(|(_, path)| off(path))
+            .fold(f32::INFINITY, f32::min);
         // One frame more: what is as near on the attack's other side.
         let furthest = (nearest + rates.tolerance).min(rates.nearest);
         for (id, path) in all().filter(|(_, path)| off(path) <= furthest) {

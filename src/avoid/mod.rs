@@ -31,4 +31,4 @@ pub use context::QueryContext;
 pub use judge::Judging;
 pub use moves::{MoveSettings, SearchReport};
 pub use prepared::{Paused, Prepared, Verdict};
-pub use query::{Enumerate, Lookup, Query, QuerySettings};
+pub use query::{Enumerate, Lookup, Query, QuerySettings, QuerySettingsError};

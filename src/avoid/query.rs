@@ -3,7 +3,10 @@
 //! Source: Masaoka & Oshita, sections 5.1 to 5.3. The second half is [`Prepared::decide`]; between
 //! the two, somebody counts.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::context::QueryContext;
 use super::moves::MoveSettings;
@@ -88,6 +91,64 @@ impl Default for QuerySettings {
     }
 }
 
+/// A setting of a query is out of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("query setting {name} is {value}; it must be {range}")]
+pub struct QuerySettingsError {
+    /// Which.
+    pub name: &'static str,
+    /// What it is.
+    pub value: f64,
+    /// What it may be.
+    pub range: &'static str,
+}
+
+impl QuerySettings {
+    /// Most candidates, and most paths that are followed at a time, that may be asked for.
+    pub const MOST_CANDIDATES: usize = 1 << 16;
+
+    /// Most threads that may be asked for.
+    pub const MOST_THREADS: usize = 1024;
+
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// The first one that is not, by name.
+    pub fn check(&self) -> Result<(), QuerySettingsError> {
+        type Range = (RangeInclusive<f64>, &'static str);
+        const CELL: Range = (0.001..=1000.0, "0.001 to 1000");
+        const RATE: Range = (0.01..=100.0, "0.01 to 100");
+        const WEIGHT: Range = (-1e6..=1e6, "-1000000 to 1000000");
+        const COUNT: Range = (1.0..=QuerySettings::MOST_CANDIDATES as f64, "1 to 65536");
+        const THREADS: Range = (0.0..=QuerySettings::MOST_THREADS as f64, "0 to 1024");
+        const TIME: Range = (0.0..=10.0, "0 to 10 s");
+        let (rates, moves, weights) = (&self.rates, &self.moves, &self.weights);
+        let number = |name, value: f32, range| (name, f64::from(value), range);
+        let count = |name, value: usize, range| (name, value as f64, range);
+        let checks = [
+            number("rates.slowest", rates.slowest, RATE),
+            number("rates.fastest", rates.fastest, RATE),
+            number("rates.tolerance", rates.tolerance, TIME),
+            number("alike_distance", self.alike_distance, CELL),
+            number("alike_angle", self.alike_angle, CELL),
+            count("most_evasions", self.most_evasions, COUNT),
+            count("moves.width", moves.width, COUNT),
+            count("moves.candidates", moves.candidates, COUNT),
+            number("moves.alike_distance", moves.alike_distance, CELL),
+            number("moves.alike_angle", moves.alike_angle, CELL),
+            number("weights.avoid", weights.avoid, WEIGHT),
+            number("weights.distance", weights.distance, WEIGHT),
+            number("weights.time", weights.time, WEIGHT),
+            count("threads", self.threads, THREADS),
+        ];
+        let wrong = { checks.into_iter() }.find(|(_, value, (range, _))| !range.contains(value));
+        match wrong {
+            Some((name, value, (_, range))) => Err(QuerySettingsError { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Asks a baked graph how to avoid attacks.
 ///
 /// ```
@@ -108,10 +169,25 @@ pub struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    /// On one graph, with one set of settings.
+    /// On one graph, with one set of settings that the program itself has chosen.
+    ///
+    /// Settings that [`QuerySettings::check`] refuses are taken as they are: they crash nothing, but the answer is poor, or
+    /// slow. [`Query::checked`] is for those that come from elsewhere.
     #[must_use]
     pub fn new(baked: &'a BakedGraph, settings: &'a QuerySettings) -> Self {
         Self { baked, settings }
+    }
+
+    /// On one graph, with settings that come from a file or a user.
+    ///
+    /// # Errors
+    /// The first setting that is out of its range.
+    pub fn checked(
+        baked: &'a BakedGraph,
+        settings: &'a QuerySettings,
+    ) -> Result<Self, QuerySettingsError> {
+        settings.check()?;
+        Ok(Self::new(baked, settings))
     }
 
     /// Finds the candidates for a character at `playhead` and draws up their maps. `attack` is in

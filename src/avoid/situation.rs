@@ -25,6 +25,7 @@ pub(super) struct Situation<'c> {
 impl<'c> Situation<'c> {
     pub(super) fn new(baked: &BakedGraph, playhead: Playhead, attack: &'c Attack) -> Self {
         let graph = baked.graph();
+        let playhead = playhead.made_sound(graph);
         let node = playhead.next_node(graph);
         let wait = playhead.seconds_to_next_node(graph);
         Self {

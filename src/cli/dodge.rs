@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use sabaki::avoid::{Answer, Attack, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Playhead};
+use sabaki::io::export::{MotionFormat, Target};
 use sabaki::io::{self, Question};
 use sabaki::math::Rigid2;
 use sabaki::region::BakedGraph;
@@ -40,9 +41,12 @@ pub(crate) struct Args {
     /// Run the exact whole search as well, and hold every hit to it.
     #[arg(long)]
     check: bool,
-    /// Write each answer as BVH and JSON into this folder.
+    /// Write each answer as a motion and JSON into this folder.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
+    /// What the motion is written as: BVH, or glTF with the events that it plays.
+    #[arg(long, value_enum, requires = "export", default_value = "bvh")]
+    format: FormatArg,
     /// Answer only the attack with this number, and say of every candidate what became of it.
     #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
     explain: Option<u64>,
@@ -53,6 +57,21 @@ pub(crate) struct Args {
     /// is another one.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed", "attack", "cull", "grid", "lookup", "threads", "check", "export", "explain"])]
     replay: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum FormatArg {
+    Bvh,
+    Glb,
+}
+
+impl FormatArg {
+    fn format(self) -> MotionFormat {
+        match self {
+            Self::Bvh => MotionFormat::Bvh,
+            Self::Glb => MotionFormat::Glb,
+        }
+    }
 }
 
 /// Attacks in a table one by one up to this many.
@@ -80,7 +99,11 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             method: methods[0],
             all: args.all,
         };
-        let done = explain::run(&case, (&mut culling, args.export.as_deref()), as_json)?;
+        let export = args
+            .export
+            .as_deref()
+            .map(|folder| (folder, args.format.format()));
+        let done = explain::run(&case, (&mut culling, export), as_json)?;
         let no = done.no && args.attack.is_some();
         return Ok(Done { no, ..done });
     }
@@ -119,7 +142,8 @@ fn passes(
                 return Ok(());
             };
             let question = question(graph, &throws[index], (settings, method));
-            write(folder, (baked, index as u64), &question, answer)
+            let format = args.format.format();
+            write((folder, format), (baked, index as u64), &question, answer)
         };
         passes.push(pass((baked, throws), &settings, culling, export)?);
     }
@@ -146,15 +170,20 @@ pub(super) fn question(
     }
 }
 
-/// Writes an answer as `attack_0000.bvh` and `.json`.
+/// Writes an answer as `attack_0000.bvh` or `.glb`, and `.json`.
 pub(super) fn write(
-    folder: &Path,
+    (folder, format): (&Path, MotionFormat),
     (baked, index): (&BakedGraph, u64),
     question: &Question,
     answer: &Answer,
 ) -> Result<(), Failure> {
     let name = format!("attack_{index:04}");
-    let written = io::export::write_answer(folder, &name, baked, (question, answer));
+    let target = Target {
+        folder,
+        name: &name,
+        format,
+    };
+    let written = io::export::write_answer_as(target, baked, (question, answer));
     let failed = |source| Failure::Write {
         path: folder.join(name),
         source,

@@ -7,6 +7,7 @@ use sabaki::avoid::retime::RateError;
 use sabaki::avoid::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki::demo::throw::Throw;
 use sabaki::graph::{EdgeId, EdgeMotion};
+use sabaki::io::export::MotionFormat;
 use sabaki::io::{self, Question};
 use sabaki::region::BakedGraph;
 use serde_json::json;
@@ -49,7 +50,7 @@ const FATES: [(Fate, &str); 5] = [
 
 pub(crate) fn run(
     case: &Case<'_>,
-    (culling, folder): (&mut Culling, Option<&Path>),
+    (culling, export): (&mut Culling, Option<(&Path, MotionFormat)>),
     as_json: bool,
 ) -> Result<Done, Failure> {
     let settings = QuerySettings {
@@ -60,8 +61,8 @@ pub(crate) fn run(
     let run = asker.ask(&settings, case.throw, (culling, case.method.cull))?;
     let graph = dodge::graph_name(case.baked)?;
     let question = dodge::question(graph, case.throw, (&settings, case.method));
-    if let Some(folder) = folder {
-        dodge::write(folder, (case.baked, case.index), &question, &asker.answer)?;
+    if let Some(export) = export {
+        dodge::write(export, (case.baked, case.index), &question, &asker.answer)?;
     }
     let text = if as_json {
         let mut document = io::export::document(case.baked, &question, &asker.answer);

@@ -9,16 +9,15 @@ use sabaki::anim::JointKind;
 use sabaki::io::{self, AttackFile, EventsFile};
 use serde_json::{Value, json};
 
-use super::source;
+use super::source::{self, ReadArgs};
 use super::{Done, Failure};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A BVH or glTF file, a baked graph, an events file or an attack file.
+    /// A BVH, AMC or glTF file, a baked graph, an events file or an attack file.
     file: PathBuf,
-    /// Metres per unit of a motion file; found from the skeleton's height where it is not given (glTF: 1).
-    #[arg(long, value_name = "METRES")]
-    scale: Option<f64>,
+    #[command(flatten)]
+    read: ReadArgs,
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -32,12 +31,16 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");
         (document, source::describe(&baked))
-    } else if io::is_gltf(path) {
-        motion(path, args.scale)?
+    } else if io::is_gltf(path)
+        || path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("amc"))
+    {
+        motion(path, &args.read)?
     } else if head.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
         json_file(path)?
     } else {
-        motion(path, args.scale)?
+        motion(path, &args.read)?
     };
     Ok(Done::ok(if as_json { Done::json(&document) } else { text }))
 }
@@ -49,13 +52,14 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
-    let motions = io::read_motions(path, &io::ReadOptions { scale })?;
+fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
+    let motions = io::read_motions(path, &read.options())?;
     // A file without a motion was an error.
     let Some(io::LoadedClip {
         skeleton,
         clip,
         scale,
+        ..
     }) = motions.first()
     else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));
@@ -64,7 +68,12 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
         .iter()
         .map(|motion| {
             let clip = &motion.clip;
-            json!({ "name": clip.name(), "frames": clip.frames(), "seconds": clip.duration() })
+            json!({
+                "name": clip.name(),
+                "frames": clip.frames(),
+                "seconds": clip.duration(),
+                "events": motion.events,
+            })
         })
         .collect();
     let ends = skeleton
@@ -90,6 +99,8 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
         "frame_rate": clip.frame_rate(),
         "seconds": clip.duration(),
         "metres_per_unit": scale.metres_per_unit,
+        "unit_found": reason(scale.found),
+        "notes": io::doubts(skeleton, std::slice::from_ref(clip)),
         "stature": stature,
         "moves_joints": !clip.desc().translations.is_empty(),
         "skeleton": joints,
@@ -112,9 +123,26 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
     }
     let _ = writeln!(
         text,
-        "1 unit is {} m ({:?})",
-        scale.metres_per_unit, scale.found
+        "1 unit is {} m: {}",
+        scale.metres_per_unit,
+        reason(scale.found)
     );
+    for (clip, event) in motions
+        .iter()
+        .flat_map(|m| m.events.iter().map(|event| (&m.clip, event)))
+    {
+        let kind = format!("{:?}", event.kind).to_lowercase();
+        let _ = writeln!(
+            text,
+            "{kind} {:.2} s to {:.2} s in {}",
+            event.start,
+            event.end,
+            clip.name()
+        );
+    }
+    for note in io::doubts(skeleton, std::slice::from_ref(clip)) {
+        let _ = writeln!(text, "note: {note}");
+    }
     for joint in skeleton.joints() {
         let depth = joint
             .parent
@@ -122,6 +150,28 @@ fn motion(path: &Path, scale: Option<f64>) -> Result<(Value, String), Failure> {
         let _ = writeln!(text, "{:indent$}{}", "", joint.name, indent = 2 * depth);
     }
     Ok((document, text))
+}
+
+/// Why a unit is taken for what it is.
+fn reason(found: io::ScaleSource) -> String {
+    use io::ScaleSource;
+    match found {
+        ScaleSource::Given => "as --scale says".to_owned(),
+        ScaleSource::Format => "the format says so".to_owned(),
+        ScaleSource::Unit(unit) => {
+            let name = format!("{unit:?}").to_lowercase();
+            format!("{name}, in which the figure comes nearest to a person's height")
+        }
+        ScaleSource::Stature => {
+            format!(
+                "no unit fits, so the figure is made {} m high",
+                io::USUAL_STATURE
+            )
+        }
+        ScaleSource::Assumed => {
+            "centimetres, since the figure has no height to judge by".to_owned()
+        }
+    }
 }
 
 fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {

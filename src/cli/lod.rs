@@ -13,16 +13,16 @@ use sabaki::lod::{
 use sabaki::{demo, io};
 
 use super::lod_report::Report;
+use super::source::ReadArgs;
 use super::{Done, Failure, lod_report};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// BVH or glTF files of one skeleton, or folders of them; without: the embedded motions.
+    /// BVH, AMC or glTF files of one skeleton, or folders of them; without: the embedded motions.
     #[arg(value_name = "CLIP")]
     clips: Vec<PathBuf>,
-    /// Metres per unit of the files; found from the skeleton's height where it is not given (glTF: 1).
-    #[arg(long, value_name = "METRES", requires = "clips")]
-    scale: Option<f64>,
+    #[command(flatten)]
+    read: ReadArgs,
     /// Which joint goes next: the one with the least energy (the paper), or the one whose removal
     /// displaces the body least.
     #[arg(long, value_enum, default_value = "energy")]
@@ -161,8 +161,7 @@ impl Args {
                 warnings: Vec::new(),
             });
         }
-        let options = io::ReadOptions { scale: self.scale };
-        let set = io::read_clips(&self.clips, None, &options)?;
+        let set = io::read_clips(&self.clips, None, &self.read.options())?;
         Ok(Source {
             skeleton: set.skeleton,
             clips: set.clips,

@@ -13,18 +13,41 @@ use serde_json::{Value, json};
 use super::figure::{Figure, FigureArgs};
 use super::{Failure, cancel, output};
 
+/// What the files of motions do not say themselves.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct ReadArgs {
+    /// Metres per unit of the files; found from the skeleton's height where it is not given (glTF: 1).
+    #[arg(long, value_name = "METRES")]
+    scale: Option<f64>,
+    /// Which way is up in the files: x, y or z.
+    #[arg(long, value_name = "AXIS", default_value = "y")]
+    up: io::Up,
+    /// Frames a second of AMC files, which do not say.
+    #[arg(long, value_name = "HZ", default_value_t = io::asf::AmcFile::USUAL_RATE)]
+    amc_rate: f64,
+}
+
+impl ReadArgs {
+    pub(crate) fn options(&self) -> io::ReadOptions {
+        io::ReadOptions {
+            scale: self.scale,
+            up: self.up,
+            amc_rate: Some(self.amc_rate),
+        }
+    }
+}
+
 /// Clips and how to make a graph of them.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ClipArgs {
-    /// BVH or glTF files, or folders of them.
+    /// BVH, AMC or glTF files, or folders of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub(crate) clips: Vec<PathBuf>,
     /// The events file (JSON) that labels evasions and attacks in the clips.
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
-    /// Metres per unit of the files; found from the skeleton's height where it is not given.
-    #[arg(long, value_name = "METRES", requires = "clips")]
-    pub(crate) scale: Option<f64>,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
     /// Moments whose postures lie further apart are not joined: root of the mean squared distance
     /// of joints, metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
@@ -79,8 +102,7 @@ pub(crate) struct Made {
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let started = Instant::now();
-    let options = io::ReadOptions { scale: args.scale };
-    let set = io::read_clips(&args.clips, args.events.as_deref(), &options)?;
+    let set = io::read_clips(&args.clips, args.events.as_deref(), &args.read.options())?;
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &set.clips,

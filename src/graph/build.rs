@@ -3,7 +3,7 @@
 //! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4: an
 //! event is one edge, which no node cuts and no transition blends.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use super::component::largest_component;
 use super::distance::{WindowPair, Windows};
@@ -41,6 +41,7 @@ pub fn build(
     }
     let weights = settings.checked_weights(source.skeleton.len())?;
     check_joints(source)?;
+    settings.check_size(source)?;
     let clips: Vec<Clip> = source
         .clips
         .iter()
@@ -56,8 +57,9 @@ pub fn build(
         .iter()
         .map(|cloud| Windows::new(cloud, window))
         .collect();
-    let mut transitions = find_transitions(&windows, settings);
-    transitions.retain(|transition| !events.iter().any(|event| transition.cuts(event)));
+    let mut transitions = find_transitions(&windows, settings)?;
+    let by_clip = EventsByClip::new(&events, clips.len());
+    transitions.retain(|transition| !by_clip.is_cut(transition));
     let under_threshold = transitions.len();
     let links = links::add(
         LinkSource {
@@ -116,6 +118,25 @@ fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
     Ok(())
 }
 
+/// The events of each clip.
+struct EventsByClip<'a>(Vec<Vec<&'a GraphEvent>>);
+
+impl<'a> EventsByClip<'a> {
+    fn new(events: &'a [GraphEvent], clips: usize) -> Self {
+        let mut of_clips = vec![Vec::new(); clips];
+        for event in events {
+            of_clips[event.clip.index()].push(event);
+        }
+        Self(of_clips)
+    }
+
+    /// Whether a transition would blend a part of an event.
+    fn is_cut(&self, transition: &Transition) -> bool {
+        let clips = [transition.source_clip, transition.target_clip];
+        { clips.iter().flat_map(|&clip| &self.0[clip]) }.any(|event| transition.cuts(event))
+    }
+}
+
 /// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself
 /// with its whole map.
 fn window_pairs(windows: &[Windows]) -> u64 {
@@ -125,26 +146,37 @@ fn window_pairs(windows: &[Windows]) -> u64 {
 }
 
 /// All transitions under the threshold, the same list for any number of threads.
-fn find_transitions(windows: &[Windows], settings: &GraphSettings) -> Vec<Transition> {
+///
+/// # Errors
+/// More than a graph may have.
+fn find_transitions(
+    windows: &[Windows],
+    settings: &GraphSettings,
+) -> Result<Vec<Transition>, GraphError> {
+    /// Maps between two looks at how many transitions there are.
+    const PART: usize = 64;
     let pairs: Vec<(usize, usize)> = (0..windows.len())
         .flat_map(|a| (a..windows.len()).map(move |b| (a, b)))
         .collect();
     let separation = settings.frames(settings.separation);
-    let found = in_parallel(settings.threads, pairs.len(), |index| {
-        let (a, b) = pairs[index];
-        let minima = MinimaSettings {
-            threshold: settings.threshold,
-            separation,
-            only_after: (a == b).then_some(separation),
-        };
-        minima::find(&windows[a], &windows[b], &minima)
-    });
-    let transitions = pairs.iter().zip(&found).flat_map(|(&(a, b), minima)| {
-        minima
-            .iter()
-            .flat_map(move |minimum| Transition::both_ways(a, b, minimum, windows[a].window()))
-    });
-    transitions.collect()
+    let mut transitions = Vec::new();
+    for pairs in pairs.chunks(PART) {
+        let found = in_parallel(settings.threads, pairs.len(), |index| {
+            let (a, b) = pairs[index];
+            let minima = MinimaSettings {
+                threshold: settings.threshold,
+                separation,
+                only_after: (a == b).then_some(separation),
+            };
+            minima::find(&windows[a], &windows[b], &minima)
+        });
+        for (&(a, b), minima) in pairs.iter().zip(&found) {
+            let both = |minimum| Transition::both_ways(a, b, minimum, windows[a].window());
+            transitions.extend(minima.iter().flat_map(both));
+        }
+        GraphSettings::check_transitions(transitions.len())?;
+    }
+    Ok(transitions)
 }
 
 /// What a graph is put together from.
@@ -161,11 +193,16 @@ impl Parts<'_> {
     /// All nodes and edges, whether they lead back or not.
     fn assemble(self) -> MotionGraph {
         let nodes = self.nodes();
+        let places = self
+            .events
+            .iter()
+            .map(|e| [e.first, e.last].map(|frame| (e.clip, frame)));
+        let whole: HashMap<_, _> = places.zip(0..).collect();
         let mut edges: Vec<Edge> = nodes
             .windows(2)
             .enumerate()
             .filter(|(_, pair)| pair[0].clip == pair[1].clip)
-            .map(|(index, pair)| self.stretch(index as u32, pair[0], pair[1]))
+            .map(|(index, pair)| stretch(index as u32, [pair[0], pair[1]], &whole))
             .collect();
         edges.extend(
             self.transitions
@@ -205,23 +242,6 @@ impl Parts<'_> {
         places.into_iter().collect()
     }
 
-    /// The clip between two neighbouring nodes; `index` is the first one's.
-    fn stretch(&self, index: u32, from: Node, to: Node) -> Edge {
-        let whole =
-            |e: &GraphEvent| e.clip == from.clip && e.first == from.frame && e.last == to.frame;
-        Edge {
-            from: NodeId(index),
-            to: NodeId(index + 1),
-            frames: to.frame - from.frame,
-            motion: EdgeMotion::Clip,
-            event: self
-                .events
-                .iter()
-                .position(whole)
-                .map(|event| EventId(event as u32)),
-        }
-    }
-
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
         let id = |place: Node| NodeId(nodes.partition_point(|other| *other < place) as u32);
         let windows = WindowPair {
@@ -241,6 +261,18 @@ impl Parts<'_> {
             },
             event: None,
         }
+    }
+}
+
+/// The clip between two neighbouring nodes; `index` is the first one's. `whole` finds an event by its ends.
+fn stretch(index: u32, [from, to]: [Node; 2], whole: &HashMap<[(ClipId, u32); 2], u32>) -> Edge {
+    let ends = [from, to].map(|node| (node.clip, node.frame));
+    Edge {
+        from: NodeId(index),
+        to: NodeId(index + 1),
+        frames: to.frame - from.frame,
+        motion: EdgeMotion::Clip,
+        event: whole.get(&ends).map(|&event| EventId(event)),
     }
 }
 

@@ -58,6 +58,22 @@ pub enum GraphError {
         /// Seconds.
         end: f64,
     },
+    /// Beyond what a graph may be built of.
+    #[error("{found} {what}; {most} is the most")]
+    TooMany {
+        /// Of what there is too much.
+        what: &'static str,
+        /// How many there are; of transitions, how many were counted until there were too many.
+        found: u64,
+        /// How many there may be.
+        most: u64,
+    },
+    /// An event lasts too long.
+    #[error("event {index} lasts longer than {max} s, which is the most", max = super::GraphSettings::LONGEST_EVENT)]
+    EventTooLong {
+        /// Position in the list.
+        index: usize,
+    },
     /// Nothing leads back to where it came from.
     #[error(
         "no motion leads back to where it started: no two moments of the {clips} clips ({seconds:.1} s) that could be joined are within {threshold} m of each other; add clips that return to a common stance, or raise the threshold"

@@ -1,3 +1,4 @@
+use super::GraphSettings;
 use super::distance::{DistanceMap, Windows};
 
 /// Two windows that look alike.
@@ -29,9 +30,11 @@ pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<M
     let mut found = Vec::new();
     // The two rows before the newest one.
     let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
-    let mut rows = 0;
+    let (mut rows, mut room) = (0, MOST);
+    // More than a graph may have, which is refused.
+    let mut is_full = false;
     DistanceMap::new(a, b).for_each_row(|row, distances| {
-        if let Some(index) = row.checked_sub(1) {
+        if let (Some(index), false) = (row.checked_sub(1), is_full) {
             let three = Rows {
                 index,
                 above: &before,
@@ -39,6 +42,12 @@ pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<M
                 below: distances,
             };
             three.collect(settings, &mut found);
+            if found.len() > room {
+                // Of motion that hardly moves everything is a minimum.
+                found = thin_out(std::mem::take(&mut found), settings.separation);
+                room = MOST.max(2 * found.len());
+                is_full = found.len() > GraphSettings::MOST_TRANSITIONS;
+            }
         }
         std::mem::swap(&mut before, &mut middle);
         middle.clear();
@@ -54,13 +63,11 @@ pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<M
         };
         last.collect(settings, &mut found);
     }
-    found.sort_by(|x, y| {
-        x.distance
-            .total_cmp(&y.distance)
-            .then((x.a, x.b).cmp(&(y.a, y.b)))
-    });
     thin_out(found, settings.separation)
 }
+
+/// Minima that are kept before they are thinned out for the first time. Captures of people have some thousands a map.
+const MOST: usize = 1 << 20;
 
 /// Columns that are looked at together.
 const PART: usize = 16;
@@ -107,13 +114,18 @@ impl Rows<'_> {
     }
 }
 
-/// Of minima that lie near each other the first is kept.
-fn thin_out(sorted: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
+/// The minima best first; of those that lie near each other the best is kept.
+fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
+    found.sort_by(|x, y| {
+        x.distance
+            .total_cmp(&y.distance)
+            .then((x.a, x.b).cmp(&(y.a, y.b)))
+    });
     let side = separation.max(1);
     let mut cells: std::collections::HashMap<(usize, usize), Vec<Minimum>> =
         std::collections::HashMap::new();
     let mut kept = Vec::new();
-    for minimum in sorted {
+    for minimum in found {
         let (row, column) = (minimum.a / side, minimum.b / side);
         let near = |other: &Minimum| {
             minimum.a.abs_diff(other.a) < separation && minimum.b.abs_diff(other.b) < separation

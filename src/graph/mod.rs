@@ -11,6 +11,7 @@ pub mod distance;
 mod error;
 mod events;
 mod feet;
+mod limits;
 mod links;
 mod minima;
 mod moments;

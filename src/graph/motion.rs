@@ -1,7 +1,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{EdgeId, MotionGraph, NodeId};
+use super::{EdgeId, EventId, MotionGraph, NodeId};
 use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::math::Rigid2;
 
@@ -39,6 +39,28 @@ impl Playhead {
         let edge = graph.edges().get(self.edge.index());
         edge.is_some_and(|edge| (0.0..=edge.frames as f32).contains(&self.frame))
             && self.clip_to_world.is_sound(FURTHEST)
+    }
+
+    /// Itself where the graph has such a place. Else with the frame that is nearest on its edge, and at the origin where it
+    /// stands nowhere, or 10,000 km away: what queries and motions make of numbers that are none.
+    ///
+    /// # Panics
+    /// Where the graph has no such edge, as one of another graph.
+    #[must_use]
+    pub fn made_sound(self, graph: &MotionGraph) -> Self {
+        /// Metres.
+        const NOWHERE: f32 = 1e7;
+        let last = graph.edge(self.edge).frames as f32;
+        let sound = self.clip_to_world.is_sound(NOWHERE);
+        Self {
+            edge: self.edge,
+            // A NaN becomes 0.
+            frame: self.frame.max(0.0).min(last),
+            clip_to_world: match sound {
+                true => self.clip_to_world,
+                false => Rigid2::IDENTITY,
+            },
+        }
     }
 
     /// The pose, in the world.
@@ -135,6 +157,7 @@ impl Motion {
         playhead: Playhead,
         steps: impl IntoIterator<Item = Step>,
     ) {
+        let playhead = playhead.made_sound(graph);
         self.pieces.clear();
         self.pieces.push(Piece {
             playhead,
@@ -186,6 +209,17 @@ impl Motion {
     #[must_use]
     pub fn duration(&self) -> f32 {
         self.pieces.last().map_or(0.0, |last| last.end)
+    }
+
+    /// The events that it plays, each from when to when, seconds since its start; of one in whose middle it starts, what is left.
+    pub fn events<'a>(
+        &'a self,
+        graph: &'a MotionGraph,
+    ) -> impl Iterator<Item = (EventId, [f32; 2])> + 'a {
+        self.pieces.iter().filter_map(|piece| {
+            let event = graph.edge(piece.playhead.edge).event?;
+            Some((event, [piece.start, piece.end]))
+        })
     }
 
     /// Where the motion is after `seconds`; before its start and after its end those hold. A motion

@@ -26,7 +26,7 @@ impl MotionGraph {
                 && e.joints.iter().all(|joint| joint.index() < joints)
         };
         // In this order: each check relies on those before it.
-        let checks: [(&dyn Fn() -> bool, &str); 9] = [
+        let checks: [(&dyn Fn() -> bool, &str); 10] = [
             (
                 &|| GraphSettings::FRAME_RATES.contains(&self.frame_rate),
                 "the frame rate is not possible",
@@ -44,6 +44,7 @@ impl MotionGraph {
                 &|| self.events.iter().all(event_ok),
                 "an event names frames or joints that are not there",
             ),
+            (&|| self.events_apart(), "two events share time"),
             (
                 &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
                 "an edge does not fit its nodes or clips",
@@ -62,6 +63,14 @@ impl MotionGraph {
             .iter()
             .find(|(holds, _)| !holds())
             .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
+    }
+
+    fn events_apart(&self) -> bool {
+        let mut times: Vec<_> = { self.events.iter() }
+            .map(|event| (event.clip, event.first, event.last))
+            .collect();
+        times.sort_unstable();
+        { times.windows(2) }.all(|pair| pair[0].0 != pair[1].0 || pair[0].2 <= pair[1].1)
     }
 
     /// Whether every node has at least one edge and the index leads to just its own.

@@ -4,10 +4,12 @@
 //! 0   8  "sabaki\r\n"            found wrong: not a baked file, or one that a text transfer damaged
 //! 8   4  format version, u32 little-endian
 //! 12  4  CRC-32 of all that follows, u32 little-endian
-//! 16  …  the graph, by postcard
+//! 16  16 who wrote it: the crate's version as text, filled up with zeros; since format 4
+//! 32  …  the graph, by postcard
 //! ```
 //! What is read is checked twice: the checksum finds damage, and every index is compared with what it points into, so that
-//! a file that was made to do harm is an error as well.
+//! a file that was made to do harm is an error as well. Loading holds the file, the graph and what is derived from it: at most
+//! [`MOST_PER_BYTE`] bytes for each of the file's, and [`MOST_BESIDE`] more; a file that would need more is refused.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -18,8 +20,17 @@ use thiserror::Error;
 use crate::region::BakedGraph;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
-const VERSION: u32 = 3;
-const HEADER: usize = 16;
+const VERSION: u32 = 4;
+/// Magic, version and checksum.
+const CHECKED: usize = 16;
+const WRITER: usize = 16;
+const HEADER: usize = CHECKED + WRITER;
+
+/// Bytes of memory that loading may take for each byte of the file.
+pub const MOST_PER_BYTE: u64 = 64;
+
+/// And beside those, however small the file is.
+pub const MOST_BESIDE: u64 = 256 << 20;
 
 /// Why a baked file cannot be written or read.
 #[derive(Debug, Error)]
@@ -40,12 +51,20 @@ pub enum ArchiveError {
         path: PathBuf,
     },
     /// Another version wrote it.
-    #[error("{path}: format version {found}, and this program reads version {expected}; bake it again", expected = VERSION)]
+    #[error("{path}: {writer} wrote it, in format version {found}, and this is sabaki {ours}, which reads version {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
     Version {
         /// Which file.
         path: PathBuf,
-        /// Its version.
+        /// Its format.
         found: u32,
+        /// Which program wrote it.
+        writer: String,
+    },
+    /// It is larger than [`super::LARGEST_FILE`].
+    #[error("{path}: larger than {max} MB", max = super::LARGEST_FILE / 1_000_000)]
+    TooLarge {
+        /// Which file.
+        path: PathBuf,
     },
     /// The checksum does not fit: bytes were lost or changed.
     #[error("{path}: damaged (its checksum does not fit)")]
@@ -69,14 +88,35 @@ pub enum ArchiveError {
 /// Only where memory ends.
 pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     let mut bytes = postcard::to_extend(baked, vec![0; HEADER])?;
-    let checksum = crc32fast::hash(&bytes[HEADER..]);
+    for (byte, letter) in bytes[CHECKED..HEADER]
+        .iter_mut()
+        .zip(env!("CARGO_PKG_VERSION").bytes())
+    {
+        *byte = letter;
+    }
+    let checksum = crc32fast::hash(&bytes[CHECKED..]);
     bytes[..8].copy_from_slice(&MAGIC);
     bytes[8..12].copy_from_slice(&VERSION.to_le_bytes());
-    bytes[12..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    bytes[12..CHECKED].copy_from_slice(&checksum.to_le_bytes());
     Ok(bytes)
 }
 
-/// The checksum that a graph's baked file has: it names the graph.
+/// Which program wrote a file of some format, as far as its header tells.
+fn writer(bytes: &[u8], format: u32) -> String {
+    const SINCE: u32 = 4;
+    let field = bytes.get(CHECKED..HEADER).unwrap_or_default();
+    let text: String = { field.iter() }
+        .take_while(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'z' | b'.' | b'-' | b'+'))
+        .map(|&byte| char::from(byte))
+        .collect();
+    match format {
+        1..SINCE => "a sabaki from before 0.1.0".to_owned(),
+        _ if text.is_empty() => "an unknown sabaki".to_owned(),
+        _ => format!("sabaki {text}"),
+    }
+}
+
+/// The checksum of a graph as baked files hold it, whichever version wrote them: it names the graph.
 ///
 /// # Errors
 /// Only where memory ends.
@@ -112,10 +152,11 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
         return Err(ArchiveError::Version {
             path: path(),
             found: version,
+            writer: writer(bytes, version),
         });
     }
-    let body = &bytes[HEADER..];
-    if crc32fast::hash(body) != checksum {
+    let body = bytes.get(HEADER..).unwrap_or_default();
+    if bytes.len() < HEADER || crc32fast::hash(&bytes[CHECKED..]) != checksum {
         return Err(ArchiveError::Checksum { path: path() });
     }
     let contents = |what: String| ArchiveError::Contents { path: path(), what };
@@ -124,7 +165,8 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
     if !rest.is_empty() {
         return Err(contents(format!("{} bytes follow its end", rest.len())));
     }
-    baked.restored().map_err(contents)
+    let most = MOST_PER_BYTE * bytes.len() as u64 + MOST_BESIDE;
+    baked.restored_within(most).map_err(contents)
 }
 
 /// Reads a baked file.
@@ -142,12 +184,18 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     let mut head = (&file).take(MAGIC.len() as u64);
     head.read_to_end(&mut bytes).map_err(io)?;
     if is_baked(&bytes) {
-        (&file).read_to_end(&mut bytes).map_err(io)?;
+        let mut rest = (&file).take(super::LARGEST_FILE);
+        rest.read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() as u64 > super::LARGEST_FILE {
+            let path = path.to_owned();
+            return Err(ArchiveError::TooLarge { path });
+        }
     }
     from_bytes(&bytes, path)
 }
 
-/// Writes a baked file. The file appears whole or not at all.
+/// Writes a baked file. The file appears whole or not at all: whoever is killed while writing, or loses power, leaves the old
+/// file or the new one.
 ///
 /// # Errors
 /// What the file system refuses, with the path.

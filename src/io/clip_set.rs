@@ -5,7 +5,10 @@ use super::doubts::doubts;
 use super::motion_file::{ENDINGS, MotionFile, ends_with};
 use super::read::{check_scale, clip_name};
 use super::read_error::shortened;
-use super::{EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
+use super::{
+    ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
+    ScaleSource,
+};
 use crate::anim::{Clip, Event, Skeleton};
 use crate::math::in_parallel;
 
@@ -24,8 +27,10 @@ pub struct ClipSet {
     pub warnings: Vec<String>,
 }
 
-/// Reads clips on all cores, and their events. A path is a BVH or glTF file, or a folder whose
-/// `*.bvh`, `*.glb` and `*.gltf` files are taken; of a glTF file all animations.
+/// Reads clips on all cores, and their events. A path is a BVH, AMC or glTF file, or a folder whose
+/// `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files are taken; of a glTF file all animations.
+///
+/// What happens in a clip is what the events file says; of clips that it does not name, what their own file says, as glTF can.
 ///
 /// All must have the joints of the first; bone lengths may differ (captures of one person differ by calibration), beyond
 /// 1% with a warning. The first file's offsets hold for all.
@@ -51,6 +56,7 @@ pub fn read_clips(
         scales: Vec::new(),
         warnings: Vec::new(),
     };
+    let mut own = vec![of_clip(&first.clip, first.events)];
     set.add(first.clip, first.scale);
     for (path, next) in loaded {
         let joints = set.skeleton.differences(&next.skeleton);
@@ -62,18 +68,27 @@ pub fn read_clips(
             });
         }
         set.warn_of_bones(path, &next.skeleton);
+        own.push(of_clip(&next.clip, next.events));
         set.add(next.clip, next.scale);
     }
-    if let Some(path) = events {
-        let file = EventsFile::read(path)?;
-        let resolved = file.resolve(&set.clips, &set.skeleton);
-        set.events = resolved.map_err(|error| ReadError::Events {
-            path: path.to_owned(),
-            error,
-        })?;
-    }
+    let mut labels = match events {
+        Some(path) => EventsFile::read(path)?,
+        None => EventsFile::default(),
+    };
+    own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
+    labels.clips.append(&mut own);
+    let resolved = labels.resolve(&set.clips, &set.skeleton);
+    set.events = resolved.map_err(|error| ReadError::Events {
+        path: events.unwrap_or(first_path).to_owned(),
+        error,
+    })?;
     set.warnings.extend(doubts(&set.skeleton, &set.clips));
     Ok(set)
+}
+
+fn of_clip(clip: &Clip, events: Vec<EventEntry>) -> ClipEvents {
+    let file = clip.name().to_owned();
+    ClipEvents { file, events }
 }
 
 impl ClipSet {
@@ -169,7 +184,7 @@ fn load_all<'a>(
     let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
     let to_metres = |index: usize| {
         let ((path, (file, _)), scale) = &jobs[index];
-        let motions = file.to_metres(path, *scale)?;
+        let motions = file.to_metres(path, (*scale, options))?;
         Ok(motions.into_iter().map(|motion| (*path, motion)).collect())
     };
     let motions: Result<Vec<Vec<_>>, ReadError> =

@@ -3,7 +3,8 @@ use glam::Vec3;
 use crate::anim::{Clip, Facing, Limbs, Pose, Skeleton, forward_kinematics};
 
 /// What a person should know of a set of clips that can be read but not understood, one line each.
-pub(super) fn doubts(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
+#[must_use]
+pub fn doubts(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
     [sides(skeleton), upright(skeleton, clips)]
         .into_iter()
         .flatten()
@@ -49,6 +50,6 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     doubtful.then(|| {
         let sign = if up[axis] < 0.0 { '-' } else { '+' };
         let name = ['X', 'Y', 'Z'][axis];
-        format!("the figure seems to stand along {sign}{name}, but +Y is taken for up: turn the files before use")
+        format!("the figure seems to stand along {sign}{name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
     })
 }

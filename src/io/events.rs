@@ -167,6 +167,14 @@ impl EventsFile {
         }
     }
 
+    /// Whether it says something of a clip.
+    pub(super) fn names(&self, clip: &str) -> bool {
+        let name = base_name(clip);
+        self.clips
+            .iter()
+            .any(|entry| base_name(&entry.file) == name)
+    }
+
     /// The file that [`Self::resolve`] gives `events` from. Clips without events are left out.
     ///
     /// `None` where an event names a clip that is not there.
@@ -176,16 +184,7 @@ impl EventsFile {
         for (index, clip) in clips.iter().enumerate() {
             let of_clip = events.iter().filter(|event| event.clip == index);
             let entries: Vec<EventEntry> = of_clip
-                .map(|event| EventEntry {
-                    kind: event.kind,
-                    start: event.start,
-                    end: event.end,
-                    joints: event
-                        .joints
-                        .iter()
-                        .map(|&id| skeleton.joint(id).name.clone())
-                        .collect(),
-                })
+                .map(|event| EventEntry::of(event, skeleton))
                 .collect();
             if !entries.is_empty() {
                 file.clips.push(ClipEvents {
@@ -196,6 +195,20 @@ impl EventsFile {
         }
         let all_known = events.iter().all(|event| event.clip < clips.len());
         all_known.then_some(file)
+    }
+}
+
+impl EventEntry {
+    /// An event as files say it.
+    #[must_use]
+    pub fn of(event: &Event, skeleton: &Skeleton) -> Self {
+        let names = event.joints.iter();
+        Self {
+            kind: event.kind,
+            start: event.start,
+            end: event.end,
+            joints: names.map(|&id| skeleton.joint(id).name.clone()).collect(),
+        }
     }
 }
 

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::recording::Chosen;
-use super::{Question, bvh, write_whole};
-use crate::anim::{Clip, ClipDesc, ClipError, Pose};
+use super::{Question, bvh, gltf, write_whole};
+use crate::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use crate::avoid::clearance::SAMPLE_RATE;
 use crate::avoid::{Answer, Attack, CandidateReport};
-use crate::graph::{EdgeId, EdgeMotion, Playhead};
+use crate::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 use crate::region::BakedGraph;
 
@@ -20,6 +20,27 @@ use crate::region::BakedGraph;
 const METRES_PER_UNIT: f64 = 0.01;
 /// The motion goes on this long after the attack, seconds.
 const AFTER: f32 = 1.0;
+
+/// What an answer's motion is written as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotionFormat {
+    /// `NAME.bvh`, in centimetres.
+    #[default]
+    Bvh,
+    /// `NAME.glb`, in metres, with a figure of bones; the events that the answer plays stand in the animation's `extras`.
+    Glb,
+}
+
+/// Where an answer is written, and as what.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// It must exist.
+    pub folder: &'a Path,
+    /// Of the files, without ending.
+    pub name: &'a str,
+    /// Of the motion.
+    pub format: MotionFormat,
+}
 
 /// Writes `NAME.bvh` and `NAME.json` into `folder`, which must exist. Returns the two paths.
 ///
@@ -34,12 +55,48 @@ pub fn write_answer(
     baked: &BakedGraph,
     (question, answer): (&Question, &Answer),
 ) -> std::io::Result<[PathBuf; 2]> {
+    let format = MotionFormat::Bvh;
+    let target = Target {
+        folder,
+        name,
+        format,
+    };
+    write_answer_as(target, baked, (question, answer))
+}
+
+/// The same with the motion in another format.
+///
+/// # Errors
+/// What the file system refuses.
+pub fn write_answer_as(
+    target: Target<'_>,
+    baked: &BakedGraph,
+    (question, answer): (&Question, &Answer),
+) -> std::io::Result<[PathBuf; 2]> {
+    let Target {
+        folder,
+        name,
+        format,
+    } = target;
+    let ending = match format {
+        MotionFormat::Bvh => "bvh",
+        MotionFormat::Glb => "glb",
+    };
     let [motion, facts] =
-        ["bvh", "json"].map(|extension| folder.join(format!("{name}.{extension}")));
-    let clip = whole_motion(baked, answer, &question.attack).map_err(std::io::Error::other)?;
-    let skeleton = baked.graph().skeleton();
-    write_whole(&motion, |file| {
-        bvh::write(file, skeleton, &clip, METRES_PER_UNIT)
+        [ending, "json"].map(|extension| folder.join(format!("{name}.{extension}")));
+    let graph = baked.graph();
+    let played = whole_motion(baked, answer, &question.attack);
+    let clip = as_clip(graph, &played).map_err(std::io::Error::other)?;
+    write_whole(&motion, |file| match format {
+        MotionFormat::Bvh => bvh::write(file, graph.skeleton(), &clip, METRES_PER_UNIT),
+        MotionFormat::Glb => {
+            let source = ClipSource {
+                skeleton: graph.skeleton(),
+                clips: std::slice::from_ref(&clip),
+                events: &events(graph, &played.0, clip.duration()),
+            };
+            gltf::write_labelled(file, source)
+        }
     })?;
     let document = document(baked, question, answer);
     write_whole(&facts, |file: &mut BufWriter<_>| {
@@ -49,12 +106,30 @@ pub fn write_answer(
     Ok([motion, facts])
 }
 
-/// The answer from the moment of the query until it is over.
-fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Result<Clip, ClipError> {
-    let graph = baked.graph();
+/// The answer from the moment of the query until it is over, and the seconds that it lasts.
+fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> (Motion, f32) {
     let mut motion = answer.motion.clone();
     let seconds = motion.duration().max(attack.end() + AFTER);
-    motion.extend(graph, seconds + 1.0 / SAMPLE_RATE);
+    motion.extend(baked.graph(), seconds + 1.0 / SAMPLE_RATE);
+    (motion, seconds)
+}
+
+/// The events that a motion plays, as far as a clip of so many seconds has them.
+fn events(graph: &MotionGraph, motion: &Motion, seconds: f64) -> Vec<Event> {
+    let played = motion.events(graph).map(|(id, [start, end])| {
+        let event = graph.event(id);
+        Event {
+            clip: 0,
+            kind: event.kind,
+            start: f64::from(start),
+            end: f64::from(end).min(seconds),
+            joints: event.joints.clone(),
+        }
+    });
+    { played }.filter(|event| event.start < event.end).collect()
+}
+
+fn as_clip(graph: &MotionGraph, (motion, seconds): &(Motion, f32)) -> Result<Clip, ClipError> {
     let mut desc = ClipDesc {
         name: "answer".to_owned(),
         frame_rate: f64::from(SAMPLE_RATE),

@@ -1,6 +1,7 @@
 //! Files: motion capture in and out, events, attacks, baked graphs, answers.
 
 pub mod archive;
+pub mod asf;
 mod attacks;
 mod body;
 pub mod bvh;
@@ -18,12 +19,14 @@ mod read;
 mod read_error;
 mod recording;
 mod units;
+mod up;
 mod whole;
 
 pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
+pub use doubts::doubts;
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
 pub use masses::{MassFile, MassFileError};
@@ -36,4 +39,5 @@ pub use read::{
 pub use read_error::ReadError;
 pub use recording::{Chosen, Question, Recording, RecordingError};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
+pub use up::{Up, UpError};
 pub use whole::write_whole;

@@ -1,18 +1,24 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use glam::Quat;
+
+use super::asf::{AmcFile, AsfFile};
 use super::bvh::{BvhFile, MotionError};
 use super::gltf::GltfFile;
 use super::read::{clip_name, given, read_bvh, read_bytes};
-use super::{LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource};
-use crate::anim::{Clip, Skeleton};
+use super::{
+    LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource, Up, stature,
+};
+use crate::anim::{Clip, Pose, Skeleton};
 
 /// What the names of motion files end with.
-pub(super) const ENDINGS: [&str; 3] = ["bvh", "glb", "gltf"];
+pub(super) const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
 
 /// A motion file as it is, in its own unit.
 pub(super) enum MotionFile {
     Bvh(BvhFile),
     Gltf(Box<GltfFile>),
+    Amc(AsfFile, AmcFile),
 }
 
 /// Whether a name ends so, in small letters or capitals.
@@ -26,7 +32,7 @@ pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
 /// Whether a file's name says that it is glTF.
 #[must_use]
 pub fn is_gltf(path: &Path) -> bool {
-    ends_with(path, &ENDINGS[1..])
+    ends_with(path, &["glb", "gltf"])
 }
 
 /// Reads one glTF file as it is, in its own unit; buffers of their own are looked for in its folder.
@@ -42,11 +48,52 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
     })
 }
 
+/// The skeleton of an AMC file: of its name, of the part before the first `_` (`02_01.amc` is of `02.asf`), or the only one of its folder.
+fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let subject = stem.split('_').next().unwrap_or(&stem);
+    let names: Vec<String> = match stem == subject {
+        true => vec![format!("{stem}.asf")],
+        false => vec![format!("{stem}.asf"), format!("{subject}.asf")],
+    };
+    let beside = names.iter().map(|name| path.with_file_name(name));
+    if let Some(found) = { beside }.find(|file| file.is_file()) {
+        return Ok(found);
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
+        .into_iter()
+        .flatten();
+    let files = entries.flatten().map(|entry| entry.path());
+    let mut all = files.filter(|file| ends_with(file, &["asf"]) && file.is_file());
+    match (all.next(), all.next()) {
+        (Some(only), None) => Ok(only),
+        _ => Err(ReadError::NoSkeleton {
+            path: path.to_owned(),
+            names,
+        }),
+    }
+}
+
 impl MotionFile {
     /// A file's ending says what it is; what has none of them is taken for BVH.
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
         if is_gltf(path) {
             return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
+        }
+        if ends_with(path, &["amc"]) {
+            let damaged = |path: &Path, error| ReadError::Asf {
+                path: path.to_owned(),
+                error,
+            };
+            let skeleton = skeleton_of(path)?;
+            let asf = AsfFile::parse(&read_bytes(&skeleton)?);
+            let asf = asf.map_err(|error| damaged(&skeleton, error))?;
+            let amc = AmcFile::parse(&asf, &read_bytes(path)?);
+            let amc = amc.map_err(|error| damaged(path, error))?;
+            return Ok(Self::Amc(asf, amc));
         }
         Ok(Self::Bvh(read_bvh(path)?))
     }
@@ -59,6 +106,14 @@ impl MotionFile {
                 metres_per_unit: LengthUnit::Metre.metres(),
                 found: ScaleSource::Format,
             },
+            (Self::Amc(asf, amc), None) => {
+                let mut pose = Pose::default();
+                amc.pose(asf, (0, 1.0), &mut pose);
+                Scale::of_stature(asf.skeleton(1.0).map_or(0.0, |skeleton| {
+                    pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+                    stature(&skeleton, &pose)
+                }))
+            }
         }
     }
 
@@ -67,6 +122,7 @@ impl MotionFile {
         match self {
             Self::Bvh(file) => file.skeleton(1.0).ok(),
             Self::Gltf(file) => Some(file.skeleton().clone()),
+            Self::Amc(asf, _) => asf.skeleton(1.0).ok(),
         }
     }
 
@@ -75,9 +131,13 @@ impl MotionFile {
     pub(super) fn to_metres(
         &self,
         path: &Path,
-        scale: Scale,
+        (scale, options): (Scale, &ReadOptions),
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
+        let up = |(skeleton, clip): (Skeleton, Clip)| match options.up {
+            Up::Y => Ok((skeleton, clip)),
+            up => Ok(up.stood(&skeleton, &clip)?),
+        };
         let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
             if seconds > LONGEST_CLIP {
                 return Err(ReadError::TooLong {
@@ -85,7 +145,8 @@ impl MotionFile {
                     seconds,
                 });
             }
-            let (skeleton, clip) = motion().map_err(|error| ReadError::Motion {
+            let standing = motion().and_then(up);
+            let (skeleton, clip) = standing.map_err(|error| ReadError::Motion {
                 path: path.to_owned(),
                 error,
             })?;
@@ -93,6 +154,7 @@ impl MotionFile {
                 skeleton,
                 clip,
                 scale,
+                events: Vec::new(),
             })
         };
         let metres = scale.metres_per_unit;
@@ -108,9 +170,17 @@ impl MotionFile {
                         _ => format!("{name}:{}", animation.name),
                     };
                     let motion = || file.motion(animation, (&name, metres));
-                    loaded(animation.clip.duration(), &motion)
+                    let mut loaded = loaded(animation.clip.duration(), &motion)?;
+                    loaded.events.clone_from(&animation.events);
+                    Ok(loaded)
                 };
                 file.animations().iter().map(load).collect()
+            }
+            Self::Amc(asf, amc) => {
+                let rate = options.amc_rate.unwrap_or(AmcFile::USUAL_RATE);
+                let seconds = (amc.frames() - 1) as f64 / rate;
+                let motion = || amc.motion(asf, (&name, metres), rate);
+                Ok(vec![loaded(seconds, &motion)?])
             }
         }
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::bvh::BvhFile;
 use super::motion_file::MotionFile;
-use super::{ReadError, Scale, ScaleSource};
+use super::{EventEntry, ReadError, Scale, ScaleSource, Up};
 use crate::anim::{Clip, Skeleton};
 
 /// Bytes. What is larger is no motion file.
@@ -18,6 +18,10 @@ pub const LONGEST_CLIP: f64 = 36_000.0;
 pub struct ReadOptions {
     /// Metres per unit of the files; `None`: of BVH files found from the skeleton's stature, of glTF files 1.
     pub scale: Option<f64>,
+    /// Which way is up in the files. Default +Y.
+    pub up: Up,
+    /// Frames a second of AMC files, which do not say; `None`: [`AmcFile::USUAL_RATE`](super::asf::AmcFile::USUAL_RATE).
+    pub amc_rate: Option<f64>,
 }
 
 /// A motion file, in metres.
@@ -29,6 +33,8 @@ pub struct LoadedClip {
     pub clip: Clip,
     /// Of the file.
     pub scale: Scale,
+    /// What the file itself says happens in it: glTF may, in its `extras`.
+    pub events: Vec<EventEntry>,
 }
 
 /// Reads one BVH file as it is, in its own unit.
@@ -42,7 +48,7 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
     })
 }
 
-/// Reads the only motion of a file, in metres: BVH, or glTF by its ending (`.glb`, `.gltf`).
+/// Reads the only motion of a file, in metres: BVH, or glTF by its ending (`.glb`, `.gltf`), or AMC (`.amc`).
 ///
 /// # Errors
 /// What is wrong, with the file and the place in it; a file that holds several motions.
@@ -66,7 +72,7 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
 pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
     check_scale(options)?;
     let file = MotionFile::read(path)?;
-    file.to_metres(path, file.scale(options))
+    file.to_metres(path, (file.scale(options), options))
 }
 
 pub(super) fn given(metres_per_unit: f64) -> Scale {
@@ -78,7 +84,11 @@ pub(super) fn given(metres_per_unit: f64) -> Scale {
 
 pub(super) fn check_scale(options: &ReadOptions) -> Result<(), ReadError> {
     match options.scale {
-        Some(scale) if !(scale.is_finite() && scale > 0.0) => Err(ReadError::Scale(scale)),
+        Some(scale) if !(scale.is_finite() && scale > 0.0) => return Err(ReadError::Scale(scale)),
+        _ => {}
+    }
+    match options.amc_rate {
+        Some(rate) if !(1e-3..=1e6).contains(&rate) => Err(ReadError::Rate(rate)),
         _ => Ok(()),
     }
 }

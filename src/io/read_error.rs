@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{
     AttacksError, BodyFileError, EventsError, MassFileError, ObjError, RecordingError,
-    bvh::BvhError, bvh::MotionError, gltf::GltfError,
+    asf::AsfError, bvh::BvhError, bvh::MotionError, gltf::GltfError,
 };
 
 /// Why files could not be read: always with the file.
@@ -51,6 +51,25 @@ pub enum ReadError {
     /// A scale that is no positive number was given.
     #[error("a scale of {0} metres per unit is not possible")]
     Scale(f64),
+    /// A frame rate that is none was given.
+    #[error("{0} frames a second are not possible")]
+    Rate(f64),
+    /// An ASF or AMC file is damaged.
+    #[error("{}: {error}", path.display())]
+    Asf {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        error: AsfError,
+    },
+    /// No ASF file belongs to an AMC file.
+    #[error("{}: an AMC file needs its skeleton: {}, or the only *.asf file of its folder", path.display(), names.join(" or "))]
+    NoSkeleton {
+        /// The AMC file.
+        path: PathBuf,
+        /// What was looked for.
+        names: Vec<String>,
+    },
     /// The scale makes lengths infinite.
     #[error("{}: {error}", path.display())]
     Motion {
@@ -75,7 +94,7 @@ pub enum ReadError {
     #[error("no clip was named")]
     NoPaths,
     /// A folder holds no motion file.
-    #[error("{}: no *.bvh, *.glb or *.gltf file there", path.display())]
+    #[error("{}: no *.bvh, *.amc, *.glb or *.gltf file there", path.display())]
     NoClips {
         /// The folder.
         path: PathBuf,

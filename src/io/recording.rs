@@ -8,8 +8,8 @@ use super::json::{self, JsonError};
 use super::read::read_bytes;
 use super::{ReadError, archive};
 use crate::avoid::{
-    Answer, Attack, AttackError, Judging, Prepared, Query, QueryContext, QuerySettings, Verdict,
-    cull::cpu,
+    Answer, Attack, AttackError, Judging, Prepared, Query, QueryContext, QuerySettings,
+    QuerySettingsError, Verdict, cull::cpu,
 };
 use crate::graph::{EdgeId, Playhead};
 use crate::region::BakedGraph;
@@ -71,6 +71,9 @@ pub enum RecordingError {
     /// The attack is none.
     #[error(transparent)]
     Attack(#[from] AttackError),
+    /// A setting is out of its range.
+    #[error(transparent)]
+    Settings(#[from] QuerySettingsError),
     /// It was asked of another graph.
     #[error(
         "it was answered on the graph {expected:08x}, and this one is {found:08x}: name the baked graph that it was exported from"
@@ -192,7 +195,7 @@ impl Recording {
             ..*settings
         };
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        let query = Query::new(baked, &settings);
+        let query = Query::checked(baked, &settings)?;
         let prepared = query.prepare(*playhead, attack, &mut context);
         decide(prepared, *judging, &mut answer);
         Ok(answer)

@@ -38,6 +38,45 @@ pub struct BakeSettings {
     pub props: Vec<Prop>,
 }
 
+impl BakeSettings {
+    fn check_numbers(&self) -> Result<(), BakeError> {
+        let (retime, paths) = (&self.retime, &self.paths);
+        let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
+        let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
+        let checks = [
+            ("retime.window", retime.window, 0.0..=10.0, "0 to 10 s"),
+            metres("retime.slow", retime.slow),
+            metres("retime.fast", retime.fast),
+            metres("retime.still", retime.still),
+            (
+                "paths.horizon",
+                f64::from(paths.horizon),
+                0.0..=10.0,
+                "0 to 10 s",
+            ),
+            cell("paths.alike_distance", paths.alike_distance),
+            cell("paths.alike_angle", paths.alike_angle),
+            (
+                "paths.most",
+                f64::from(paths.most),
+                1.0..=1e7,
+                "1 to 10000000",
+            ),
+            (
+                "grid.cell",
+                f64::from(self.grid.cell),
+                0.05..=1.0,
+                "0.05 to 1 m",
+            ),
+        ];
+        let wrong = { checks.into_iter() }.find(|(_, value, range, _)| !range.contains(value));
+        match wrong {
+            Some((name, value, _, range)) => Err(BakeError::Setting { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Why a graph cannot be baked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BakeError {
@@ -57,6 +96,16 @@ pub enum BakeError {
         slices: u32,
         /// Seconds.
         slice_seconds: f32,
+    },
+    /// Another setting is out of its range.
+    #[error("bake setting {name} is {value}; it must be {range}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
     },
     /// The settings' body has no sphere, or one without a joint, a place or a size.
     #[error(
@@ -137,6 +186,7 @@ impl Baker {
                 slice_seconds: maps.slice_seconds,
             });
         }
+        settings.check_numbers()?;
         let mut body = settings
             .body
             .clone()

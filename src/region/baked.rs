@@ -245,7 +245,15 @@ impl BakedGraph {
     ///
     /// # Errors
     /// What is wrong, in words.
-    pub fn restored(mut self) -> Result<Self, String> {
+    pub fn restored(self) -> Result<Self, String> {
+        self.restored_within(u64::MAX)
+    }
+
+    /// The same in so many bytes for what is derived.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -282,10 +290,38 @@ impl BakedGraph {
             return Err(what.to_owned());
         }
         self.atlas.check().map_err(str::to_owned)?;
+        let needed = self.derived_bytes();
+        if needed > bytes {
+            return Err(format!(
+                "it would need {needed} bytes of memory, and {bytes} are the most for its size"
+            ));
+        }
         self.paths = self
             .paths
             .restored(&self.graph, &self.retimable, &self.evasions)?;
         Ok(self.derived())
+    }
+
+    /// What the tables that files do not hold take in memory, about, bytes: whatever the file says, as much as is asked for.
+    fn derived_bytes(&self) -> u64 {
+        let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
+        let frames: usize = self.graph.clips().iter().map(|clip| clip.frames()).sum();
+        let tracks: u64 = { self.evasions.iter() }
+            .map(|evasion| {
+                let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
+                let ticks = (seconds * BodyTrack::RATE) as usize + 2;
+                of(ticks, BodyTrack::tick_bytes(&self.body))
+            })
+            .sum();
+        let spheres = self.body.spheres.len() + self.body.props.len();
+        tracks
+            + of(frames, size_of::<Upright>())
+            + of(
+                self.atlas.regions().len() * self.atlas.grid().slices as usize,
+                64,
+            )
+            + of(self.graph.nodes().len() + self.graph.edges().len(), 64)
+            + of(spheres, 128)
     }
 
     fn derived(mut self) -> Self {
@@ -311,6 +347,7 @@ impl BakedGraph {
         let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
         let source = GridSource {
             body: &self.body,
+            reach: self.reach,
             evasions: evasions.collect(),
             paths: &self.paths,
         };

@@ -16,7 +16,8 @@ use crate::math::{Rigid2, floor};
 /// How space is cut into cells.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridSettings {
-    /// Side of a cell, metres, 0.05 to 1. Default 0.10.
+    /// Side of a cell, metres, 0.05 to 1. Default 0.10. Doubled as often as it takes where the body is so large, or evasions
+    /// are so many, that their cells would fill the memory.
     pub cell: f32,
 }
 
@@ -85,10 +86,17 @@ impl CellColumn {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
 
-    /// Calls `visit` with every column that a sphere reaches.
-    fn for_each_reached(centre: Vec3, radius: f32, cell: f32, mut visit: impl FnMut(Self)) {
+    /// Calls `visit` with every column that a sphere reaches, no more than `within` columns from the origin along x and z.
+    fn for_each_reached(
+        (centre, radius): (Vec3, f32),
+        cell: f32,
+        within: i32,
+        mut visit: impl FnMut(Self),
+    ) {
+        let furthest = within.min(Self::FURTHEST);
         let of = |value: f32| floor(value / cell).clamp(-Self::FURTHEST, Self::FURTHEST);
-        let span = |value: f32| of(value - radius)..=of(value + radius);
+        let span =
+            |value: f32| of(value - radius).max(-furthest)..=of(value + radius).min(furthest);
         for x in span(centre.x) {
             for z in span(centre.z) {
                 let heights = Self::reached(centre, radius, cell, (x, z));
@@ -132,6 +140,8 @@ pub struct Grid {
 /// What the grids of a graph are made of.
 pub(super) struct GridSource<'a> {
     pub body: &'a Body,
+    /// No part of the body is further from the root, metres.
+    pub reach: f32,
     /// The track of each evasion, and the sample at which it ends.
     pub evasions: Vec<(&'a BodyTrack, usize)>,
     pub paths: &'a PathTable,
@@ -146,7 +156,7 @@ impl Grid {
 
     pub(super) fn new(source: &GridSource<'_>, settings: GridSettings) -> Self {
         let mut grid = Self {
-            cell: settings.cell.clamp(0.05, 1.0),
+            cell: Self::fitting_cell(source, settings.cell.clamp(0.05, 1.0)),
             ..Self::default()
         };
         for (track, end) in &source.evasions {
@@ -157,6 +167,25 @@ impl Grid {
         }
         grid.filed = source.paths.all().iter().map(|p| grid.file(p)).collect();
         grid
+    }
+
+    /// Most columns of all evasions, 128 MB.
+    const MOST_COLUMNS: f32 = (1 << 24) as f32;
+
+    /// The side of a cell, doubled until the evasions of a giant, or of thousands, fit into [`Grid::MOST_COLUMNS`]. That of
+    /// anybody else stays what it was.
+    fn fitting_cell(source: &GridSource<'_>, cell: f32) -> f32 {
+        let kinds = (Self::HEADINGS * Self::PARTS * Self::PARTS) as f32;
+        let count = kinds * source.evasions.len() as f32;
+        let columns = |cell: f32| {
+            let side =
+                (2.0 * source.reach / cell + 3.0).min(2.0 * CellColumn::FURTHEST as f32 + 1.0);
+            count * side * side
+        };
+        let sides = std::iter::successors(Some(cell), |cell| Some(2.0 * cell)).take(64);
+        { sides }
+            .find(|&cell| columns(cell) <= Self::MOST_COLUMNS)
+            .unwrap_or(cell)
     }
 
     /// The columns of cells that the body occupies at one sample of an evasion that starts in cell
@@ -172,7 +201,8 @@ impl Grid {
         let mut columns = Vec::new();
         for (index, sphere) in body.spheres.iter().enumerate() {
             let centre = placement.point(track.centre(tick, index));
-            CellColumn::for_each_reached(centre, sphere.radius, self.cell, |c| columns.push(c));
+            let sphere = (centre, sphere.radius);
+            CellColumn::for_each_reached(sphere, self.cell, i32::MAX, |c| columns.push(c));
         }
         columns
     }
@@ -304,12 +334,18 @@ impl Vacated {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TouchedCells {
     columns: Vec<CellColumn>,
+    /// Columns that are noted before they are merged.
+    room: usize,
 }
 
 impl TouchedCells {
+    /// Columns that are noted at first before they are merged, 1.5 MB. An attack touches some hundreds.
+    const ROOM: usize = 1 << 16;
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.columns.clear();
+        self.room = 0;
     }
 
     /// Adds the cells that a sphere (centre and radius, metres) reaches, as far as they lie within `reach` (metres) of the
@@ -318,8 +354,14 @@ impl TouchedCells {
         if centre.x.abs() - radius > reach || centre.z.abs() - radius > reach {
             return;
         }
+        // Beyond reach there is nothing to look up.
+        let within = floor(reach / cell).saturating_add(1);
         let columns = &mut self.columns;
-        CellColumn::for_each_reached(centre, radius, cell, |column| columns.push(column));
+        CellColumn::for_each_reached((centre, radius), cell, within, |c| columns.push(c));
+        if self.columns.len() > self.room.max(Self::ROOM) {
+            self.merge();
+            self.room = 2 * self.columns.len();
+        }
     }
 
     /// Columns in order, each once. Call it when all spheres are in.

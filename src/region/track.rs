@@ -73,6 +73,11 @@ impl BodyTrack {
         track
     }
 
+    /// What a sample takes in memory, bytes.
+    pub(super) fn tick_bytes(body: &Body) -> usize {
+        12 * Self::padded(body.spheres.len()) + 64
+    }
+
     fn padded(spheres: usize) -> usize {
         spheres.next_multiple_of(Self::LANES)
     }

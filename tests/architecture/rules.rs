@@ -6,6 +6,8 @@ use super::source::{Source, block_end, name_at, words};
 /// yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
+    // Pages, no code.
+    ("guide", &[]),
     ("anim", &["math"]),
     ("graph", &["anim", "math"]),
     ("lod", &["anim", "math"]),
@@ -49,6 +51,8 @@ const TOP_LEVEL: &[&str] = &[
     "Cargo.lock",
     "README.md",
     "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "deny.toml",
     "LICENSE-APACHE",
     "LICENSE-MIT",
     ".gitignore",

@@ -61,6 +61,9 @@ impl AttackDrawing {
     /// open.
     pub const MAX_SIDE: u32 = 1024;
 
+    /// Most discs of all layers, 16 MB. Layers that would bring more are left away, and candidates are open.
+    pub const MOST_DISCS: usize = 1 << 20;
+
     /// Draws a scene's attack within `reach`. Returns whether all of it within reach is drawn.
     pub(in crate::avoid) fn draw(
         &mut self,
@@ -99,6 +102,11 @@ impl AttackDrawing {
                 }
                 let end = self.discs.len();
                 if inner == end {
+                    continue;
+                }
+                if end > Self::MOST_DISCS {
+                    self.discs.truncate(inner);
+                    scratch.cut_off = true;
                     continue;
                 }
                 around = around.union(timed_rect(&self.discs[inner..end]));

@@ -45,6 +45,9 @@ pub(in crate::avoid) struct Steps {
     pub(super) cut_off: bool,
 }
 
+/// Most steps within reach. Those beyond are drawn nowhere: then more candidates are left to the exact test.
+const MOST_STEPS: usize = 1 << 18;
+
 impl Steps {
     /// Fills itself with the steps of an attack that may come within reach, at a time that some
     /// clock draws.
@@ -60,7 +63,16 @@ impl Steps {
         let start = attack.start();
         for sphere in attack.spheres() {
             if !grid.is_timed() {
-                sphere.for_each_step(|centre, radius| self.untimed.push((centre, radius)));
+                sphere.for_each_step(|centre, radius| {
+                    // What no map reaches is drawn nowhere.
+                    if !meets((centre, radius), grid, reach.rect) {
+                        return;
+                    }
+                    match self.untimed.len() < MOST_STEPS {
+                        true => self.untimed.push((centre, radius)),
+                        false => self.cut_off = true,
+                    }
+                });
             }
             for_each_span(sphere, grid, |ends| {
                 let [from, to] = ends.map(|key| key.t - start);
@@ -89,6 +101,10 @@ impl Steps {
                 if step.slabs.0 > step.slabs.1
                     || !meets((step.centre, step.within), grid, reach.rect)
                 {
+                    return;
+                }
+                if self.steps.len() == MOST_STEPS {
+                    self.cut_off = true;
                     return;
                 }
                 let texels = step.within / grid.texel + 2.0;

@@ -68,6 +68,14 @@ pub enum GltfError {
         /// What is wrong.
         problem: &'static str,
     },
+    /// An animation's `extras` hold events that are none.
+    #[error("animation \"{animation}\": the events in its extras: {problem}")]
+    Events {
+        /// Name of the animation.
+        animation: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// The animation would fill the memory.
     #[error(
         "animation \"{animation}\": {frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"

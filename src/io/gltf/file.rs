@@ -2,6 +2,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use glam::{Quat, Vec3};
+use serde::Deserialize;
 
 use super::GltfError;
 use super::animation::{Tracks, node_name};
@@ -9,6 +10,7 @@ use super::container::Container;
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
 use crate::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use crate::io::EventEntry;
 use crate::io::bvh::{MotionError, Taken};
 
 /// Frames times joints: what would need more memory is not read.
@@ -32,6 +34,9 @@ pub struct GltfAnimation {
     pub name: String,
     /// In the file's unit.
     pub clip: Clip,
+    /// Of the animation's `extras`, as [`write_labelled`](super::write_labelled) writes them: `{"sabaki": {"events": [...]}}`, each as in an
+    /// events file. Of files that know nothing of that, none.
+    pub events: Vec<EventEntry>,
 }
 
 impl GltfFile {
@@ -53,7 +58,7 @@ impl GltfFile {
         let mut animations = Vec::new();
         let mut taken = Taken::default();
         let mut turned = HashSet::new();
-        let mut all_tracks = Vec::new();
+        let (mut all_tracks, mut events) = (Vec::new(), Vec::new());
         for (index, animation) in container.root.animations.iter().enumerate() {
             let name = animation
                 .name
@@ -63,6 +68,7 @@ impl GltfFile {
             let is_of_rig = |node: usize| of_rig.contains(&node);
             let tracks = Tracks::read(&container, (animation, name), is_of_rig)?;
             if !tracks.is_empty() {
+                events.push(events_of(animation, &tracks.name)?);
                 turned.extend(
                     nodes
                         .joints
@@ -77,11 +83,12 @@ impl GltfFile {
             return Err(GltfError::NoAnimation);
         }
         let skeleton = rig.skeleton(&container, &turned)?;
-        for tracks in all_tracks {
+        for (tracks, events) in all_tracks.into_iter().zip(events) {
             let clip = rig.clip(&skeleton, &tracks)?;
             animations.push(GltfAnimation {
                 name: tracks.name,
                 clip,
+                events,
             });
         }
         Ok(Self {
@@ -138,6 +145,28 @@ impl GltfFile {
         }
         let clip = Clip::new(&skeleton, desc)?;
         Ok((skeleton, clip))
+    }
+}
+
+/// The events that an animation's `extras` hold.
+fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, GltfError> {
+    /// What the key of that name holds.
+    #[derive(Deserialize)]
+    struct Ours {
+        events: Vec<EventEntry>,
+    }
+    let Some(extras) = &animation.extras else {
+        return Ok(Vec::new());
+    };
+    let failed = |error: serde_json::Error| GltfError::Events {
+        animation: name.to_owned(),
+        problem: error.to_string(),
+    };
+    // Whatever else stands there is somebody else's, and may be anything.
+    let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
+    match value.get("sabaki") {
+        Some(ours) => Ok(Ours::deserialize(ours).map_err(failed)?.events),
+        None => Ok(Vec::new()),
     }
 }
 

@@ -17,4 +17,4 @@ mod write;
 
 pub use error::GltfError;
 pub use file::{GltfAnimation, GltfFile, MOST_ENTRIES};
-pub use write::write;
+pub use write::{write, write_labelled};

@@ -6,6 +6,8 @@ use glam::{Mat4, Quat, Vec3};
 use serde_json::{Value, json};
 
 use crate::anim::{Clip, JointKind, Pose, Skeleton, forward_kinematics};
+use crate::graph::ClipSource;
+use crate::io::EventEntry;
 
 /// Component types and targets of the specification, 3.6.
 const FLOAT: u32 = 5126;
@@ -22,6 +24,32 @@ const INDICES: u32 = 34963;
 /// # Errors
 /// Those of `out`, and `InvalidInput` for a clip of another skeleton or a file beyond what GLB can hold (4 GiB).
 pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Result<()> {
+    let events = &[];
+    write_labelled(
+        out,
+        ClipSource {
+            skeleton,
+            clips,
+            events,
+        },
+    )
+}
+
+/// The same with what happens in the clips: each animation's `extras` are `{"sabaki": {"events": [...]}}`, each event as in an
+/// [`EventsFile`](crate::io::EventsFile), and are read again with it.
+///
+/// # Errors
+/// Those of [`write()`], and `InvalidInput` for an event of no clip.
+pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()> {
+    let ClipSource {
+        skeleton,
+        clips,
+        events,
+    } = source;
+    if let Some(event) = events.iter().find(|event| event.clip >= clips.len()) {
+        let what = format!("an event is of clip {}, which is not there", event.clip);
+        return Err(Error::new(ErrorKind::InvalidInput, what));
+    }
     let mut buffer = Buffer::default();
     let places = rest_places(skeleton);
     let binds = places
@@ -34,7 +62,15 @@ pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Resul
             let what = format!("clip \"{}\" is of another skeleton", clip.name());
             return Err(Error::new(ErrorKind::InvalidInput, what));
         }
-        animations.push(buffer.animation(skeleton, clip));
+        let mut animation = buffer.animation(skeleton, clip);
+        let labels: Vec<EventEntry> = { events.iter() }
+            .filter(|event| event.clip == animations.len())
+            .map(|event| EventEntry::of(event, skeleton))
+            .collect();
+        if !labels.is_empty() {
+            animation["extras"] = json!({ "sabaki": { "events": labels } });
+        }
+        animations.push(animation);
     }
     let joints: Vec<usize> = (0..skeleton.len()).collect();
     let mut nodes = nodes(skeleton, clips.first());

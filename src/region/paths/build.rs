@@ -104,7 +104,10 @@ impl<'a> Layers<'a> {
             source,
             settings,
             longest,
-            most: (settings.most as usize / (longest + 1)).max(1),
+            most: (settings.most as usize)
+                .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
+                .div_euclid(longest + 1)
+                .max(1),
             steps: steps(graph),
             starts,
         }

@@ -32,10 +32,15 @@ pub struct PathSettings {
     /// Default 5°.
     pub alike_angle: f32,
     /// Most paths of a node. They are shared out evenly among the frames of the horizon, and there
-    /// among the evasions. Default 960.
+    /// among the evasions. All nodes together have [`PathSettings::MOST_OF_ALL`] at most. Default 960.
     pub most: u32,
     /// Threads; 0 for as many as the machine has. The paths are the same for any number.
     pub threads: usize,
+}
+
+impl PathSettings {
+    /// Most paths of all nodes together, some 4 GB while they are sought: what is beyond is cut off, and counted.
+    pub const MOST_OF_ALL: usize = 1 << 26;
 }
 
 impl Default for PathSettings {

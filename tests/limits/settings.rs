@@ -1,0 +1,149 @@
+//! Settings and playheads that no program means.
+
+use glam::Vec3;
+use sabaki::avoid::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings};
+use sabaki::graph::{EdgeId, GraphSettings, Playhead};
+use sabaki::math::Rigid2;
+use sabaki::region::{BakeError, BakeSettings, Baker, SphereKey};
+
+use super::common::baked::{embedded, embedded_graph};
+use super::common::small::small;
+
+/// A way to spoil what a bake is asked for.
+type SpoilBake = fn(&mut BakeSettings);
+
+/// A way to spoil a float of the settings.
+type Spoil = fn(&mut QuerySettings, f32);
+
+const FLOATS: [(&str, Spoil); 10] = [
+    ("rates.slowest", |s, v| s.rates.slowest = v),
+    ("rates.fastest", |s, v| s.rates.fastest = v),
+    ("rates.tolerance", |s, v| s.rates.tolerance = v),
+    ("alike_distance", |s, v| s.alike_distance = v),
+    ("alike_angle", |s, v| s.alike_angle = v),
+    ("moves.alike_distance", |s, v| s.moves.alike_distance = v),
+    ("moves.alike_angle", |s, v| s.moves.alike_angle = v),
+    ("weights.avoid", |s, v| s.weights.avoid = v),
+    ("weights.distance", |s, v| s.weights.distance = v),
+    ("weights.time", |s, v| s.weights.time = v),
+];
+
+fn ball(t: f32, radius: f32) -> Vec<Vec<SphereKey>> {
+    let key = |t, z| SphereKey {
+        t,
+        center: Vec3::new(0.0, 1.0, z),
+        radius,
+    };
+    vec![vec![key(t, 2.0), key(t + 0.4, -1.0)]]
+}
+
+fn ask(settings: &QuerySettings, playhead: Playhead) {
+    let attack = Attack::new(ball(0.8, 0.1)).unwrap();
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    Query::new(small(), settings).answer(playhead, &attack, &mut context, &mut answer);
+    assert!(!answer.candidates.is_empty());
+}
+
+fn start() -> Playhead {
+    Playhead::at(small().graph(), EdgeId(0), 0.0, Rigid2::IDENTITY)
+}
+
+#[test]
+fn query_settings_out_of_range_are_refused_by_name_and_crash_nothing() {
+    assert_eq!(QuerySettings::default().check(), Ok(()));
+    for (name, spoil) in FLOATS {
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1e30, 1e30] {
+            let mut settings = QuerySettings::default();
+            spoil(&mut settings, value);
+            let error = Query::checked(small(), &settings).unwrap_err();
+            assert_eq!(error.name, name);
+            assert!(error.to_string().contains("must be"), "{error}");
+            ask(&settings, start());
+        }
+        for value in [0.0, -1.0, f32::MIN_POSITIVE] {
+            let mut settings = QuerySettings::default();
+            spoil(&mut settings, value);
+            ask(&settings, start());
+        }
+    }
+    let none = QuerySettings {
+        most_evasions: 0,
+        ..QuerySettings::default()
+    };
+    assert_eq!(none.check().unwrap_err().name, "most_evasions");
+    ask(&none, start());
+    let mut many = QuerySettings::default();
+    many.moves.width = usize::MAX;
+    assert_eq!(many.check().unwrap_err().name, "moves.width");
+    many.moves.width = 0;
+    many.moves.candidates = 0;
+    ask(&many, start());
+}
+
+#[test]
+fn a_playhead_at_no_place_crashes_nothing() {
+    for frame in [f32::NAN, f32::INFINITY, -1e30, 1e30] {
+        ask(
+            &QuerySettings::default(),
+            Playhead::at(small().graph(), EdgeId(0), frame, Rigid2::IDENTITY),
+        );
+    }
+    for place in [f32::NAN, f32::INFINITY, 1e30] {
+        let world = Rigid2::new(place, place, -place);
+        ask(
+            &QuerySettings::default(),
+            Playhead::at(small().graph(), EdgeId(0), 0.0, world),
+        );
+    }
+}
+
+#[test]
+fn attacks_of_impossible_numbers_are_refused_by_place() {
+    let value = |keys| Attack::new(keys).unwrap_err();
+    for radius in [0.0, -0.1, 100.1, f32::NAN, f32::INFINITY] {
+        assert_eq!(
+            value(ball(0.8, radius)),
+            AttackError::Value { sphere: 0, key: 0 }
+        );
+    }
+    for t in [-1e-6, -1.0, 600.1, f32::NAN, f32::NEG_INFINITY] {
+        assert_eq!(
+            value(ball(t, 0.1)),
+            AttackError::Value { sphere: 0, key: 0 }
+        );
+    }
+    for place in [f32::NAN, f32::INFINITY, 1e5] {
+        let mut keys = ball(0.8, 0.1);
+        keys[0][1].center.x = place;
+        assert_eq!(value(keys), AttackError::Value { sphere: 0, key: 1 });
+    }
+    let text = value(ball(-1.0, 0.1)).to_string();
+    assert!(
+        text.contains("0 to 600 s") && text.contains("at most 100 m"),
+        "{text}"
+    );
+}
+
+#[test]
+fn bake_settings_out_of_range_are_refused_by_name() {
+    let spoils: [(&str, SpoilBake); 8] = [
+        ("retime.window", |s| s.retime.window = f64::NAN),
+        ("retime.slow", |s| s.retime.slow = -1.0),
+        ("retime.fast", |s| s.retime.fast = f32::INFINITY),
+        ("paths.horizon", |s| s.paths.horizon = f32::NAN),
+        ("paths.alike_distance", |s| s.paths.alike_distance = 0.0),
+        ("paths.alike_angle", |s| s.paths.alike_angle = f32::NAN),
+        ("paths.most", |s| s.paths.most = 0),
+        ("grid.cell", |s| s.grid.cell = f32::NAN),
+    ];
+    let graph = embedded_graph(&GraphSettings::default());
+    for (wrong, spoil) in spoils {
+        let mut settings = BakeSettings::default();
+        spoil(&mut settings);
+        match Baker::new(graph.clone(), settings).map(|_| ()) {
+            Err(BakeError::Setting { name, .. }) => assert_eq!(name, wrong),
+            other => panic!("{wrong}: {other:?}"),
+        }
+    }
+    assert!(!embedded().evasions().is_empty());
+}
