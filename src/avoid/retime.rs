@@ -16,7 +16,7 @@ pub struct RateSettings {
     /// 1/60, half a frame.
     pub tolerance: f32,
     /// Where no path is in time, those are taken whose evasion starts nearest to the attack's start, up to this many seconds away
-    /// from it. Default 0.25; 0 for the paper's way, which has none then.
+    /// from it. Default 0.5; 0 for the paper's way, which has none then.
     pub nearest: f32,
 }
 
@@ -26,7 +26,7 @@ impl Default for RateSettings {
             slowest: 0.5,
             fastest: 2.0,
             tolerance: 1.0 / 60.0,
-            nearest: 0.25,
+            nearest: 0.5,
         }
     }
 }
