@@ -20,6 +20,7 @@
 //! | --- | --- |
 //! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
+//! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |
 //! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
 //! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
 //! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
@@ -56,6 +57,7 @@ pub mod io;
 pub mod lod;
 pub mod math;
 pub mod region;
+pub mod troupe;
 
 /// The README's code, compiled with the tests of the documentation.
 #[cfg(doctest)]
