@@ -51,9 +51,24 @@ mod table {
             .collect();
         files.sort();
 
+        let view = |file: &PathBuf| {
+            file.file_name()
+                .is_some_and(|name| is_of_view(name.as_ref()))
+        };
+        let (of_view, others): (Vec<PathBuf>, _) = files.into_iter().partition(view);
+        write_table(&others, "shader_table.rs")?;
+        write_table(&of_view, "view_shader_table.rs")
+    }
+
+    /// What pictures are drawn with has a table of its own, which is read only where pictures are drawn.
+    fn is_of_view(name: &Path) -> bool {
+        name.to_str().is_some_and(|name| name.starts_with("view_"))
+    }
+
+    fn write_table(files: &[PathBuf], table: &str) -> Result<(), String> {
         let mut text = String::from("// Written by shaders/build.rs.\n");
         let mut layouts = Layouts::new();
-        for file in &files {
+        for file in files {
             println!("cargo::rerun-if-changed={}", file.display());
             let of_file = |message: String| format!("{}: {message}", file.display());
             let bytes = fs::read(file).map_err(|error| of_file(error.to_string()))?;
@@ -66,7 +81,7 @@ mod table {
         }
         structs(&mut text, &layouts);
         let out = env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?;
-        fs::write(Path::new(&out).join("shader_table.rs"), text).map_err(|error| error.to_string())
+        fs::write(Path::new(&out).join(table), text).map_err(|error| error.to_string())
     }
 
     fn read(bytes: &[u8]) -> Result<Module, String> {
@@ -124,6 +139,14 @@ mod table {
                     );
                 }
                 AddressSpace::WorkGroup => shared += size,
+                AddressSpace::Handle => {
+                    let at = variable.binding.ok_or("an image has no binding")?;
+                    let _ = write!(
+                        bindings,
+                        "Binding {{ set: {}, binding: {}, stride: 0 }}, ",
+                        at.group, at.binding
+                    );
+                }
                 AddressSpace::Private | AddressSpace::Function => {}
                 other => return Err(format!("variables in {other:?} are not used here")),
             }

@@ -18,6 +18,7 @@
 //!
 //! | room | what stands in it |
 //! | --- | --- |
+//! | `view` | pictures of fighters and crowds, by the device into an image or a file |
 //! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
 //! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |
@@ -32,8 +33,8 @@
 //! # Invariants
 //! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data
 //!   (maps and candidates) and takes plain data back (counts).
-//! - Architecture invariant: `vk::` and `ash` stand in `gpu` alone; `unsafe` too, but for `capi`, whose callers
-//!   hand over pointers, and one file of `math`.
+//! - Architecture invariant: `vk::` and `ash` stand in `gpu` and `view` alone; `unsafe` too, but for `capi`, whose
+//!   callers hand over pointers, and one file of `math`.
 //! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers
 //!   can differ.
 //!
@@ -58,6 +59,8 @@ pub mod lod;
 pub mod math;
 pub mod region;
 pub mod troupe;
+#[cfg(feature = "view")]
+pub mod view;
 
 /// The README's code, compiled with the tests of the documentation.
 #[cfg(doctest)]

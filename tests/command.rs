@@ -13,6 +13,9 @@ mod figure;
 mod lod;
 #[path = "command/measure.rs"]
 mod measure;
+#[cfg(feature = "view")]
+#[path = "command/render.rs"]
+mod render;
 #[path = "command/run.rs"]
 mod run;
 

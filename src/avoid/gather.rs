@@ -1,14 +1,15 @@
 //! The candidates of a node: paths to an evasion that some rate brings in time.
 //!
 //! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same
-//! evasion at nearly the same place only the one whose rate is nearest to 1 is kept.
+//! evasion at nearly the same place only the one whose rate is nearest to 1 is kept; and where no
+//! path is in time, those that are nearest to it are taken.
 
 use super::candidate::{Candidate, Way};
 use super::context::QueryContext;
 use super::query::{Lookup, QuerySettings};
-use super::retime::{Direction, rate};
+use super::retime::{Direction, Rate, rate};
 use super::situation::Situation;
-use crate::region::{BakedGraph, CellColumn};
+use crate::region::{BakedGraph, CellColumn, NodePath};
 
 /// Where candidates are gathered from.
 #[derive(Clone, Copy)]
@@ -27,6 +28,7 @@ impl Gathering<'_> {
         context.late_count = 0;
         context.search = Default::default();
         self.in_time(situation, context);
+        self.nearly_in_time(situation, context);
         if let Some(lookup) = self.lookup {
             self.filed(situation, lookup, context);
         }
@@ -54,6 +56,34 @@ impl Gathering<'_> {
                 }
             }
         }
+    }
+
+    /// Where nothing is in time takes what is nearest to it.
+    fn nearly_in_time(&self, situation: &Situation<'_>, context: &mut QueryContext) {
+        let (table, rates) = (self.baked.paths(), &self.settings.rates);
+        if !context.candidates.is_empty() || rates.nearest <= 0.0 {
+            return;
+        }
+        let off = |path: &NodePath| {
+            let total = Situation::durations(self.baked, path).total;
+            (total - situation.available).abs()
+        };
+        let all = || table.ids(situation.node).zip(table.of(situation.node));
+        let nearest = all().map(|(_, path)| off(path)).fold(f32::INFINITY, f32::min);
+        // One frame more: what is as near on the attack's other side.
+        let furthest = (nearest + rates.tolerance).min(rates.nearest);
+        for (id, path) in all().filter(|(_, path)| off(path) <= furthest) {
+            let start = situation.wait + Situation::durations(self.baked, path).total;
+            context.candidates.push(Candidate {
+                way: Way::Evasion { path: id, start },
+                rate: Rate::UNCHANGED,
+            });
+        }
+        context.late_count -= context.candidates.len();
+        context.late.retain(|(id, _)| {
+            let taken = |candidate: &Candidate| candidate.path() == Some(*id);
+            !context.candidates.iter().any(taken)
+        });
     }
 
     /// Keeps what vacates the cells that are looked up.

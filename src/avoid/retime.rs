@@ -15,6 +15,9 @@ pub struct RateSettings {
     /// An evasion that starts this near to the attack's start is in time as it is, seconds. Default
     /// 1/60, half a frame.
     pub tolerance: f32,
+    /// Where no path is in time, those are taken whose evasion starts nearest to the attack's start, up to this many seconds away
+    /// from it. Default 0.25; 0 for the paper's way, which has none then.
+    pub nearest: f32,
 }
 
 impl Default for RateSettings {
@@ -23,6 +26,7 @@ impl Default for RateSettings {
             slowest: 0.5,
             fastest: 2.0,
             tolerance: 1.0 / 60.0,
+            nearest: 0.25,
         }
     }
 }

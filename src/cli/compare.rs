@@ -14,7 +14,7 @@ use super::culling::{self, CullPath, Culling, DeviceArgs};
 use super::passes::{LookupArg, Method};
 use super::source::{self, GraphArgs};
 use super::stats::{Asker, Run, Times, percentile};
-use super::{Done, Failure, crossover, map_settings, output};
+use super::{Done, Failure, cancel, crossover, map_settings, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -112,9 +112,11 @@ fn measure(
     let mut rows: Vec<Row> = methods.map(Row::new).collect();
     let mut askers: Vec<Asker<'_>> = rows.iter().map(|_| Asker::new(baked)).collect();
     let mut regret = Vec::new();
+    cancel::listen();
     let bar = output::progress("comparing", throws.len() as u64);
     // The first attack twice: memory is filled when times begin to count.
     for (count, throw) in throws[..1].iter().chain(throws).enumerate() {
+        cancel::check()?;
         let mut runs = Vec::new();
         for (row, asker) in rows.iter().zip(&mut askers) {
             asker.watches = true;

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::picture::Picture;
 use super::source::{self, GraphArgs};
-use super::{Done, Failure, output};
+use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -64,12 +64,14 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     let mut coverage = Coverage::new(args.directions as usize);
     let cells: Vec<Cell> = coverage.cells().collect();
     let each = (args.attacks / cells.len() as u64).max(1);
+    cancel::listen();
     let bar = output::progress("throwing", each * cells.len() as u64);
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let of_cell = |number: usize| {
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let one = |index: u64| {
+            cancel::check()?;
             let cell = cells[number];
             let thrown = coverage.throw(baked, cell, (args.seed, index), args.speed);
             let throw = thrown.map_err(|error| Failure::Attack {

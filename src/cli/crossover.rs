@@ -12,7 +12,7 @@ use super::culling::{CullPath, Culling};
 use super::passes::Method;
 use super::picture::{COLOURS, Picture, RULE};
 use super::stats::percentile;
-use super::{Failure, output};
+use super::{Failure, cancel, output};
 
 /// How many candidates are counted.
 const SIZES: [usize; 11] = [5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000];
@@ -45,6 +45,7 @@ pub(crate) fn measure(
     };
     let chosen: Vec<&Throw> = throws.iter().filter(|t| count(t)).take(ATTACKS).collect();
     let paths = culling.paths();
+    cancel::listen();
     let bar = output::progress("crossover", (paths.len() * SIZES.len()) as u64);
     let mut lines = Vec::new();
     for path in paths {
@@ -53,6 +54,7 @@ pub(crate) fn measure(
             // The median of each attack, so that a slow one, measured less often, weighs as much.
             let mut times = Vec::new();
             for throw in &chosen {
+                cancel::check()?;
                 let of_throw = match path {
                     CullPath::Exact => exact(baked, throw, size)?,
                     _ => counted(baked, throw, (size, path, culling))?,

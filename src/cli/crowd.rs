@@ -18,7 +18,7 @@ use sabaki::math::{Isa, Line, Rigid2};
 use sabaki::{demo, io};
 use serde_json::{Value, json};
 
-use super::{Done, Failure, output};
+use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -80,9 +80,11 @@ const BEFORE: f32 = 5.0;
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let scene = Scene::new(args)?;
     let cases = args.cases(scene.repertoire.levels());
+    cancel::listen();
     let bar = output::progress("posing", cases.len() as u64);
     let mut rows = Vec::with_capacity(cases.len());
     for (lod, isa, threads) in cases.into_iter().progress_with(bar) {
+        cancel::check()?;
         rows.push(scene.measure(args, (lod, isa, threads))?);
     }
     Ok(Done::ok(if as_json {

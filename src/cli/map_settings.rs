@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::culling::Culling;
 use super::passes::Method;
 use super::stats::Asker;
-use super::{Done, Failure, output};
+use super::{Done, Failure, cancel, output};
 
 /// What all timed maps cover together, seconds: what the default ones do.
 const COVERED: f32 = 32.0 / 30.0;
@@ -55,9 +55,11 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
 
 pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result<Done, Failure> {
     let settings = settings();
+    cancel::listen();
     let bar = output::progress("maps", settings.len() as u64);
     let (mut rows, mut truths) = (Vec::new(), None);
     for (name, maps) in settings {
+        cancel::check()?;
         let (graph, bake_ms) = bake(baked, maps)?;
         // Who is hit is no matter of maps.
         let truths = match &mut truths {

@@ -1,6 +1,7 @@
 //! The command's face: one file for each subcommand, and what they share.
 
 mod bake;
+mod cancel;
 mod chart;
 mod compare;
 mod coverage;
@@ -19,6 +20,8 @@ mod map_settings;
 mod output;
 mod passes;
 mod picture;
+#[cfg(feature = "view")]
+mod render;
 mod replay;
 mod sheet;
 mod source;
@@ -67,6 +70,9 @@ enum Command {
     Lod(lod::Args),
     /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
     Crowd(crowd::Args),
+    /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
+    #[cfg(feature = "view")]
+    Render(render::Args),
     /// What a file holds: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
@@ -92,6 +98,8 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
         Some(Command::Lod(args)) => lod::run(&args, cli.json),
         Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
+        #[cfg(feature = "view")]
+        Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };

@@ -71,6 +71,8 @@ pub(crate) enum Failure {
     Stdout(std::io::Error),
     #[error("{0}")]
     Device(String),
+    #[error("cancelled; no file is left half-written")]
+    Cancelled,
     #[error("{0}")]
     Usage(String),
     #[error("{place}: {failure}")]

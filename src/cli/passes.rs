@@ -8,7 +8,7 @@ use sabaki::region::BakedGraph;
 
 use super::culling::{CullPath, Culling};
 use super::stats::{Asker, Run};
-use super::{Failure, output};
+use super::{Failure, cancel, output};
 
 /// Which methods are run.
 #[derive(Clone, Debug, clap::Args)]
@@ -129,12 +129,14 @@ pub(crate) fn pass(
         list_late: settings.list_late,
         ..method.settings()
     };
+    cancel::listen();
     let bar = output::progress(method.cull.name(), throws.len() as u64);
     // Every so manyth attack, from the given one on.
     let part = |first: usize, step: usize, culling: &mut Culling| {
         let mut asker = Asker::new(baked);
         let numbered = throws.iter().enumerate().skip(first).step_by(step);
         let runs = numbered.map(|(index, throw)| {
+            cancel::check()?;
             let run = asker.ask(&query, throw, (&mut *culling, method.cull))?;
             each(index, &query, &asker.answer)?;
             bar.inc(1);

@@ -21,6 +21,14 @@ pub(crate) const COLOURS: [[u8; 3]; 5] = [
 const BACKGROUND: [u8; 3] = [24, 26, 30];
 const INK: [u8; 3] = [220, 222, 226];
 
+/// How letters look.
+#[derive(Clone, Copy)]
+pub(crate) struct Letters {
+    /// Pixels of a dot's side; a letter has 8 by 8 dots.
+    pub(crate) zoom: usize,
+    pub(crate) colour: [u8; 3],
+}
+
 pub(crate) struct Picture {
     width: usize,
     height: usize,
@@ -34,6 +42,36 @@ impl Picture {
             width,
             height,
             pixels: BACKGROUND.repeat(width * height),
+        }
+    }
+
+    /// Of pixels that are there: four bytes each, the last of which is left out.
+    #[cfg(feature = "view")]
+    pub(crate) fn of_pixels([width, height]: [u32; 2], pixels: &[u8]) -> Self {
+        Self {
+            width: width as usize,
+            height: height as usize,
+            pixels: pixels
+                .chunks_exact(4)
+                .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+                .collect(),
+        }
+    }
+
+    /// Three bytes of each pixel, row by row.
+    #[cfg(feature = "view")]
+    pub(crate) fn into_pixels(self) -> Vec<u8> {
+        self.pixels
+    }
+
+    /// Puts another picture into this one, as far as it lies in it.
+    #[cfg(feature = "view")]
+    pub(crate) fn place(&mut self, (x, y): (usize, usize), other: &Self) {
+        let columns = other.width.min(self.width.saturating_sub(x));
+        for row in 0..other.height.min(self.height.saturating_sub(y)) {
+            let (to, from) = (3 * ((y + row) * self.width + x), 3 * row * other.width);
+            self.pixels[to..to + 3 * columns]
+                .copy_from_slice(&other.pixels[from..from + 3 * columns]);
         }
     }
 
@@ -54,13 +92,27 @@ impl Picture {
 
     /// Writes in letters of 8 by 8 pixels; what the font does not have is left out.
     pub(crate) fn text(&mut self, x: usize, y: usize, text: &str) {
+        self.text_in(
+            (x, y),
+            text,
+            Letters {
+                zoom: 1,
+                colour: INK,
+            },
+        );
+    }
+
+    /// Writes in letters of a size and a colour.
+    pub(crate) fn text_in(&mut self, (x, y): (usize, usize), text: &str, letters: Letters) {
+        let Letters { zoom, colour } = letters;
         for (index, letter) in text.chars().enumerate() {
             let Some(rows) = font8x8::BASIC_FONTS.get(letter) else {
                 continue;
             };
             for (row, bits) in rows.iter().enumerate() {
                 for column in (0..8).filter(|column| bits >> column & 1 == 1) {
-                    self.fill((x + index * 8 + column, y + row), (1, 1), INK);
+                    let at = (x + zoom * (index * 8 + column), y + zoom * row);
+                    self.fill(at, (zoom, zoom), colour);
                 }
             }
         }

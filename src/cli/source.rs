@@ -11,7 +11,7 @@ use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
 use super::figure::{Figure, FigureArgs};
-use super::{Failure, output};
+use super::{Failure, cancel, output};
 
 /// Clips and how to make a graph of them.
 #[derive(Clone, Debug, clap::Args)]
@@ -136,6 +136,7 @@ fn bake(
     (threshold, settings): (f32, BakeSettings),
     started: Instant,
 ) -> Result<Baked, Failure> {
+    cancel::listen();
     let bar = output::progress("baking", 3);
     bar.tick();
     let graph_settings = GraphSettings {
@@ -145,9 +146,11 @@ fn bake(
     let (graph, report) = graph::build(source, &graph_settings)?;
     let feet = graph.foot_slide(MEASURED);
     bar.inc(1);
+    cancel::check()?;
     let baker = Baker::new(graph, settings)?;
     let maps = baker.draw_on_cpu();
     bar.inc(1);
+    cancel::check()?;
     let graph = baker.finish(maps)?;
     bar.finish_and_clear();
     let mut warnings = Vec::new();

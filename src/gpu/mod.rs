@@ -41,19 +41,20 @@
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
 
 mod allocator;
-mod barriers;
+pub(crate) mod barriers;
 pub mod compute;
 mod context;
 mod counts;
 mod drivers;
-mod error;
+pub(crate) mod error;
 mod headless;
+pub(crate) mod image;
 mod limits;
 mod memory;
 mod pipelines;
 mod requirements;
-mod resources;
-mod shader_table;
+pub(crate) mod resources;
+pub(crate) mod shader_table;
 pub mod stencil;
 mod uploaded;
 

@@ -7,6 +7,7 @@ use ash::vk;
 use super::{
     Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, barriers,
     error::{Named, within},
+    image::{Image, ImageDesc},
 };
 
 /// What a buffer is for.
@@ -107,13 +108,22 @@ impl Buffer {
         bytes: &[u8],
     ) -> Result<(), GpuError> {
         within("size of a buffer", offset + bytes.len() as u64, self.size)?;
-        let (block, mapped) = self.mapped()?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let (_, mapped) = self.mapped()?;
         // SAFETY: the range lies in the mapped block, which the device does not use while its owner writes.
         unsafe {
             let target = mapped.as_ptr().add(offset as usize);
             std::ptr::copy_nonoverlapping(bytes.as_ptr(), target, bytes.len());
         }
-        if block.coherent || bytes.is_empty() {
+        self.flush(context)
+    }
+
+    /// Hands what the host wrote to the device.
+    pub(crate) fn flush(&self, context: &Context) -> Result<(), GpuError> {
+        let (block, _) = self.mapped()?;
+        if block.coherent {
             return Ok(());
         }
         let range = [Self::range(block)];
@@ -157,6 +167,18 @@ impl Buffer {
         Ok(word.load(std::sync::atomic::Ordering::Acquire))
     }
 
+    /// Its bytes, for the host to write.
+    ///
+    /// # Safety
+    /// The device does not use them while they are borrowed, and nobody else writes them.
+    #[cfg(feature = "view")]
+    pub(crate) unsafe fn bytes_mut(&mut self) -> Result<&mut [u8], GpuError> {
+        let size = self.size as usize;
+        let (_, mapped) = self.mapped()?;
+        // SAFETY: the range is mapped, and the caller knows that nobody else uses it.
+        Ok(unsafe { std::slice::from_raw_parts_mut(mapped.as_ptr(), size) })
+    }
+
     fn mapped(&self) -> Result<(&Block, std::ptr::NonNull<u8>), GpuError> {
         self.block
             .as_ref()
@@ -182,7 +204,7 @@ pub(crate) struct StencilTarget {
     pub(crate) view: vk::ImageView,
     /// Columns and rows, texels.
     pub(crate) side: [u32; 2],
-    block: Option<Block>,
+    own: Image,
 }
 
 impl StencilTarget {
@@ -193,78 +215,28 @@ impl StencilTarget {
         name: &str,
         side: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let mut target = Self {
-            side,
-            ..Self::default()
-        };
-        match target.fill(context, memory, name) {
-            Ok(()) => Ok(target),
-            Err(error) => {
-                target.destroy(context, memory);
-                Err(error)
-            }
-        }
-    }
-
-    fn fill(
-        &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
-        name: &str,
-    ) -> Result<(), GpuError> {
-        let device = context.device();
         let format = context.stencil_format();
-        let info = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
-            .format(format)
-            .extent(vk::Extent3D {
-                width: self.side[0],
-                height: self.side[1],
-                depth: 1,
-            })
-            .mip_levels(1)
-            .array_layers(1)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .tiling(vk::ImageTiling::OPTIMAL)
-            .usage(
-                vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
-            );
-        // SAFETY: the context's device is valid, and the format offers both uses (it was chosen for them).
-        self.image = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
-        context.name(self.image, name);
-        // SAFETY: the image was just made from this device.
-        let requirements = unsafe { device.get_image_memory_requirements(self.image) };
-        let block = memory.allocate(&MemoryDesc {
+        use vk::ImageUsageFlags as Usage;
+        let desc = ImageDesc {
             name,
-            requirements,
-            usage: MemoryUse::Device,
-            linear: false,
-        })?;
-        self.block = Some(block);
-        // SAFETY: the image is not bound yet, and the block suits its requirements.
-        unsafe { device.bind_image_memory(self.image, block.memory, block.offset) }
-            .call("vkBindImageMemory")?;
-        let info = vk::ImageViewCreateInfo::default()
-            .image(self.image)
-            .view_type(vk::ImageViewType::TYPE_2D)
-            .format(format)
-            .subresource_range(barriers::whole(format));
-        // SAFETY: the image is bound, and of this format.
-        self.view = unsafe { device.create_image_view(&info, None) }.call("vkCreateImageView")?;
-        context.name(self.view, name);
-        Ok(())
+            side,
+            format,
+            samples: vk::SampleCountFlags::TYPE_1,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSFER_SRC,
+            aspect: barriers::whole(format).aspect_mask,
+        };
+        let own = Image::new(context, memory, &desc)?;
+        Ok(Self {
+            image: own.handle,
+            view: own.view,
+            side,
+            own,
+        })
     }
 
     /// Frees all; the device must be done with it.
     pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
-        unsafe {
-            context.device().destroy_image_view(self.view, None);
-            context.device().destroy_image(self.image, None);
-        }
+        self.own.destroy(context, memory);
         (self.view, self.image) = (vk::ImageView::null(), vk::Image::null());
-        if let Some(block) = self.block.take() {
-            memory.free(block);
-        }
     }
 }

@@ -18,7 +18,7 @@ pub(crate) struct Shader {
     pub(crate) group: [u32; 3],
     /// Of its buffers, how many are storage buffers.
     pub(crate) storage_buffers: u32,
-    /// Its storage and uniform buffers.
+    /// Its storage and uniform buffers, and its images.
     pub(crate) bindings: &'static [Binding],
     /// SPIR-V.
     pub(crate) words: &'static [u32],
@@ -32,12 +32,12 @@ pub(crate) enum Stage {
     Compute,
 }
 
-/// A storage or uniform buffer that holds one array.
+/// A storage or uniform buffer that holds one array, or an image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binding {
     pub(crate) set: u32,
     pub(crate) binding: u32,
-    /// Of its elements, bytes.
+    /// Of its elements, bytes; 0 for an image.
     pub(crate) stride: u32,
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct PlacedDisc {
 }
 
 /// Stride of a buffer's elements as a shader reads them; 0 where it does not read that buffer.
-const fn stride(shader: &Shader, binding: u32) -> usize {
+pub(crate) const fn stride(shader: &Shader, binding: u32) -> usize {
     let mut index = 0;
     while index < shader.bindings.len() {
         if shader.bindings[index].binding == binding {
@@ -123,7 +123,7 @@ const fn stride(shader: &Shader, binding: u32) -> usize {
 }
 
 /// Whether every device takes it, however few its limits: those that Vulkan guarantees (`limits.rs`).
-const fn runs_anywhere(shader: &Shader) -> bool {
+pub(crate) const fn runs_anywhere(shader: &Shader) -> bool {
     let [x, y, z] = shader.group;
     shader.push_constants <= 128
         && shader.storage_buffers <= 4
@@ -135,7 +135,7 @@ const fn runs_anywhere(shader: &Shader) -> bool {
 }
 
 /// Whether all that a shader reads is in the one set there is.
-const fn has_one_set(shader: &Shader) -> bool {
+pub(crate) const fn has_one_set(shader: &Shader) -> bool {
     let mut index = 0;
     while index < shader.bindings.len() {
         if shader.bindings[index].set != 0 {

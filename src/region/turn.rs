@@ -86,6 +86,7 @@ impl MapTurn {
 
     /// The same turn for an attack's texels that are as wide as the evasion's, where the first of every `pitch` in
     /// either axis stands for a wide one: to the bit, it leads to the same places.
+    #[cfg(feature = "vulkan")]
     #[must_use]
     pub(crate) fn of_narrow(self, pitch: u32) -> Self {
         let pitch = pitch as i32;

@@ -167,8 +167,9 @@ pub(crate) fn device_names(source: &Source) -> Vec<String> {
 }
 
 /// `unsafe` stands in gpu/, in capi/ (what C hands over is a pointer), in the SIMD dispatch file, in the lanes (registers
-/// have no safe face) and in the crew (nor have threads that outlive what they are lent); a block or impl has its SAFETY
-/// line, a function its `# Safety`.
+/// have no safe face), in the crew (nor have threads that outlive what they are lent) and in what of view/ records into a
+/// caller's command buffer, as gpu/ does (its scenes are plain data); a block or impl has its SAFETY line, a function its
+/// `# Safety`.
 pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
     let code = &source.code;
     let may = is_under(
@@ -179,6 +180,9 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
             "src/math/isa.rs",
             "src/math/lanes/",
             "src/math/crew.rs",
+            "src/view/offscreen.rs",
+            "src/view/painter.rs",
+            "src/view/stage/",
         ],
     );
     let mut complaints = Vec::new();
@@ -192,7 +196,7 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
         if !may {
             complaints.push(source.complaint(
                 at,
-                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} alone",
+                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} and view/{stage,offscreen,painter} alone",
             ));
         } else if !comment_above(source, source.line_of(at)).contains(wanted) {
             complaints.push(source.complaint(at, what));

@@ -32,7 +32,7 @@ pub struct PathSettings {
     /// Default 5°.
     pub alike_angle: f32,
     /// Most paths of a node. They are shared out evenly among the frames of the horizon, and there
-    /// among the evasions. X.
+    /// among the evasions. Default 960.
     pub most: u32,
     /// Threads; 0 for as many as the machine has. The paths are the same for any number.
     pub threads: usize,

@@ -1,0 +1,40 @@
+//! Ctrl-C: work that asks stops at its next step, so that nothing is left half-written.
+
+use std::io::Write;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::Failure;
+
+static CANCELLED: AtomicBool = AtomicBool::new(false);
+static LISTENS: OnceLock<()> = OnceLock::new();
+
+/// From now on the first Ctrl-C only asks; a second one ends the process, as it does where nobody can listen.
+pub(crate) fn listen() {
+    LISTENS.get_or_init(|| {
+        let asked = || {
+            if CANCELLED.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+            // Nobody may be there to read it.
+            let _ = writeln!(
+                std::io::stderr(),
+                "sabaki: stops at the next step; Ctrl-C again stops at once"
+            );
+        };
+        if let Err(error) = ctrlc::set_handler(asked) {
+            tracing::warn!("Ctrl-C ends the process at once: {error}");
+        }
+    });
+}
+
+/// Asked between the steps of work that takes long.
+///
+/// # Errors
+/// [`Failure::Cancelled`] after Ctrl-C.
+pub(crate) fn check() -> Result<(), Failure> {
+    match CANCELLED.load(Ordering::Relaxed) {
+        true => Err(Failure::Cancelled),
+        false => Ok(()),
+    }
+}

@@ -1,0 +1,101 @@
+//! `sabaki render`: scenes to files, without a window.
+
+mod canvas;
+mod crowd;
+mod dodge;
+mod file;
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde_json::json;
+
+use super::culling::DeviceArgs;
+use super::source::GraphArgs;
+use super::{Done, Failure, cancel};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// What is shown.
+    #[arg(value_enum)]
+    scene: Scene,
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// Where to: a picture (.png) or a film (.gif, .apng).
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Columns and rows.
+    #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
+    size: [u32; 2],
+    /// Pictures of a film in a second.
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=50))]
+    rate: u32,
+    /// Without words.
+    #[arg(long)]
+    plain: bool,
+    #[command(flatten)]
+    dodge: dodge::DodgeArgs,
+    #[command(flatten)]
+    crowd: crowd::CrowdArgs,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Scene {
+    /// A fighter avoids an attack.
+    Dodge,
+    /// Ten thousand characters in a column.
+    Crowd,
+}
+
+/// The largest side of a picture.
+const MOST_PIXELS: u32 = 4096;
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x');
+    let sides = sides.and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    let fits = |sides: &[u32; 2]| sides.iter().all(|side| (16..=MOST_PIXELS).contains(side));
+    sides
+        .filter(fits)
+        .ok_or_else(|| format!("not a size such as 640x400, each 16 to {MOST_PIXELS}"))
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    cancel::listen();
+    let kind = file::Kind::of(&args.out)?;
+    let told = match args.scene {
+        Scene::Dodge => dodge::run(args, kind, device)?,
+        Scene::Crowd => crowd::run(args, kind, device)?,
+    };
+    let path = args.out.display().to_string();
+    Ok(Done::ok(if as_json {
+        let mut document = json!({ "file": path, "bytes": told.bytes, "pictures": told.pictures });
+        for (key, value) in told.more {
+            document[key] = value;
+        }
+        Done::json(&document)
+    } else {
+        format!("{}{path}: {}\n", told.text, told.describe())
+    }))
+}
+
+/// What was written.
+struct Told {
+    bytes: usize,
+    pictures: usize,
+    /// In words, lines that end.
+    text: String,
+    more: Vec<(&'static str, serde_json::Value)>,
+}
+
+impl Told {
+    fn describe(&self) -> String {
+        let size = match self.bytes {
+            few if few < 1_000_000 => format!("{:.0} kB", few as f64 / 1e3),
+            many => format!("{:.2} MB", many as f64 / 1e6),
+        };
+        match self.pictures {
+            1 => size,
+            pictures => format!("{pictures} pictures, {size}"),
+        }
+    }
+}

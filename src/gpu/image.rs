@@ -1,0 +1,114 @@
+//! A flat image, its view and its memory, made and destroyed together.
+//!
+//! Architecture invariant: nothing here is freed by `Drop`. A default value holds null handles, and destroying it does nothing.
+
+use ash::vk;
+
+use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, error::Named};
+
+/// What an image is for.
+#[derive(Clone, Copy)]
+pub(crate) struct ImageDesc<'a> {
+    pub(crate) name: &'a str,
+    /// Columns and rows.
+    pub(crate) side: [u32; 2],
+    pub(crate) format: vk::Format,
+    pub(crate) samples: vk::SampleCountFlags,
+    pub(crate) usage: vk::ImageUsageFlags,
+    /// Of the view.
+    pub(crate) aspect: vk::ImageAspectFlags,
+}
+
+/// Null handles by default; destroying those does nothing.
+#[derive(Debug, Default)]
+pub(crate) struct Image {
+    pub(crate) handle: vk::Image,
+    pub(crate) view: vk::ImageView,
+    /// Columns and rows.
+    pub(crate) side: [u32; 2],
+    block: Option<Block>,
+}
+
+impl Image {
+    /// Leaves nothing behind when it fails.
+    pub(crate) fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: &ImageDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let mut image = Self {
+            side: desc.side,
+            ..Self::default()
+        };
+        match image.fill(context, memory, desc) {
+            Ok(()) => Ok(image),
+            Err(error) => {
+                image.destroy(context, memory);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: &ImageDesc<'_>,
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(desc.format)
+            .extent(vk::Extent3D {
+                width: self.side[0],
+                height: self.side[1],
+                depth: 1,
+            })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(desc.samples)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(desc.usage);
+        // SAFETY: the context's device is valid, and whoever describes an image knows what its format offers.
+        self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
+        context.name(self.handle, desc.name);
+        // SAFETY: the image was just made from this device.
+        let requirements = unsafe { device.get_image_memory_requirements(self.handle) };
+        let block = memory.allocate(&MemoryDesc {
+            name: desc.name,
+            requirements,
+            usage: MemoryUse::Device,
+            linear: false,
+        })?;
+        self.block = Some(block);
+        // SAFETY: the image is not bound yet, and the block suits its requirements.
+        unsafe { device.bind_image_memory(self.handle, block.memory, block.offset) }
+            .call("vkBindImageMemory")?;
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(desc.aspect)
+            .level_count(1)
+            .layer_count(1);
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.handle)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(desc.format)
+            .subresource_range(range);
+        // SAFETY: the image is bound, and of this format.
+        self.view = unsafe { device.create_image_view(&info, None) }.call("vkCreateImageView")?;
+        context.name(self.view, desc.name);
+        Ok(())
+    }
+
+    /// Frees all; the device must be done with it.
+    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
+        unsafe {
+            context.device().destroy_image_view(self.view, None);
+            context.device().destroy_image(self.handle, None);
+        }
+        (self.view, self.handle) = (vk::ImageView::null(), vk::Image::null());
+        if let Some(block) = self.block.take() {
+            memory.free(block);
+        }
+    }
+}

@@ -1,0 +1,38 @@
+use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder};
+
+use super::{Film, FilmError};
+
+/// The bytes of a PNG file. `pixels`: red, green and blue (sRGB), row by row from the upper left.
+///
+/// # Errors
+/// The encoder's: as many pixels as the size says are needed.
+pub fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>, FilmError> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::High);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// Whole pictures, one after the other.
+pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, film.size[0], film.size[1]);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::High);
+    encoder.set_animated(film.pictures.len() as u32, 0)?;
+    encoder.set_frame_delay(film.delay, 100)?;
+    encoder.set_blend_op(BlendOp::Source)?;
+    encoder.set_dispose_op(DisposeOp::None)?;
+    let mut writer = encoder.write_header()?;
+    for picture in &film.pictures {
+        writer.write_image_data(picture)?;
+    }
+    writer.finish()?;
+    Ok(bytes)
+}

@@ -1,0 +1,99 @@
+use gif::{DisposalMethod, Encoder, Frame, Repeat};
+
+use super::palette::{COLOURS, Palette};
+use super::{Film, FilmError};
+
+/// Of pixels that stay as they are.
+const STAYS: u8 = COLOURS as u8;
+
+/// Of each picture only the rectangle in which something changes is written, and in it only what changes.
+pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
+    let [width, height] = film.size.map(|side| side as usize);
+    let mut palette = Palette::of(film);
+    let mut colours = palette.colours();
+    colours.resize(3 * (COLOURS + 1), 0);
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width as u16, height as u16, &colours)?;
+    encoder.set_repeat(Repeat::Infinite)?;
+    let mut before: Option<Vec<u8>> = None;
+    for picture in &film.pictures {
+        let places = palette.places(picture, width);
+        let changed = match &before {
+            None => Area::whole(width, height),
+            Some(before) => Area::of_changes(before, &places, width),
+        };
+        let area = changed
+            .rows()
+            .map(|row| row * width + changed.left..row * width + changed.end);
+        let mut buffer = Vec::new();
+        for row in area {
+            buffer.extend(row.map(|at| match &before {
+                Some(before) if before[at] == places[at] => STAYS,
+                _ => places[at],
+            }));
+        }
+        encoder.write_frame(&Frame {
+            delay: film.delay,
+            dispose: DisposalMethod::Keep,
+            transparent: before.as_ref().map(|_| STAYS),
+            left: changed.left as u16,
+            top: changed.top as u16,
+            width: (changed.end - changed.left) as u16,
+            height: (changed.bottom - changed.top) as u16,
+            buffer: buffer.into(),
+            ..Frame::default()
+        })?;
+        before = Some(places);
+    }
+    drop(encoder);
+    Ok(bytes)
+}
+
+/// Columns and rows of a picture.
+struct Area {
+    left: usize,
+    top: usize,
+    end: usize,
+    bottom: usize,
+}
+
+impl Area {
+    fn whole(width: usize, height: usize) -> Self {
+        Self {
+            left: 0,
+            top: 0,
+            end: width,
+            bottom: height,
+        }
+    }
+
+    /// Around all pixels that differ; one pixel where none does.
+    fn of_changes(before: &[u8], after: &[u8], width: usize) -> Self {
+        let mut area = Self {
+            left: width,
+            top: usize::MAX,
+            end: 0,
+            bottom: 0,
+        };
+        for (at, _) in before
+            .iter()
+            .zip(after)
+            .enumerate()
+            .filter(|(_, pair)| pair.0 != pair.1)
+        {
+            let (row, column) = (at / width, at % width);
+            area.left = area.left.min(column);
+            area.end = area.end.max(column + 1);
+            area.top = area.top.min(row);
+            area.bottom = area.bottom.max(row + 1);
+        }
+        match area.end {
+            0 => Self::whole(1, 1),
+            _ => area,
+        }
+    }
+
+    fn rows(&self) -> std::ops::Range<usize> {
+        self.top..self.bottom
+    }
+}

@@ -1,0 +1,184 @@
+//! An image to draw into where there is no window, and its pixels.
+
+use ash::vk;
+
+use super::Target;
+use crate::gpu::image::{Image, ImageDesc};
+use crate::gpu::resources::{Buffer, BufferDesc};
+use crate::gpu::{Context, GpuError, Memory, MemoryUse};
+
+/// A target with a way to read it.
+#[derive(Debug)]
+pub struct Offscreen {
+    context: Context,
+    image: Image,
+    pixels: Buffer,
+    live: bool,
+}
+
+impl Offscreen {
+    /// Of the images: four bytes a pixel, red, green, blue (sRGB) and alpha.
+    pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+
+    /// Makes the image. Leaves nothing behind when it fails.
+    ///
+    /// # Errors
+    /// A Vulkan call's, or the allocator's.
+    pub fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        size: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        use vk::ImageUsageFlags as Usage;
+        let desc = ImageDesc {
+            name: "picture",
+            side: size,
+            format: Self::FORMAT,
+            samples: vk::SampleCountFlags::TYPE_1,
+            usage: Usage::COLOR_ATTACHMENT | Usage::TRANSFER_SRC,
+            aspect: vk::ImageAspectFlags::COLOR,
+        };
+        let mut image = Image::new(context, memory, &desc)?;
+        let desc = BufferDesc {
+            name: "picture's pixels",
+            size: bytes(size),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryUse::Readback,
+        };
+        let pixels = match Buffer::new(context, memory, desc) {
+            Ok(pixels) => pixels,
+            Err(error) => {
+                image.destroy(context, memory);
+                return Err(error);
+            }
+        };
+        Ok(Self {
+            context: context.clone(),
+            image,
+            pixels,
+            live: true,
+        })
+    }
+
+    /// What a stage draws into between [`Offscreen::record_start`] and [`Offscreen::record_end`].
+    #[must_use]
+    pub fn target(&self) -> Target {
+        Target {
+            view: self.image.view,
+            size: self.image.side,
+        }
+    }
+
+    /// Makes the image one to draw into; what it held is gone.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family.
+    pub unsafe fn record_start(&self, cmd: vk::CommandBuffer) {
+        use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
+        let copied = (Stages::COPY, Access::NONE, Layout::UNDEFINED);
+        // SAFETY: the caller vouches for `cmd`.
+        unsafe { self.turn(cmd, copied, DRAWN) };
+    }
+
+    /// Copies the image to where [`Offscreen::pixels`] reads it.
+    ///
+    /// # Safety
+    /// As for [`Offscreen::record_start`], which comes before it.
+    pub unsafe fn record_end(&self, cmd: vk::CommandBuffer) {
+        use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
+        let copied = (
+            Stages::COPY,
+            Access::TRANSFER_READ,
+            Layout::TRANSFER_SRC_OPTIMAL,
+        );
+        let [width, height] = self.image.side;
+        let layers = vk::ImageSubresourceLayers::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .layer_count(1);
+        let region = [vk::BufferImageCopy::default()
+            .image_subresource(layers)
+            .image_extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })];
+        let read = [vk::MemoryBarrier2::default()
+            .src_stage_mask(Stages::COPY)
+            .src_access_mask(Access::TRANSFER_WRITE)
+            .dst_stage_mask(Stages::HOST)
+            .dst_access_mask(Access::HOST_READ)];
+        let info = vk::DependencyInfo::default().memory_barriers(&read);
+        let (image, buffer) = (self.image.handle, self.pixels.handle);
+        let device = self.context.device();
+        // SAFETY: the caller vouches for `cmd`; the buffer has room for every pixel.
+        unsafe {
+            self.turn(cmd, DRAWN, copied);
+            device.cmd_copy_image_to_buffer(cmd, image, copied.2, buffer, &region);
+            device.cmd_pipeline_barrier2(cmd, &info);
+        }
+    }
+
+    /// Four bytes of each pixel, row by row from the upper left.
+    ///
+    /// # Errors
+    /// An invalidate that failed.
+    ///
+    /// # Safety
+    /// The commands with [`Offscreen::record_end`] have finished.
+    pub unsafe fn pixels(&self) -> Result<&[u8], GpuError> {
+        self.pixels.invalidate(&self.context)?;
+        // SAFETY: the caller knows that the device has written them.
+        unsafe { self.pixels.bytes(bytes(self.image.side)) }
+    }
+
+    /// Frees everything. The device must be done with it.
+    pub fn destroy(mut self, memory: &mut dyn Memory) {
+        self.image.destroy(&self.context, memory);
+        self.pixels.destroy(&self.context, memory);
+        self.live = false;
+    }
+
+    /// # Safety
+    /// As for [`Offscreen::record_start`].
+    unsafe fn turn(&self, cmd: vk::CommandBuffer, before: Use, after: Use) {
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(1)
+            .layer_count(1);
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(before.0)
+            .src_access_mask(before.1)
+            .old_layout(before.2)
+            .dst_stage_mask(after.0)
+            .dst_access_mask(after.1)
+            .new_layout(after.2)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(self.image.handle)
+            .subresource_range(range)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: the caller vouches for `cmd`; the image is this one's.
+        unsafe { self.context.device().cmd_pipeline_barrier2(cmd, &info) };
+    }
+}
+
+impl Drop for Offscreen {
+    fn drop(&mut self) {
+        if self.live {
+            tracing::error!("an Offscreen was dropped without destroy: its Vulkan objects leak");
+        }
+    }
+}
+
+type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
+
+/// As a colour attachment.
+const DRAWN: Use = (
+    vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+    vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+);
+
+fn bytes([width, height]: [u32; 2]) -> u64 {
+    4 * u64::from(width) * u64::from(height)
+}

@@ -1,0 +1,82 @@
+use glam::camera::rh;
+use glam::{Mat4, Vec2, Vec3};
+
+/// Where a picture is taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Metres, in the world.
+    pub eye: Vec3,
+    /// What is in the middle of the picture.
+    pub target: Vec3,
+    /// Vertical field of view, radians.
+    pub field: f32,
+}
+
+impl Camera {
+    /// Nothing nearer is drawn, metres.
+    pub const NEAR: f32 = 0.05;
+
+    /// Looks at `target` from so far away: `around` radians from +Z towards +X, `up` radians above the horizon.
+    #[must_use]
+    pub fn orbit(target: Vec3, (around, up): (f32, f32), distance: f32) -> Self {
+        let out = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
+        Self {
+            eye: target + out * distance,
+            target,
+            field: 35f32.to_radians(),
+        }
+    }
+
+    /// World to clip space as Vulkan has it: y down, depth 1 at [`Camera::NEAR`] and 0 infinitely far away. `aspect` is width over
+    /// height.
+    #[must_use]
+    pub fn clip(&self, aspect: f32) -> Mat4 {
+        let ahead = self.target - self.eye;
+        let up = if ahead.x.hypot(ahead.z) < 1e-4 * ahead.y.abs() {
+            Vec3::Z
+        } else {
+            Vec3::Y
+        };
+        let view = rh::view::look_at_mat4(self.eye, self.target, up);
+        rh::proj::vulkan::perspective_infinite_reverse(self.field, aspect, Self::NEAR) * view
+    }
+
+    /// Where a place is seen in a picture of that many pixels, from its left upper corner; `None` behind the camera.
+    #[must_use]
+    pub fn pixel(&self, place: Vec3, size: [u32; 2]) -> Option<Vec2> {
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let clip = self.clip(size.x / size.y) * place.extend(1.0);
+        let at = Vec2::new(clip.x, clip.y) / clip.w;
+        (clip.w > Self::NEAR).then(|| (at * 0.5 + 0.5) * size)
+    }
+
+    /// The direction in which a pixel of a picture is seen, of unit length.
+    #[must_use]
+    pub fn ray(&self, pixel: Vec2, size: [u32; 2]) -> Vec3 {
+        let size = Vec2::new(size[0] as f32, size[1] as f32);
+        let at = pixel / size * 2.0 - 1.0;
+        let back = self.clip(size.x / size.y).inverse();
+        (back.project_point3(at.extend(1.0)) - self.eye).normalize_or(Vec3::NEG_Z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_is_seen_where_its_ray_goes() {
+        let camera = Camera::orbit(Vec3::new(0.3, 1.0, -0.2), (0.7, 0.3), 4.0);
+        let size = [640, 360];
+        let middle = camera.pixel(camera.target, size).unwrap();
+        assert!(middle.distance(Vec2::new(320.0, 180.0)) < 1e-2, "{middle}");
+        let place = Vec3::new(-0.5, 0.2, 0.4);
+        let pixel = camera.pixel(place, size).unwrap();
+        let ray = camera.ray(pixel, size);
+        let along = (place - camera.eye).dot(ray);
+        assert!((camera.eye + along * ray).distance(place) < 1e-3);
+        // Higher up is nearer to the picture's upper edge; what is behind is not seen.
+        assert!(camera.pixel(place + Vec3::Y, size).unwrap().y < pixel.y);
+        assert_eq!(camera.pixel(2.0 * camera.eye - camera.target, size), None);
+    }
+}

@@ -1,0 +1,125 @@
+//! Pictures without a window.
+
+use std::fs;
+use std::path::Path;
+
+use super::run::{baked, folder, sabaki};
+
+/// Columns, rows and pictures of a PNG, and the pixels of its first picture.
+fn read_png(path: &Path) -> (u32, u32, u32, Vec<u8>) {
+    let bytes = fs::read(path).unwrap();
+    let decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+    let mut reader = decoder.read_info().unwrap();
+    let pictures = reader
+        .info()
+        .animation_control()
+        .map_or(1, |control| control.num_frames);
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    (info.width, info.height, pictures, pixels)
+}
+
+/// How many different colours there are, of 64 on each channel.
+fn colours(pixels: &[u8]) -> usize {
+    let mut all: Vec<[u8; 3]> = pixels
+        .chunks_exact(3)
+        .map(|pixel| [pixel[0] >> 2, pixel[1] >> 2, pixel[2] >> 2])
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all.len()
+}
+
+fn dodge<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let args = ["render", "dodge", baked(), "--size", "96x64", "--out", out];
+    [&args[..], more].concat()
+}
+
+#[test]
+fn a_moment_is_the_same_picture_each_time_and_maps_show_in_it() {
+    let folder = folder();
+    let told = sabaki(folder.path(), &dodge("a.png", &["--validation"])).is(0);
+    assert!(told.stdout.contains("nearest at") && told.stdout.contains("a.png"));
+    sabaki(folder.path(), &dodge("b.png", &[])).is(0);
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("a.png") == read("b.png"), "the same moment");
+    let (width, height, pictures, plain) = read_png(&folder.path().join("a.png"));
+    assert_eq!((width, height, pictures), (96, 64, 1));
+    assert!(colours(&plain) > 60, "{} colours", colours(&plain));
+    sabaki(folder.path(), &dodge("c.png", &["--at", "0.1"])).is(0);
+    assert!(read("a.png") != read("c.png"), "another moment");
+    // Where the answer only moves there are no maps to show.
+    for style in ["--maps", "--regions"] {
+        let shows = |index: &&str| {
+            sabaki(folder.path(), &dodge("m.png", &[style, "--index", index])).is(0);
+            sabaki(folder.path(), &dodge("n.png", &["--index", index])).is(0);
+            read("m.png") != read("n.png")
+        };
+        assert!(["1", "2", "3", "4", "5", "6"].iter().any(shows), "{style}");
+    }
+}
+
+#[test]
+fn a_film_has_many_pictures_and_a_storyboard_eight() {
+    let folder = folder();
+    let more = ["--rate", "5", "--json"];
+    let said = sabaki(folder.path(), &dodge("d.apng", &more)).json(0);
+    let (width, height, pictures, _) = read_png(&folder.path().join("d.apng"));
+    assert_eq!((width, height), (96, 64));
+    assert_eq!(said["pictures"], pictures);
+    assert!(pictures > 8, "{pictures}");
+    let bytes = fs::metadata(folder.path().join("d.apng")).unwrap().len();
+    assert_eq!(said["bytes"], bytes);
+    sabaki(folder.path(), &dodge("d.gif", &["--rate", "5"])).is(0);
+    let gif = fs::read(folder.path().join("d.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a") && gif.ends_with(b"\x3b"));
+    sabaki(folder.path(), &dodge("s.png", &["--storyboard"])).is(0);
+    let (width, height, _, _) = read_png(&folder.path().join("s.png"));
+    assert!(width > 4 * 96 && height > 2 * 64, "{width} x {height}");
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        3,
+        "no parts are left"
+    );
+}
+
+#[test]
+fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
+    let folder = folder();
+    let args = [
+        "render", "crowd", "--count", "200", "--size", "96x64", "--out",
+    ];
+    let said = sabaki(folder.path(), &[&args[..], &["a.png", "--json"]].concat()).json(0);
+    assert_eq!(said["characters"], 200);
+    let levels = said["levels"].as_array().unwrap();
+    let all: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
+    assert_eq!(all, 200);
+    assert!(levels[0].as_u64().unwrap() < 200, "levels go by distance");
+    let whole = [&args[..], &["b.png", "--no-levels", "--json"]].concat();
+    assert_eq!(sabaki(folder.path(), &whole).json(0)["levels"][0], 200);
+    sabaki(folder.path(), &[&args[..], &["c.png", "--levels"]].concat()).is(0);
+    let pixels = |name: &str| read_png(&folder.path().join(name)).3;
+    // Levels show as reds, yellows, greens and blues, of which clothes and skin have none.
+    let vivid = |pixels: &[u8]| {
+        let spread = |pixel: &&[u8]| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 70;
+        pixels.chunks_exact(3).filter(spread).count()
+    };
+    let (own, levels) = (vivid(&pixels("a.png")), vivid(&pixels("c.png")));
+    assert!(levels > own + 100, "{own} {levels}");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_said_in_a_line() {
+    let folder = folder();
+    let refused = |args: &[&str], word: &str| sabaki(folder.path(), args).is_refused(&[word]);
+    refused(&["render", "dodge", "--out", "a.bmp"], ".png");
+    let motion = ["render", "crowd", "--out", "a.png", "--motion", "fly"];
+    refused(&motion, "front_kick");
+    refused(&dodge("nowhere/a.png", &[]), "nowhere");
+    refused(&dodge("a.png", &["--device", "no such one"]), "no such one");
+    let size = ["render", "dodge", "--out", "a.png", "--size", "9x9"];
+    let said = sabaki(folder.path(), &size);
+    assert_eq!(said.code, 2);
+    assert!(said.stderr.contains("640x400"), "{}", said.stderr);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
