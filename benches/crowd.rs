@@ -10,6 +10,7 @@ mod scene;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use plain::PlainMemory;
 use sabaki::crowd::{CrowdSettings, Form, Layout, Memory, Output};
 use sabaki::math::Isa;
 use scene::Scene;
@@ -51,20 +52,21 @@ fn output(form: Form, layout: Layout, memory: Memory) -> CrowdSettings {
     }
 }
 
-/// The plain way, compiled for the same registers.
-#[divan::bench(args = available())]
-fn plain(bencher: Bencher<'_, '_>, isa: Isa) {
+/// The plain way, as the program was built: with `RUSTFLAGS='-C target-cpu=x86-64-v3'` for the
+/// registers that it should have.
+#[divan::bench]
+fn plain(bencher: Bencher<'_, '_>) {
     let scene = Scene::one_clip(COUNT);
     let (clip, characters) = scene.plain();
-    let mut out = vec![glam::Affine3A::IDENTITY; scene.joints()];
+    let mut memory = PlainMemory {
+        out: vec![glam::Affine3A::IDENTITY; scene.joints()],
+        ..PlainMemory::default()
+    };
     let mut now = 0.0;
     let joints = ItemsCount::new(scene.joints());
     bencher.counter(joints).bench_local(|| {
         now += 1.0 / 60.0;
-        isa.run(
-            #[inline(always)]
-            || clip.pose(&characters, now, &mut out),
-        );
+        clip.pose(&characters, now, &mut memory);
     });
 }
 

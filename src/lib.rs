@@ -25,6 +25,7 @@
 //! | `view` | pictures of fighters and crowds, by the device into an image or a file |
 //! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
+//! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |
 //! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
 //! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
 //! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
@@ -62,6 +63,7 @@ pub mod io;
 pub mod lod;
 pub mod math;
 pub mod region;
+pub mod troupe;
 #[cfg(feature = "view")]
 pub mod view;
 

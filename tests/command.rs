@@ -5,6 +5,8 @@
 #[path = "command/bad_input.rs"]
 mod bad_input;
 mod common;
+#[path = "command/crowd.rs"]
+mod crowd;
 #[path = "command/figure.rs"]
 mod figure;
 #[path = "command/lod.rs"]

@@ -7,12 +7,12 @@ mod common;
 use std::path::PathBuf;
 
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, forms, furthest, posed, settings};
+use common::crowd::{Stage, crowd_of, forms, furthest, joint_of, posed, settings};
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    Character, CharacterId, ClipId, Crowd, CrowdError, CrowdSettings, LevelId, Output, PoseError,
-    Repertoire, RepertoireError,
+    Character, CharacterId, ClipId, Crowd, CrowdError, CrowdSettings, Form, Hold, LevelId, Output,
+    PoseError, Repertoire, RepertoireError,
 };
 use sabaki::io::{ReadOptions, read_clip};
 use sabaki::lod::{LevelSettings, Levels};
@@ -152,10 +152,10 @@ fn a_crowd_goes_on_for_a_long_time() {
     let new_out = posed(&mut anew);
     for (&id, &new_id) in ids.iter().zip(&new_ids) {
         let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
-        for joint in 0..region.joints {
+        for (joint, same) in stage.both(&region, &new) {
             for number in 0..12 {
                 let found = region.number(&out, joint, number);
-                let expected = new.number(&new_out, joint, number);
+                let expected = new.number(&new_out, same, number);
                 // 1800 sums of a sixtieth of a second.
                 assert!((found - expected).abs() < 2e-3, "{found} {expected}");
             }
@@ -182,20 +182,61 @@ fn characters_change() {
             .unwrap();
         crowd.set_level(id, LevelId(1)).unwrap();
         crowd.place(id, &character.placement).unwrap();
-        crowd.set_level(id, character.level).unwrap();
+        crowd
+            .set_detail(id, character.level, character.blend)
+            .unwrap();
     }
     let (mut anew, new_ids) = crowd_of(&stage, &after, default());
     let (out, new_out) = (posed(&mut crowd), posed(&mut anew));
     for (&id, &new_id) in ids.iter().zip(&new_ids) {
         let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
-        assert_eq!(region.joints, new.joints);
-        for joint in 0..region.joints {
+        for (joint, same) in stage.both(&region, &new) {
             for number in 0..12 {
-                let apart =
-                    region.number(&out, joint, number) - new.number(&new_out, joint, number);
-                assert!(apart.abs() < 1e-5);
+                let found = region.number(&out, joint, number);
+                let expected = new.number(&new_out, same, number);
+                assert!((found - expected).abs() < 1e-5);
             }
         }
+    }
+}
+
+#[test]
+fn held_characters_are_a_few_frames_behind() {
+    let stage = stage();
+    let mut characters = stage.characters(300, 8);
+    characters
+        .iter_mut()
+        .for_each(|character| character.blend = 0.0);
+    for frames in [1, 3] {
+        let hold = Hold {
+            from: LevelId(1),
+            frames,
+        };
+        let settings = CrowdSettings { hold, ..default() };
+        let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+        let mut out = posed(&mut crowd);
+        let mut held = 0;
+        for frame in 1..40u16 {
+            crowd.advance(0.02);
+            out.resize(crowd.lines(), Line::ZERO);
+            crowd.pose(&mut out).unwrap();
+            for (&id, character) in ids.iter().zip(&characters) {
+                let region = crowd.region(id).unwrap();
+                let is_at = |behind: u16| {
+                    let seconds = 0.02 * f64::from(frame.saturating_sub(behind));
+                    let at = (&region, Form::Matrices);
+                    let expected = stage.drawn(character, seconds, at);
+                    let place = |joint| joint_of(&out, &region, Form::Matrices, joint).translation;
+                    let joints = expected.iter().enumerate();
+                    { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
+                };
+                let most = if region.level >= hold.from { frames } else { 0 };
+                let behind = (0..=most).find(|&behind| is_at(behind));
+                assert!(behind.is_some(), "frame {frame}, {character:?}");
+                held += usize::from(behind > Some(0));
+            }
+        }
+        assert!(held > 1000, "{held}");
     }
 }
 

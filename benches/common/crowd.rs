@@ -106,7 +106,9 @@ impl Scene {
         for (index, character) in self.characters.iter_mut().enumerate() {
             let (x, z) = ((index % 10) as f32 - 4.5, 5.0 + (index / 10) as f32);
             character.placement.ground = Rigid2::new(0.0, x, -z);
-            character.level = LevelId(switching.choose(x.hypot(z), None).level as u16);
+            let choice = switching.choose(x.hypot(z), None);
+            character.level = LevelId(choice.level as u16);
+            character.blend = choice.blend;
         }
         self
     }

@@ -184,13 +184,15 @@ impl Scene {
         }
     }
 
-    fn level(&self, character: &Character, lod: Lod) -> LevelId {
+    /// The level, and how far it is on the way to the next.
+    fn detail(&self, character: &Character, lod: Lod) -> (LevelId, f32) {
         match lod {
-            Lod::Off => LevelId(0),
-            Lod::Level(level) => LevelId(level),
+            Lod::Off => (LevelId(0), 0.0),
+            Lod::Level(level) => (LevelId(level), 0.0),
             Lod::Distance => {
                 let distance = character.placement.ground.ground().length();
-                LevelId(self.switching.choose(distance, None).level as u16)
+                let choice = self.switching.choose(distance, None);
+                (LevelId(choice.level as u16), choice.blend)
             }
         }
     }
@@ -208,15 +210,17 @@ impl Scene {
             output,
             isa,
             threads,
+            ..CrowdSettings::default()
         };
         let mut crowd = Crowd::new(Arc::clone(&self.repertoire), settings);
         let mut joints = 0;
         for character in &self.characters {
-            let level = self.level(character, lod);
+            let (level, blend) = self.detail(character, lod);
             joints += self.repertoire.joints(level);
             crowd
                 .add(&Character {
                     level,
+                    blend,
                     ..*character
                 })
                 .map_err(usage)?;

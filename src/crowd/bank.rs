@@ -2,12 +2,16 @@
 //!
 //! A motion is a list of columns, and a column has one word for each interval between two keys. A
 //! rotation has four columns; a word holds the same component of both keys, 16 bits each, so that
-//! one load fetches what one multiply-add needs. A place that moves has six: of each coordinate the
-//! number at the start and the way to the end. Columns stand in the order in which they are read.
+//! one load fetches what one multiply-add needs. A place that moves within a narrow range has three
+//! of the same kind, and one that goes further six: of each coordinate the number at the start and
+//! the way to the end.
+//!
+//! The same words stand twice: column by column, for characters who are near each other in time and
+//! share their loads, and interval by interval, a row of whole lines each, for those who are not.
 
 use glam::Vec3;
 
-use super::quantise::{self, Keys, Quantised};
+use super::quantise::{Keys, ONE, Quantised};
 use super::repertoire::RepertoireError;
 use crate::lod::{LevelMotion, Translations};
 use crate::math::Line;
@@ -16,6 +20,9 @@ use crate::math::Line;
 /// interval goes on at the first.
 const SPARE: usize = Line::LANES;
 
+/// A place that stays within so much of a middle is kept in 16 bits, metres: to 0.01 mm.
+const NARROW: f32 = 0.65;
+
 /// All clips on one level.
 #[derive(Clone, Debug)]
 pub(super) struct Bank {
@@ -23,8 +30,12 @@ pub(super) struct Bank {
     pub(super) joints: Vec<BankJoint>,
     /// The columns of all clips.
     pub(super) words: Vec<u32>,
-    /// One for each clip.
-    pub(super) spans: Vec<Span>,
+    /// The rows of all clips.
+    pub(super) rows: Vec<Line>,
+    /// How many columns a motion has.
+    columns: usize,
+    /// Lines of a row.
+    pub(super) row_lines: usize,
 }
 
 /// What all clips agree on.
@@ -32,94 +43,158 @@ pub(super) struct Bank {
 pub(super) struct BankJoint {
     /// `None` for the root alone.
     pub(super) parent: Option<u16>,
-    /// Its place in its parent's frame; `None` where a clip moves it.
-    pub(super) place: Option<Vec3>,
+    pub(super) place: Place,
 }
 
-/// Where a clip's columns are.
+/// A joint's place in its parent's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place {
+    Fixed(Vec3),
+    /// The middle, and what one unit of a word's mixed halves is, metres.
+    Narrow(Vec3, Vec3),
+    Wide,
+}
+
+/// A clip's intervals, on every level the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
-    /// Of the first column's first word.
-    pub(super) base: usize,
-    /// From column to column.
-    pub(super) stride: usize,
+    /// Intervals of all clips before it.
+    pub(super) row: usize,
+    /// The same in columns, where each clip has some to spare.
+    word: usize,
     /// Pieces between keys; at least one.
     pub(super) intervals: usize,
     /// Intervals per second.
     pub(super) rate: f32,
 }
 
+impl Span {
+    /// The clip after `before`, of so many keys per frame.
+    pub(super) fn after(before: Option<&Self>, motion: &LevelMotion, per_frame: usize) -> Self {
+        let end = |span: &Self| {
+            let (row, word) = (span.row + span.intervals, span.word + span.stride());
+            (row, word)
+        };
+        let (row, word) = before.map_or((0, 0), end);
+        Self {
+            row,
+            word,
+            intervals: ((motion.frames - 1) * per_frame).max(1),
+            rate: motion.frame_rate * per_frame as f32,
+        }
+    }
+
+    /// Words from column to column.
+    pub(super) fn stride(&self) -> usize {
+        self.intervals + SPARE
+    }
+}
+
 impl Bank {
     /// # Errors
     /// Motions that do not belong to one level, or are too much.
-    pub(super) fn new(motions: &[LevelMotion]) -> Result<Self, RepertoireError> {
-        let joints = shared_joints(motions)?;
+    pub(super) fn new(
+        motions: &[LevelMotion],
+        keys: &[Quantised],
+        spans: &[Span],
+    ) -> Result<Self, RepertoireError> {
+        let joints = shared_joints(motions, keys)?;
+        let columns = joints.iter().map(|joint| 4 + joint.place.columns()).sum();
         let mut bank = Self {
             joints,
             words: Vec::new(),
-            spans: Vec::with_capacity(motions.len()),
+            rows: Vec::new(),
+            columns,
+            row_lines: usize::div_ceil(columns, Line::LANES),
         };
-        for motion in motions {
-            bank.add(motion);
-            if bank.words.len() > i32::MAX as usize {
+        for (keys, span) in keys.iter().zip(spans) {
+            bank.add(keys, span);
+            if bank.rows.len() > u32::MAX as usize {
                 return Err(RepertoireError::TooLarge);
             }
         }
         Ok(bank)
     }
 
-    fn add(&mut self, motion: &LevelMotion) {
-        let Quantised {
-            joints: keys,
-            keys: count,
-            per_frame,
-        } = quantise::quantise(motion);
-        let intervals = (count - 1).max(1);
-        self.spans.push(Span {
-            base: self.words.len(),
-            stride: intervals + SPARE,
-            intervals,
-            rate: motion.frame_rate * per_frame as f32,
-        });
-        for (joint, keys) in self.joints.iter().zip(&keys) {
-            let mut column = |word: &dyn Fn(usize, usize) -> u32| {
-                let starts = (0..intervals + SPARE).map(|place| place % intervals);
-                let pairs = starts.map(|start| word(start, (start + 1).min(count - 1)));
-                self.words.extend(pairs);
-            };
-            for component in 0..4 {
-                column(&|start, end| keys.pair(component, start, end));
+    /// Where the first column of a clip starts.
+    pub(super) fn base(&self, span: &Span) -> usize {
+        span.word * self.columns
+    }
+
+    fn add(&mut self, keys: &Quantised, span: &Span) {
+        let rows = self.rows.len();
+        let lines = span.intervals * self.row_lines;
+        self.rows.resize(rows + lines, Line::ZERO);
+        let mut index = 0;
+        let (words, rows) = (&mut self.words, &mut self.rows[rows..]);
+        let row_lines = self.row_lines;
+        let mut column = |word: &dyn Fn(usize, usize) -> u32| {
+            let of = |start: usize| word(start, (start + 1).min(keys.keys - 1));
+            let starts = (0..span.stride()).map(|place| place % span.intervals);
+            words.extend(starts.map(of));
+            for (start, row) in rows.chunks_exact_mut(row_lines).enumerate() {
+                row[index / Line::LANES].0[index % Line::LANES] = f32::from_bits(of(start));
             }
-            if joint.place.is_none() {
-                for axis in 0..3 {
-                    column(&|start, _| keys.place(start)[axis].to_bits());
-                    column(&|start, end| (keys.place(end) - keys.place(start))[axis].to_bits());
+            index += 1;
+        };
+        for (joint, keys) in self.joints.iter().zip(&keys.joints) {
+            for component in 0..4 {
+                let half = |key: usize| keys.rotations[key][component];
+                column(&|start, end| pair(half(start), half(end)));
+            }
+            for axis in 0..3 {
+                let at = |key: usize| keys.place(key)[axis];
+                match joint.place {
+                    Place::Fixed(_) => {}
+                    Place::Narrow(middle, unit) => {
+                        // A coordinate that stands still has no unit.
+                        let unit = (unit[axis] * ONE).max(f32::MIN_POSITIVE);
+                        let half = |key: usize| ((at(key) - middle[axis]) / unit).round() as i16;
+                        column(&|start, end| pair(half(start), half(end)));
+                    }
+                    Place::Wide => {
+                        column(&|start, _| at(start).to_bits());
+                        column(&|start, end| (at(end) - at(start)).to_bits());
+                    }
                 }
             }
         }
     }
 }
 
-impl Keys {
-    fn pair(&self, component: usize, start: usize, end: usize) -> u32 {
-        let half = |key: usize| u32::from(self.rotations[key][component] as u16);
-        half(end) << 16 | half(start)
+impl Place {
+    fn columns(self) -> usize {
+        match self {
+            Self::Fixed(_) => 0,
+            Self::Narrow(..) => 3,
+            Self::Wide => 6,
+        }
     }
+}
 
+/// The key before in the lower half, the one after in the upper.
+fn pair(start: i16, end: i16) -> u32 {
+    u32::from(end as u16) << 16 | u32::from(start as u16)
+}
+
+impl Keys {
     fn place(&self, key: usize) -> Vec3 {
         self.places[key.min(self.places.len() - 1)]
     }
 }
 
 /// The joints of a level. A place is fixed where all clips have the same one.
-fn shared_joints(motions: &[LevelMotion]) -> Result<Vec<BankJoint>, RepertoireError> {
+fn shared_joints(
+    motions: &[LevelMotion],
+    keys: &[Quantised],
+) -> Result<Vec<BankJoint>, RepertoireError> {
     let Some(first) = motions.first() else {
         return Err(RepertoireError::NoClip);
     };
     if motions.iter().any(|motion| motion.parents != first.parents) {
         return Err(RepertoireError::Differ);
     }
-    let place = |index: usize| {
+    let fixed = |index: usize| {
         let Translations::Fixed(place) = first.tracks[index].translations else {
             return None;
         };
@@ -129,11 +204,24 @@ fn shared_joints(motions: &[LevelMotion]) -> Result<Vec<BankJoint>, RepertoireEr
         };
         motions.iter().all(same).then_some(place)
     };
+    let moving = |index: usize| {
+        let places = keys.iter().flat_map(|clip| &clip.joints[index].places);
+        let ends = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) = places.fold(ends, |(low, high), place| {
+            (low.min(*place), high.max(*place))
+        });
+        let (middle, reach) = ((low + high) * 0.5, (high - low) * 0.5);
+        if reach.max_element() <= NARROW {
+            Place::Narrow(middle, reach / (ONE * ONE))
+        } else {
+            Place::Wide
+        }
+    };
     let joints = first.parents.iter().enumerate();
     Ok(joints
         .map(|(index, &parent)| BankJoint {
             parent,
-            place: place(index),
+            place: fixed(index).map_or_else(|| moving(index), Place::Fixed),
         })
         .collect())
 }

@@ -18,7 +18,6 @@ pub(super) trait Posture {
     /// What a joint is when its parent is the world at a placement.
     fn placed<L: Lanes>(at: &[L; 5], model: &mut Self::Model, part: usize);
 
-    /// A joint from its parent and its motion under it.
     /// A joint's motion under its parent, ready to be composed.
     type Ready<L: Lanes>: Copy;
 
@@ -32,6 +31,9 @@ pub(super) trait Posture {
         model: &mut Self::Model,
         part: usize,
     );
+
+    /// Goes a part of the way to another one, 0 none of it and 1 all of it.
+    fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize);
 }
 
 /// 3 × 4 matrices, row by row.
@@ -100,6 +102,11 @@ fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 3] {
     ]
 }
 
+#[inline(always)]
+fn turn_of<L: Lanes>([x, y, z, w, ..]: [L; 7]) -> Turn<L> {
+    Turn { x, y, z, w }
+}
+
 impl Posture for Matrices {
     type Model = [Line; 12];
 
@@ -146,6 +153,17 @@ impl Posture for Matrices {
             ];
             store(values, model, part);
         }
+    }
+
+    /// Every point goes in a straight line.
+    #[inline(always)]
+    fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {
+        let (own, other): ([L; 12], [L; 12]) = (load(model, part), load(other, part));
+        let mut values = own;
+        for index in 0..12 {
+            values[index] = (other[index] - own[index]).mul_add(weight, own[index]);
+        }
+        store(values, model, part);
     }
 }
 
@@ -217,5 +235,16 @@ impl Posture for Rotations {
         ];
         store(turn, &mut model[..4], part);
         store(place, &mut model[4..], part);
+    }
+    /// Rotations along the shorter arc.
+    #[inline(always)]
+    fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {
+        let (own, other): ([L; 7], [L; 7]) = (load(model, part), load(other, part));
+        let turn = turn_of(own).towards(turn_of(other), weight).normalized();
+        let mut values = [turn.x, turn.y, turn.z, turn.w, own[4], own[5], own[6]];
+        for index in 4..7 {
+            values[index] = (other[index] - own[index]).mul_add(weight, own[index]);
+        }
+        store(values, model, part);
     }
 }

@@ -1,102 +1,55 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use thiserror::Error;
-
-use super::character::{Character, CharacterId, ClipId, LevelId, Placement};
-use super::group::Group;
-use super::kernel::Run;
-use super::output::{Output, Region};
+use super::character::{Being, Character, CharacterId, ClipId, LevelId, Placement};
+use super::kernel::{Level, Run, Scratch};
+use super::output::Region;
 use super::repertoire::Repertoire;
-use super::schedule::{self, Bucket, Kind, Schedule, Sorting, split};
-use crate::math::{Crew, Isa, Line, thread_count};
-
-/// How a crowd is posed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CrowdSettings {
-    /// What is written.
-    pub output: Output,
-    /// On which registers.
-    pub isa: Isa,
-    /// How many threads, the caller's counted in; 0 for as many as the machine has. They stay as
-    /// long as the crowd.
-    pub threads: usize,
-}
-
-impl Default for CrowdSettings {
-    /// The widest registers, one thread.
-    fn default() -> Self {
-        Self {
-            output: Output::default(),
-            isa: Isa::best(),
-            threads: 1,
-        }
-    }
-}
-
-/// Why a character cannot be what it is wanted to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum CrowdError {
-    /// A clip that the repertoire has not.
-    #[error("clip {clip} of a repertoire of {clips}")]
-    NoSuchClip {
-        /// The clip.
-        clip: u16,
-        /// How many there are.
-        clips: usize,
-    },
-    /// A character that the crowd has not.
-    #[error("character {id} of a crowd of {characters}")]
-    NoSuchCharacter {
-        /// The character.
-        id: u32,
-        /// How many there are.
-        characters: usize,
-    },
-    /// No more can be told apart.
-    #[error("a crowd has {max} characters at most", max = schedule::MOST)]
-    Full,
-}
-
-/// Why a crowd was not posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum PoseError {
-    /// The memory is too small; nothing was written.
-    #[error("the poses take {needed} lines of 64 bytes, the memory has {found}")]
-    TooSmall {
-        /// Lines that are needed.
-        needed: usize,
-        /// Lines that are there.
-        found: usize,
-    },
-}
+use super::schedule::{self, NOWHERE, Schedule, Sorting, split};
+use super::settings::{CrowdError, CrowdSettings, PoseError};
+use crate::math::{Crew, Line, thread_count};
 
 /// Characters that are posed together.
 pub struct Crowd {
     repertoire: Arc<Repertoire>,
     settings: CrowdSettings,
     crew: Crew,
-    /// One group's joints, for each thread.
-    scratch: Vec<Mutex<Vec<Line>>>,
-    kinds: Vec<Kind>,
+    /// One for each thread.
+    scratch: Vec<Mutex<Scratch>>,
+    beings: Vec<Being>,
     /// Of each character its group and lane, as one number.
     slots: Vec<u32>,
-    groups: Vec<Group>,
     schedule: Schedule,
-    /// Seconds since the groups' clocks were set back.
+    /// Characters who cannot stay in their groups, or have none.
+    late: Vec<u32>,
+    /// Seconds since the clocks were set back.
     now: f32,
     is_sorted: bool,
-    /// Groups whose characters are not near each other in time: now, and just after sorting.
-    apart: usize,
-    apart_at_best: Option<usize>,
+    debt: Debt,
+    /// Frames that were posed.
+    frame: usize,
+    /// Whether regions are where they were in the frame before.
+    is_settled: bool,
 }
 
-/// The groups' clocks are set back when they have run for so long, seconds: a number of eight digits
-/// then still tells a ten-thousandth of a frame.
+/// What the order costs more than a new one would, in fiftieths of what it takes to sort one
+/// character: about a nanosecond.
+#[derive(Clone, Copy, Debug, Default)]
+struct Debt {
+    /// Since the last sorting.
+    owed: usize,
+    /// Joints that characters have more than they need, since they stay in their groups.
+    joints: isize,
+    /// Characters in groups of their own.
+    late: usize,
+}
+
+/// The clocks are set back when they have run for so long, seconds: a number of eight digits then
+/// still tells a ten-thousandth of a frame.
 const LONGEST_RUN: f32 = 8.0;
 
-/// Sorted anew when one group in so many has come apart.
-const MOST_APART: usize = 16;
+/// Sorted anew when one character in so many has come or changed its kind.
+pub(super) const MOST_LATE: usize = 16;
 
 const MOST_THREADS: usize = 64;
 
@@ -109,24 +62,44 @@ impl Part<'_> {
     }
 }
 
+impl Debt {
+    /// Sorting a character.
+    const CHARACTER: usize = 50;
+    /// A group in a frame that is no longer near in time: it is read row by row.
+    const APART: usize = 100;
+    /// A character in a group of its own, which is not full.
+    const LATE: usize = 4;
+
+    fn of_a_frame(&mut self, apart: usize) {
+        let joints = self.joints.max(0) as usize;
+        self.owed += Self::APART * apart + Self::LATE * self.late + joints;
+    }
+
+    fn is_due(&self, characters: usize) -> bool {
+        self.owed >= Self::CHARACTER * characters
+    }
+}
+
 impl Crowd {
     /// Nobody yet.
     #[must_use]
     pub fn new(repertoire: Arc<Repertoire>, settings: CrowdSettings) -> Self {
         let crew = Crew::new(thread_count(settings.threads).min(MOST_THREADS));
+        let scratch = |_| Mutex::new(Scratch::of(&repertoire));
         Self {
+            scratch: (0..crew.threads()).map(scratch).collect(),
             repertoire,
             settings,
-            scratch: (0..crew.threads()).map(|_| Mutex::default()).collect(),
             crew,
-            kinds: Vec::new(),
+            beings: Vec::new(),
             slots: Vec::new(),
-            groups: Vec::new(),
             schedule: Schedule::default(),
+            late: Vec::new(),
             now: 0.0,
-            is_sorted: false,
-            apart: 0,
-            apart_at_best: None,
+            is_sorted: true,
+            debt: Debt::default(),
+            frame: 0,
+            is_settled: false,
         }
     }
 
@@ -136,16 +109,16 @@ impl Crowd {
         &self.repertoire
     }
 
-    /// How many characters.
+    /// How many characters, those who are [out](Crowd::take_out) counted in.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.kinds.len()
+        self.beings.len()
     }
 
     /// Whether nobody is there.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.kinds.is_empty()
+        self.beings.is_empty()
     }
 
     /// One more character.
@@ -153,38 +126,25 @@ impl Crowd {
     /// # Errors
     /// A clip that is not there; a crowd that is full.
     pub fn add(&mut self, character: &Character) -> Result<CharacterId, CrowdError> {
-        if self.kinds.len() >= schedule::MOST {
+        if self.beings.len() >= schedule::MOST {
             return Err(CrowdError::Full);
         }
-        let kind = self.kind(character)?;
-        // Anywhere, until the next sorting.
-        let vacant = |group: &Group| group.ids.iter().position(|&id| id == Group::NOBODY);
-        let lane = match self.groups.last().and_then(vacant) {
-            Some(lane) => lane,
-            None => {
-                self.groups.push(Group::EMPTY);
-                0
-            }
-        };
-        let (id, group) = (self.kinds.len() as u32, self.groups.len() - 1);
-        self.groups[group].ids[lane] = id;
-        self.kinds.push(kind);
-        self.slots.push((group * Line::LANES + lane) as u32);
-        self.write(id as usize, character);
-        self.is_sorted = false;
+        let being = self.being(character)?;
+        let id = self.beings.len() as u32;
+        self.beings.push(being);
+        self.slots.push(NOWHERE);
+        self.late.push(id);
         Ok(CharacterId(id))
     }
 
-    /// Makes a character another one.
+    /// Makes a character another one, and lets it in again where it was out.
     ///
     /// # Errors
     /// A clip or a character that is not there.
     pub fn set(&mut self, id: CharacterId, character: &Character) -> Result<(), CrowdError> {
-        self.slot(id)?;
-        let (old, new) = (self.kinds[id.index()], self.kind(character)?);
-        self.kinds[id.index()] = new;
-        self.is_sorted &= old.stands_with(new);
-        self.write(id.index(), character);
+        self.check(id)?;
+        let being = self.being(character)?;
+        self.change(id, |old| *old = being);
         Ok(())
     }
 
@@ -193,8 +153,8 @@ impl Crowd {
     /// # Errors
     /// A character that is not there.
     pub fn place(&mut self, id: CharacterId, placement: &Placement) -> Result<(), CrowdError> {
-        let (group, lane) = self.slot(id)?;
-        self.groups[group].place(lane, placement);
+        self.check(id)?;
+        self.change(id, |being| being.place(placement));
         Ok(())
     }
 
@@ -203,26 +163,45 @@ impl Crowd {
     /// # Errors
     /// A character that is not there.
     pub fn set_level(&mut self, id: CharacterId, level: LevelId) -> Result<(), CrowdError> {
-        let (group, lane) = self.slot(id)?;
-        let level = self.repertoire.clamp(level);
-        let old = self.kinds[id.index()];
-        if level == old.level {
-            return Ok(());
-        }
-        let spans = |clip| {
-            let span = |level| self.repertoire.span(clip, level);
-            (span(level), span(level).rate / span(old.level).rate)
-        };
-        let group = &mut self.groups[group];
-        group.clock.scale(lane, spans(old.clip).1);
-        if let Some(second) = old.second {
-            let (span, factor) = spans(second);
-            group.fade.clock.scale(lane, factor);
-            group.fade.set_span(lane, span);
-        }
-        self.kinds[id.index()].level = level;
-        self.is_sorted = false;
+        self.set_detail(id, level, 0.0)
+    }
+
+    /// The same, on the way to the next level: see [`Character::blend`]. Level and blend of a
+    /// [`Choice`](crate::lod::Choice) go here each frame; a crowd is seldom sorted anew for it.
+    ///
+    /// # Errors
+    /// A character that is not there.
+    pub fn set_detail(
+        &mut self,
+        id: CharacterId,
+        level: LevelId,
+        blend: f32,
+    ) -> Result<(), CrowdError> {
+        self.check(id)?;
+        let last = self.repertoire.last();
+        self.change(id, |being| being.set_detail((level, blend), last));
         Ok(())
+    }
+
+    /// A character is not posed until it is [set](Crowd::set) again.
+    ///
+    /// # Errors
+    /// A character that is not there.
+    pub fn take_out(&mut self, id: CharacterId) -> Result<(), CrowdError> {
+        self.check(id)?;
+        self.change(id, |being| being.is_out = true);
+        Ok(())
+    }
+
+    /// What a character does now: its time is that of this moment.
+    ///
+    /// # Errors
+    /// A character that is not there.
+    pub fn character(&self, id: CharacterId) -> Result<Character, CrowdError> {
+        self.check(id)?;
+        let being = &self.beings[id.index()];
+        let spans = [being.clip, being.second].map(|clip| self.repertoire.span(clip));
+        Ok(being.character(spans, self.now))
     }
 
     /// Time goes on, seconds. Negative or not finite: it stands still.
@@ -231,16 +210,39 @@ impl Crowd {
             self.now += seconds;
         }
         if self.now > LONGEST_RUN {
-            self.set_clocks_back();
+            for being in &mut self.beings {
+                let spans = [being.clip, being.second].map(|clip| self.repertoire.span(clip));
+                being.set_back(self.now, spans);
+            }
+            self.now = 0.0;
+            self.is_sorted = false;
         }
     }
 
     /// How many lines [`Crowd::pose`] writes now. Sorts the crowd where that is due.
     pub fn lines(&mut self) -> usize {
-        let worn = |best| self.apart > best + self.groups.len() / MOST_APART;
-        if !self.is_sorted || self.apart_at_best.is_some_and(worn) {
-            self.sort();
+        let characters = self.beings.len();
+        let sorting = Sorting {
+            repertoire: &self.repertoire,
+            beings: &self.beings,
+            slots: &mut self.slots,
+            now: self.now,
+            output: self.settings.output,
+            threads: self.crew.threads(),
+        };
+        let many = MOST_LATE * (self.late.len() + self.debt.late) > characters;
+        if !self.is_sorted || many || self.debt.is_due(characters) {
+            self.schedule.sort(sorting);
+            self.debt = Debt::default();
+            self.is_sorted = true;
+            self.late
+                .reserve(characters.saturating_sub(self.late.len()));
+        } else if !self.late.is_empty() {
+            self.schedule.move_late(&self.late, sorting);
+            self.debt.late += self.late.len();
+            self.is_settled = false;
         }
+        self.late.clear();
         self.schedule.lines
     }
 
@@ -264,83 +266,74 @@ impl Crowd {
             rest = others;
         }
         let apart = AtomicUsize::new(0);
-        let (schedule, groups, now) = (&self.schedule, &self.groups, self.now);
+        let (schedule, now) = (&self.schedule, self.now);
         let (repertoire, settings) = (&*self.repertoire, &self.settings);
         let scratch = &self.scratch;
+        let (frame, is_settled) = (self.frame, self.is_settled);
         self.crew.run(&|thread: usize| {
             let mut out: &mut [Line] = &mut lock(&parts[thread].0);
             for piece in schedule.part(thread) {
                 let (own, others) = out.split_at_mut(piece.lines.len());
                 out = others;
+                let level = piece.kind.level;
                 let run = Run {
-                    bank: &repertoire.banks[piece.kind.level.index()],
-                    span: repertoire.span(piece.kind.clip, piece.kind.level),
-                    groups: &groups[piece.groups.clone()],
-                    fading: piece.kind.second.is_some(),
+                    bank: &repertoire.banks[level.index()],
+                    level: Level {
+                        number: f32::from(level.0),
+                        steps: &repertoire.steps[level.index()],
+                    },
+                    turn: match settings.hold {
+                        hold if is_settled && level >= hold.from => {
+                            let step = usize::from(hold.frames) + 1;
+                            ((frame + step - piece.groups.start % step) % step, step)
+                        }
+                        _ => (0, 1),
+                    },
+                    near: piece.kind.near.map(|clip| repertoire.span(clip)),
+                    fading: piece.kind.is_fading,
+                    groups: &schedule.groups[piece.groups.clone()],
+                    asides: &schedule.asides[piece.groups.clone()],
                     now,
                     output: settings.output,
                     out: own,
                     scratch: &mut lock(&scratch[thread]),
                 };
-                apart.fetch_add(settings.isa.on_lanes(run), Ordering::Relaxed);
+                apart.fetch_add(run.on(settings.isa), Ordering::Relaxed);
             }
         });
-        self.apart = apart.into_inner();
-        self.apart_at_best.get_or_insert(self.apart);
+        self.debt.of_a_frame(apart.into_inner());
+        self.frame = self.frame.wrapping_add(1);
+        self.is_settled = true;
         Ok(())
     }
 
     /// Where the pose of a character is, as [`Crowd::pose`] wrote it last.
     ///
     /// # Errors
-    /// A character that is not there, or was added since.
+    /// A character that is not there, is out, or was added since.
     pub fn region(&self, id: CharacterId) -> Result<Region, CrowdError> {
-        let (group, lane) = self.slot(id)?;
-        let of = |bucket: &&Bucket| bucket.groups.contains(&group);
-        let Some(bucket) = self.schedule.buckets.iter().find(of) else {
+        self.check(id)?;
+        let slot = self.slots[id.index()];
+        if slot == NOWHERE {
             return Err(self.no_such(id));
-        };
+        }
+        let (group, lane) = split(slot);
+        let aside = &self.schedule.asides[group];
         Ok(Region {
-            first_line: bucket.first_line + (group - bucket.groups.start) * bucket.lines,
+            first_line: aside.first_line,
             lane,
-            joints: self.repertoire.joints(bucket.kind.level),
+            joints: self.repertoire.joints(aside.kind.level),
+            level: aside.kind.level,
             output: self.settings.output,
         })
     }
 
-    fn sort(&mut self) {
-        self.schedule.sort(Sorting {
-            repertoire: &self.repertoire,
-            kinds: &self.kinds,
-            groups: &mut self.groups,
-            slots: &mut self.slots,
-            now: self.now,
-            output: self.settings.output,
-            threads: self.crew.threads(),
-        });
-        self.is_sorted = true;
-        self.apart_at_best = None;
-    }
-
-    fn set_clocks_back(&mut self) {
-        if !self.is_sorted {
-            self.sort();
+    fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
+        if id.index() < self.beings.len() {
+            Ok(())
+        } else {
+            Err(self.no_such(id))
         }
-        for bucket in &self.schedule.buckets {
-            let Kind { clip, level, .. } = bucket.kind;
-            let length = self.repertoire.span(clip, level).intervals as f32;
-            for group in &mut self.groups[bucket.groups.clone()] {
-                group.clock.set_back(self.now, |_| length);
-                let lengths = group.fade.length;
-                group.fade.clock.set_back(self.now, |lane| lengths.0[lane]);
-            }
-        }
-        self.now = 0.0;
-    }
-
-    fn slot(&self, id: CharacterId) -> Result<(usize, usize), CrowdError> {
-        let slot = self.slots.get(id.index());
-        slot.map(|&slot| split(slot)).ok_or(self.no_such(id))
     }
 
     fn no_such(&self, id: CharacterId) -> CrowdError {
@@ -350,7 +343,28 @@ impl Crowd {
         }
     }
 
-    fn kind(&self, character: &Character) -> Result<Kind, CrowdError> {
+    /// Changes a character who is there, and what its lane shows, or its group.
+    fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut Being)) {
+        let being = &mut self.beings[id.index()];
+        let before = being.level();
+        change(being);
+        let slot = self.slots[id.index()];
+        if slot == NOWHERE {
+            self.late.push(id.0);
+            return;
+        }
+        let (group, lane) = split(slot);
+        if !being.is_out && self.schedule.asides[group].kind.takes(being) {
+            let [before, after] =
+                [before, being.level()].map(|level| self.repertoire.joints(level));
+            self.debt.joints += before as isize - after as isize;
+            self.schedule.write((group, lane), being, &self.repertoire);
+        } else {
+            self.late.push(id.0);
+        }
+    }
+
+    fn being(&self, character: &Character) -> Result<Being, CrowdError> {
         let clips = self.repertoire.clips();
         let known = |clip: ClipId| match clip.index() < clips {
             true => Ok(clip),
@@ -359,32 +373,14 @@ impl Crowd {
                 clips,
             }),
         };
-        Ok(Kind {
-            clip: known(character.clip)?,
-            level: self.repertoire.clamp(character.level),
-            second: character.fade.map(|fade| known(fade.clip)).transpose()?,
-        })
-    }
-
-    /// The lines of a character whose kind is known.
-    fn write(&mut self, id: usize, character: &Character) {
-        let (group, lane) = split(self.slots[id]);
-        let Kind { clip, level, .. } = self.kinds[id];
-        let (group, now) = (&mut self.groups[group], self.now);
-        let rate = self.repertoire.span(clip, level).rate;
-        let in_intervals = |time: f32, speed: f32, rate: f32| (time * rate, speed * rate);
-        let (at, speed) = in_intervals(character.time, character.speed, rate);
-        group.clock.set(lane, at, speed, now);
-        group.place(lane, &character.placement);
-        if let Some(fade) = &character.fade {
-            let span = self.repertoire.span(fade.clip, level);
-            let (at, speed) = in_intervals(fade.time, fade.speed, span.rate);
-            group.fade.clock.set(lane, at, speed, now);
-            group.fade.set_span(lane, span);
-            // NaN is nothing of it, which `clamp` would keep.
-            let weight = if fade.weight > 0.0 { fade.weight } else { 0.0 };
-            group.fade.weight.0[lane] = weight.min(1.0);
-        }
+        known(character.clip)?;
+        character.fade.map(|fade| known(fade.clip)).transpose()?;
+        let span = |clip| self.repertoire.span(clip);
+        Ok(Being::new(
+            character,
+            span,
+            (self.repertoire.last(), self.now),
+        ))
     }
 }
 

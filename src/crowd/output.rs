@@ -1,3 +1,4 @@
+use super::character::LevelId;
 use super::form::{Matrices, Posture, Rotations};
 use crate::math::Line;
 
@@ -98,6 +99,9 @@ pub struct Region {
     pub first_line: usize,
     /// Which one of them it is.
     pub lane: usize,
+    /// The level whose joints it is posed with: the one that it was given, or a finer one, on which
+    /// it looks as on its own.
+    pub level: LevelId,
     /// How many joints it is posed with.
     pub joints: usize,
     pub(super) output: Output,
@@ -128,5 +132,13 @@ impl Region {
     pub fn number(&self, out: &[Line], joint: usize, number: usize) -> f32 {
         let position = self.position(joint, number);
         out[position / Line::LANES].0[position % Line::LANES]
+    }
+
+    /// Writes numbers of a joint, the first of them at `number`.
+    pub(super) fn set(&self, out: &mut [Line], (joint, number): (usize, usize), numbers: &[f32]) {
+        for (index, &value) in numbers.iter().enumerate() {
+            let position = self.position(joint, number + index);
+            out[position / Line::LANES].0[position % Line::LANES] = value;
+        }
     }
 }

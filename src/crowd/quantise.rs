@@ -24,11 +24,10 @@ pub(super) struct Keys {
     pub(super) places: Vec<Vec3>,
 }
 
-/// The keys of a motion, joint by joint, and how many of them there are for each frame.
+/// The keys of a motion, joint by joint.
 pub(super) struct Quantised {
     pub(super) joints: Vec<Keys>,
     pub(super) keys: usize,
-    pub(super) per_frame: usize,
 }
 
 /// Where a joint is in model space.
@@ -52,8 +51,8 @@ impl At {
     }
 }
 
-pub(super) fn quantise(motion: &LevelMotion) -> Quantised {
-    let per_frame = keys_per_frame(motion);
+/// With so many keys for each frame.
+pub(super) fn quantise(motion: &LevelMotion, per_frame: usize) -> Quantised {
     let keys = (motion.frames - 1) * per_frame + 1;
     let mut joints = vec![Keys::default(); motion.tracks.len()];
     // Each joint as it is, and as it is played.
@@ -66,11 +65,7 @@ pub(super) fn quantise(motion: &LevelMotion) -> Quantised {
             poses[index] = joints[index].push(track, moment, above);
         }
     }
-    Quantised {
-        joints,
-        keys,
-        per_frame,
-    }
+    Quantised { joints, keys }
 }
 
 impl Keys {
@@ -116,7 +111,8 @@ fn round(turn: DQuat, before: Option<&[i16; 4]>) -> [i16; 4] {
         .map(|component| (component * f64::from(ONE)).round() as i16)
 }
 
-fn keys_per_frame(motion: &LevelMotion) -> usize {
+/// As many as it takes for no two neighbours to be further apart than [`WIDEST`].
+pub(super) fn keys_per_frame(motion: &LevelMotion) -> usize {
     let pairs = motion
         .tracks
         .iter()

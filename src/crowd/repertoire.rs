@@ -2,6 +2,8 @@ use thiserror::Error;
 
 use super::bank::{Bank, Span};
 use super::character::{ClipId, LevelId};
+use super::quantise::{keys_per_frame, quantise};
+use super::step::{Step, steps};
 use crate::anim::{Clip, Skeleton};
 use crate::lod::{Level, LevelMotion, LodError, rehang};
 
@@ -10,6 +12,10 @@ use crate::lod::{Level, LevelMotion, LodError, rehang};
 #[derive(Clone, Debug)]
 pub struct Repertoire {
     pub(super) banks: Vec<Bank>,
+    /// Of each level, what makes it look like the ones after it: one step for each of those.
+    pub(super) steps: Vec<Vec<Step>>,
+    /// One for each clip.
+    pub(super) spans: Vec<Span>,
     /// Seconds of each clip.
     durations: Vec<f32>,
 }
@@ -37,8 +43,8 @@ pub enum RepertoireError {
         /// How many levels.
         levels: usize,
     },
-    /// More than 2^31 words, which is as far as a lane counts.
-    #[error("the clips of one level take more than 8 GiB")]
+    /// More than 2^32 lines, which is as far as a lane counts.
+    #[error("the clips of one level take more than 256 GiB")]
     TooLarge,
 }
 
@@ -65,16 +71,31 @@ impl Repertoire {
                 levels: levels.len(),
             });
         }
-        let bank = |level| {
-            let motions: Vec<LevelMotion> = clips
-                .iter()
-                .map(|clip| rehang(skeleton, clip, level))
-                .collect::<Result<_, _>>()?;
-            Bank::new(&motions)
-        };
-        let banks = levels.iter().map(bank).collect::<Result<_, _>>()?;
+        // As many keys on every level, so that a moment is the same number on all of them.
+        let mut per_frame = vec![1; clips.len()];
+        for level in levels {
+            for (clip, most) in clips.iter().zip(&mut per_frame) {
+                *most = keys_per_frame(&rehang(skeleton, clip, level)?).max(*most);
+            }
+        }
+        let mut spans: Vec<Span> = Vec::with_capacity(clips.len());
+        let mut banks = Vec::with_capacity(levels.len());
+        for level in levels {
+            let motions = clips.iter().map(|clip| rehang(skeleton, clip, level));
+            let motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
+            if spans.is_empty() {
+                for (motion, &per_frame) in motions.iter().zip(&per_frame) {
+                    spans.push(Span::after(spans.last(), motion, per_frame));
+                }
+            }
+            let pairs = motions.iter().zip(&per_frame);
+            let keys: Vec<_> = pairs.map(|(motion, &per)| quantise(motion, per)).collect();
+            banks.push(Bank::new(&motions, &keys, &spans)?);
+        }
         Ok(Self {
             banks,
+            steps: steps(levels),
+            spans,
             durations: clips.iter().map(|clip| clip.duration() as f32).collect(),
         })
     }
@@ -99,11 +120,16 @@ impl Repertoire {
 
     /// The level that is played for `level`.
     pub(super) fn clamp(&self, level: LevelId) -> LevelId {
-        LevelId(level.0.min((self.banks.len() - 1) as u16))
+        level.min(self.last())
     }
 
-    pub(super) fn span(&self, clip: ClipId, level: LevelId) -> &Span {
-        &self.banks[level.index()].spans[clip.index()]
+    /// The coarsest level.
+    pub(super) fn last(&self) -> LevelId {
+        LevelId((self.banks.len() - 1) as u16)
+    }
+
+    pub(super) fn span(&self, clip: ClipId) -> &Span {
+        &self.spans[clip.index()]
     }
 
     /// From the first frame of a clip to its last, seconds; `None` where there is no such clip.
@@ -117,7 +143,7 @@ impl Repertoire {
     pub fn bytes(&self) -> usize {
         self.banks
             .iter()
-            .map(|bank| size_of_val(bank.words.as_slice()))
+            .map(|bank| size_of_val(&*bank.words) + size_of_val(&*bank.rows))
             .sum()
     }
 }

@@ -1,8 +1,10 @@
 //! A clip read at the moments of a register's characters.
 
-use super::bank::{BankJoint, Span};
+use glam::{Quat, Vec3};
+
+use super::bank::{Bank, BankJoint, Place, Span};
 use super::quantise::ONE;
-use crate::math::Lanes;
+use crate::math::{Lanes, Line};
 
 /// A rotation for each lane, of any length.
 #[derive(Clone, Copy)]
@@ -30,6 +32,19 @@ impl<L: Lanes> Turn<L> {
         }
     }
 
+    /// A part of the straight line to another one, both of length 1, along the shorter arc; of any length.
+    #[inline(always)]
+    pub(super) fn towards(self, other: Self, weight: L) -> Self {
+        let to_other = weight.copy_sign(self.dot(other));
+        let to_self = L::splat(1.0) - weight;
+        Self {
+            x: self.x.mul_add(to_self, other.x * to_other),
+            y: self.y.mul_add(to_self, other.y * to_other),
+            z: self.z.mul_add(to_self, other.z * to_other),
+            w: self.w.mul_add(to_self, other.w * to_other),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn normalized(self) -> Self {
         self.scaled(L::splat(1.0) / self.dot(self).sqrt())
@@ -43,9 +58,25 @@ pub(super) struct Local<L> {
     pub(super) place: [L; 3],
 }
 
+impl<L: Lanes> Local<L> {
+    /// The same for all.
+    #[inline(always)]
+    pub(super) fn splat(turn: Quat, place: Vec3) -> Self {
+        Self {
+            turn: Turn {
+                x: L::splat(turn.x),
+                y: L::splat(turn.y),
+                z: L::splat(turn.z),
+                w: L::splat(turn.w),
+            },
+            place: [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
+        }
+    }
+}
+
 /// What gives the motion of one joint after the other, in the bank's order.
 pub(super) trait Source<L: Lanes> {
-    fn next(&mut self, words: &[u32], joint: &BankJoint) -> Local<L>;
+    fn next(&mut self, joint: &BankJoint) -> Local<L>;
 }
 
 /// The interval between keys that each lane is in, as a float, and how far in it, from 0 to 1.
@@ -79,19 +110,20 @@ impl<L: Lanes> Moment<L> {
 
 /// Words of one column after the other.
 pub(super) trait Columns<L: Lanes> {
-    fn next(&mut self, words: &[u32]) -> L::Words;
+    fn next(&mut self) -> L::Words;
 }
 
-/// Lanes that are near each other in time: one load fetches what all of them need.
+/// Where lanes are that are near each other in time.
 #[derive(Clone, Copy)]
-pub(super) struct Window<L: Lanes> {
+pub(super) struct Near<L: Lanes> {
+    /// The interval of the one that is furthest behind.
     start: usize,
-    stride: usize,
+    /// How much further each is.
     places: L::Words,
 }
 
-impl<L: Lanes> Window<L> {
-    /// `None` where the lanes are not within [`Lanes::COUNT`] intervals of each other.
+impl<L: Lanes> Near<L> {
+    /// `None` where the lanes are not within [`Lanes::REACH`] intervals of each other.
     #[inline(always)]
     pub(super) fn new(span: &Span, interval: L) -> Option<Self> {
         // From the lane that is furthest behind; the first lane is only near it.
@@ -101,7 +133,7 @@ impl<L: Lanes> Window<L> {
         let ahead = wrapped(interval - L::splat(first) + half, length);
         let least = ahead.least();
         let places = ahead - L::splat(least);
-        if !places.all_below(L::COUNT as f32) {
+        if !places.all_below(L::REACH as f32) {
             return None;
         }
         let start = first as usize + least as usize + span.intervals - span.intervals / 2;
@@ -111,50 +143,79 @@ impl<L: Lanes> Window<L> {
             start - span.intervals
         };
         Some(Self {
-            start: span.base + start.min(span.intervals - 1),
-            stride: span.stride,
+            start: start.min(span.intervals - 1),
             places: places.truncated(),
         })
     }
 }
 
-impl<L: Lanes> Columns<L> for Window<L> {
-    #[inline(always)]
-    fn next(&mut self, words: &[u32]) -> L::Words {
-        let start = self.start;
-        self.start += self.stride;
-        L::window(words, start, self.places)
-    }
+/// Columns of lanes that are near each other in time: one load fetches what all of them need.
+pub(super) struct Window<'a, L: Lanes> {
+    words: &'a [u32],
+    start: usize,
+    stride: usize,
+    places: L::Words,
 }
 
-/// Lanes that are anywhere in any clip.
-#[derive(Clone, Copy)]
-pub(super) struct Scattered<L: Lanes> {
-    pub(super) places: L::Words,
-    pub(super) stride: L::Words,
-}
-
-impl<L: Lanes> Scattered<L> {
+impl<'a, L: Lanes> Window<'a, L> {
     #[inline(always)]
-    pub(super) fn new(span: &Span, interval: L) -> Self {
+    pub(super) fn new(bank: &'a Bank, span: &Span, near: Near<L>) -> Self {
         Self {
-            places: L::sum(L::splat_words(span.base as u32), interval.truncated()),
-            stride: L::splat_words(span.stride as u32),
+            words: &bank.words,
+            start: bank.base(span) + near.start,
+            stride: span.stride(),
+            places: near.places,
         }
     }
 }
 
-impl<L: Lanes> Columns<L> for Scattered<L> {
+impl<L: Lanes> Columns<L> for Window<'_, L> {
     #[inline(always)]
-    fn next(&mut self, words: &[u32]) -> L::Words {
-        let places = self.places;
-        self.places = L::sum(places, self.stride);
-        L::gather(words, places)
+    fn next(&mut self) -> L::Words {
+        let start = self.start;
+        self.start += self.stride;
+        L::window(self.words, start, self.places)
+    }
+}
+
+/// Columns that were made of sixteen rows.
+pub(super) struct Turned<'a> {
+    pub(super) lines: std::slice::Iter<'a, Line>,
+    pub(super) part: usize,
+}
+
+impl<L: Lanes> Columns<L> for Turned<'_> {
+    #[inline(always)]
+    fn next(&mut self) -> L::Words {
+        match self.lines.next() {
+            Some(line) => L::load_words(line, self.part),
+            None => L::splat_words(0),
+        }
+    }
+}
+
+/// The rows of sixteen characters who may be anywhere in any clip become columns.
+#[inline(always)]
+pub(super) fn turn_rows<L: Lanes>(bank: &Bank, rows: &[u32; Line::LANES], columns: &mut [Line]) {
+    let length = bank.row_lines;
+    let mut sixteen: [&[Line]; Line::LANES] = [&[]; Line::LANES];
+    for lane in 0..Line::LANES {
+        sixteen[lane] = &bank.rows[rows[lane] as usize * length..][..length];
+    }
+    for (index, columns) in columns
+        .chunks_exact_mut(Line::LANES)
+        .take(length)
+        .enumerate()
+    {
+        let mut lines = [&Line::ZERO; Line::LANES];
+        for lane in 0..Line::LANES {
+            lines[lane] = &sixteen[lane][index];
+        }
+        columns.copy_from_slice(&L::transpose(lines));
     }
 }
 
 /// One clip.
-#[derive(Clone, Copy)]
 pub(super) struct Playing<L: Lanes, C> {
     columns: C,
     /// Of the key before and the key after, as 16-bit numbers whose sum is [`ONE`].
@@ -176,44 +237,44 @@ impl<L: Lanes, C> Playing<L, C> {
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
-    /// One component of a rotation.
+    /// What 16-bit keys become, times [`ONE`].
     #[inline(always)]
-    fn component(&mut self, words: &[u32]) -> L {
-        L::dot_pairs(self.columns.next(words), self.weights)
+    fn mixed(&mut self) -> L {
+        L::dot_pairs(self.columns.next(), self.weights)
     }
 
-    /// One coordinate of a place.
+    /// One coordinate of a place that goes far.
     #[inline(always)]
-    fn coordinate(&mut self, words: &[u32]) -> L {
-        let start = L::from_bits(self.columns.next(words));
-        let way = L::from_bits(self.columns.next(words));
+    fn coordinate(&mut self) -> L {
+        let start = L::from_bits(self.columns.next());
+        let way = L::from_bits(self.columns.next());
         way.mul_add(self.share, start)
     }
 }
 
 impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     #[inline(always)]
-    fn next(&mut self, words: &[u32], joint: &BankJoint) -> Local<L> {
+    fn next(&mut self, joint: &BankJoint) -> Local<L> {
         let turn = Turn {
-            x: self.component(words),
-            y: self.component(words),
-            z: self.component(words),
-            w: self.component(words),
+            x: self.mixed(),
+            y: self.mixed(),
+            z: self.mixed(),
+            w: self.mixed(),
         };
         let place = match joint.place {
-            Some(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
-            None => [
-                self.coordinate(words),
-                self.coordinate(words),
-                self.coordinate(words),
+            Place::Fixed(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
+            Place::Narrow(middle, unit) => [
+                L::splat(unit.x).mul_add(self.mixed(), L::splat(middle.x)),
+                L::splat(unit.y).mul_add(self.mixed(), L::splat(middle.y)),
+                L::splat(unit.z).mul_add(self.mixed(), L::splat(middle.z)),
             ],
+            Place::Wide => [self.coordinate(), self.coordinate(), self.coordinate()],
         };
         Local { turn, place }
     }
 }
 
 /// Two clips, mixed.
-#[derive(Clone, Copy)]
 pub(super) struct Mixed<L, A, B> {
     pub(super) first: A,
     pub(super) second: B,
@@ -223,21 +284,10 @@ pub(super) struct Mixed<L, A, B> {
 
 impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
     #[inline(always)]
-    fn next(&mut self, words: &[u32], joint: &BankJoint) -> Local<L> {
-        let (a, b) = (
-            self.first.next(words, joint),
-            self.second.next(words, joint),
-        );
+    fn next(&mut self, joint: &BankJoint) -> Local<L> {
+        let (a, b) = (self.first.next(joint), self.second.next(joint));
         let (turn_a, turn_b) = (a.turn.normalized(), b.turn.normalized());
-        // Along the shorter arc.
-        let to_b = self.weight.copy_sign(turn_a.dot(turn_b));
-        let to_a = L::splat(1.0) - self.weight;
-        let turn = Turn {
-            x: turn_a.x.mul_add(to_a, turn_b.x * to_b),
-            y: turn_a.y.mul_add(to_a, turn_b.y * to_b),
-            z: turn_a.z.mul_add(to_a, turn_b.z * to_b),
-            w: turn_a.w.mul_add(to_a, turn_b.w * to_b),
-        };
+        let turn = turn_a.towards(turn_b, self.weight);
         let ([ax, ay, az], [bx, by, bz]) = (a.place, b.place);
         let place = [
             (bx - ax).mul_add(self.weight, ax),

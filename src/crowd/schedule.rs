@@ -1,21 +1,29 @@
-//! Who stands beside whom: characters of one clip and level, in the order of their moments.
+//! Who stands beside whom.
+//!
+//! Sixteen characters of one clip and level who are near each other in time share their loads. The
+//! others fill groups in the order of their levels, whatever they play: a group is posed on the
+//! finest level of its characters, and those who may be coarser are made to look so. So few lanes
+//! stay empty, however many clips and levels there are.
 
 use std::ops::Range;
 
-use super::character::{ClipId, LevelId};
-use super::group::Group;
+use super::character::{Being, ClipId, LevelId};
+use super::group::{Aside, Group};
+use super::instances::MOST_LATE;
 use super::output::Output;
+use super::radix;
 use super::repertoire::Repertoire;
 use crate::math::Line;
 
-/// What a character plays: what its group has in common.
+/// How a group is posed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Kind {
-    pub(super) clip: ClipId,
-    /// One that the repertoire has.
+    /// The finest that one of them needs.
     pub(super) level: LevelId,
-    /// The second clip, if there is one: it may differ within a group.
-    pub(super) second: Option<ClipId>,
+    /// The clip of all, who are near each other in time.
+    pub(super) near: Option<ClipId>,
+    /// Whether there is a second clip.
+    pub(super) is_fading: bool,
 }
 
 /// Groups of one kind that stand together.
@@ -39,28 +47,40 @@ pub(super) struct Piece {
 /// The order of a crowd.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Schedule {
-    /// Sorted: the kind, then where in the clip, then who.
-    keys: Vec<u64>,
-    pub(super) buckets: Vec<Bucket>,
+    pub(super) groups: Vec<Group>,
+    pub(super) asides: Vec<Aside>,
+    buckets: Vec<Bucket>,
     pieces: Vec<Piece>,
     /// Where the pieces of each thread end.
     ends: Vec<usize>,
     /// Of the whole output.
     pub(super) lines: usize,
-    spare: Vec<Group>,
+    /// The first of the groups of those who have come since the last sorting.
+    first_late: usize,
+    /// Sorted: the level, whether there is a second clip, the clip, where in it, and who.
+    keys: Vec<u64>,
+    spare: Vec<u64>,
+    /// Those who are not near others, with one clip and with two: not sixteen yet.
+    rest: [Vec<u32>; 2],
 }
 
-/// Bits of a key, from the lowest: who, where in the clip, which kind (20).
+/// Bits of a key, from the lowest: who, where in the clip, what is played (22).
 const ID_BITS: u32 = 28;
-const TIME_BITS: u32 = 16;
+const TIME_BITS: u32 = 14;
+
+/// Sixteen who are within so many intervals can share loads of sixteen words, and for a while yet.
+const NEAR: u64 = 12;
 
 /// A crowd may not have more characters.
 pub(super) const MOST: usize = (1 << ID_BITS) - 1;
 
+/// Of a character who is in no group.
+pub(super) const NOWHERE: u32 = u32::MAX;
+
+/// What the order follows from.
 pub(super) struct Sorting<'a> {
     pub(super) repertoire: &'a Repertoire,
-    pub(super) kinds: &'a [Kind],
-    pub(super) groups: &'a mut Vec<Group>,
+    pub(super) beings: &'a [Being],
     /// Of each character its group and lane, as one number.
     pub(super) slots: &'a mut [u32],
     pub(super) now: f32,
@@ -73,63 +93,218 @@ impl Schedule {
     pub(super) fn sort(&mut self, mut sorting: Sorting<'_>) {
         self.order(&sorting);
         self.fill(&mut sorting);
-        std::mem::swap(&mut self.spare, sorting.groups);
         self.share_out(sorting.threads);
     }
 
     fn order(&mut self, sorting: &Sorting<'_>) {
         let Sorting {
-            repertoire, kinds, ..
+            repertoire, now, ..
         } = *sorting;
+        let clips = repertoire.clips();
         self.keys.clear();
-        self.keys.extend(kinds.iter().enumerate().map(|(id, kind)| {
-            let (group, lane) = split(sorting.slots[id]);
-            let length = repertoire.span(kind.clip, kind.level).intervals as f32;
-            let at = sorting.groups[group].clock.at(lane, sorting.now) / length;
+        let present = sorting.beings.iter().enumerate();
+        let present = present.filter(|(_, being)| !being.is_out);
+        self.keys.extend(present.map(|(id, being)| {
+            let at = being.at(now) / repertoire.span(being.clip).intervals as f32;
             // What is no number becomes 0, as where it is played.
             let time = ((at - at.floor()) * (1 << TIME_BITS) as f32) as u64;
             let time = time.min((1 << TIME_BITS) - 1);
-            kind.number(repertoire.clips()) << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
+            let kind = 2 * being.level().index() + usize::from(being.is_fading);
+            let plays = (kind * clips + being.clip.index()) as u64;
+            plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
         }));
-        self.keys.sort_unstable();
+        let kinds = 2 * repertoire.levels() * clips;
+        let bits = ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2();
+        radix::sort(&mut self.keys, &mut self.spare, (ID_BITS, bits));
     }
 
-    /// Fills groups in the order of the keys, a new one for each kind.
+    /// Fills groups in the order of the keys.
     fn fill(&mut self, sorting: &mut Sorting<'_>) {
-        let who = |key: u64| (key & MOST as u64) as usize;
-        let kind_of = |key: u64| key >> (TIME_BITS + ID_BITS);
-        self.spare.clear();
+        self.groups.clear();
+        self.asides.clear();
         self.buckets.clear();
         self.lines = 0;
-        for same in self.keys.chunk_by(|&a, &b| kind_of(a) == kind_of(b)) {
-            let kind = sorting.kinds[who(same[0])];
-            let first = self.spare.len();
-            for sixteen in same.chunks(Line::LANES) {
-                let mut group = Group::EMPTY;
-                for lane in 0..Line::LANES {
-                    // Lanes that nobody uses repeat the last character: they stay near in time.
-                    let id = who(sixteen[lane.min(sixteen.len() - 1)]);
-                    let (from, other) = split(sorting.slots[id]);
-                    group.take(lane, &sorting.groups[from], other);
-                }
-                group.ids[sixteen.len()..].fill(Group::NOBODY);
-                self.spare.push(group);
-            }
-            let bucket = Bucket {
-                kind,
-                groups: first..self.spare.len(),
-                first_line: self.lines,
-                lines: sorting.output.lines(sorting.repertoire.joints(kind.level)),
-            };
-            self.lines += bucket.lines * bucket.groups.len();
-            self.buckets.push(bucket);
+        self.reserve(sorting.beings.len(), sorting.threads);
+        sorting.slots.fill(NOWHERE);
+        let keys = std::mem::take(&mut self.keys);
+        let level = |key: &u64| sorting.beings[who(*key)].level();
+        for same_level in keys.chunk_by(|a, b| level(a) == level(b)) {
+            self.fill_level(same_level, sorting);
         }
-        for (group, members) in self.spare.iter().enumerate() {
-            for (lane, &id) in members.ids.iter().enumerate() {
-                if id != Group::NOBODY {
+        self.keys = keys;
+        for is_fading in [false, true] {
+            self.push_rest(is_fading, sorting);
+        }
+        self.first_late = self.groups.len();
+    }
+
+    /// For any order of so many characters, and for those who come late.
+    fn reserve(&mut self, characters: usize, threads: usize) {
+        let full = characters / Line::LANES + 2;
+        let groups = full + characters / MOST_LATE + 2;
+        self.groups.reserve(groups);
+        self.asides.reserve(groups);
+        self.buckets.reserve(groups);
+        self.pieces
+            .reserve((groups + threads).saturating_sub(self.pieces.len()));
+        for rest in &mut self.rest {
+            rest.reserve(characters);
+        }
+    }
+
+    /// Groups of those who are near each other, then of the others and of those who were left of
+    /// finer levels, as long as there are sixteen.
+    fn fill_level(&mut self, mut left: &[u64], sorting: &mut Sorting<'_>) {
+        while let Some(&key) = left.first() {
+            let being = &sorting.beings[who(key)];
+            if !being.is_fading && sorting.are_near(left) {
+                let kind = Kind {
+                    level: being.level(),
+                    near: Some(being.clip),
+                    is_fading: false,
+                };
+                let (near, others) = left.split_at(Line::LANES);
+                let mut ids = [0; Line::LANES];
+                for (id, &key) in ids.iter_mut().zip(near) {
+                    *id = who(key) as u32;
+                }
+                self.push(kind, &ids, sorting);
+                left = others;
+            } else {
+                self.rest[usize::from(being.is_fading)].push(who(key) as u32);
+                left = &left[1..];
+            }
+        }
+        for is_fading in [false, true] {
+            let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
+            let sixteens = rest.chunks_exact(Line::LANES);
+            let left = rest.len() - sixteens.remainder().len();
+            for ids in sixteens {
+                self.push_mixed(ids, is_fading, sorting);
+            }
+            rest.drain(..left);
+            self.rest[usize::from(is_fading)] = rest;
+        }
+    }
+
+    /// The last group of those who are left.
+    fn push_rest(&mut self, is_fading: bool, sorting: &mut Sorting<'_>) {
+        let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
+        if !rest.is_empty() {
+            self.push_mixed(&rest, is_fading, sorting);
+        }
+        rest.clear();
+        self.rest[usize::from(is_fading)] = rest;
+    }
+
+    /// Sixteen at most, the one of the finest level first.
+    fn push_mixed(&mut self, members: &[u32], is_fading: bool, sorting: &mut Sorting<'_>) {
+        let mut ids = [Group::NOBODY; Line::LANES];
+        ids[..members.len()].copy_from_slice(members);
+        let kind = Kind {
+            level: sorting.beings[members[0] as usize].level(),
+            near: None,
+            is_fading,
+        };
+        self.push(kind, &ids, sorting);
+    }
+
+    /// One more group, behind all others.
+    fn push(&mut self, kind: Kind, ids: &[u32; Line::LANES], sorting: &mut Sorting<'_>) {
+        let index = self.groups.len();
+        let lines = sorting.output.lines(sorting.repertoire.joints(kind.level));
+        match self.buckets.last_mut() {
+            Some(bucket) if bucket.kind == kind => bucket.groups.end = index + 1,
+            _ => self.buckets.push(Bucket {
+                kind,
+                groups: index..index + 1,
+                first_line: self.lines,
+                lines,
+            }),
+        }
+        self.groups.push(Group::EMPTY);
+        self.asides.push(Aside {
+            kind,
+            first_line: self.lines,
+            ..Aside::EMPTY
+        });
+        self.lines += lines;
+        for (lane, &id) in ids.iter().enumerate() {
+            // Lanes that nobody uses repeat the first.
+            let shown = if id == Group::NOBODY { ids[0] } else { id };
+            if let Some(being) = sorting.beings.get(shown as usize) {
+                self.write((index, lane), being, sorting.repertoire);
+            }
+            if id != Group::NOBODY {
+                self.asides[index].ids[lane] = id;
+                sorting.slots[id as usize] = (index * Line::LANES + lane) as u32;
+            }
+        }
+    }
+
+    /// All that a lane shows of a character.
+    pub(super) fn write(
+        &mut self,
+        (group, lane): (usize, usize),
+        being: &Being,
+        repertoire: &Repertoire,
+    ) {
+        let spans = [being.clip, being.second].map(|clip| {
+            let span = repertoire.span(clip);
+            (span.row, span.intervals)
+        });
+        self.groups[group].write(lane, being);
+        self.asides[group].write(lane, being, spans);
+    }
+
+    /// Puts those who cannot stay where they are, or have just come, into groups of their own at the
+    /// end.
+    pub(super) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
+        for &id in late {
+            self.vacate(id, &mut sorting);
+            let being = &sorting.beings[id as usize];
+            if being.is_out {
+                continue;
+            }
+            let own = Kind {
+                level: being.level(),
+                near: None,
+                is_fading: being.is_fading,
+            };
+            // The last few: more are seldom open.
+            let open = (self.first_late..self.groups.len()).rev().take(4);
+            let vacancy = { open }.find_map(|group| {
+                let aside = &self.asides[group];
+                let lane = (0..Line::LANES).find(|&lane| !aside.is_used(lane))?;
+                aside.kind.takes(being).then_some((group, lane))
+            });
+            match vacancy {
+                Some((group, lane)) => {
+                    self.asides[group].ids[lane] = id;
                     sorting.slots[id as usize] = (group * Line::LANES + lane) as u32;
+                    self.write((group, lane), being, sorting.repertoire);
+                }
+                None => {
+                    let mut ids = [Group::NOBODY; Line::LANES];
+                    ids[0] = id;
+                    self.push(own, &ids, &mut sorting);
                 }
             }
+        }
+        self.share_out(sorting.threads);
+    }
+
+    fn vacate(&mut self, id: u32, sorting: &mut Sorting<'_>) {
+        let slot = std::mem::replace(&mut sorting.slots[id as usize], NOWHERE);
+        if slot == NOWHERE {
+            return;
+        }
+        let (group, lane) = split(slot);
+        self.asides[group].ids[lane] = Group::NOBODY;
+        let stays = |&&id: &&u32| id != Group::NOBODY;
+        if let Some(&other) = self.asides[group].ids.iter().find(stays) {
+            let being = &sorting.beings[other as usize];
+            self.write((group, lane), being, sorting.repertoire);
         }
     }
 
@@ -174,17 +349,35 @@ impl Schedule {
     }
 }
 
-impl Kind {
-    /// Whether characters of the two can share a group.
-    pub(super) fn stands_with(self, other: Self) -> bool {
-        (self.clip, self.level, self.second.is_some())
-            == (other.clip, other.level, other.second.is_some())
+impl Sorting<'_> {
+    /// Whether the first sixteen can share their loads for a while: lanes drift apart.
+    fn are_near(&self, keys: &[u64]) -> bool {
+        let Some(sixteen) = keys.get(..Line::LANES) else {
+            return false;
+        };
+        let plays = |key: u64| key >> (TIME_BITS + ID_BITS);
+        if plays(sixteen[0]) != plays(sixteen[Line::LANES - 1]) {
+            return false;
+        }
+        let clip = self.beings[who(sixteen[0])].clip;
+        let intervals = self.repertoire.span(clip).intervals as u64;
+        let time = |key: u64| key >> ID_BITS & ((1 << TIME_BITS) - 1);
+        let between = time(sixteen[Line::LANES - 1]) - time(sixteen[0]);
+        between * intervals <= NEAR << TIME_BITS
     }
+}
 
-    fn number(self, clips: usize) -> u64 {
-        2 * (self.level.index() * clips + self.clip.index()) as u64
-            + u64::from(self.second.is_some())
+impl Kind {
+    /// Whether a character can be posed so.
+    pub(super) fn takes(self, being: &Being) -> bool {
+        self.level <= being.level()
+            && self.near.is_none_or(|clip| clip == being.clip)
+            && (self.is_fading || !being.is_fading)
     }
+}
+
+fn who(key: u64) -> usize {
+    (key & MOST as u64) as usize
 }
 
 /// A slot as group and lane.

@@ -11,6 +11,9 @@ use std::thread::{self, JoinHandle, Thread};
 /// How long a thread looks for new work before it goes to sleep: some 50 microseconds.
 const PATIENCE: u32 = 2_000;
 
+/// Of a worker, bytes: only what is used of it is memory.
+const STACK: usize = 16 << 20;
+
 /// Threads that wait for work. They end with it.
 pub(crate) struct Crew {
     shared: Arc<Shared>,
@@ -47,10 +50,15 @@ impl Crew {
         });
         let worker = |part| {
             let shared = Arc::clone(&shared);
-            thread::spawn(move || shared.serve(part))
+            // A kernel that is not optimised, as in debug builds, has a frame of megabytes.
+            let builder = thread::Builder::new().stack_size(STACK);
+            builder.spawn(move || shared.serve(part))
         };
         Self {
-            workers: (1..threads.max(1)).map(worker).collect(),
+            // Where no more can be had, those that there are do.
+            workers: (1..threads.max(1))
+                .map_while(|part| worker(part).ok())
+                .collect(),
             shared,
         }
     }

@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("region", &["graph", "anim", "math"]),
     ("crowd", &["lod", "anim", "math"]),
     ("avoid", &["region", "graph", "anim", "math"]),
+    ("troupe", &["crowd", "lod", "graph", "anim", "math"]),
     (
         "io",
         &["avoid", "crowd", "region", "lod", "graph", "anim", "math"],

@@ -3,7 +3,11 @@
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     cell::Cell,
+    sync::atomic::{AtomicU64, Ordering},
 };
+
+/// Of all threads.
+static ALL: AtomicU64 = AtomicU64::new(0);
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -16,6 +20,7 @@ struct Counting;
 // unwinds.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALL.fetch_add(1, Ordering::Relaxed);
         let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
         // SAFETY: the caller's promise is passed on.
         unsafe { System.alloc(layout) }
@@ -31,6 +36,13 @@ unsafe impl GlobalAlloc for Counting {
 static COUNTING: Counting = Counting;
 
 /// How often this thread has allocated so far.
+#[allow(dead_code, reason = "some count all threads")]
 pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
+}
+
+/// How often all threads have allocated so far: for a test that is alone in its program.
+#[allow(dead_code, reason = "most count their own thread")]
+pub fn all_allocations() -> u64 {
+    ALL.load(Ordering::Relaxed)
 }

@@ -92,6 +92,7 @@ fn local(motion: &LevelMotion, (frame, share): (usize, f64), joint: usize) -> (D
 pub struct Stage {
     pub repertoire: Arc<Repertoire>,
     oracles: Vec<Oracle>,
+    levels: Levels,
 }
 
 impl Stage {
@@ -108,7 +109,58 @@ impl Stage {
         Self {
             repertoire: Arc::new(repertoire),
             oracles: levels.levels.iter().map(oracle).collect(),
+            levels: levels.clone(),
         }
+    }
+
+    /// The joints that two regions have both, by their numbers in each.
+    pub fn both(&self, a: &Region, b: &Region) -> Vec<(usize, usize)> {
+        let [a, b] = [a, b].map(|region| &self.levels.levels[usize::from(region.level.0)]);
+        let in_both = |(index, &joint)| Some((index, b.index_of(joint)?));
+        a.kept.iter().enumerate().filter_map(in_both).collect()
+    }
+
+    /// Where a character's joints are drawn that stands in this region, in the order of its level.
+    pub fn drawn(
+        &self,
+        character: &Character,
+        seconds: f64,
+        (region, form): (&Region, Form),
+    ) -> Vec<DAffine3> {
+        let levels = &self.levels.levels;
+        let posed = &levels[usize::from(region.level.0)];
+        let exact = self.oracles[usize::from(region.level.0)].pose(character, seconds);
+        let detail = f64::from(character.level.0) + f64::from(character.blend);
+        let detail = detail.min((levels.len() - 1) as f64);
+        let (own, blend) = (detail as usize, detail.fract());
+        assert!(usize::from(region.level.0) <= own);
+        let ends = [own, (own + 1).min(levels.len() - 1)].map(|level| &levels[level]);
+        let at = |joint: JointId| exact[posed.index_of(joint).unwrap()];
+        let seated = |level: &Level, joint: JointId| {
+            let seat = level.seats[joint.index()];
+            let offset = seat.offset;
+            let ride = DAffine3::from_rotation_translation(
+                offset.rotation.as_dquat(),
+                offset.translation.as_dvec3(),
+            );
+            (level.kept[usize::from(seat.carrier)], ride)
+        };
+        let of_own = |joint: JointId| {
+            let (carrier, ride) = seated(ends[1], joint);
+            if blend == 0.0 || carrier == joint {
+                return at(joint);
+            }
+            towards(at(joint), at(carrier) * ride, (blend, form))
+        };
+        let joints = posed.kept.iter().map(|&joint| {
+            let (carrier, ride) = seated(ends[0], joint);
+            if carrier == joint {
+                of_own(joint)
+            } else {
+                of_own(carrier) * ride
+            }
+        });
+        joints.collect()
     }
 
     /// Characters of every clip and level, at every moment and place, some with a second clip.
@@ -137,12 +189,31 @@ impl Stage {
             placement,
             clip: clip(random),
             level: LevelId(random.below(self.repertoire.levels()) as u16),
+            blend: [0.0, 0.0, 1.0, unit(random)][random.below(4)],
             fade: (random.below(5) == 0).then(|| Fade {
                 clip: clip(random),
                 ..fade
             }),
         }
     }
+}
+
+fn towards(from: DAffine3, to: DAffine3, (weight, form): (f64, Form)) -> DAffine3 {
+    if form == Form::Matrices {
+        return DAffine3 {
+            matrix3: from.matrix3 * (1.0 - weight) + to.matrix3 * weight,
+            translation: from.translation.lerp(to.translation, weight),
+        };
+    }
+    let ((_, a, from), (_, b, to)) = (
+        from.to_scale_rotation_translation(),
+        to.to_scale_rotation_translation(),
+    );
+    let b = if a.dot(b) < 0.0 { -b } else { b };
+    DAffine3::from_rotation_translation(
+        (a * (1.0 - weight) + b * weight).normalize(),
+        from.lerp(to, weight),
+    )
 }
 
 fn unit(random: &mut Random) -> f32 {
@@ -171,6 +242,7 @@ pub fn settings(output: Output, isa: Isa, threads: usize) -> CrowdSettings {
         output,
         isa,
         threads,
+        ..CrowdSettings::default()
     }
 }
 
@@ -207,8 +279,8 @@ pub fn furthest(
     let mut furthest: f64 = 0.0;
     for (&id, character) in ids.iter().zip(characters) {
         let region = crowd.region(id).unwrap();
-        let level = usize::from(character.level.0).min(stage.oracles.len() - 1);
-        let expected = stage.oracles[level].pose(character, f64::from(seconds));
+        let at = (&region, settings.output.form);
+        let expected = stage.drawn(character, f64::from(seconds), at);
         assert_eq!(region.joints, expected.len());
         for (joint, expected) in expected.iter().enumerate() {
             let found = joint_of(&out, &region, settings.output.form, joint);

@@ -7,6 +7,7 @@ use sabaki::anim::{
     Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
 };
 use sabaki::io::{ReadOptions, read_clip};
+use sabaki::lod::{LevelSettings, Levels, LodError, Measure, Order, Rule};
 
 use super::random::Random;
 
@@ -160,4 +161,33 @@ pub fn points_of(skeleton: &Skeleton, frames: &[Vec<JointTransform>], skin: f32)
         points
     };
     skeleton.ids().map(points).collect()
+}
+
+pub fn build(skeleton: &Skeleton, clips: &[Clip], order: Order) -> Levels {
+    let settings = LevelSettings {
+        order,
+        ..LevelSettings::default()
+    };
+    Levels::build(skeleton, clips, &settings).unwrap()
+}
+
+pub fn random_levels(seed: u64) -> (Skeleton, Clip, Levels) {
+    let (skeleton, clip) = random_case(&mut Random::new(seed));
+    let order = [Order::Energy, Order::Error][seed as usize % 2];
+    let levels = build(&skeleton, std::slice::from_ref(&clip), order);
+    (skeleton, clip, levels)
+}
+
+pub fn screen_error(pixels: f32) -> Rule {
+    Rule::ScreenError {
+        pixels,
+        measure: Measure::Greatest,
+    }
+}
+
+pub fn setting_of(error: LodError) -> &'static str {
+    match error {
+        LodError::Setting { setting, .. } => setting,
+        other => panic!("{other}"),
+    }
 }

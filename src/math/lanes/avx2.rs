@@ -42,8 +42,15 @@ fn part_of_mut(line: &mut Line, part: usize) -> &mut [f32] {
 
 impl Lanes for Avx2 {
     type Words = __m256i;
+    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 8;
+    const REACH: usize = 8;
+
+    #[inline(always)]
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
+    }
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -172,12 +179,6 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn sum(a: __m256i, b: __m256i) -> __m256i {
-        // SAFETY: the machine has AVX2.
-        unsafe { _mm256_add_epi32(a, b) }
-    }
-
-    #[inline(always)]
     fn pair(low: __m256i, high: __m256i) -> __m256i {
         // SAFETY: the machine has AVX2.
         unsafe { _mm256_or_si256(_mm256_slli_epi32::<16>(high), low) }
@@ -188,20 +189,6 @@ impl Lanes for Avx2 {
         let table = &table[start..][..Self::COUNT];
         // SAFETY: the machine has AVX2; the slice has the 8 words that are read.
         unsafe { _mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), places) }
-    }
-
-    #[inline(always)]
-    fn gather(table: &[u32], places: __m256i) -> __m256i {
-        let length = table.len().min(i32::MAX as usize);
-        // SAFETY: the machine has AVX2; only those places are read that are neither negative as
-        // signed numbers nor beyond the table's end.
-        unsafe {
-            let positive = _mm256_cmpgt_epi32(places, _mm256_set1_epi32(-1));
-            let before_end = _mm256_cmpgt_epi32(_mm256_set1_epi32(length as i32), places);
-            let within = _mm256_and_si256(positive, before_end);
-            let none = _mm256_setzero_si256();
-            _mm256_mask_i32gather_epi32::<4>(none, table.as_ptr().cast(), places, within)
-        }
     }
 
     #[inline(always)]

@@ -32,8 +32,15 @@ operator!(Div, div, _mm512_div_ps);
 
 impl Lanes for Avx512 {
     type Words = __m512i;
+    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 16;
+    const REACH: usize = 16;
+
+    #[inline(always)]
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
+    }
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -155,12 +162,6 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn sum(a: __m512i, b: __m512i) -> __m512i {
-        // SAFETY: the machine has AVX-512F.
-        unsafe { _mm512_add_epi32(a, b) }
-    }
-
-    #[inline(always)]
     fn pair(low: __m512i, high: __m512i) -> __m512i {
         // SAFETY: the machine has AVX-512F.
         unsafe { _mm512_or_si512(_mm512_slli_epi32::<16>(high), low) }
@@ -171,18 +172,6 @@ impl Lanes for Avx512 {
         let table = &table[start..][..Self::COUNT];
         // SAFETY: the machine has AVX-512F; the slice has the 16 words that are read.
         unsafe { _mm512_permutexvar_epi32(places, _mm512_loadu_si512(table.as_ptr().cast())) }
-    }
-
-    #[inline(always)]
-    fn gather(table: &[u32], places: __m512i) -> __m512i {
-        let length = table.len().min(i32::MAX as usize);
-        // SAFETY: the machine has AVX-512F; only those places are read that are below the table's
-        // length and below 2^31, which makes them positive as signed numbers too.
-        unsafe {
-            let within = _mm512_cmplt_epu32_mask(places, _mm512_set1_epi32(length as i32));
-            let none = _mm512_setzero_si512();
-            _mm512_mask_i32gather_epi32::<4>(none, within, places, table.as_ptr().cast())
-        }
     }
 
     #[inline(always)]

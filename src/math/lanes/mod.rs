@@ -16,7 +16,7 @@ mod portable;
 #[cfg(test)]
 mod tests;
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, IndexMut, Mul, Sub};
 
 use bytemuck::{Pod, Zeroable};
 
@@ -41,12 +41,18 @@ pub(crate) trait Lanes:
 {
     /// As many 32-bit words.
     type Words: Copy;
+    /// One of something for each part of a line: an array of [`Lanes::PARTS`].
+    type Parts<T: Copy>: Copy + IndexMut<usize, Output = T>;
 
     /// How many; a divisor of [`Line::LANES`].
     const COUNT: usize;
+    /// How many words a [`Lanes::window`] chooses from.
+    const REACH: usize;
     /// How many of these make a line.
     const PARTS: usize = Line::LANES / Self::COUNT;
 
+    /// The same for all parts.
+    fn parts<T: Copy>(value: T) -> Self::Parts<T>;
     /// The same number in all lanes.
     fn splat(value: f32) -> Self;
     /// Part `part` of a line.
@@ -88,17 +94,13 @@ pub(crate) trait Lanes:
     fn load_words(line: &Line, part: usize) -> Self::Words;
     /// The number that has these bits.
     fn from_bits(words: Self::Words) -> Self;
-    /// Lane by lane, wrapping.
-    fn sum(a: Self::Words, b: Self::Words) -> Self::Words;
     /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// `table[start + place]` for places below [`Lanes::COUNT`], of which only the low bits count.
+    /// `table[start + place]` for places below [`Lanes::REACH`], of which only the low bits count.
     ///
     /// # Panics
-    /// Where the table ends before `start + COUNT`.
+    /// Where the table ends before `start + REACH`.
     fn window(table: &[u32], start: usize, places: Self::Words) -> Self::Words;
-    /// `table[place]`; 0 beyond its end.
-    fn gather(table: &[u32], places: Self::Words) -> Self::Words;
     /// Both halves of the words as signed 16-bit numbers: low times low plus high times high. Exact
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;

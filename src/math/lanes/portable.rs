@@ -6,6 +6,7 @@ use std::ops::{Add, Div, Mul, Sub};
 use super::{Lanes, Line};
 
 const COUNT: usize = 4;
+const REACH: usize = Line::LANES;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
@@ -49,8 +50,16 @@ fn mul_add(a: f32, b: f32, c: f32) -> f32 {
 
 impl Lanes for Portable {
     type Words = [u32; COUNT];
+    type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = COUNT;
+    /// One word after the other is loaded: they may be anywhere.
+    const REACH: usize = REACH;
+
+    #[inline(always)]
+    fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
+        [value; Self::PARTS]
+    }
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -156,30 +165,18 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn sum(a: [u32; COUNT], b: [u32; COUNT]) -> [u32; COUNT] {
-        from_fn(|lane| a[lane].wrapping_add(b[lane]))
-    }
-
-    #[inline(always)]
     fn pair(low: [u32; COUNT], high: [u32; COUNT]) -> [u32; COUNT] {
         from_fn(|lane| high[lane] << 16 | low[lane])
     }
 
     #[inline(always)]
     fn window(table: &[u32], start: usize, places: [u32; COUNT]) -> [u32; COUNT] {
-        let table = &table[start..][..COUNT];
-        places.map(
-            #[inline(always)]
-            |place| table[place as usize % COUNT],
-        )
-    }
-
-    #[inline(always)]
-    fn gather(table: &[u32], places: [u32; COUNT]) -> [u32; COUNT] {
-        places.map(
-            #[inline(always)]
-            |place| table.get(place as usize).copied().unwrap_or(0),
-        )
+        let table = &table[start..][..REACH];
+        let mut words = places;
+        for word in &mut words {
+            *word = table[*word as usize % REACH];
+        }
+        words
     }
 
     #[inline(always)]

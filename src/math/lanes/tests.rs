@@ -41,12 +41,10 @@ impl Kernel for Everything<'_> {
         keep(&|part| a(part).copy_sign(b(part)));
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
-        keep(&|part| as_number(L::sum(words(part), L::splat_words(99))));
         // Below the fewest lanes that there are.
         let few = |part| (a(part) * a(part) * L::splat(0.25)).truncated();
         keep(&|part| L::from_bits(L::window(self.table, 5, few(part))));
-        keep(&|part| L::from_bits(L::gather(self.table, words(part))));
-        keep(&|part| L::from_bits(L::gather(self.table, L::load_words(&self.numbers[0], part))));
+        keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
         let all_below = (0..L::PARTS).all(|part| a(part).all_below(4.0));
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
         keep(&|_| L::splat(f32::from(u8::from(all_below) + 2 * u8::from(some_above))));
@@ -116,7 +114,6 @@ fn what_lanes_give_is_plain_arithmetic() {
             a.copysign(b),
             (3 * (word & 0xffff)) as f32,
             (3 * word + 77) as f32,
-            (3 * (word + 99)) as f32,
         ];
         for (index, expected) in expected.into_iter().enumerate() {
             assert_eq!(out[2 * index].0[lane], expected, "number {index}");

@@ -206,8 +206,8 @@ impl Crowd {
     /// Lines of memory that the poses take at most: when all have all joints.
     #[must_use]
     pub fn most_lines(&self) -> usize {
-        // Each level may leave one group of sixteen unfilled.
-        let groups = self.characters.len().div_ceil(Line::LANES) + self.levels();
+        // Those who change their kind stand in groups of their own for a while: one in sixteen at most.
+        let groups = 2 * (self.characters.len().div_ceil(Line::LANES) + 2);
         let group = Output::default().lines(self.levels.levels[0].kept.len());
         self.most_lines.max(groups * group)
     }
@@ -324,13 +324,14 @@ impl Crowd {
                 many if many > NEAR => (Detail::Fine, 0),
                 _ => (Detail::Medium, 0),
             };
-            let level = usize::from(character.level.0);
             let region = self.crowd.region(character.id)?;
+            // It may be posed on a finer level than its own, on which it looks alike.
+            let level = usize::from(region.level.0);
             let first = region.position(0, 0);
             let member = CrowdMember {
                 first: first as u32,
                 stride: (region.position(0, 1) - first) as u32,
-                tint: self.tint(level),
+                tint: self.tint(usize::from(character.level.0)),
             };
             seen.push((2 * level + afar, detail, member));
         }

@@ -1,0 +1,56 @@
+//! What makes a level look like a coarser one: the joints that go, ridden by kept ones.
+//!
+//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2):
+//! see [`crate::lod::Blend`]. A group may hold characters of several levels: it is posed on the
+//! finest of them, and whoever was to be coarser takes as many steps from there, the last of them a
+//! part of the way.
+
+use glam::{Quat, Vec3};
+
+use crate::anim::JointId;
+use crate::lod::Level;
+
+/// From one level to the next, among the joints of the level that is posed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Step {
+    pub(super) rides: Vec<Ride>,
+}
+
+/// A joint that goes, and what it rides on from then on. Indices into the posed level's joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ride {
+    pub(super) joint: u16,
+    pub(super) carrier: u16,
+    /// Where it rides, in the carrier's frame.
+    pub(super) turn: Quat,
+    pub(super) place: Vec3,
+}
+
+/// Of each level its steps to the levels after it.
+pub(super) fn steps(levels: &[Level]) -> Vec<Vec<Step>> {
+    let after = |posed: usize| {
+        let pairs = levels[posed..].windows(2);
+        pairs.map(move |pair| step(&levels[posed], &pair[0], &pair[1]))
+    };
+    (0..levels.len())
+        .map(|posed| after(posed).collect())
+        .collect()
+}
+
+fn step(posed: &Level, finer: &Level, coarser: &Level) -> Step {
+    let index = |joint: JointId| Some(posed.index_of(joint)? as u16);
+    let gone = |&&joint: &&JointId| coarser.index_of(joint).is_none();
+    let ride = |&joint: &JointId| {
+        let seat = coarser.seats.get(joint.index())?;
+        let carrier = *coarser.kept.get(usize::from(seat.carrier))?;
+        Some(Ride {
+            joint: index(joint)?,
+            carrier: index(carrier)?,
+            turn: seat.offset.rotation,
+            place: seat.offset.translation,
+        })
+    };
+    Step {
+        rides: finer.kept.iter().filter(gone).filter_map(ride).collect(),
+    }
+}

@@ -1,0 +1,77 @@
+//! `sabaki crowd`.
+
+use sabaki::math::Isa;
+
+use super::run::{clips, folder, sabaki};
+
+#[test]
+fn crowd_json_has_its_keys() {
+    let folder = folder();
+    let (path, _) = clips();
+    for more in [&[][..], &["--rotations"]] {
+        let args = [
+            "crowd",
+            path,
+            "--count",
+            "200",
+            "--frames",
+            "2",
+            "--threads",
+            "2",
+            "--json",
+        ];
+        let document = sabaki(folder.path(), &[&args, more].concat()).json(0);
+        assert!(document["clips"].as_u64().unwrap() > 0);
+        assert!(document["key_bytes"].as_u64().unwrap() > 0);
+        assert_eq!(document["error_pixels"], 2.0);
+        let levels = document["levels"].as_u64().unwrap() as usize;
+        let rows = document["rows"].as_array().unwrap();
+        // Off and by distance on all registers and one thread or two, then each level.
+        assert_eq!(rows.len(), 4 * Isa::available().count() + levels - 1);
+        for row in rows {
+            assert_eq!(row["count"], 200);
+            assert!(row["ms"].as_f64().unwrap() > 0.0);
+            assert!(row["ns_per_joint"].as_f64().unwrap() > 0.0);
+            assert!(["portable", "avx2", "avx512"].contains(&row["isa"].as_str().unwrap()));
+            let threads = row["threads"].as_u64().unwrap();
+            assert!(threads == 1 || threads == 2);
+            let joints = row["joints"].as_f64().unwrap();
+            match row["lod"].as_str().unwrap() {
+                "off" => assert_eq!(joints, 24.0),
+                "distance" => assert!((6.0..=24.0).contains(&joints)),
+                level => assert_eq!(joints, 24.0 - level.parse::<f64>().unwrap()),
+            }
+        }
+    }
+}
+
+#[test]
+fn crowd_tells_what_it_measures() {
+    let folder = folder();
+    let told = sabaki(folder.path(), &["crowd", "--count", "50", "--frames", "1"]).is(0);
+    for word in [
+        "50 characters",
+        "levels",
+        "distance",
+        "ns a joint",
+        "against all joints",
+    ] {
+        assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
+    }
+}
+
+#[test]
+fn crowd_refuses_what_makes_no_sense() {
+    let folder = folder();
+    for (args, word) in [
+        (["crowd", "--json", "--error=0"], "pixels"),
+        (["crowd", "--json", "nowhere.bvh"], "nowhere.bvh"),
+    ] {
+        sabaki(folder.path(), &args).is_refused(&[word]);
+    }
+    for setting in ["--count", "--frames"] {
+        let ended = sabaki(folder.path(), &["crowd", setting, "0"]);
+        assert_eq!(ended.code, 2);
+        assert!(ended.stdout.is_empty() && ended.stderr.contains(setting));
+    }
+}
