@@ -173,7 +173,8 @@ fn the_maps_never_hide_the_only_clean_candidate() {
 
 #[test]
 fn the_evasion_starts_when_the_attack_does() {
-    let (settings, baked) = (QuerySettings::default(), embedded());
+    let (mut settings, baked) = (QuerySettings::default(), embedded());
+    settings.rates.nearest = 0.0;
     let mut evasions = 0;
     for throw in throws() {
         let answer = answer(&settings, &throw, Judging::Needed);
@@ -199,6 +200,27 @@ fn the_evasion_starts_when_the_attack_does() {
         );
     }
     assert!(evasions > 10);
+}
+
+#[test]
+fn where_nothing_is_in_time_the_nearest_is_taken() {
+    let near = QuerySettings::default();
+    let mut strict = near;
+    strict.rates.nearest = 0.0;
+    let mut taken = 0;
+    for index in 0..400 {
+        let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
+        let of = |settings| answer(settings, &throw, Judging::Needed).counts;
+        let (found, in_time) = (of(&near), of(&strict));
+        // Every path is either a candidate, alike another one, or late: none is lost.
+        assert!(found.not_in_time <= in_time.not_in_time);
+        if in_time.with_evasion > 0 {
+            assert_eq!(found.with_evasion, in_time.with_evasion);
+        } else {
+            taken += usize::from(found.with_evasion > 0);
+        }
+    }
+    assert!(taken > 5, "{taken}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! Source: Masaoka & Oshita, section 6: their culling leaves 70 of about 100 candidates. Differs:
 //! every candidate is known to be hit or clean, so that it can be told which were rightly removed.
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
 use super::cull::Overlap;
@@ -73,9 +73,11 @@ impl Truth {
         Self { hits }
     }
 
-    /// Holds the rounds of another answer to the same query to it.
+    /// Holds the rounds of another answer to the same query to it. What is counted in both rounds is one candidate.
     pub fn judge(&self, rounds: &[Round], tally: &mut MapTally) {
-        for one in rounds.iter().flat_map(|round| &round.counted) {
+        let mut seen = FxHashSet::default();
+        let counted = rounds.iter().flat_map(|round| &round.counted);
+        for one in counted.filter(|one| seen.insert(one.path)) {
             if let Some(&is_hit) = self.hits.get(&one.path) {
                 tally.add((&one.overlap, one.is_open), is_hit);
             }

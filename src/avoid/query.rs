@@ -129,6 +129,7 @@ impl QuerySettings {
             number("rates.slowest", rates.slowest, RATE),
             number("rates.fastest", rates.fastest, RATE),
             number("rates.tolerance", rates.tolerance, TIME),
+            number("rates.nearest", rates.nearest, TIME),
             number("alike_distance", self.alike_distance, CELL),
             number("alike_angle", self.alike_angle, CELL),
             count("most_evasions", self.most_evasions, COUNT),

@@ -43,13 +43,13 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
         ("planes", planes(1, 0.30, 0.02, 1)),
         ("sliced", planes(8, 0.30, 0.02, 1)),
         ("sliced", planes(8, 0.05, 0.02, 1)),
-        ("sliced", planes(32, 0.05, 0.02, 1)),
+        ("sliced", planes(32, 0.10, 0.02, 1)),
+        ("default", MapGrid::default()),
+        ("64 slices", planes(64, 0.05, 0.02, 1)),
         ("fine texels", planes(32, 0.05, 0.01, 1)),
         ("fine bodies", planes(32, 0.05, 0.01, 2)),
-        ("default", MapGrid::default()),
-        ("tall slabs", planes(32, 0.10, 0.0075, 2)),
-        ("finer bodies", planes(32, 0.05, 0.005, 4)),
-        ("64 slices", planes(64, 0.05, 0.0075, 2)),
+        ("finer bodies", planes(32, 0.05, 0.0075, 2)),
+        ("both", planes(64, 0.05, 0.0075, 2)),
     ]
 }
 

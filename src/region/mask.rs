@@ -65,6 +65,39 @@ impl MaskMap {
         (row as usize * self.rect.width as usize + column as usize) * self.lanes()
     }
 
+    /// For each of so many slices the rectangle around its texels; empty where it has none.
+    #[must_use]
+    pub fn slice_rects(&self, slices: u32) -> Vec<MapRect> {
+        let (rect, lanes) = (self.rect, self.lanes().max(1));
+        let row_words = rect.width as usize * lanes;
+        let mut columns = vec![0; row_words];
+        let mut rows = vec![0; rect.height as usize * lanes];
+        for (row, texels) in self.masks.chunks(row_words.max(1)).enumerate() {
+            for (word, mask) in texels.iter().enumerate() {
+                columns[word] |= mask;
+                rows[row * lanes + word % lanes] |= mask;
+            }
+        }
+        let around = |slice: usize| {
+            let has = |mask: &[u32]| mask[slice / 32] >> (slice % 32) & 1 == 1;
+            let ends = |masks: &[u32]| {
+                let first = masks.chunks(lanes).position(has)?;
+                let last = masks.chunks(lanes).rposition(has)?;
+                Some((first as i32, (last - first + 1) as u32))
+            };
+            let ((u, width), (v, height)) = (ends(&columns)?, ends(&rows)?);
+            Some(MapRect {
+                u: rect.u + u,
+                v: rect.v + v,
+                width,
+                height,
+            })
+        };
+        (0..slices as usize)
+            .map(|slice| around(slice).unwrap_or_default())
+            .collect()
+    }
+
     /// How many texels have a bit set.
     #[must_use]
     pub fn count(&self) -> usize {

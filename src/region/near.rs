@@ -39,31 +39,9 @@ impl NearRegion {
 
     /// Widens the slices' rectangles around a map.
     fn add(&mut self, map: &MaskMap) {
-        let (rect, lanes) = (map.rect(), map.lanes());
-        let row_words = rect.width as usize * lanes;
-        let mut columns = vec![0; row_words];
-        let mut rows = vec![0; rect.height as usize * lanes];
-        for (row, texels) in map.masks().chunks(row_words.max(1)).enumerate() {
-            for (word, mask) in texels.iter().enumerate() {
-                columns[word] |= mask;
-                rows[row * lanes + word % lanes] |= mask;
-            }
-        }
-        for (slice, around) in self.slices.iter_mut().enumerate() {
-            let has = |mask: &[u32]| mask[slice / 32] >> (slice % 32) & 1 == 1;
-            let ends = |masks: &[u32]| {
-                let first = masks.chunks(lanes).position(has)?;
-                let last = masks.chunks(lanes).rposition(has)?;
-                Some((first as i32, (last - first + 1) as u32))
-            };
-            if let (Some((u, width)), Some((v, height))) = (ends(&columns), ends(&rows)) {
-                *around = around.union(MapRect {
-                    u: rect.u + u,
-                    v: rect.v + v,
-                    width,
-                    height,
-                });
-            }
+        let rects = map.slice_rects(self.slices.len() as u32);
+        for (around, rect) in self.slices.iter_mut().zip(rects) {
+            *around = around.union(rect);
         }
     }
 }

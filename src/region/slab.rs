@@ -31,11 +31,12 @@ pub enum Section {
 /// evasion's start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapGrid {
-    /// Side of a texel, metres. Default 0.0075.
+    /// Side of a texel, metres. Default 0.02.
     pub texel: f32,
-    /// From one texel of an attack's maps to the next, texels of an evasion's: 1, 2 or 4. Default 2. An inner map
+    /// From one texel of an attack's maps to the next, texels of an evasion's: 1, 2 or 4. Default 1. An inner map
     /// loses half a texel all around, which is much of an arm; an attack's loses nothing by wide texels but
-    /// places that are looked at, and drawing those costs the most.
+    /// places that are looked at, and drawing those costs the most: with texels of 7.5 mm and a pitch of 2 the
+    /// maps let pass a third fewer hits, for a tenth more time on the CPU and seven times the memory.
     pub attack_pitch: u32,
     /// Height of a slab, metres. Default 0.05.
     pub slab_height: f32,
@@ -51,8 +52,8 @@ pub struct MapGrid {
 impl Default for MapGrid {
     fn default() -> Self {
         Self {
-            texel: 0.0075,
-            attack_pitch: 2,
+            texel: 0.02,
+            attack_pitch: 1,
             slab_height: 0.05,
             section: Section::Plane,
             slices: 32,

@@ -36,10 +36,16 @@ pub(super) struct Planes {
     pub(super) slices: u32,
 }
 
-/// One slice of a map.
+/// Where the bits of a plane go.
+#[derive(Clone, Copy)]
 struct Plane {
-    rect: MapRect,
-    texels: Vec<(i32, i32)>,
+    /// Word.
+    start: u32,
+    /// Texel of the first place.
+    origin: [i32; 2],
+    strips: u32,
+    /// Words of a strip.
+    rows: u32,
 }
 
 impl Planes {
@@ -73,83 +79,87 @@ impl Planes {
 
     fn draw(&mut self, region: &RegionMaps, entry: &mut usize) {
         for slab in &region.slabs {
-            let mut slices = sliced(&slab.body, self.slices);
-            slices.append(&mut sliced(&slab.outer, self.slices));
-            let mut evasion = Vec::new();
-            slab.evasion
-                .for_each(|column, row| evasion.push((column, row)));
-            slices.push(Plane::around(evasion, slab.evasion.rect()));
-            for plane in slices {
-                self.push(&plane, *entry);
-                *entry += ENTRY;
+            for map in [&slab.body, &slab.outer] {
+                self.draw_slices(map, *entry);
+                *entry += ENTRY * self.slices as usize;
+            }
+            let (rect, evasion) = (slab.evasion.bounds(), slab.evasion.rect());
+            if let Some(plane) = self.open(rect, *entry) {
+                slab.evasion.for_each(|column, row| {
+                    plane.set(&mut self.words, [column + evasion.u, row + evasion.v]);
+                });
+            }
+            *entry += ENTRY;
+        }
+    }
+
+    /// A map slice by slice, from the first one's entry on.
+    fn draw_slices(&mut self, map: &MaskMap, entry: usize) {
+        let rects = map.slice_rects(self.slices);
+        let planes: Vec<_> = (entry..)
+            .step_by(ENTRY)
+            .zip(rects)
+            .map(|(entry, rect)| self.open(rect, entry))
+            .collect();
+        let rect = map.rect();
+        for (mask, index) in map.masks().chunks_exact(map.lanes()).zip(0..) {
+            let place = [
+                rect.u + index % rect.width as i32,
+                rect.v + index / rect.width as i32,
+            ];
+            for (lane, &word) in mask.iter().enumerate() {
+                let mut left = word;
+                while left != 0 {
+                    let slice = 32 * lane + left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    if let Some(plane) = &planes[slice] {
+                        plane.set(&mut self.words, place);
+                    }
+                }
             }
         }
     }
 
-    fn push(&mut self, plane: &Plane, entry: usize) {
-        let rect = plane.rect;
+    /// Makes room for a plane of the texels in a rectangle; none for an empty one.
+    fn open(&mut self, rect: MapRect, entry: usize) -> Option<Plane> {
         if rect.is_empty() {
-            return;
+            return None;
         }
-        let start = self.words.len();
+        let start = self.words.len() as u32;
         // A window that holds some texel of the map starts at one of these places.
         let origin = [rect.u - SPAN, rect.v - SPAN];
         let side = [rect.width, rect.height].map(|side| side + SPAN as u32);
-        let strips = (side[0] - 1) / STRIDE + 1;
-        let rows = (side[1] - 1) / 2 + WINDOW;
-        self.words[entry] = start as u32;
+        let plane = Plane {
+            start,
+            origin,
+            strips: (side[0] - 1) / STRIDE + 1,
+            rows: (side[1] - 1) / 2 + WINDOW,
+        };
+        self.words[entry] = start;
         self.words[entry + 1] = halves(origin.map(|texel| texel as u32));
         self.words[entry + 2] = halves(side);
-        self.words.resize(start + (strips * rows) as usize, 0);
-        for &(u, v) in &plane.texels {
-            let (x, z) = ((u - origin[0]) as u32, (v - origin[1]) as u32);
-            let last = x / STRIDE;
-            for strip in last.saturating_sub(1)..=last.min(strips - 1) {
-                let word = start as u32 + strip * rows + z / 2;
-                self.words[word as usize] |= 1 << (16 * (z % 2) + x - STRIDE * strip);
-            }
-        }
+        let end = start + plane.strips * plane.rows;
+        self.words.resize(end as usize, 0);
+        Some(plane)
     }
 }
 
 impl Plane {
-    /// Texels of a map, in its frame, and the rectangle around them.
-    fn around(mut texels: Vec<(i32, i32)>, map: MapRect) -> Self {
-        let mut rect = MapRect::default();
-        for (u, v) in &mut texels {
-            (*u, *v) = (*u + map.u, *v + map.v);
-            rect = rect.union(MapRect {
-                u: *u,
-                v: *v,
-                width: 1,
-                height: 1,
-            });
+    /// Sets a texel's bit in the strips that hold it.
+    #[inline]
+    fn set(&self, words: &mut [u32], [u, v]: [i32; 2]) {
+        let (x, z) = ((u - self.origin[0]) as u32, (v - self.origin[1]) as u32);
+        let last = x / STRIDE;
+        for strip in last.saturating_sub(1)..=last.min(self.strips - 1) {
+            let word = self.start + strip * self.rows + z / 2;
+            words[word as usize] |= 1 << (16 * (z % 2) + x - STRIDE * strip);
         }
-        Self { rect, texels }
     }
 }
 
 /// Planes of a slab.
 pub(super) fn planes_of_slab(slices: u32) -> u32 {
     2 * slices + 1
-}
-
-/// A map slice by slice.
-fn sliced(map: &MaskMap, slices: u32) -> Vec<Plane> {
-    let mut texels = vec![Vec::new(); slices as usize];
-    let width = map.rect().width as usize;
-    for (index, mask) in map.masks().chunks_exact(map.lanes()).enumerate() {
-        let place = ((index % width) as i32, (index / width) as i32);
-        for (lane, &word) in mask.iter().enumerate() {
-            let mut left = word;
-            while left != 0 {
-                texels[32 * lane + left.trailing_zeros() as usize].push(place);
-                left &= left - 1;
-            }
-        }
-    }
-    let plane = |texels| Plane::around(texels, map.rect());
-    texels.into_iter().map(plane).collect()
 }
 
 /// Two numbers of 16 bits in a word.
