@@ -11,6 +11,7 @@ mod culling;
 mod demo;
 mod doctor;
 mod dodge;
+mod duel;
 mod explain;
 mod figure;
 mod inspect;
@@ -70,6 +71,8 @@ enum Command {
     Lod(lod::Args),
     /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
     Crowd(crowd::Args),
+    /// Two fighters of one graph: one attacks, the other avoids, in turn.
+    Duel(duel::Args),
     /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
     #[cfg(feature = "view")]
     Render(render::Args),
@@ -98,6 +101,12 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
         Some(Command::Lod(args)) => lod::run(&args, cli.json),
         Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
+        Some(Command::Duel(args)) => duel::run(
+            &args,
+            #[cfg(feature = "view")]
+            &cli.device,
+            cli.json,
+        ),
         #[cfg(feature = "view")]
         Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
