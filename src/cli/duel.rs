@@ -1,7 +1,6 @@
 //! `sabaki duel`: two fighters of one graph, in turn.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side};
@@ -28,6 +27,9 @@ pub(crate) struct Args {
     /// Threads that file the attacks; 0 for as many as the machine has. The duel is the same for any number.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
+    #[cfg(feature = "view")]
+    #[command(flatten)]
+    film: super::render::DuelArgs,
 }
 
 /// A duel that has been fought, with what it took.
@@ -53,12 +55,15 @@ pub(crate) fn run(
     #[cfg(feature = "view")] device: &DeviceArgs,
     as_json: bool,
 ) -> Result<Done, Failure> {
+    #[cfg(feature = "view")]
+    args.film.check()?;
     let baked = args.graph.load()?;
     let filed = file(&baked.graph, args.threads as usize);
     let fought = fight(args, &baked.graph, &filed.grid)?;
-    let _ = device;
-    let told = None;
-    let told: Option<(Value, String)> = told;
+    #[cfg(feature = "view")]
+    let told = args.film.draw(&baked.graph, &fought, device)?;
+    #[cfg(not(feature = "view"))]
+    let told: Option<(Value, String)> = None;
     // A duel that could not be fought out is no duel.
     let no = fought.ended.is_some();
     let text = if as_json {
@@ -143,7 +148,7 @@ pub(crate) fn name(side: Side) -> &'static str {
 }
 
 /// The clip that an edge starts in.
-fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
+pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
     let graph = baked.graph();
     graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
