@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::Duel;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::avoid::Attack;
 use crate::graph::{Motion, Playhead};
 use crate::region::{BakedGraph, BodySphere};
 
@@ -11,6 +12,8 @@ use crate::region::{BakedGraph, BodySphere};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Core {
     spheres: Vec<BodySphere>,
+    /// What a blow is aimed at: the core, and the first bone of each limb.
+    vital: Vec<BodySphere>,
 }
 
 /// Bodies are looked at this often, times a second.
@@ -23,13 +26,21 @@ impl Core {
         let skeleton = baked.graph().skeleton();
         let middle = |sphere: &&BodySphere| skeleton.mirror(sphere.joint).is_none();
         let has_sides = skeleton.ids().any(|id| skeleton.mirror(id).is_some());
+        let first = |sphere: &&BodySphere| {
+            let sided = |id: &crate::anim::JointId| skeleton.mirror(*id).is_some();
+            skeleton.ancestry(sphere.joint).take_while(sided).count() <= 1
+        };
         let root = |sphere: &&BodySphere| sphere.joint == crate::anim::JointId::ROOT;
         let all = baked.body().spheres.iter();
         let spheres = match has_sides {
             true => all.filter(middle).copied().collect(),
             false => all.filter(root).copied().collect(),
         };
-        Self { spheres }
+        let vital = baked.body().spheres.iter().filter(first);
+        Self {
+            spheres,
+            vital: vital.copied().collect(),
+        }
     }
 
     /// Its spheres.
@@ -62,6 +73,28 @@ impl Core {
 }
 
 impl Duel<'_> {
+    /// How near an attack comes to what it is aimed at, metres, on a motion with the same clock: what is guarded by hands and
+    /// forearms is no more than guarded.
+    pub(super) fn depth(&self, motion: &Motion, attack: &Attack) -> f32 {
+        let graph = self.baked.graph();
+        let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
+        let mut nearest = f32::INFINITY;
+        let (start, end) = (attack.start(), attack.end());
+        for t in ticks(2.0 * (end - start)).map(|t| (start + 0.5 * t).min(end)) {
+            motion.sample(graph, t, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let here = attack.spheres().iter();
+            let here = here.filter(|sphere| (sphere.start()..=sphere.end()).contains(&t));
+            for key in here.map(|sphere| sphere.at(t)) {
+                let away = |part: &BodySphere| {
+                    part.centre(&joints).distance(key.center) - part.radius - key.radius
+                };
+                nearest = self.core.vital.iter().map(away).fold(nearest, f32::min);
+            }
+        }
+        nearest
+    }
+
     /// Whether two motions that start now keep their cores apart for so many seconds, with a little to spare for what lies between
     /// the moments that are looked at.
     pub(super) fn stays_apart(&self, motions: [&Motion; 2], seconds: f32) -> bool {

@@ -28,7 +28,7 @@ pub struct Challenge {
     pub announced: f32,
     /// From now to the blow, seconds.
     pub lead: f32,
-    /// How near it would come to who does nothing, metres: below 0.
+    /// How near it would come to trunk, head and thighs of who does nothing, metres: below 0.
     pub without: f32,
 }
 
@@ -123,7 +123,7 @@ impl Duel<'_> {
         let attack = Attack::of_strike(self.baked, &strike, placement, start).ok()?;
         let end = attack.end();
         motion.extend(graph, end + self.settings.window);
-        let without = self.nearest(them, &attack).metres;
+        let without = self.depth(them, &attack);
         let lands = without < -self.settings.depth;
         let seconds = end + self.settings.pause;
         let fits = lands

@@ -111,15 +111,18 @@ impl Duel<'_> {
         found.into_iter().map(steps).collect()
     }
 
-    /// What speaks against a motion: being too near or too far, not facing the other one, being at the arena's border,
+    /// What speaks against a motion: being too near or too far for its attacks, with the guard not to the other one, being at the arena's border,
     /// transitions that look bad, blows into the air.
     fn cost(&self, side: Side, motion: &Motion, other: &Motion) -> f32 {
         let (graph, seconds) = (self.baked.graph(), self.settings.window);
-        let me = motion.playhead(graph, seconds).placement(graph);
+        let playhead = motion.playhead(graph, seconds);
+        let node = playhead.next_node(graph);
+        let me = playhead.next_clip_to_world(graph) * self.baked.placement(node);
         let them = other.playhead(graph, seconds).placement(graph);
         let away = them.ground() - me.ground();
-        let apart = (away.length() - self.settings.distance).abs();
-        let facing = heading_error(me, away).abs();
+        let (bearing, reach) = { self.grid.aim(node) }.unwrap_or((0.0, self.settings.distance));
+        let apart = (away.length() - reach).abs();
+        let facing = heading_error(me * Rigid2::new(bearing, 0.0, 0.0), away).abs();
         let border = (me.ground().length() - 0.6 * self.settings.arena).max(0.0);
         let can_strike = side == self.turn && self.reaches((motion, other), seconds);
         apart + 0.6 * facing + 2.0 * border + looks(graph, motion, seconds)

@@ -33,7 +33,7 @@ pub struct Exchange {
     pub avoided: bool,
     /// The smallest distance of the attack and who avoided it. Negative: a hit.
     pub clearance: Clearance,
-    /// The same had that one gone on as before, metres: below 0.
+    /// [`Challenge::without`].
     pub without: f32,
     /// The evasion's edge; `None` where it was avoided by moving on.
     pub evasion: Option<EdgeId>,

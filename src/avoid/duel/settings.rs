@@ -12,12 +12,12 @@ pub struct DuelSettings {
     pub arena: f32,
     /// Roots do not come nearer to each other while fighters choose where to go. Default 0.55.
     pub closest: f32,
-    /// How far from each other fighters like to stand who cannot strike yet. Default 0.85.
+    /// How far from each other fighters like to stand where no attack says so. Default 0.85.
     pub distance: f32,
     /// The shortest and longest time from the announcement of an attack to its blow; chance chooses. Default 0.5 to 1.3. Who takes
     /// longer to get there announces it on the way.
     pub lead: (f32, f32),
-    /// An attack is made only if it would go this deep into who does nothing. Default 0.03.
+    /// An attack is made only if it would go this deep into trunk, head or thighs of who does nothing. Default 0.02.
     pub depth: f32,
     /// Between the end of an attack and the announcement of the next one, at least. Default 0.4.
     pub pause: f32,
@@ -38,7 +38,7 @@ impl Default for DuelSettings {
             closest: 0.55,
             distance: 0.85,
             lead: (0.5, 1.3),
-            depth: 0.03,
+            depth: 0.02,
             pause: 0.4,
             window: 1.2,
             step: 0.4,

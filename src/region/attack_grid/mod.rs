@@ -9,7 +9,7 @@
 mod build;
 mod contact;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use contact::Contact;
@@ -156,6 +156,27 @@ impl AttackGrid {
     #[must_use]
     pub fn frames(&self, blow: Blow) -> u32 {
         u32::from(self.paths.path(blow.path).frames) + self.contact(blow).frame
+    }
+
+    /// Where attacks from a node strike on the whole, in the character's frame there: at which bearing (radians, 0 ahead, π/2 to the
+    /// left), and how far away (metres). Soon ones weigh more. `None` where none is filed. A guard is not held with the hips
+    /// square to whom it is held against, so this, and not the way that the character faces, says where it looks.
+    #[must_use]
+    pub fn aim(&self, node: NodeId) -> Option<(f32, f32)> {
+        /// Frames: an attack that is so far away weighs half.
+        const SOON: f32 = 15.0;
+        let (mut way, mut reach, mut all) = (Vec2::ZERO, 0.0, 0.0);
+        for &blow in self.cells(node).flat_map(|(_, blows)| blows) {
+            let path = self.paths.path(blow.path);
+            let place = path.placement.point(self.contact(blow).centre);
+            let place = Vec2::new(place.x, place.z);
+            let late = self.frames(blow) as f32 / SOON;
+            let weight = 1.0 / (1.0 + late * late * late);
+            way += place.normalize_or(Vec2::Y) * weight;
+            reach += place.length() * weight;
+            all += weight;
+        }
+        (all > 0.0).then(|| (way.x.atan2(way.y), reach / all))
     }
 
     /// How much there is of everything.
