@@ -55,7 +55,7 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
                 assert_eq!(duel.turn(), turn.other(), "roles change");
                 // What was tested relative to the evasion's start is tested in the world.
                 let apart = exchange.clearance.metres - answer.clearance().metres;
-                assert!(apart.abs() < 1e-4, "{apart} m");
+                assert!(apart.abs() < 3e-3, "{apart} m");
                 assert_eq!(exchange.avoided, exchange.clearance.metres >= 0.0);
             }
             Settled::CalledOff => {

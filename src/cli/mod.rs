@@ -9,6 +9,7 @@ mod crossover;
 mod crowd;
 mod culling;
 mod demo;
+mod distances;
 mod doctor;
 mod dodge;
 mod duel;
@@ -21,6 +22,7 @@ mod map_settings;
 mod output;
 mod passes;
 mod picture;
+mod plot;
 #[cfg(feature = "view")]
 mod render;
 mod replay;
@@ -28,6 +30,7 @@ mod sheet;
 mod source;
 mod stats;
 mod summary;
+mod text_chart;
 
 use std::process::ExitCode;
 
