@@ -71,8 +71,9 @@ const EXTENSIONS: [&CStr; 5] = [
 /// Everything that is looked for, required things first.
 ///
 /// Of limits, none is needed above the minimum that Vulkan guarantees. Where an input needs more than a device offers, the
-/// work is cut up (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, queries by the size of our
-/// own pools), or refused by name ([`GpuError::Limit`](super::GpuError::Limit): maps above `maxStorageBufferRange`).
+/// work is cut up (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, maps of the compute path by
+/// `maxStorageBufferRange`, queries by the size of our own pools), or refused by name
+/// ([`GpuError::Limit`](super::GpuError::Limit): maps of the stencil path above `maxStorageBufferRange`).
 #[must_use]
 pub fn requirements() -> &'static [Requirement] {
     use RequirementKind::{Feature, Format, Limit, Queue, Version};
