@@ -35,6 +35,11 @@ impl Atlas {
         self.make_set(context)
     }
 
+    /// The maps' words.
+    pub(super) fn buffer(&self) -> vk::Buffer {
+        self.words.buffer.handle
+    }
+
     /// Records the copy of the maps to where shaders read them.
     ///
     /// # Safety
