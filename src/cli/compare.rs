@@ -2,7 +2,6 @@
 //!
 //! Source: Masaoka & Oshita, section 6, Table 1.
 
-
 use sabaki::avoid::measure::{MapTally, Truth};
 use sabaki::avoid::{Enumerate, Lookup, Source};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};

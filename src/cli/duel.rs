@@ -24,6 +24,9 @@ pub(crate) struct Args {
     /// Where chance begins; the same seed fights the same duel.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// How far apart the fighters begin, metres.
+    #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
+    apart: f32,
     /// Threads that file the attacks; 0 for as many as the machine has. The duel is the same for any number.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
@@ -97,6 +100,7 @@ fn file(baked: &BakedGraph, threads: usize) -> Filed {
 fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, Failure> {
     let settings = DuelSettings {
         seed: args.seed,
+        opening: args.apart,
         ..DuelSettings::default()
     };
     let usage = |error: DuelError| Failure::Usage(error.to_string());
