@@ -14,7 +14,8 @@ use sabaki::avoid::duel::{
     Core, Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side,
 };
 use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
-use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
+use sabaki::math::Rigid2;
 use sabaki::region::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 
 const SIDES: [Side; 2] = [Side::White, Side::Blue];
@@ -311,4 +312,36 @@ fn who_cannot_come_near_says_so() {
         duel.challenge(),
         Err(DuelError::OutOfReach { seconds: 1.0 })
     );
+}
+
+/// What is left of a motion is the motion, later; a branch is the same up to the next node.
+#[test]
+fn what_is_left_of_a_motion_goes_on_where_it_was() {
+    let graph = embedded().graph();
+    for exchange in some().iter().flat_map(|fought| &fought.exchanges) {
+        let first = exchange.answer[0];
+        let before = graph
+            .edge_ids()
+            .find(|&id| graph.edge(id).to == graph.edge(first.edge).from);
+        let playhead = Playhead::at(graph, before.unwrap(), 0.0, Rigid2::new(0.4, 1.0, -2.0));
+        let motion = Motion::new(graph, playhead, &exchange.answer);
+        for share in [0.0, 0.2, 0.5, 0.83] {
+            let t = share * motion.duration();
+            let rest = motion.rest(graph, t);
+            assert!((rest.duration() - (motion.duration() - t)).abs() < 1e-3);
+            for later in [0.0, 0.07, 0.4] {
+                let apart = rest
+                    .root(graph, later)
+                    .distance(motion.root(graph, t + later));
+                assert!(apart < 2e-3, "{apart} m");
+            }
+            let branch = motion.branch(graph, t, &[]);
+            let end = branch.duration();
+            assert_eq!(branch.steps().count(), 0);
+            let apart = branch
+                .root(graph, end)
+                .distance(motion.root(graph, t + end));
+            assert!(apart < 2e-3, "{apart} m");
+        }
+    }
 }

@@ -85,7 +85,7 @@ fn a_film_and_a_sheet_are_drawn() {
         "--rounds",
         "1",
         "--size",
-        "96x64",
+        "128x112",
         "--rate",
         "5",
         "--json",

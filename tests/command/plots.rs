@@ -13,7 +13,7 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
             vec![
                 "bake", "--clips", clips, "--events", events, "--out", "g.sabaki",
             ],
-            "transitions",
+            "distance of postures",
         ),
         (vec!["lod"], "mean energy of the joints"),
         (
