@@ -3,7 +3,9 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side};
+#[cfg(feature = "view")]
+use sabaki::avoid::duel::Fighter;
+use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
 use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
 use sabaki::graph::EdgeId;
 use sabaki::region::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
@@ -41,6 +43,7 @@ pub(crate) struct Fought {
     /// Of each exchange's query, milliseconds.
     pub(crate) query_ms: Vec<f64>,
     pub(crate) score: Score,
+    #[cfg(feature = "view")]
     pub(crate) fighters: [Fighter; 2],
     pub(crate) seconds: f32,
     /// Why it ended before its last round.
@@ -139,6 +142,7 @@ fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, F
         query_ms,
         score: duel.score(),
         seconds: duel.now(),
+        #[cfg(feature = "view")]
         fighters: duel.into_fighters(),
         ended,
     })

@@ -61,8 +61,7 @@ impl Duel<'_> {
             });
         }
         options.sort_by(|a, b| a.rank.total_cmp(&b.rank).then(a.blow.cmp(&b.blow)));
-        let found = { options.iter() }.find_map(|option| self.challenge_by(option.blow, &them));
-        found
+        { options.iter() }.find_map(|option| self.challenge_by(option.blow, &them))
     }
 
     /// Whether the grid names anything for somebody who moves so, and is at a node by then.
