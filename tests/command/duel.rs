@@ -1,7 +1,5 @@
 //! Two fighters.
 
-use std::fs;
-
 use super::run::{baked, folder, sabaki};
 use super::without_times;
 
@@ -92,12 +90,12 @@ fn a_film_and_a_sheet_are_drawn() {
         "--out",
     ];
     let said = sabaki(folder.path(), &[&args[..], &["d.gif"]].concat()).json(0);
-    let gif = fs::read(folder.path().join("d.gif")).unwrap();
+    let gif = std::fs::read(folder.path().join("d.gif")).unwrap();
     assert!(gif.starts_with(b"GIF89a"));
     assert_eq!(said["film"]["bytes"], gif.len());
     assert!(said["film"]["pictures"].as_u64().unwrap() > 6);
     sabaki(folder.path(), &[&args[..], &["d.png"]].concat()).is(0);
     super::assert_is_png(&folder.path().join("d.png"));
     sabaki(folder.path(), &[&args[..], &["d.bmp"]].concat()).is_refused(&[".png"]);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
 }
