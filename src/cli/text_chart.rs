@@ -115,10 +115,10 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "height");
         assert!(
-            lines[1].starts_with('5') && lines[1].ends_with('●'),
+            lines[1].starts_with("5.0 │") && lines[1].ends_with('●'),
             "{text}"
         );
-        assert!(lines[ROWS].starts_with("0 │●"), "{text}");
+        assert!(lines[ROWS].starts_with("0.0 │●"), "{text}");
         assert!(text.contains("time") && text.contains("● rising"));
     }
 }
