@@ -176,7 +176,7 @@ impl Show<'_> {
 
     /// The score, who strikes with what, and what became of it once it has.
     fn write_on(&self, picture: &mut Picture, cut: &Cut, t: f32) {
-        let zoom = if self.args.size[0] >= 480 { 2 } else { 1 };
+        let zoom = if self.args.size[0] >= 640 { 2 } else { 1 };
         let margin = 6 * zoom;
         let exchange = &self.exchanges[cut.exchange];
         let is_over = t >= self.bout.nearest_at(cut);

@@ -143,8 +143,9 @@ impl<'a> Bout<'a> {
         let middle = 0.5 * (a[0].translation + b[0].translation);
         let middle = Vec3::new(middle.x, 0.0, middle.z);
         let aside = 0.5 * (low.x + high.x) - middle.dot(right);
-        let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.02);
-        let half = (0.54 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.18;
+        let target = middle + right * aside + Vec3::Y * (0.5 * high.y + 0.06);
+        // With room above for what is written there.
+        let half = (0.54 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.25;
         let field = 30f32.to_radians();
         let orbit = Camera::orbit(
             target,
