@@ -27,6 +27,8 @@ mod sheet;
 mod source;
 mod stats;
 mod summary;
+#[cfg(feature = "view")]
+mod view;
 
 use std::process::ExitCode;
 
@@ -73,6 +75,9 @@ enum Command {
     /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
     #[cfg(feature = "view")]
     Render(render::Args),
+    /// A window: click, and a ball flies there; the fighter dodges. Or a crowd.
+    #[cfg(feature = "view")]
+    View(view::Args),
     /// What a file holds: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
@@ -100,6 +105,8 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
         #[cfg(feature = "view")]
         Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
+        #[cfg(feature = "view")]
+        Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };

@@ -14,11 +14,14 @@
 //! Architecture invariant: nothing in [`scene`] knows that Vulkan exists.
 
 pub mod film;
+pub mod live;
 mod offscreen;
 mod painter;
+mod present;
 pub mod scene;
 mod shaders;
 mod stage;
+pub mod window;
 
 pub use offscreen::Offscreen;
 pub use painter::Painter;

@@ -203,6 +203,13 @@ impl Crowd {
         self.characters.is_empty()
     }
 
+    /// From the first row to the last, metres.
+    #[must_use]
+    pub fn long(&self) -> f32 {
+        let rows = self.settings.count.div_ceil(self.settings.abreast.max(1));
+        rows.saturating_sub(1) as f32 * self.settings.apart
+    }
+
     /// Lines of memory that the poses take at most: when all have all joints.
     #[must_use]
     pub fn most_lines(&self) -> usize {
@@ -221,6 +228,17 @@ impl Crowd {
     /// Levels by distance, or all joints for everybody.
     pub fn use_levels(&mut self, lod: bool) {
         self.lod = lod;
+    }
+
+    /// Pixels of error on the screen that a level may make: [`FormationSettings::error`].
+    #[must_use]
+    pub fn error(&self) -> f32 {
+        self.settings.error
+    }
+
+    /// Another such error from the next [`Crowd::look_from`] on.
+    pub fn set_error(&mut self, pixels: f32) {
+        self.settings.error = pixels;
     }
 
     /// Characters in the colours of their levels, or in their own.
