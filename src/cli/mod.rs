@@ -125,9 +125,18 @@ fn start_log(verbose: u8) {
         1 => tracing::Level::INFO,
         _ => tracing::Level::DEBUG,
     };
-    tracing_subscriber::fmt()
-        .with_max_level(level)
+    use tracing_subscriber::layer::SubscriberExt;
+    use tracing_subscriber::util::SubscriberInitExt;
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .without_time()
-        .init();
+        .without_time();
+    // What a window system has to grumble about is of no use to whoever has not asked.
+    let others = match verbose {
+        0 => tracing::Level::ERROR,
+        _ => level,
+    };
+    let heard = tracing_subscriber::filter::Targets::new()
+        .with_default(level)
+        .with_targets([("winit", others), ("egui", others)]);
+    tracing_subscriber::registry().with(lines).with(heard).init();
 }

@@ -36,7 +36,7 @@ pub(crate) struct PresenterDesc<'a> {
     pub(crate) size: [u32; 2],
     /// Shows pictures in step with the screen; else as fast as it goes.
     pub(crate) in_step: bool,
-    /// Format, size and frames in flight are the presenter's own.
+    /// Format, size and frames in flight are the presenter's own; 0 samples are as many as the device has time for.
     pub(crate) stage: StageDesc<'a>,
 }
 
@@ -120,7 +120,13 @@ impl Presenter {
             frame.fill(&context)?;
         }
         let size = offer.size(desc.size).map(|side| side.max(1));
+        let samples = match desc.stage.samples {
+            0 if is_software(&context) => 1,
+            0 => StageDesc::default().samples,
+            samples => samples,
+        };
         let stage = StageDesc {
+            samples,
             format: self.format,
             size,
             frames_in_flight: FRAMES as u32,
@@ -349,6 +355,13 @@ impl Drop for Presenter {
             tracing::error!("a Presenter was dropped without destroy: its device leaks");
         }
     }
+}
+
+fn is_software(context: &Context) -> bool {
+    let (instance, device) = (context.instance(), context.physical_device());
+    // SAFETY: both are the context's.
+    let properties = unsafe { instance.get_physical_device_properties(device) };
+    properties.device_type == vk::PhysicalDeviceType::CPU
 }
 
 /// Whether the window itself is gone.

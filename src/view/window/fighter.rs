@@ -170,7 +170,7 @@ impl FighterExhibit<'_> {
         slide(&mut ball.radius, (0.03, 0.25), "radius, m");
         slide(&mut ball.lead, (0.0, 2.0), "lead, s");
         slide(&mut ball.distance, (1.0, 6.0), "distance, m");
-        slide(&mut settings.near_speed, (0.05, 1.0), "speed of time near it");
+        slide(&mut settings.near_speed, (0.05, 1.0), "time near it");
         ui.checkbox(&mut ball.ahead, "aim at where the body will be");
         ui.checkbox(&mut settings.ghost, "ghost of who does nothing");
     }
@@ -203,11 +203,11 @@ impl FighterExhibit<'_> {
         let mut slide = |value: &mut f32, text: &str| {
             ui.add(Slider::new(value, 0.0..=8.0).text(text).max_decimals(1));
         };
-        slide(&mut weights.avoid, "w_a: evasion region");
-        slide(&mut weights.distance, "w_d: clearance");
-        slide(&mut weights.time, "w_t: rate");
+        slide(&mut weights.avoid, "w_a, region");
+        slide(&mut weights.distance, "w_d, clearance");
+        slide(&mut weights.time, "w_t, rate");
         let baked = format!(
-            "Baked in: slabs of {:.0} cm, {} slices of time, texels of {:.1} cm. `sabaki bake --slab` makes others.",
+            "Baked in, not to be changed here: slabs of {:.0} cm, {} slices of time, texels of {:.1} cm.",
             100.0 * grid_of_maps.slab_height,
             grid_of_maps.slices,
             100.0 * grid_of_maps.texel

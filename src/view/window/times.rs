@@ -35,11 +35,6 @@ impl Times {
     pub(super) fn median(&self) -> f64 {
         median(self.recent.iter().copied())
     }
-
-    /// Milliseconds of the last pictures, the latest one last.
-    pub(super) fn recent(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
-        self.recent.iter().copied()
-    }
 }
 
 /// The upper one of two; 0 of none.
