@@ -13,7 +13,7 @@ use divan::counter::ItemsCount;
 use sabaki::avoid::cull::{Counted, CullCandidate, CullInput, cpu};
 use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
-use sabaki::gpu::stencil::{Culler, CullerDesc};
+use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::region::{BakedGraph, MapGrid};
 
@@ -108,9 +108,19 @@ fn by_cpu(bencher: Bencher<'_, '_>, row: &Row) {
 
 #[divan::bench(args = rows())]
 fn by_stencil(bencher: Bencher<'_, '_>, row: &Row) {
+    by_stencil_and(Counting::Queries, bencher, row);
+}
+
+#[divan::bench(args = rows())]
+fn by_stencil_and_atomics(bencher: Bencher<'_, '_>, row: &Row) {
+    by_stencil_and(Counting::Atomics, bencher, row);
+}
+
+fn by_stencil_and(counting: Counting, bencher: Bencher<'_, '_>, row: &Row) {
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
     let desc = CullerDesc {
         counted: row.counted(),
+        counting,
         ..CullerDesc::new("bench", row.baked().atlas())
     };
     let mut culler = device

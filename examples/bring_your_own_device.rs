@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut devices = instance.enumerate_physical_devices()?.into_iter();
         let usable = devices.find(|&device| check(&instance, device, &terms).is_usable());
         let physical_device = usable.ok_or("no usable device")?;
-        let precise = check(&instance, physical_device, &terms).precise_queries;
+        let offered = check(&instance, physical_device, &terms);
         let families = instance.get_physical_device_queue_family_properties(physical_device);
         let draws =
             |one: &vk::QueueFamilyProperties| one.queue_flags.contains(vk::QueueFlags::GRAPHICS);
@@ -44,7 +44,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
-        let features = vk::PhysicalDeviceFeatures::default().occlusion_query_precise(precise);
+        let features = vk::PhysicalDeviceFeatures::default()
+            .occlusion_query_precise(offered.precise_queries)
+            .fragment_stores_and_atomics(offered.fragment_atomics);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);
@@ -60,7 +62,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             physical_device,
             device: &device,
             queue_family,
-            precise_queries: precise,
+            precise_queries: offered.precise_queries,
+            fragment_atomics: offered.fragment_atomics,
             debug_names: false,
             terms,
         })?;

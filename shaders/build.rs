@@ -90,7 +90,7 @@ mod table {
             ..spv::Options::default()
         };
         let module = spv::parse_u8_slice(bytes, &options).map_err(|error| error.to_string())?;
-        let capabilities = valid::Capabilities::IMMEDIATES;
+        let capabilities = valid::Capabilities::IMMEDIATES | valid::Capabilities::EARLY_DEPTH_TEST;
         valid::Validator::new(valid::ValidationFlags::all(), capabilities)
             .validate(&module)
             .map_err(|error| format!("{:?}", error.into_inner()))?;

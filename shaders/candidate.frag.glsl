@@ -2,26 +2,11 @@
 // those that the attack touches, and the occlusion query counts them.
 // CPU twin: src/avoid/cull/cpu.rs.
 #version 460
-
-const int SHIFT = 15;
-
-layout(location = 0) flat in ivec4 turn;
-layout(location = 1) flat in uvec4 map;
-
-layout(set = 0, binding = 0, std430) readonly buffer Words {
-    uint words[];
-};
+#extension GL_GOOGLE_include_directive : require
+#include "candidate.glsl"
 
 void main() {
-    ivec2 c = 2 * ivec2(gl_FragCoord.xy) + 1;
-    // Texels before the map's first one become very large.
-    uint x = uint((turn.x * c.x + turn.y * c.y + turn.z) >> SHIFT);
-    uint z = uint((turn.x * c.y - turn.y * c.x + turn.w) >> SHIFT);
-    if (x >= (map.x & 0xffffu) || z >= (map.x >> 16)) {
-        discard;
-    }
-    uint bit = map.y + z * map.z + (x << map.w);
-    if (((words[bit >> 5] >> (bit & 31u)) & 1u) == 0u) {
+    if (!is_set()) {
         discard;
     }
 }

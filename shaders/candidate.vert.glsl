@@ -6,14 +6,14 @@
 
 layout(location = 0) in uvec2 corner; // texels of the target
 layout(location = 1) in ivec4 turn;   // from texels of the target to those of the map
-layout(location = 2) in uvec4 map;    // as `out_map`
+layout(location = 2) in uvec4 map;    // as in candidate.glsl
 
 layout(push_constant) uniform DrawTarget {
     uvec2 side;
 } target;
 
 layout(location = 0) flat out ivec4 out_turn;
-layout(location = 1) flat out uvec4 out_map; // width and height in one, first bit, bits a row, log2 of bits a texel
+layout(location = 1) flat out uvec4 out_map; // as in candidate.glsl
 
 void main() {
     gl_Position = target_position(ivec2(corner), target.side);

@@ -1,5 +1,5 @@
 //! Promise: a program in C, built with `cc` against the header and the static library, bakes clips, dodges on its own Vulkan
-//! device by both paths, and gets the CPU's answer.
+//! device by both paths, and gets the CPU's answer; one in C++ reads what was baked.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
@@ -89,27 +89,39 @@ fn clips(folder: &Path) -> (PathBuf, PathBuf) {
     (clips_folder, events)
 }
 
-#[test]
-fn a_c_program_dodges() {
-    let folder = tempfile::tempdir().unwrap();
-    let program = folder.path().join("dodge");
-    let mut compiler = Command::new("cc");
-    compiler
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
-        .arg(root().join("tests/capi/dodge.c"))
+/// Compiles a program of this folder, strictly, and links it with the library.
+fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathBuf {
+    let program = folder.join(source).with_extension("");
+    let mut command = Command::new(compiler);
+    command
+        .args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
+        .arg(root().join("tests/capi").join(source))
         .arg("-I")
         .arg(root().join("src/capi"))
         .arg(static_library())
         .args(["-lm", "-lpthread", "-ldl"])
         .arg("-o")
         .arg(&program);
-    output_of(&mut compiler);
+    output_of(&mut command);
+    program
+}
+
+#[test]
+fn programs_in_c_and_cpp_bake_dodge_and_read() {
+    let folder = tempfile::tempdir().unwrap();
     let (clips, events) = clips(folder.path());
     let baked = folder.path().join("baked.sabaki");
-    let said = output_of(Command::new(&program).args([&clips, &events, &baked]));
+
+    let dodge = program("cc", "-std=c99", "dodge.c", folder.path());
+    let said = output_of(Command::new(dodge).args([&clips, &events, &baked]));
     println!("{said}");
     assert!(said.contains("24 joints, the first is Hips"), "{said}");
     assert_eq!(said.matches("avoided 1").count(), 2, "{said}");
+
+    let reader = program("c++", "-std=c++11", "reader.cpp", folder.path());
+    let said = output_of(Command::new(reader).args([&baked, &events]));
+    assert!(said.contains("24 joints, the last is "), "{said}");
+    assert!(said.contains("refused: "), "{said}");
 }
 
 /// Every function that the header declares is in the library, and no other.

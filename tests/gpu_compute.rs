@@ -143,11 +143,18 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
     let atlas = atlas(&mut random, grid, 20);
     let attack = attack(&mut random, grid, (RECT, 0..4));
     let candidates = candidates(&mut random, &atlas, RECT, 700);
+    let all = (u32::MAX, u64::MAX);
+    let shapes = [
+        (1, (1, 400_000)),
+        (300, (7, 2_000_000)),
+        (1000, (1, u64::MAX)),
+    ];
     for input_way in [InputWay::Staged, InputWay::Direct] {
-        for (max_candidates, max_groups) in [(1, 1), (300, 7), (1000, 1), (1000, u32::MAX)] {
+        for (max_candidates, (max_groups, max_page)) in shapes.into_iter().chain([(1000, all)]) {
             let desc = CullerDesc {
                 max_candidates,
                 max_groups,
+                max_page,
                 input: input_way,
                 ..CullerDesc::new("test", &atlas)
             };
@@ -159,7 +166,7 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
                 candidates: &candidates[..some],
             };
             let counts = device.cull_compute(&mut culler, &input).unwrap();
-            let case = (input_way, max_candidates, max_groups);
+            let case = (input_way, max_candidates, max_groups, max_page);
             assert_eq!(counts, counted(&input), "{case:?}");
             culler.destroy(device.memory().unwrap());
         }
@@ -215,6 +222,13 @@ fn what_does_not_fit_is_refused_by_name() {
     assert_eq!(counts, counted(&input), "it is of use all the same");
     culler.destroy(device.memory().unwrap());
 
+    let small = CullerDesc {
+        max_page: 4096,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let made = device.make(|context, memory| Culler::new(context, memory, &small));
+    let why = made.unwrap_err().to_string();
+    assert!(why.starts_with("CullerDesc::max_page"), "{why}");
     assert_eq!(device.memory().unwrap().live_blocks(), 0);
     finish(device);
 }

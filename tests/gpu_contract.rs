@@ -347,6 +347,7 @@ fn again(context: &Context) -> Result<Context, GpuError> {
             device: context.device(),
             queue_family: context.queue_family(),
             precise_queries: true,
+            fragment_atomics: true,
             debug_names: false,
             terms: Terms::default(),
         })

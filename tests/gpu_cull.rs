@@ -10,28 +10,35 @@ use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
     avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
-    gpu::{GpuError, Terms, Without, stencil::CullerDesc},
+    gpu::{
+        GpuError, Terms, Without,
+        stencil::{Counting, CullerDesc},
+    },
     region::{MapGrid, MapRect, RegionId, Slab},
 };
 
 #[test]
 fn thousands_of_random_candidates_agree() {
     cull_cases::random_candidates_agree(Path::Stencil);
+    cull_cases::random_candidates_agree(Path::Atomics);
 }
 
 #[test]
 fn edges_of_the_input_agree() {
     cull_cases::edges_agree(Path::Stencil);
+    cull_cases::edges_agree(Path::Atomics);
 }
 
 #[test]
 fn atlases_without_a_map_agree() {
     cull_cases::atlases_without_a_map_agree(Path::Stencil);
+    cull_cases::atlases_without_a_map_agree(Path::Atomics);
 }
 
 #[test]
 fn slots_in_flight_keep_their_own_counts() {
     cull_cases::slots_in_flight_keep_their_own_counts(Path::Stencil);
+    cull_cases::slots_in_flight_keep_their_own_counts(Path::Atomics);
 }
 
 #[test]
@@ -98,7 +105,11 @@ fn small_targets_pools_and_buffers_agree() {
                 ..whole
             },
         ];
-        for desc in descs {
+        let summed = descs.map(|desc| CullerDesc {
+            counting: Counting::Atomics,
+            ..desc
+        });
+        for desc in descs.into_iter().chain(summed) {
             let mut culler = culler(&mut device, &desc);
             for _ in 0..2 {
                 let (attack, candidates) = any_input(&mut random, &atlas, 20);

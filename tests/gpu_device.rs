@@ -165,6 +165,7 @@ fn raw_handles_make_the_same_context() {
             device: context.device().handle().as_raw(),
             queue_family: context.queue_family(),
             precise_queries: true,
+            fragment_atomics: true,
             debug_names: true,
             terms: Terms::default(),
         })

@@ -12,13 +12,14 @@ use sabaki::{
         Headless, Terms, Without,
         ash::vk,
         check, compute, requirements,
-        stencil::{CullerDesc, Rasterizer, RasterizerDesc},
+        stencil::{self, Counting, CullerDesc, Rasterizer, RasterizerDesc},
     },
     region::{MapGrid, MapRect, raster},
 };
 
 const EVERYTHING: Without = Without {
     precise_queries: true,
+    fragment_atomics: true,
     s8: true,
     d24_s8: true,
     generous_limits: true,
@@ -35,6 +36,19 @@ fn all_agree(terms: Terms) {
         let mut compute = device
             .make(|context, memory| compute::Culler::new(context, memory, &desc))
             .unwrap();
+        let desc = CullerDesc {
+            counting: Counting::Atomics,
+            ..CullerDesc::new("test", &atlas)
+        };
+        let made = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
+        let mut atomics = match made {
+            Ok(culler) => Some(culler),
+            Err(error) => {
+                assert!(error.to_string().contains("fragmentStoresAndAtomics"));
+                None
+            }
+        };
+        assert_eq!(atomics.is_none(), terms.without.fragment_atomics);
         for _ in 0..4 {
             let (attack, candidates) = any_input(&mut random, &atlas, 60);
             let input = CullInput {
@@ -46,6 +60,10 @@ fn all_agree(terms: Terms) {
             cpu::count(&input, &mut expected);
             let counts = device.cull_compute(&mut compute, &input).unwrap();
             assert_eq!(counts, expected, "compute: {terms:?}");
+            if let Some(atomics) = &mut atomics {
+                let counts = device.cull(atomics, &input).unwrap();
+                assert_eq!(counts, expected, "atomics: {terms:?}");
+            }
             let counts = device.cull(&mut stencil, &input).unwrap();
             let precise = device.context().unwrap().precise_queries();
             assert_eq!(precise, !terms.without.precise_queries);
@@ -58,6 +76,9 @@ fn all_agree(terms: Terms) {
             }
         }
         stencil.destroy(device.memory().unwrap());
+        if let Some(atomics) = atomics {
+            atomics.destroy(device.memory().unwrap());
+        }
         compute.destroy(device.memory().unwrap());
     }
     maps_agree(&mut device);
@@ -101,6 +122,14 @@ fn on(without: Without) -> Terms {
         without,
         ..Terms::default()
     }
+}
+
+#[test]
+fn without_fragments_that_count() {
+    all_agree(on(Without {
+        fragment_atomics: true,
+        ..Without::default()
+    }));
 }
 
 #[test]
@@ -160,7 +189,14 @@ fn the_report_says_what_is_done_instead() {
         fallbacks.iter().map(|one| one.name).collect()
     };
     assert!(lacks(Terms::default()).is_empty());
-    assert_eq!(lacks(on(EVERYTHING)), ["S8_UINT", "occlusionQueryPrecise"]);
+    assert_eq!(
+        lacks(on(EVERYTHING)),
+        [
+            "S8_UINT",
+            "occlusionQueryPrecise",
+            "fragmentStoresAndAtomics"
+        ]
+    );
     let format = |s8, d24_s8| {
         let without = Without {
             s8,

@@ -192,19 +192,24 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     assert!(owed.iter().any(|one| one.body > 0));
     let mut harness = Harness::new();
 
-    let desc = stencil::CullerDesc::new("test", &atlas);
-    harness.hold(
-        |device, memory| {
-            use_twice(
-                device,
-                memory,
-                |context, memory| stencil::Culler::new(context, memory, &desc),
-                |device, culler| device.cull(culler, &input),
-                |culler, memory| culler.destroy(memory),
-            )
-        },
-        &owed,
-    );
+    for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
+        let desc = stencil::CullerDesc {
+            counting,
+            ..stencil::CullerDesc::new("test", &atlas)
+        };
+        harness.hold(
+            |device, memory| {
+                use_twice(
+                    device,
+                    memory,
+                    |context, memory| stencil::Culler::new(context, memory, &desc),
+                    |device, culler| device.cull(culler, &input),
+                    |culler, memory| culler.destroy(memory),
+                )
+            },
+            &owed,
+        );
+    }
     let desc = compute::CullerDesc::new("test", &atlas);
     harness.hold(
         |device, memory| {

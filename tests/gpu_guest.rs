@@ -88,6 +88,8 @@ impl Host {
                 queue_family: open.device.queue_family_index(),
                 // wgpu does not switch it on: the stencil path says any or none.
                 precise_queries: false,
+                // It switches this on where it can.
+                fragment_atomics: true,
                 debug_names: false,
                 terms: Terms {
                     api_version: shared.instance_api_version(),
@@ -161,6 +163,11 @@ fn wgpu_hosts_a_dodge() {
     };
     let desc = stencil::CullerDesc::new("guest", baked.atlas());
     let mut stencil = stencil::Culler::new(&host.context, &mut memory, &desc).unwrap();
+    let desc = stencil::CullerDesc {
+        counting: stencil::Counting::Atomics,
+        ..stencil::CullerDesc::new("guest", baked.atlas())
+    };
+    let mut atomics = stencil::Culler::new(&host.context, &mut memory, &desc).unwrap();
     let desc = compute::CullerDesc::new("guest", baked.atlas());
     let mut compute = compute::Culler::new(&host.context, &mut memory, &desc).unwrap();
 
@@ -170,7 +177,7 @@ fn wgpu_hosts_a_dodge() {
     for index in 0..8 {
         let throw = throw(baked, &ThrowSettings::default(), 3, index).unwrap();
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        let (mut counts, mut any) = (Vec::new(), Vec::new());
+        let (mut counts, mut any, mut summed) = (Vec::new(), Vec::new(), Vec::new());
         let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
         loop {
             let mut cull = |input: &CullInput<'_>| {
@@ -179,13 +186,17 @@ fn wgpu_hosts_a_dodge() {
                     (
                         stencil.record(cmd, 0, input).unwrap(),
                         compute.record(cmd, 0, input).unwrap(),
+                        atomics.record(cmd, 0, input).unwrap(),
                     )
                 });
                 assert!(!tickets.0.counts_exact);
                 assert!(stencil.poll(tickets.0, &mut any).unwrap());
                 assert!(compute.poll(tickets.1, &mut counts).unwrap());
+                assert!(atomics.poll(tickets.2, &mut summed).unwrap());
+                assert!(tickets.2.counts_exact);
             };
             cull(&prepared.cull_input());
+            assert_eq!(summed, counts);
             for (any, counted) in any.iter().zip(&counts) {
                 assert_eq!(any.body > 0, counted.body > 0);
             }
@@ -206,6 +217,7 @@ fn wgpu_hosts_a_dodge() {
     assert!(avoided > 3 && removed > 3, "{avoided} {removed}");
 
     stencil.destroy(&mut memory);
+    atomics.destroy(&mut memory);
     compute.destroy(&mut memory);
     assert_eq!(memory.live_blocks(), 0);
     host.frame(77, |_| ());

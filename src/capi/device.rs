@@ -16,7 +16,7 @@ pub(super) struct Device {
     queue_family: u32,
     api_version: u32,
     precise_queries: u32,
-    reserved: u32,
+    fragment_atomics: u32,
 }
 
 impl Device {
@@ -28,6 +28,7 @@ impl Device {
             device: self.device as u64,
             queue_family: self.queue_family,
             precise_queries: self.precise_queries != 0,
+            fragment_atomics: self.fragment_atomics != 0,
             debug_names: false,
             terms: Terms {
                 api_version: self.api_version,

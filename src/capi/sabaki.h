@@ -62,7 +62,7 @@ typedef struct sabaki_device {
     uint32_t queue_family;        /* of the queue that the command buffers run on */
     uint32_t api_version;         /* VkApplicationInfo::apiVersion: VK_API_VERSION_1_1 or later */
     uint32_t precise_queries;     /* 1 where occlusionQueryPrecise is enabled, else 0 */
-    uint32_t reserved;            /* 0 */
+    uint32_t fragment_atomics;    /* 1 where fragmentStoresAndAtomics is enabled, else 0 */
 } sabaki_device;
 
 /* Whether the physical device can be used: SABAKI_OK, or SABAKI_ERROR naming what is missing. `text`, if not NULL, gets at

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use sabaki::avoid::Judging;
-use sabaki::avoid::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki::avoid::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
 use sabaki::region::RegionAtlas;
 
 use super::Failure;
@@ -142,6 +142,20 @@ impl Culling {
         let device = self.device.as_ref().map_err(String::as_str)?;
         let culler = self.culler.as_ref().ok_or("it has no maps")?;
         culler.stencil().map(|()| device.name())
+    }
+
+    /// Makes what a path needs on the device and takes the maps there, so that the first query's time is one like the others.
+    ///
+    /// # Errors
+    /// As [`Culling::count`].
+    pub(crate) fn warm_up(&mut self, path: CullPath, atlas: &RegionAtlas) -> Result<(), Failure> {
+        let attack = AttackDrawing::default();
+        let input = CullInput {
+            atlas,
+            attack: &attack,
+            candidates: &[],
+        };
+        self.count(path, &input, &mut Vec::new())
     }
 
     /// Counts everything, outer maps included, which a choice does not need and the times of

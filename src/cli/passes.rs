@@ -129,6 +129,7 @@ pub(crate) fn pass(
         list_late: settings.list_late,
         ..method.settings()
     };
+    culling.warm_up(method.cull, baked.atlas())?;
     cancel::listen();
     let bar = output::progress(method.cull.name(), throws.len() as u64);
     // Every so manyth attack, from the given one on.

@@ -67,6 +67,21 @@ impl Access {
         vk::AccessFlags2::SHADER_STORAGE_READ,
         vk::ImageLayout::UNDEFINED,
     );
+    /// The source of a copy of a buffer.
+    pub(crate) const TRANSFER_READ: Self = Self::new(
+        vk::PipelineStageFlags2::ALL_TRANSFER,
+        vk::AccessFlags2::TRANSFER_READ,
+        vk::ImageLayout::UNDEFINED,
+    );
+    /// Storage buffers in which fragment shaders count.
+    pub(crate) const FRAGMENT_COUNT: Self = Self::new(
+        vk::PipelineStageFlags2::FRAGMENT_SHADER,
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::SHADER_STORAGE_READ.as_raw()
+                | vk::AccessFlags2::SHADER_STORAGE_WRITE.as_raw(),
+        ),
+        vk::ImageLayout::UNDEFINED,
+    );
     /// Storage and uniform buffers, as compute shaders read them.
     pub(crate) const COMPUTE_READ: Self = Self::new(
         vk::PipelineStageFlags2::COMPUTE_SHADER,

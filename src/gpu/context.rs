@@ -23,6 +23,8 @@ pub struct ContextDesc<'a> {
     pub queue_family: u32,
     /// Whether `occlusionQueryPrecise` is enabled on `device`.
     pub precise_queries: bool,
+    /// Whether `fragmentStoresAndAtomics` is enabled on `device`.
+    pub fragment_atomics: bool,
     /// Whether `VK_EXT_debug_utils` is enabled on `instance`: objects then get names.
     pub debug_names: bool,
     /// The version of the instance, and what is done without.
@@ -46,6 +48,8 @@ pub struct RawContextDesc {
     pub queue_family: u32,
     /// As [`ContextDesc::precise_queries`].
     pub precise_queries: bool,
+    /// As [`ContextDesc::fragment_atomics`].
+    pub fragment_atomics: bool,
     /// As [`ContextDesc::debug_names`].
     pub debug_names: bool,
     /// As [`ContextDesc::terms`].
@@ -105,6 +109,7 @@ pub struct Context {
     queue_family: u32,
     queue_flags: vk::QueueFlags,
     precise_queries: bool,
+    fragment_atomics: bool,
     stencil_format: vk::Format,
     limits: vk::PhysicalDeviceLimits,
     most_queries: u64,
@@ -117,6 +122,7 @@ impl std::fmt::Debug for Context {
             .field("device", &self.device.handle())
             .field("queue_family", &self.queue_family)
             .field("precise_queries", &self.precise_queries)
+            .field("fragment_atomics", &self.fragment_atomics)
             .field("stencil_format", &self.stencil_format)
             .finish_non_exhaustive()
     }
@@ -171,6 +177,7 @@ impl Context {
             queue_family: desc.queue_family,
             queue_flags: family.queue_flags,
             precise_queries: desc.precise_queries && report.precise_queries,
+            fragment_atomics: desc.fragment_atomics && report.fragment_atomics,
             stencil_format,
             limits: limits::allowed(&properties.limits, &desc.terms.without),
             most_queries: drivers::most_queries(driver),
@@ -199,6 +206,7 @@ impl Context {
                 device: &ash::Device::load(instance.fp_v1_0(), device),
                 queue_family: desc.queue_family,
                 precise_queries: desc.precise_queries,
+                fragment_atomics: desc.fragment_atomics,
                 debug_names: desc.debug_names,
                 terms: desc.terms,
             })
@@ -238,6 +246,12 @@ impl Context {
     #[must_use]
     pub fn precise_queries(&self) -> bool {
         self.precise_queries
+    }
+
+    /// Whether fragment shaders can count, for [`Counting::Atomics`](super::stencil::Counting::Atomics).
+    #[must_use]
+    pub fn fragment_atomics(&self) -> bool {
+        self.fragment_atomics
     }
 
     /// The format of the stencil targets.

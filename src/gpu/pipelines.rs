@@ -10,7 +10,7 @@ use super::{
     error::Named,
     shader_table::{
         BoxCorner, CANDIDATE_FRAG, CANDIDATE_VERT, COUNT_COMP, DISC_FRAG, DISC_VERT, PlacedDisc,
-        RECT_VERT, Shader, Stage,
+        RECT_VERT, Shader, Stage, TALLY_FRAG,
     },
 };
 
@@ -51,6 +51,13 @@ pub(crate) const RECTS: PipelineDesc = PipelineDesc {
 pub(crate) const CANDIDATES: PipelineDesc = PipelineDesc {
     name: "sabaki candidates",
     shaders: &[&CANDIDATE_VERT, &CANDIDATE_FRAG],
+    inputs: Inputs::Corners,
+    topology: vk::PrimitiveTopology::TRIANGLE_LIST,
+};
+/// The same, where the fragment shader counts.
+pub(crate) const TALLY: PipelineDesc = PipelineDesc {
+    name: "sabaki tally",
+    shaders: &[&CANDIDATE_VERT, &TALLY_FRAG],
     inputs: Inputs::Corners,
     topology: vk::PrimitiveTopology::TRIANGLE_LIST,
 };

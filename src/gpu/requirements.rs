@@ -50,6 +50,7 @@ const LIMITS: &str = "the limits that Vulkan guarantees";
 const CORE: &str = "Vulkan 1.3";
 const S8: &str = "S8_UINT";
 const PRECISE: &str = "occlusionQueryPrecise";
+const ATOMICS: &str = "fragmentStoresAndAtomics";
 const COMPUTE: &str = "a queue family with compute";
 
 /// Stencil formats, the best one first.
@@ -71,8 +72,9 @@ const EXTENSIONS: [&CStr; 5] = [
 /// Everything that is looked for, required things first.
 ///
 /// Of limits, none is needed above the minimum that Vulkan guarantees. Where an input needs more than a device offers, the
-/// work is cut up (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, queries by the size of our
-/// own pools), or refused by name ([`GpuError::Limit`](super::GpuError::Limit): maps above `maxStorageBufferRange`).
+/// work is cut up (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, maps of the compute path by
+/// `maxStorageBufferRange`, queries by the size of our own pools), or refused by name
+/// ([`GpuError::Limit`](super::GpuError::Limit): maps of the stencil path above `maxStorageBufferRange`).
 #[must_use]
 pub fn requirements() -> &'static [Requirement] {
     use RequirementKind::{Feature, Format, Limit, Queue, Version};
@@ -115,6 +117,11 @@ pub fn requirements() -> &'static [Requirement] {
                 PRECISE,
                 "culling by any or none; evasion overlaps are counted by the cpu path",
             ),
+            optional(
+                Feature,
+                ATOMICS,
+                "the stencil path counts by occlusion queries",
+            ),
             optional(Queue, COMPUTE, "the stencil path or the cpu path"),
         ]
     }
@@ -144,6 +151,8 @@ impl Default for Terms {
 pub struct Without {
     /// `occlusionQueryPrecise`.
     pub precise_queries: bool,
+    /// `fragmentStoresAndAtomics`.
+    pub fragment_atomics: bool,
     /// Stencil targets of S8_UINT.
     pub s8: bool,
     /// Stencil targets of D24_UNORM_S8_UINT.
@@ -176,6 +185,8 @@ pub struct Report {
     pub stencil_format: Option<vk::Format>,
     /// Whether occlusion queries can count samples.
     pub precise_queries: bool,
+    /// Whether fragment shaders can count.
+    pub fragment_atomics: bool,
 }
 
 impl Report {
@@ -214,6 +225,7 @@ pub unsafe fn check(
         LIMITS => offer.has_limits,
         S8 => stencil_format == Some(vk::Format::S8_UINT),
         PRECISE => offer.precise_queries,
+        ATOMICS => offer.fragment_atomics,
         _ => false,
     };
     let absent = || requirements().iter().filter(|one| !offered(one.name));
@@ -226,6 +238,7 @@ pub unsafe fn check(
         extensions: extensions(offer.version).to_vec(),
         stencil_format,
         precise_queries: offer.precise_queries,
+        fragment_atomics: offer.fragment_atomics,
     }
 }
 
@@ -250,6 +263,7 @@ struct Offer {
     synchronization2: bool,
     dynamic_state: bool,
     precise_queries: bool,
+    fragment_atomics: bool,
     has_limits: bool,
 }
 
@@ -280,6 +294,7 @@ impl Offer {
             // SAFETY: as above; both sides know Vulkan 1.1.
             unsafe { offer.ask_features(instance, physical_device) };
             offer.precise_queries &= !terms.without.precise_queries;
+            offer.fragment_atomics &= !terms.without.fragment_atomics;
         }
         offer
     }
@@ -315,6 +330,7 @@ impl Offer {
         // SAFETY: as above; the chain is only given to devices that know its structures.
         unsafe { instance.get_physical_device_features2(physical_device, &mut features) };
         self.precise_queries = features.features.occlusion_query_precise == vk::TRUE;
+        self.fragment_atomics = features.features.fragment_stores_and_atomics == vk::TRUE;
         self.dynamic_rendering = rendering.dynamic_rendering == vk::TRUE;
         self.synchronization2 = synchronization.synchronization2 == vk::TRUE;
         self.dynamic_state = is_core || state.extended_dynamic_state == vk::TRUE;

@@ -30,17 +30,26 @@ pub(crate) struct Buffer {
 }
 
 impl Buffer {
-    /// Leaves nothing behind when it fails.
+    /// One that shaders may read the whole of. Leaves nothing behind when it fails.
     pub(crate) fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: BufferDesc<'_>,
     ) -> Result<Self, GpuError> {
-        let size = desc.size.max(4).next_multiple_of(4);
         if desc.usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) {
             let most = context.limits().max_storage_buffer_range;
-            within("maxStorageBufferRange", size, u64::from(most))?;
+            within("maxStorageBufferRange", desc.size, u64::from(most))?;
         }
+        Self::paged(context, memory, desc)
+    }
+
+    /// One that is bound a part at a time, where shaders read it. Leaves nothing behind when it fails.
+    pub(crate) fn paged(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: BufferDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let size = desc.size.max(4).next_multiple_of(4);
         let info = vk::BufferCreateInfo::default()
             .size(size)
             .usage(desc.usage)

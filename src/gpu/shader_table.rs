@@ -58,7 +58,7 @@ pub(crate) struct BoxCorner {
     pub(crate) corner: [u16; 2],
     /// From texels of the target to those of the map.
     pub(crate) turn: [i32; 4],
-    /// Width and height in one, first bit, bits a row, log2 of bits a texel.
+    /// Width and height in one, first bit, bits a row; log2 of bits a texel, and from bit 5 on the number that is counted.
     pub(crate) map: [u32; 4],
 }
 
@@ -149,11 +149,13 @@ pub(crate) const fn has_one_set(shader: &Shader) -> bool {
 const _: () = {
     assert!(runs_anywhere(&DISC_VERT) && runs_anywhere(&DISC_FRAG) && runs_anywhere(&RECT_VERT));
     assert!(runs_anywhere(&CANDIDATE_VERT) && runs_anywhere(&CANDIDATE_FRAG));
-    assert!(runs_anywhere(&COUNT_COMP));
+    assert!(runs_anywhere(&TALLY_FRAG) && runs_anywhere(&COUNT_COMP));
 
-    assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&COUNT_COMP));
+    assert!(has_one_set(&CANDIDATE_FRAG) && has_one_set(&TALLY_FRAG) && has_one_set(&COUNT_COMP));
     assert!(CANDIDATE_FRAG.bindings.len() == 1 && CANDIDATE_VERT.bindings.is_empty());
     assert!(stride(&CANDIDATE_FRAG, 0) == size_of::<u32>());
+    assert!(stride(&TALLY_FRAG, 0) == size_of::<u32>());
+    assert!(stride(&TALLY_FRAG, 1) == size_of::<u32>());
     assert!(size_of::<TargetSide>() == DrawTarget::SIZE);
     assert!(offset_of!(TargetSide, side) == DrawTarget::SIDE);
 

@@ -1,4 +1,4 @@
-//! A storage buffer that is filled once, by way of a staging buffer.
+//! A storage buffer that is filled once, by way of a staging buffer. How much of it is bound at a time is up to its owner.
 
 use std::sync::atomic::AtomicBool;
 
@@ -45,7 +45,7 @@ impl Uploaded {
                 usage,
                 memory: who,
             };
-            Buffer::new(context, memory, desc)
+            Buffer::paged(context, memory, desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;

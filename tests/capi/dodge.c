@@ -22,7 +22,7 @@ typedef struct { uint32_t type; const void *next; uint32_t flags, family; } Pool
 typedef struct { uint32_t type; const void *next; uint64_t pool; uint32_t level, count; } BufferInfo;
 typedef struct { uint32_t type; const void *next; uint32_t flags; const void *inheritance; } BeginInfo;
 typedef struct { uint32_t type; const void *next; uint32_t waits; const void *w; const void *stages; uint32_t buffers; void *const *b; uint32_t signals; const void *s; } SubmitInfo;
-enum { FEATURES = 55, PRECISE = 18 }; /* booleans of VkPhysicalDeviceFeatures; position of occlusionQueryPrecise */
+enum { FEATURES = 55, PRECISE = 23, ATOMICS = 26 }; /* booleans of VkPhysicalDeviceFeatures, and positions of occlusionQueryPrecise and fragmentStoresAndAtomics */
 
 static void *instance, *physical_device, *device;
 static GetInstanceProcAddr lookup;
@@ -62,6 +62,7 @@ static sabaki_device make_device(void) {
 
     const float priority = 1.0f;
     uint32_t features[FEATURES] = {0};
+    features[ATOMICS] = strstr(text, "fragmentStoresAndAtomics") ? 0 : 1;
     features[PRECISE] = strstr(text, "occlusionQueryPrecise") ? 0 : 1;
     OneFeature rendering = {1000044003, 0, 1}, synchronization = {1000314007, &rendering, 1};
     QueueInfo queue = {2, 0, 0, 0, 1, &priority};
@@ -69,6 +70,7 @@ static sabaki_device make_device(void) {
     check(CALL("vkCreateDevice", physical_device, &wanted, (void *)0, &device), "vkCreateDevice");
     host.device = device;
     host.precise_queries = features[PRECISE];
+    host.fragment_atomics = features[ATOMICS];
     return host;
 }
 

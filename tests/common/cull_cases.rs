@@ -1,6 +1,7 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
 use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap};
+use sabaki::gpu::stencil::Counting;
 use sabaki::gpu::{Context, GpuError, Headless, Memory, Mismatch, ash::vk, compute, stencil};
 use sabaki::region::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 
@@ -12,6 +13,8 @@ use super::{Random, device, finish};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Path {
     Stencil,
+    /// The stencil path, where fragments count.
+    Atomics,
     Compute,
 }
 
@@ -33,11 +36,15 @@ impl Path {
     fn culler(self, device: &mut Headless, atlas: &RegionAtlas, frames: u32) -> AnyCuller {
         let make = |context: &Context, memory: &mut dyn Memory| {
             Ok(match self {
-                Self::Stencil => AnyCuller::Stencil(stencil::Culler::new(
+                Self::Stencil | Self::Atomics => AnyCuller::Stencil(stencil::Culler::new(
                     context,
                     memory,
                     &stencil::CullerDesc {
                         frames_in_flight: frames,
+                        counting: match self {
+                            Self::Atomics => Counting::Atomics,
+                            _ => Counting::Queries,
+                        },
                         ..stencil::CullerDesc::new("test", atlas)
                     },
                 )?),

@@ -30,6 +30,7 @@ const fn without_formats(d24_s8: bool) -> Terms {
         api_version: vk::API_VERSION_1_3,
         without: Without {
             precise_queries: false,
+            fragment_atomics: false,
             s8: true,
             d24_s8,
             generous_limits: false,

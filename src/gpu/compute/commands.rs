@@ -1,5 +1,7 @@
 //! Descriptors, and the commands of one cull in order.
 
+use std::ops::Range;
+
 use ash::vk;
 
 use super::{
@@ -48,14 +50,19 @@ impl Parts {
         Ok(())
     }
 
-    /// Gives each slot its descriptor set.
+    /// Gives each slot its descriptor sets, one for each page of the maps.
     pub(super) fn make_sets(
         &mut self,
         context: &Context,
         capacity: &Capacity,
+        pages: &[Range<usize>],
     ) -> Result<(), GpuError> {
         let device = context.device();
-        let count = self.slots.len() as u32;
+        let sets = self.slots.len() * pages.len();
+        if sets == 0 {
+            return Ok(());
+        }
+        let count = sets as u32;
         let sizes = BINDINGS.map(|at| {
             vk::DescriptorPoolSize::default()
                 .ty(kind(at))
@@ -67,23 +74,30 @@ impl Parts {
         // SAFETY: the context's device is valid.
         self.pool =
             unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
-        let layouts = vec![self.layout; self.slots.len()];
+        let layouts = vec![self.layout; sets];
         let info = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.pool)
             .set_layouts(&layouts);
         // SAFETY: pool and layouts were just made, and the pool has room for all.
         let sets =
             unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
-        for (slot, set) in self.slots.iter_mut().zip(sets) {
-            slot.set = set;
+        for (slot, sets) in self.slots.iter_mut().zip(sets.chunks_exact(pages.len())) {
+            slot.sets = sets.to_vec();
         }
         for slot in &self.slots {
-            self.write_set(context, slot, capacity);
+            for (&set, page) in slot.sets.iter().zip(pages) {
+                self.write_set(context, (slot, set), (capacity, page));
+            }
         }
         Ok(())
     }
 
-    fn write_set(&self, context: &Context, slot: &Slot, capacity: &Capacity) {
+    fn write_set(
+        &self,
+        context: &Context,
+        (slot, set): (&Slot, vk::DescriptorSet),
+        (capacity, page): (&Capacity, &Range<usize>),
+    ) {
         let range = |buffer, offset, range| {
             [vk::DescriptorBufferInfo::default()
                 .buffer(buffer)
@@ -93,7 +107,11 @@ impl Parts {
         let Offsets { groups, chunks, .. } = capacity.offsets();
         // In the order of the bindings; which chunk, is said when it is bound.
         let infos = [
-            range(self.atlas.buffer.handle, 0, vk::WHOLE_SIZE),
+            range(
+                self.atlas.buffer.handle,
+                4 * page.start as u64,
+                4 * page.len() as u64,
+            ),
             range(slot.input(), chunks, (4 * CHUNK) as u64),
             range(slot.input(), 0, groups),
             range(slot.input(), groups, chunks - groups),
@@ -101,7 +119,7 @@ impl Parts {
         ];
         let writes = BINDINGS.map(|at| {
             vk::WriteDescriptorSet::default()
-                .dst_set(slot.set)
+                .dst_set(set)
                 .dst_binding(at)
                 .descriptor_type(kind(at))
                 .buffer_info(&infos[at as usize])
@@ -140,7 +158,14 @@ impl Culler {
             device.cmd_bind_pipeline(cmd, point, pipeline.handle);
             for dispatch in &self.gathered.dispatches {
                 let chunk = [dispatch.chunk * (4 * CHUNK) as u32];
-                device.cmd_bind_descriptor_sets(cmd, point, layout, 0, &[slot.set], &chunk);
+                device.cmd_bind_descriptor_sets(
+                    cmd,
+                    point,
+                    layout,
+                    0,
+                    &[slot.sets[dispatch.page as usize]],
+                    &chunk,
+                );
                 for first in (0..dispatch.groups).step_by(self.capacity.groups as usize) {
                     let constants = CountSettings {
                         first: dispatch.first + first,

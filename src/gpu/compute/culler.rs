@@ -51,6 +51,9 @@ pub struct CullerDesc<'a> {
     pub max_blocks: u32,
     /// Work groups in one dispatch, where the device takes as many; a larger cull is recorded as several dispatches.
     pub max_groups: u32,
+    /// Bytes of maps that are bound at a time, where the device reads as many from one buffer (at least 128 MiB); larger
+    /// maps are bound in turn, evasion by evasion.
+    pub max_page: u64,
     /// How input comes to the shaders.
     pub input: InputWay,
     /// Culls that can be recorded before the first one's results have been read.
@@ -58,7 +61,7 @@ pub struct CullerDesc<'a> {
 }
 
 impl<'a> CullerDesc<'a> {
-    /// 4,096 candidates; attacks of 32,768 blocks of texels; as many groups as the device takes; staged; 2 in flight.
+    /// 4,096 candidates; attacks of 32,768 blocks of texels; groups and bytes of maps as many as the device takes; staged; 2 in flight.
     #[must_use]
     pub fn new(name: &'a str, atlas: &'a RegionAtlas) -> Self {
         Self {
@@ -68,6 +71,7 @@ impl<'a> CullerDesc<'a> {
             max_candidates: 4096,
             max_blocks: 32_768,
             max_groups: u32::MAX,
+            max_page: u64::MAX,
             input: InputWay::default(),
             frames_in_flight: 2,
         }
@@ -119,7 +123,19 @@ impl Culler {
     ) -> Result<Self, GpuError> {
         computes(context)?;
         let limits = context.limits();
-        let planes = Planes::new(desc.atlas, limits.max_storage_buffer_range.into())?;
+        let most = [
+            (
+                "maxStorageBufferRange",
+                limits.max_storage_buffer_range.into(),
+            ),
+            ("CullerDesc::max_page", desc.max_page),
+        ];
+        let page = if most[1].1 < most[0].1 {
+            most[1]
+        } else {
+            most[0]
+        };
+        let planes = Planes::new(desc.atlas, page)?;
         let capacity = Capacity {
             candidates: desc.max_candidates,
             blocks: desc.max_blocks,
@@ -164,7 +180,7 @@ impl Culler {
                 slot.fill(context, memory, &name, (&self.capacity, desc.input))?;
             }
         }
-        parts.make_sets(context, &self.capacity)
+        parts.make_sets(context, &self.capacity, &self.planes.pages)
     }
 
     /// What culls count from now on: those that are recorded already do not change.

@@ -68,10 +68,11 @@ impl Capacity {
     }
 }
 
-/// Groups of one chunk.
+/// Groups of one chunk, whose maps are on one page.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dispatch {
     pub(super) chunk: u32,
+    pub(super) page: u32,
     pub(super) first: u32,
     pub(super) groups: u32,
 }
@@ -79,13 +80,13 @@ pub(super) struct Dispatch {
 /// One cull on its way to the device. Used again and again: it allocates nothing once it has held as much.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
-    /// By clock.
+    /// By page of their maps, then by clock.
     pub(super) candidates: Vec<PlacedPlanes>,
     pub(super) groups: Vec<CandidateGroup>,
     pub(super) dispatches: Vec<Dispatch>,
     pub(super) blocks: Blocks,
-    /// Clock and position of each candidate, sorted.
-    order: Vec<(u32, u32)>,
+    /// Page, clock and position of each candidate, sorted.
+    order: Vec<(u32, u32, u32)>,
     slices: u32,
     pitch: u32,
     up_to_hits: bool,
@@ -113,11 +114,8 @@ impl Gathered {
         self.up_to_hits = counted.up_to_hits && grid.is_certain();
         let blocks = self.blocks.draw(input.attack, grid, counted) as u64;
         within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
-        self.order.clear();
-        let clocks = input.candidates.iter().map(|one| one.clock);
-        self.order.extend(clocks.zip(0..));
-        self.order.sort_unstable();
-        self.place(input.candidates, planes)?;
+        self.sort(input.candidates, planes)?;
+        self.place(input.candidates, planes);
         self.group();
         Ok(())
     }
@@ -147,16 +145,26 @@ impl Gathered {
         self.blocks.chunks() * self.parts()
     }
 
-    fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
-        self.candidates.clear();
-        for &(_, index) in &self.order {
-            let candidate = &candidates[index as usize];
+    fn sort(&mut self, candidates: &[CullCandidate], planes: &Planes) -> Result<(), GpuError> {
+        self.order.clear();
+        for (candidate, index) in candidates.iter().zip(0..) {
             let region = planes.regions.get(candidate.region.index());
             let region = region.ok_or(Mismatch::Region {
                 candidate: index as usize,
                 region: candidate.region.0,
                 regions: planes.regions.len(),
             })?;
+            self.order.push((region.page, candidate.clock, index));
+        }
+        self.order.sort_unstable();
+        Ok(())
+    }
+
+    fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) {
+        self.candidates.clear();
+        for &(_, _, index) in &self.order {
+            let candidate = &candidates[index as usize];
+            let region = planes.regions[candidate.region.index()];
             let turn = candidate.turn.of_narrow(self.pitch);
             self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
@@ -166,19 +174,20 @@ impl Gathered {
                 index,
             });
         }
-        Ok(())
     }
 
-    /// Puts candidates of a clock together, for each chunk: also where it has no planes of that clock, for a count of 0.
+    /// Puts candidates of a page and clock together, for each chunk: also where it has no planes of that clock, for a count
+    /// of 0.
     fn group(&mut self) {
         self.groups.clear();
         self.dispatches.clear();
         for chunk in 0..self.blocks.chunks() {
-            let first = self.groups.len() as u32;
             let mut start = 0;
-            for alike in self.order.chunk_by(|a, b| a.0 == b.0) {
+            for alike in self.order.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+                let (page, clock, _) = alike[0];
+                let first = self.groups.len() as u32;
                 let end = start + alike.len() as u32;
-                let planes = self.blocks.planes_of(chunk, alike[0].0);
+                let planes = self.blocks.planes_of(chunk, clock);
                 for some in (start..end).step_by(GROUP) {
                     self.groups.push(CandidateGroup {
                         first: some,
@@ -188,12 +197,17 @@ impl Gathered {
                     });
                 }
                 start = end;
+                let groups = self.groups.len() as u32 - first;
+                match self.dispatches.last_mut() {
+                    Some(last) if (last.chunk, last.page) == (chunk, page) => last.groups += groups,
+                    _ => self.dispatches.push(Dispatch {
+                        chunk,
+                        page,
+                        first,
+                        groups,
+                    }),
+                }
             }
-            self.dispatches.push(Dispatch {
-                chunk,
-                first,
-                groups: self.groups.len() as u32 - first,
-            });
         }
     }
 }

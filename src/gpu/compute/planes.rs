@@ -4,6 +4,8 @@
 //! 8 × 4 texels falls, however it is turned, its texels lie in five words in a row of one strip: few reads for many texels,
 //! which is what reads from memory cost most for.
 
+use std::ops::Range;
+
 use crate::{
     gpu::{GpuError, error::within},
     region::{MapRect, MaskMap, RegionAtlas, RegionMaps},
@@ -18,10 +20,15 @@ const STRIDE: u32 = 8;
 /// Words of an entry: where its words start; its first texel; how many places for a window's first texel there are.
 const ENTRY: usize = 3;
 
+/// Pages start at multiples of so many words: 256 bytes, the coarsest alignment that a device may ask for.
+const ALIGNMENT: usize = 64;
+
 /// Where a region's planes are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlaneRegion {
-    /// Word of its first entry: `[slab][slices of body, slices of outer, evasion]`.
+    /// Which of the [pages](Planes::pages).
+    pub(super) page: u32,
+    /// Word of the page where its first entry is: `[slab][slices of body, slices of outer, evasion]`.
     pub(super) entries: u32,
     pub(super) first_slab: i32,
     pub(super) slabs: u32,
@@ -30,10 +37,19 @@ pub(super) struct PlaneRegion {
 /// The atlas, laid out for the shader.
 #[derive(Debug)]
 pub(super) struct Planes {
-    /// Entries, then planes.
+    /// Region by region, entries and then planes.
     pub(super) words: Vec<u32>,
     pub(super) regions: Vec<PlaneRegion>,
+    /// Words that are bound at a time, each some regions whole: no more than a device reads from one buffer.
+    pub(super) pages: Vec<Range<usize>>,
     pub(super) slices: u32,
+}
+
+/// One region's words, counted from its first entry.
+struct Drawing {
+    words: Vec<u32>,
+    entries: usize,
+    slices: u32,
 }
 
 /// Where the bits of a plane go.
@@ -49,48 +65,80 @@ struct Plane {
 }
 
 impl Planes {
-    /// `most` bytes.
-    pub(super) fn new(atlas: &RegionAtlas, most: u64) -> Result<Self, GpuError> {
+    /// Pages of `most` bytes, for which `limit` is the name.
+    pub(super) fn new(
+        atlas: &RegionAtlas,
+        (limit, most): (&'static str, u64),
+    ) -> Result<Self, GpuError> {
         let slices = atlas.grid().slices;
         let mut planes = Self {
             words: Vec::new(),
             regions: Vec::with_capacity(atlas.regions().len()),
+            pages: Vec::new(),
             slices,
         };
-        let each = ENTRY as u32 * planes_of_slab(slices);
-        let mut entries = 0;
         for region in atlas.regions() {
-            planes.regions.push(PlaneRegion {
-                entries,
-                first_slab: region.first_slab.0,
-                slabs: region.slabs.len() as u32,
-            });
-            entries += each * region.slabs.len() as u32;
-        }
-        planes.words.resize(entries as usize, 0);
-        let mut entry = 0;
-        for region in atlas.regions() {
-            planes.draw(region, &mut entry);
-            let bytes = 4 * planes.words.len() as u64;
-            within("maxStorageBufferRange", bytes, most)?;
+            let drawing = Drawing::new(region, slices);
+            within(limit, 4 * drawing.words.len() as u64, most)?;
+            planes.add(region, drawing, most);
         }
         Ok(planes)
     }
 
-    fn draw(&mut self, region: &RegionMaps, entry: &mut usize) {
+    /// Puts a region's words on the last page, or, where they do not fit, on a new one.
+    fn add(&mut self, region: &RegionMaps, drawing: Drawing, most: u64) {
+        let end = self.words.len() + drawing.words.len();
+        let fits = |page: &Range<usize>| 4 * (end - page.start) as u64 <= most;
+        if !self.pages.last().is_some_and(fits) {
+            self.words
+                .resize(self.words.len().next_multiple_of(ALIGNMENT), 0);
+            self.pages.push(self.words.len()..self.words.len());
+        }
+        let page = self.pages.len() - 1;
+        let entries = (self.words.len() - self.pages[page].start) as u32;
+        self.regions.push(PlaneRegion {
+            page: page as u32,
+            entries,
+            first_slab: region.first_slab.0,
+            slabs: region.slabs.len() as u32,
+        });
+        self.words.extend(drawing.placed(entries));
+        self.pages[page].end = self.words.len();
+    }
+}
+
+impl Drawing {
+    fn new(region: &RegionMaps, slices: u32) -> Self {
+        let entries = ENTRY * planes_of_slab(slices) as usize * region.slabs.len();
+        let mut drawing = Self {
+            words: vec![0; entries],
+            entries,
+            slices,
+        };
+        let mut entry = 0;
         for slab in &region.slabs {
             for map in [&slab.body, &slab.outer] {
-                self.draw_slices(map, *entry);
-                *entry += ENTRY * self.slices as usize;
+                drawing.draw_slices(map, entry);
+                entry += ENTRY * slices as usize;
             }
             let (rect, evasion) = (slab.evasion.bounds(), slab.evasion.rect());
-            if let Some(plane) = self.open(rect, *entry) {
+            if let Some(plane) = drawing.open(rect, entry) {
                 slab.evasion.for_each(|column, row| {
-                    plane.set(&mut self.words, [column + evasion.u, row + evasion.v]);
+                    plane.set(&mut drawing.words, [column + evasion.u, row + evasion.v]);
                 });
             }
-            *entry += ENTRY;
+            entry += ENTRY;
         }
+        drawing
+    }
+
+    /// The words, where the first one is word `first` of a page.
+    fn placed(mut self, first: u32) -> Vec<u32> {
+        for entry in self.words[..self.entries].chunks_exact_mut(ENTRY) {
+            // Also where there is no plane: its start is not read.
+            entry[0] += first;
+        }
+        self.words
     }
 
     /// A map slice by slice, from the first one's entry on.

@@ -23,7 +23,8 @@ pub(super) struct Slot {
     /// Parts of a sum, and what is counted, of the cull that was recorded last.
     pub(super) sums: u32,
     pub(super) counted: Counted,
-    pub(super) set: vk::DescriptorSet,
+    /// By page of the maps.
+    pub(super) sets: Vec<vk::DescriptorSet>,
     /// Whether the cull that was recorded last carries the maps to the device.
     pub(super) uploads: bool,
 }
@@ -118,7 +119,7 @@ impl Slot {
         self.copy.handle == vk::Buffer::null()
     }
 
-    /// Frees everything; the device must be done with it. The descriptor set goes with its pool.
+    /// Frees everything; the device must be done with it. The descriptor sets go with their pool.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.counts.destroy(context, memory);
         self.copy.destroy(context, memory);

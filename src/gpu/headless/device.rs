@@ -80,6 +80,7 @@ pub(super) struct DevicePart {
     pub(super) queue_family: u32,
     pub(super) queue: vk::Queue,
     pub(super) precise_queries: bool,
+    pub(super) fragment_atomics: bool,
 }
 
 impl DevicePart {
@@ -104,12 +105,12 @@ impl DevicePart {
         };
         let both = with(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE);
         let queue_family = both.or_else(|| with(vk::QueueFlags::GRAPHICS)).unwrap_or(0) as u32;
-        let precise_queries = report.precise_queries;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
-        let features =
-            vk::PhysicalDeviceFeatures::default().occlusion_query_precise(precise_queries);
+        let features = vk::PhysicalDeviceFeatures::default()
+            .occlusion_query_precise(report.precise_queries)
+            .fragment_stores_and_atomics(report.fragment_atomics);
         let mut rendering =
             vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
         let mut synchronization =
@@ -138,7 +139,8 @@ impl DevicePart {
             device,
             queue_family,
             queue,
-            precise_queries,
+            precise_queries: report.precise_queries,
+            fragment_atomics: report.fragment_atomics,
         })
     }
 

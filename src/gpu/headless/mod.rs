@@ -107,6 +107,7 @@ impl Headless {
             device: &device.device,
             queue_family: device.queue_family,
             precise_queries: device.precise_queries,
+            fragment_atomics: device.fragment_atomics,
             debug_names: desc.validation,
             terms: desc.terms,
         };

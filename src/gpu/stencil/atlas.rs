@@ -5,7 +5,7 @@ use ash::vk;
 use crate::gpu::{
     Context, GpuError, Memory,
     barriers::{self, Access},
-    error::Named,
+    error::{Named, within},
     uploaded::Uploaded,
 };
 
@@ -27,10 +27,17 @@ impl Atlas {
         name: &str,
         words: &[u32],
     ) -> Result<(), GpuError> {
-        let bytes = bytemuck::cast_slice(words);
+        let bytes: &[u8] = bytemuck::cast_slice(words);
+        let most = context.limits().max_storage_buffer_range;
+        within("maxStorageBufferRange", bytes.len() as u64, most.into())?;
         self.words.fill(context, memory, name, bytes)?;
         self.make_layout(context)?;
         self.make_set(context)
+    }
+
+    /// The maps' words.
+    pub(super) fn buffer(&self) -> vk::Buffer {
+        self.words.buffer.handle
     }
 
     /// Records the copy of the maps to where shaders read them.

@@ -1,5 +1,7 @@
 //! The commands of one cull, in order.
 
+use std::ops::Range;
+
 use ash::vk;
 
 use super::{
@@ -9,6 +11,7 @@ use super::{
     gathered::{CORNERS, Query},
     passes,
     slot::Slot,
+    tally::Counting,
 };
 use crate::gpu::{
     barriers::{self, Access},
@@ -33,6 +36,10 @@ impl Culler {
     /// # Safety
     /// As for [`Culler::record`]; the slot has this cull's discs and boxes.
     pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+        if self.counting == Counting::Atomics {
+            // SAFETY: as the caller says.
+            return unsafe { self.record_tally(cmd, slot) };
+        }
         // SAFETY: the caller vouches for `cmd` and the slot.
         unsafe {
             let (mut first, size) = (0, self.capacity.queries as usize);
@@ -56,6 +63,57 @@ impl Culler {
             }
             let written = Access::TRANSFER_WRITE;
             slot.counts.record_number(&self.context, cmd, written);
+        }
+    }
+
+    /// The attack, and over it all boxes, pass by pass; then the way of their sums.
+    ///
+    /// # Safety
+    /// As for [`Culler::record_commands`].
+    unsafe fn record_tally(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+        let (context, parts, gathered) = (&self.context, &self.parts, &self.gathered);
+        let queries = &gathered.queries;
+        // SAFETY: the caller vouches for `cmd`; all handles are this culler's, and there is a sum for each query.
+        unsafe {
+            if !queries.is_empty() {
+                slot.sums.record_start(context, cmd, queries);
+                for queries in queries.chunk_by(|a, b| a.pass == b.pass) {
+                    let pass = &gathered.cells.passes[queries[0].pass as usize];
+                    let rendering = Rendering {
+                        used: pass.used,
+                        clear: Some(0),
+                        stored: false,
+                    };
+                    let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
+                    barriers::stencil_image(context, cmd, image, uses, true);
+                    drawing::begin(context, cmd, &parts.target, rendering);
+                    self.record_attack(cmd, slot, pass);
+                    self.record_planes(cmd, slot, pass);
+                    context.device().cmd_end_rendering(cmd);
+                }
+                slot.sums.record_end(context, cmd, (&slot.counts, queries));
+            }
+            let written = Access::TRANSFER_WRITE;
+            slot.counts.record_number(context, cmd, written);
+        }
+    }
+
+    /// The boxes of all candidates, a plane after the other.
+    ///
+    /// # Safety
+    /// As for [`Culler::record_commands`], within the rendering.
+    unsafe fn record_planes(&self, cmd: vk::CommandBuffer, slot: &Slot, pass: &Pass) {
+        // SAFETY: the caller vouches for `cmd`; all handles are this culler's.
+        unsafe {
+            self.bind_candidates(cmd, slot, slot.sums.set);
+            for plane in pass.planes.clone() {
+                let boxes = &self.by_plane.boxes[plane as usize];
+                if !boxes.is_empty() {
+                    let bit = self.gathered.cells.planes[plane as usize].bit;
+                    over_plane(bit).set(&self.context, cmd);
+                    self.draw_boxes(cmd, boxes.clone());
+                }
+            }
         }
     }
 
@@ -126,26 +184,16 @@ impl Culler {
     unsafe fn record_queries(&self, cmd: vk::CommandBuffer, slot: &Slot, queries: &[Query]) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
-        let constants = TargetSide {
-            side: parts.target.side,
-        };
         let precision = if context.precise_queries() {
             vk::QueryControlFlags::PRECISE
         } else {
             vk::QueryControlFlags::empty()
         };
-        let pipeline = &parts.candidates;
         let mut plane = None;
         // SAFETY: the caller vouches for `cmd`; the queries were reset, and precise ones are
         // enabled.
         unsafe {
-            device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
-            let set = [parts.atlas.set];
-            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &set, &[]);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[slot.corners.handle], &[0]);
-            let indices = parts.indices.handle;
-            device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);
-            pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &constants);
+            self.bind_candidates(cmd, slot, parts.atlas.set);
             for (query, number) in queries.iter().zip(0..) {
                 device.cmd_begin_query(cmd, slot.pool, number, precision);
                 let draws = query.draws.start as usize..query.draws.end as usize;
@@ -155,13 +203,42 @@ impl Culler {
                         let bit = self.gathered.cells.planes[draw.plane as usize].bit;
                         over_plane(bit).set(context, cmd);
                     }
-                    for first in draw.boxes.clone().step_by(BOXES as usize) {
-                        let count = BOXES.min(draw.boxes.end - first) * INDICES;
-                        let corner = (first as usize * CORNERS) as i32;
-                        device.cmd_draw_indexed(cmd, count, 1, 0, corner, 0);
-                    }
+                    self.draw_boxes(cmd, draw.boxes.clone());
                 }
                 device.cmd_end_query(cmd, slot.pool, number);
+            }
+        }
+    }
+
+    /// # Safety
+    /// As for [`Culler::record_commands`], within the rendering.
+    unsafe fn bind_candidates(&self, cmd: vk::CommandBuffer, slot: &Slot, set: vk::DescriptorSet) {
+        let (context, parts) = (&self.context, &self.parts);
+        let (device, pipeline) = (context.device(), &parts.candidates);
+        let constants = TargetSide {
+            side: parts.target.side,
+        };
+        // SAFETY: the caller vouches for `cmd`; all handles are this culler's.
+        unsafe {
+            device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
+            device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &[set], &[]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[slot.corners.handle], &[0]);
+            let indices = parts.indices.handle;
+            device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);
+            pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &constants);
+        }
+    }
+
+    /// # Safety
+    /// As for [`Culler::record_commands`], within the rendering; candidates are bound.
+    unsafe fn draw_boxes(&self, cmd: vk::CommandBuffer, boxes: Range<u32>) {
+        for first in boxes.clone().step_by(BOXES as usize) {
+            let count = BOXES.min(boxes.end - first) * INDICES;
+            let corner = (first as usize * CORNERS) as i32;
+            // SAFETY: the caller vouches for `cmd`; the slot has corners of so many boxes, and there are indices for a draw's.
+            unsafe {
+                let device = self.context.device();
+                device.cmd_draw_indexed(cmd, count, 1, 0, corner, 0);
             }
         }
     }

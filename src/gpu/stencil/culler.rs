@@ -3,7 +3,7 @@
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
 //! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. One query spans all
 //! slabs and slices of a candidate, whose cells lie in one target (`cells.rs`). A second query counts its outer map, which
-//! proves misses, and a third one its evasion map, for the score.
+//! proves misses, and a third one its evasion map, for the score. In place of queries, fragments may count (`tally.rs`).
 
 use std::sync::atomic::Ordering;
 
@@ -12,16 +12,17 @@ use ash::vk;
 use super::{
     atlas::Atlas,
     commands, drawing,
-    gathered::{Capacity, Gathered},
+    gathered::{Capacity, Gathered, MOST_BOXES},
     maps::{Maps, Part},
     slot::Slot,
+    tally::{self, ByPlane, Counting},
 };
 use crate::{
     avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, MemoryUse, Mismatch,
         error::within,
-        pipelines::{CANDIDATES, DISCS, Pipeline},
+        pipelines::{CANDIDATES, DISCS, Pipeline, TALLY},
         resources::{Buffer, BufferDesc, StencilTarget},
         uploaded::Upload,
     },
@@ -37,6 +38,8 @@ pub struct CullerDesc<'a> {
     pub atlas: &'a RegionAtlas,
     /// What is counted. Default: everything.
     pub counted: Counted,
+    /// How. Default: by occlusion queries.
+    pub counting: Counting,
     /// Candidates in one cull. With more, record several.
     pub max_candidates: u32,
     /// Discs of an attack, over all slabs and slices; where maps are timed, those of the inner maps count twice, as the
@@ -61,6 +64,7 @@ impl<'a> CullerDesc<'a> {
             name,
             atlas,
             counted: Counted::default(),
+            counting: Counting::default(),
             max_candidates: 1024,
             max_discs: 1 << 16,
             max_boxes: 1 << 16,
@@ -94,6 +98,8 @@ pub struct Culler {
     pub(super) capacity: Capacity,
     maps: Maps,
     counted: Counted,
+    pub(super) counting: Counting,
+    pub(super) by_plane: ByPlane,
     upload: Upload,
 }
 
@@ -103,6 +109,8 @@ pub(super) struct Parts {
     pub(super) candidates: Pipeline,
     pub(super) target: StencilTarget,
     pub(super) atlas: Atlas,
+    /// Of the sets in which fragments count.
+    tally: tally::Layout,
     /// Of as many boxes as a draw has.
     pub(super) indices: Buffer,
     pub(super) slots: Vec<Slot>,
@@ -117,20 +125,25 @@ impl Culler {
     ///
     /// # Errors
     /// A Vulkan call's, the allocator's, [`GpuError::Limit`] where a maximum, or the size of the maps, is more than
-    /// the device offers, [`GpuError::Missing`] where the context's queue family has no graphics.
+    /// the device offers, [`GpuError::Missing`] where the context's queue family has no graphics, or the device not what
+    /// [`CullerDesc::counting`] asks for.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         drawing::needs_graphics(context)?;
+        if desc.counting == Counting::Atomics && !context.fragment_atomics() {
+            return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
+        }
         // Places in a target are numbers of 16 bits with a sign.
         let most = context.max_target_side().min(1 << 14);
+        let boxes = desc.max_boxes.min(MOST_BOXES);
         let capacity = Capacity {
             candidates: desc.max_candidates,
             discs: desc.max_discs,
-            boxes: desc.max_boxes,
-            queries: desc.max_queries.min(desc.max_boxes).max(1),
+            boxes,
+            queries: desc.max_queries.min(boxes).max(1),
             target: desc.target.map(|side| side.clamp(1, most)),
         };
         let mut culler = Self {
@@ -139,6 +152,8 @@ impl Culler {
             gathered: Gathered::default(),
             maps: Maps::new(desc.atlas)?,
             counted: desc.counted,
+            counting: desc.counting,
+            by_plane: ByPlane::default(),
             upload: Upload::default(),
             capacity,
         };
@@ -173,14 +188,24 @@ impl Culler {
         parts.indices = Buffer::new(context, memory, of_boxes)?;
         parts.indices.write(context, 0, bytes)?;
         parts.discs = Pipeline::new(context, &DISCS, &[])?;
-        parts.candidates = Pipeline::new(context, &CANDIDATES, &[parts.atlas.layout])?;
+        let slots = desc.frames_in_flight.max(1);
+        parts.candidates = match self.counting {
+            Counting::Queries => Pipeline::new(context, &CANDIDATES, &[parts.atlas.layout])?,
+            Counting::Atomics => {
+                parts.tally.fill(context, slots)?;
+                Pipeline::new(context, &TALLY, &[parts.tally.layout])?
+            }
+        };
         let target = format!("{name}: attack");
         parts.target = StencilTarget::new(context, memory, &target, self.capacity.target)?;
-        for slot in 0..desc.frames_in_flight.max(1) {
+        for slot in 0..slots {
             let name = format!("{name}: slot {slot}");
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
-                slot.fill(context, memory, &name, &self.capacity)?;
+                slot.fill(context, memory, &name, (&self.capacity, self.counting))?;
+                if self.counting == Counting::Atomics {
+                    slot.sums.make_set(context, (&parts.tally, &parts.atlas))?;
+                }
             }
         }
         Ok(())
@@ -247,9 +272,24 @@ impl Culler {
         }
         let wanted = (input, self.counted);
         self.gathered.fill(wanted, &self.maps, &self.capacity)?;
-        let queries = self.gathered.queries.len() as u64;
-        let most = self.context.most_queries();
-        within("the driver's queries in one submission", queries, most)?;
+        let corners = match self.counting {
+            Counting::Queries => {
+                let queries = self.gathered.queries.len() as u64;
+                let most = self.context.most_queries();
+                within("the driver's queries in one submission", queries, most)?;
+                &self.gathered.corners
+            }
+            Counting::Atomics => {
+                let Gathered {
+                    cells,
+                    draws,
+                    corners,
+                    ..
+                } = &self.gathered;
+                self.by_plane.fill(&cells.planes, draws, corners);
+                &self.by_plane.corners
+            }
+        };
         let place = &mut self.parts.slots[slot as usize];
         let serial = place.counts.start();
         place.counted = self.counted;
@@ -257,8 +297,9 @@ impl Culler {
         place.note_queries(&self.gathered.queries);
         let discs = bytemuck::cast_slice(&self.gathered.cells.discs);
         place.discs.write(&self.context, 0, discs)?;
-        let corners = bytemuck::cast_slice(&self.gathered.corners);
-        place.corners.write(&self.context, 0, corners)?;
+        place
+            .corners
+            .write(&self.context, 0, bytemuck::cast_slice(corners))?;
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
             self.record_upload(cmd);
@@ -268,7 +309,7 @@ impl Culler {
             slot,
             serial,
             candidates: input.candidates.len() as u32,
-            counts_exact: self.context.precise_queries(),
+            counts_exact: self.counting == Counting::Atomics || self.context.precise_queries(),
         })
     }
 
@@ -333,6 +374,7 @@ impl Culler {
         parts.candidates.destroy(context);
         parts.discs.destroy(context);
         parts.indices.destroy(context, memory);
+        parts.tally.destroy(context);
         parts.atlas.destroy(context, memory);
         parts.live = false;
     }

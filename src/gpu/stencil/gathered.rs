@@ -20,6 +20,11 @@ use crate::{
 /// Corners of a box.
 pub(super) const CORNERS: usize = 4;
 
+/// Where a box's number starts, above log2 of bits a texel: `map.w` in `shaders/include/candidate.glsl`.
+const NUMBER_SHIFT: u32 = 5;
+/// Boxes, and so numbers, that can be told apart.
+pub(super) const MOST_BOXES: u32 = 1 << (32 - NUMBER_SHIFT);
+
 /// The most that a culler takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capacity {
@@ -132,13 +137,18 @@ impl Gathered {
                 if group.clock != candidate.clock {
                     continue;
                 }
+                let number = self.queries.len() as u32;
                 let Some((map, reaches)) = maps.find(candidate, (group.slab, part)) else {
                     continue;
                 };
                 let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
                 let cells = &self.cells.cells[group.cells.start as usize..group.cells.end as usize];
-                push_boxes((group, cells), (map, reaches, way), &mut self.corners);
+                push_boxes(
+                    (group, cells, number),
+                    (map, reaches, way),
+                    &mut self.corners,
+                );
                 let end = self.boxes() as u32;
                 match self.draws[first..].last_mut() {
                     _ if start == end => {}
@@ -163,7 +173,7 @@ impl Gathered {
 
 /// The boxes in which a candidate's map can meet the attack's in a layer.
 fn push_boxes(
-    (group, cells): (&Group, &[Cell]),
+    (group, cells, number): (&Group, &[Cell], u32),
     (map, reaches, way): (&MapBits, &[Reach], &WayBack),
     corners: &mut Vec<BoxCorner>,
 ) {
@@ -190,7 +200,7 @@ fn push_boxes(
             map.width | map.height << 16,
             map.first_bit + cell.slice,
             map.row_bits,
-            map.texel_bits_log2,
+            map.texel_bits_log2 | number << NUMBER_SHIFT,
         ];
         let places = [low, [high[0], low[1]], [low[0], high[1]], high];
         corners.extend(places.map(|place| BoxCorner {

@@ -15,7 +15,9 @@ mod rasterizer;
 mod readback;
 mod shelves;
 mod slot;
+mod tally;
 
 pub use culler::{Culler, CullerDesc, Ticket};
 pub use packing::{Batch, Plan};
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};
+pub use tally::Counting;

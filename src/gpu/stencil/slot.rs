@@ -5,6 +5,7 @@ use ash::vk;
 use super::{
     gathered::{CORNERS, Capacity, Query},
     maps::Part,
+    tally::{Counting, Sums},
 };
 use crate::avoid::cull::Counted;
 use crate::gpu::{
@@ -24,7 +25,10 @@ pub(super) struct Slot {
     pub(super) corners: Buffer,
     /// A count for each query.
     pub(super) counts: Counts,
+    /// None where fragments count.
     pub(super) pool: vk::QueryPool,
+    /// None where queries count.
+    pub(super) sums: Sums,
     /// Whose numbers the cull that was recorded last counts: candidate and part of each query.
     pub(super) queries: Vec<(u32, Part)>,
     /// What it counts.
@@ -40,7 +44,7 @@ impl Slot {
         context: &Context,
         memory: &mut dyn Memory,
         name: &str,
-        capacity: &Capacity,
+        (capacity, counting): (&Capacity, Counting),
     ) -> Result<(), GpuError> {
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let corners = u64::from(capacity.boxes) * (CORNERS * size_of::<BoxCorner>()) as u64;
@@ -59,6 +63,10 @@ impl Slot {
         let counts = (&*format!("{name}: counts"), capacity.boxes.into());
         self.counts = Counts::new(context, memory, counts, vk::BufferUsageFlags::empty())?;
 
+        if counting == Counting::Atomics {
+            let sums = (&*format!("{name}: sums"), capacity.boxes);
+            return self.sums.fill(context, memory, sums);
+        }
         let info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::OCCLUSION)
             .query_count(capacity.queries);
@@ -81,6 +89,7 @@ impl Slot {
         // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
         unsafe { context.device().destroy_query_pool(self.pool, None) };
         self.pool = vk::QueryPool::null();
+        self.sums.destroy(context, memory);
         self.counts.destroy(context, memory);
         self.corners.destroy(context, memory);
         self.discs.destroy(context, memory);

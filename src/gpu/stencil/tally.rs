@@ -1,0 +1,230 @@
+//! Counting without queries: the fragments that pass the stencil test add themselves up.
+//!
+//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: an atomic addition in the fragment shader counts what
+//! an occlusion query would. All boxes of a plane are then one draw, whichever candidates they belong to, and no query
+//! begins or ends.
+
+use std::ops::Range;
+
+use ash::vk;
+
+use super::{
+    atlas::Atlas,
+    cells::Plane,
+    gathered::{CORNERS, Draw, Query},
+};
+use crate::gpu::{
+    Context, GpuError, Memory, MemoryUse,
+    barriers::{self, Access},
+    counts::{Counts, HEADER},
+    error::Named,
+    resources::{Buffer, BufferDesc},
+    shader_table::{BoxCorner, TALLY_FRAG},
+};
+
+/// How samples that pass are counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counting {
+    /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
+    /// [precise](crate::gpu::Context::precise_queries).
+    #[default]
+    Queries,
+    /// By the fragment shader, where the device has
+    /// [`fragmentStoresAndAtomics`](crate::gpu::Context::fragment_atomics). Counts are exact, and draws are few: the faster way
+    /// wherever queries are dear.
+    Atomics,
+}
+
+const WORDS: u32 = 0;
+const COUNTS: u32 = 1;
+const _: () = assert!(TALLY_FRAG.bindings.len() == 2);
+
+/// Boxes in the order in which they are drawn: plane by plane. Used again and again.
+#[derive(Debug, Default)]
+pub(super) struct ByPlane {
+    /// Four corners each.
+    pub(super) corners: Vec<BoxCorner>,
+    /// Of each plane.
+    pub(super) boxes: Vec<Range<u32>>,
+}
+
+impl ByPlane {
+    /// Sorts the boxes of all queries.
+    pub(super) fn fill(&mut self, planes: &[Plane], draws: &[Draw], corners: &[BoxCorner]) {
+        self.boxes.clear();
+        self.boxes.resize(planes.len(), 0..0);
+        for draw in draws {
+            self.boxes[draw.plane as usize].end += draw.boxes.end - draw.boxes.start;
+        }
+        let mut first = 0;
+        for boxes in &mut self.boxes {
+            let count = boxes.end;
+            // Filled up to `end` below.
+            *boxes = first..first;
+            first += count;
+        }
+        self.corners.clear();
+        self.corners
+            .resize(corners.len(), bytemuck::Zeroable::zeroed());
+        for draw in draws {
+            let from = draw.boxes.start as usize * CORNERS..draw.boxes.end as usize * CORNERS;
+            let boxes = &mut self.boxes[draw.plane as usize];
+            let to = boxes.end as usize * CORNERS;
+            self.corners[to..][..from.len()].copy_from_slice(&corners[from]);
+            boxes.end += draw.boxes.end - draw.boxes.start;
+        }
+    }
+}
+
+/// What all slots share. Null handles by default.
+#[derive(Debug, Default)]
+pub(super) struct Layout {
+    pub(super) layout: vk::DescriptorSetLayout,
+    pool: vk::DescriptorPool,
+}
+
+impl Layout {
+    /// Fills a default one, for so many slots.
+    pub(super) fn fill(&mut self, context: &Context, slots: u32) -> Result<(), GpuError> {
+        let bindings = [WORDS, COUNTS].map(|at| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(at)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::FRAGMENT)
+        });
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        let device = context.device();
+        // SAFETY: the context's device is valid.
+        self.layout = unsafe { device.create_descriptor_set_layout(&info, None) }
+            .call("vkCreateDescriptorSetLayout")?;
+        let sizes = [vk::DescriptorPoolSize::default()
+            .ty(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(2 * slots)];
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(slots)
+            .pool_sizes(&sizes);
+        // SAFETY: as above.
+        self.pool =
+            unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
+        Ok(())
+    }
+
+    /// Frees both; the device must be done with them.
+    pub(super) fn destroy(&mut self, context: &Context) {
+        // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
+        unsafe {
+            let device = context.device();
+            device.destroy_descriptor_pool(self.pool, None);
+            device.destroy_descriptor_set_layout(self.layout, None);
+        }
+        *self = Self::default();
+    }
+}
+
+/// Of one cull in flight: a sum for each query that there would be. Null handles by default.
+#[derive(Debug, Default)]
+pub(super) struct Sums {
+    buffer: Buffer,
+    pub(super) set: vk::DescriptorSet,
+}
+
+impl Sums {
+    /// Fills default ones, so many.
+    pub(super) fn fill(
+        &mut self,
+        context: &Context,
+        memory: &mut dyn Memory,
+        (name, count): (&str, u32),
+    ) -> Result<(), GpuError> {
+        use vk::BufferUsageFlags as Usage;
+        let desc = BufferDesc {
+            name,
+            size: 4 * u64::from(count),
+            usage: Usage::STORAGE_BUFFER | Usage::TRANSFER_DST | Usage::TRANSFER_SRC,
+            memory: MemoryUse::Device,
+        };
+        self.buffer = Buffer::new(context, memory, desc)?;
+        Ok(())
+    }
+
+    /// Makes the set of the maps and these sums; it goes with its pool.
+    pub(super) fn make_set(
+        &mut self,
+        context: &Context,
+        (layout, atlas): (&Layout, &Atlas),
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        let layouts = [layout.layout];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(layout.pool)
+            .set_layouts(&layouts);
+        // SAFETY: pool and layout were just made, and the pool has room for every slot.
+        let sets =
+            unsafe { device.allocate_descriptor_sets(&info) }.call("vkAllocateDescriptorSets")?;
+        self.set = sets[0];
+        let whole = |buffer| {
+            [vk::DescriptorBufferInfo::default()
+                .buffer(buffer)
+                .range(vk::WHOLE_SIZE)]
+        };
+        let infos = [whole(atlas.buffer()), whole(self.buffer.handle)];
+        let writes = [WORDS, COUNTS].map(|at| {
+            vk::WriteDescriptorSet::default()
+                .dst_set(self.set)
+                .dst_binding(at)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .buffer_info(&infos[at as usize])
+        });
+        // SAFETY: set and buffers are alive, and no command uses the set yet.
+        unsafe { device.update_descriptor_sets(&writes, &[]) };
+        Ok(())
+    }
+
+    /// Records that counting starts at 0.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded outside of rendering; no cull that is in flight has these sums.
+    pub(super) unsafe fn record_start(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        queries: &[Query],
+    ) {
+        let bytes = 4 * queries.len() as u64;
+        // SAFETY: the caller vouches for `cmd` and the sums, of which there is one for each query.
+        unsafe {
+            let device = context.device();
+            device.cmd_fill_buffer(cmd, self.buffer.handle, 0, bytes, 0);
+            let (written, counted) = (Access::TRANSFER_WRITE, Access::FRAGMENT_COUNT);
+            barriers::memory(context, cmd, written, counted);
+        }
+    }
+
+    /// Records the way of the sums to the counts.
+    ///
+    /// # Safety
+    /// As for [`Sums::record_start`].
+    pub(super) unsafe fn record_end(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        (counts, queries): (&Counts, &[Query]),
+    ) {
+        let copy = [vk::BufferCopy::default()
+            .dst_offset(HEADER)
+            .size(4 * queries.len() as u64)];
+        let (from, to) = (self.buffer.handle, counts.buffer.handle);
+        // SAFETY: the caller vouches for `cmd` and the sums; the counts have a word for each query.
+        unsafe {
+            let (counted, read) = (Access::FRAGMENT_COUNT, Access::TRANSFER_READ);
+            barriers::memory(context, cmd, counted, read);
+            context.device().cmd_copy_buffer(cmd, from, to, &copy);
+        }
+    }
+
+    /// Frees the buffer; the device must be done with it.
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        self.buffer.destroy(context, memory);
+    }
+}
