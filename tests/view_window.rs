@@ -1,5 +1,7 @@
 //! Promise: a click in the window throws a ball that the fighter dodges; the window can be resized, hidden and closed at any moment,
 //! shows what is drawn without a window, and leaves validation nothing to say.
+// The screen and the hand are those of X11.
+#![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
@@ -17,9 +19,7 @@ use sabaki::avoid::QuerySettings;
 use sabaki::demo;
 use sabaki::io::archive;
 use sabaki::region::Body;
-use sabaki::view::live::{
-    AskerDesc, Event, Fighter, FighterSettings, March, Orbit, with_asker,
-};
+use sabaki::view::live::{AskerDesc, Event, Fighter, FighterSettings, March, Orbit, with_asker};
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::{Painter, StageDesc};
 use screen::{Screen, Shown};
@@ -36,7 +36,10 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let mut command = screen.command(program());
     command.current_dir(folder.path());
-    let mut shown = Shown::start(command, &["--size", "480x320", "--plain", "--cull", "stencil"]);
+    let mut shown = Shown::start(
+        command,
+        &["--size", "480x320", "--plain", "--cull", "stencil"],
+    );
     let opened = shown.wait("opened");
     assert!(opened["device"].as_str().unwrap().contains("llvmpipe"));
     assert_eq!(opened["size"], serde_json::json!([480, 320]));
@@ -45,12 +48,20 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     screen.click([240, 150]);
     let throw = shown.wait("throw");
     assert_eq!(throw["number"], 1);
-    assert_eq!(throw["at_body"], true, "the fighter is in the middle: {throw:#}");
+    assert_eq!(
+        throw["at_body"], true,
+        "the fighter is in the middle: {throw:#}"
+    );
     // A second click while the ball is on its way throws none.
     screen.click([240, 150]);
     let answer = shown.wait("answer");
     assert_eq!(answer["number"], 1);
-    assert_eq!(answer["cull"], "stencil", "{:?}", shown.has_heard("trouble"));
+    assert_eq!(
+        answer["cull"],
+        "stencil",
+        "{:?}",
+        shown.has_heard("trouble")
+    );
     assert!(answer["query_ms"].as_f64().unwrap() > 0.0);
     let passed = shown.wait("passed");
     assert!(shown.has_heard("ignored"));
@@ -67,7 +78,7 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     screen.hand(&["windowunmap", &window]);
     std::thread::sleep(std::time::Duration::from_millis(400));
     screen.hand(&["windowmap", &window]);
-    screen.hand(&["mousemove", "320", "200"]);
+    screen.focus(&window);
     screen.key("F12");
     let file = shown.wait("screenshot");
     let path = folder.path().join(file["file"].as_str().unwrap());
@@ -101,7 +112,10 @@ fn a_window_closes_while_a_query_is_open() {
     screen.key("Escape");
     let closed = shown.end();
     assert_eq!(closed["asking"], true);
-    assert!(asked.elapsed().as_secs() < 55, "the answer was not waited for");
+    assert!(
+        asked.elapsed().as_secs() < 55,
+        "the answer was not waited for"
+    );
 }
 
 #[test]
@@ -172,8 +186,20 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let png = folder.path().join("crowd.png");
     let args = [
-        "--crowd", "--count", "400", "--size", "320x240", "--plain", "--samples", "1", "--step",
-        "0.0625", "--frames", "12", "--levels", "--screenshot",
+        "--crowd",
+        "--count",
+        "400",
+        "--size",
+        "320x240",
+        "--plain",
+        "--samples",
+        "1",
+        "--step",
+        "0.0625",
+        "--frames",
+        "12",
+        "--levels",
+        "--screenshot",
     ];
     let args = [&args[..], &[png.to_str().unwrap()]].concat();
     let mut shown = Shown::start(screen.command(program()), &args);
@@ -183,7 +209,10 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
     assert!(closed["median_pose_ms"].as_f64().unwrap() > 0.0);
 
     let motions = demo::motions().unwrap();
-    let clip = motions.clips.iter().find(|clip| clip.name() == "front_kick");
+    let clip = motions
+        .clips
+        .iter()
+        .find(|clip| clip.name() == "front_kick");
     let settings = FormationSettings {
         count: 400,
         ..FormationSettings::default()
@@ -268,7 +297,9 @@ fn a_candidate_that_was_chosen_plays_the_answers_motion() {
         }
         events
     });
-    let answers = events.iter().filter(|event| matches!(event, Event::Answer { .. }));
+    let answers = events
+        .iter()
+        .filter(|event| matches!(event, Event::Answer { .. }));
     assert_eq!(answers.count(), 4);
 }
 

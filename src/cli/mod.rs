@@ -138,5 +138,8 @@ fn start_log(verbose: u8) {
     let heard = tracing_subscriber::filter::Targets::new()
         .with_default(level)
         .with_targets([("winit", others), ("egui", others)]);
-    tracing_subscriber::registry().with(lines).with(heard).init();
+    tracing_subscriber::registry()
+        .with(lines)
+        .with(heard)
+        .init();
 }

@@ -9,9 +9,7 @@ use sabaki::demo;
 use sabaki::gpu::{DeviceChoice, Message};
 use sabaki::graph::GraphError;
 use sabaki::region::Body;
-use sabaki::view::live::{
-    AskerDesc, Culling, Event, Fighter, FighterSettings, March, with_asker,
-};
+use sabaki::view::live::{AskerDesc, Culling, Event, Fighter, FighterSettings, March, with_asker};
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::window::{
     Click, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
@@ -76,7 +74,12 @@ struct CrowdArgs {
     #[arg(long, value_name = "N", default_value_t = 10_000, requires = "crowd", value_parser = clap::value_parser!(u32).range(1..=200_000))]
     count: u32,
     /// What they do: one of the embedded motions.
-    #[arg(long, value_name = "CLIP", default_value = "front_kick", requires = "crowd")]
+    #[arg(
+        long,
+        value_name = "CLIP",
+        default_value = "front_kick",
+        requires = "crowd"
+    )]
     motion: String,
     /// All joints for everybody at first.
     #[arg(long, requires = "crowd")]
@@ -87,12 +90,18 @@ struct CrowdArgs {
 }
 
 fn seconds(text: &str) -> Result<f32, String> {
-    let value = text.parse().ok().filter(|value| (0.0..=60.0).contains(value));
+    let value = text
+        .parse()
+        .ok()
+        .filter(|value| (0.0..=60.0).contains(value));
     value.ok_or_else(|| "not seconds from 0 to 60".to_owned())
 }
 
 fn click(text: &str) -> Result<Click, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|part| part.parse().ok()).collect();
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|part| part.parse().ok())
+        .collect();
     match numbers[..] {
         [x, y, seconds] if [x, y].iter().all(|share| (0.0..=1.0).contains(share)) => Ok(Click {
             at: [x, y],

@@ -21,7 +21,15 @@ impl Screen {
     /// A screen of its own, 1,280 by 800.
     pub fn new() -> Self {
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1280x800x24",
+                "-nolisten",
+                "tcp",
+            ])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -60,7 +68,14 @@ impl Screen {
 
     /// The window whose title is `title`, as xdotool calls it.
     pub fn window(&self, title: &str) -> String {
-        self.hand(&["search", "--sync", "--onlyvisible", "--name", title])
+        let window = self.hand(&["search", "--sync", "--onlyvisible", "--name", title]);
+        self.focus(&window);
+        window
+    }
+
+    /// Keys go there from now on: what a window manager does where there is one.
+    pub fn focus(&self, window: &str) {
+        self.hand(&["windowfocus", "--sync", window]);
     }
 
     /// Clicks there.
@@ -68,7 +83,7 @@ impl Screen {
         self.hand(&["mousemove", &x.to_string(), &y.to_string(), "click", "1"]);
     }
 
-    /// Presses a key, with the mouse in the window: without a window manager that is where keys go.
+    /// Presses a key.
     pub fn key(&self, key: &str) {
         self.hand(&["key", key]);
     }
@@ -148,7 +163,10 @@ impl Shown {
     /// Waits for the end: the last event, exit code 0, nothing on stderr, and nothing from validation.
     pub fn end(mut self) -> Value {
         let closed = self.wait("closed");
-        assert!(self.events.recv_timeout(PATIENCE).is_err(), "the closing is the last event");
+        assert!(
+            self.events.recv_timeout(PATIENCE).is_err(),
+            "the closing is the last event"
+        );
         let output = self.child.wait_with_output().unwrap();
         let words = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(0), "{words}");

@@ -39,7 +39,9 @@ pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::I
     let application = vk::ApplicationInfo::default()
         .application_name(c"sabaki")
         .api_version(desc.terms.api_version);
-    let wished: Vec<_> = { desc.instance_extensions.iter() }.map(|name| name.as_ptr()).collect();
+    let wished: Vec<_> = { desc.instance_extensions.iter() }
+        .map(|name| name.as_ptr())
+        .collect();
     let with_debug: Vec<_> = std::iter::once(ash::ext::debug_utils::NAME.as_ptr())
         .chain(wished.iter().copied())
         .collect();
@@ -61,7 +63,9 @@ pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::I
     match unsafe { entry.create_instance(&info, None) } {
         Err(vk::Result::ERROR_EXTENSION_NOT_PRESENT) => {
             let names = desc.instance_extensions.iter();
-            Err(GpuError::Missing(names.filter_map(|name| name.to_str().ok()).collect()))
+            Err(GpuError::Missing(
+                names.filter_map(|name| name.to_str().ok()).collect(),
+            ))
         }
         // The loader's way to say that it has found no driver.
         Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDevice {

@@ -13,7 +13,7 @@ use crate::view::scene::Camera;
 /// What balls are thrown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallSettings {
-    /// Seconds from the click to the throw. Default 0.7.
+    /// Seconds from the click to the throw. Default 0.9.
     pub lead: f32,
     /// Metres per second. Default 9.
     pub speed: f32,
@@ -29,7 +29,7 @@ pub struct BallSettings {
 impl Default for BallSettings {
     fn default() -> Self {
         Self {
-            lead: 0.7,
+            lead: 0.9,
             speed: 9.0,
             radius: 0.09,
             distance: 3.2,

@@ -5,9 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::avoid::cull::{Counted, CullInput, Overlap, cpu};
 use crate::avoid::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
-use crate::gpu::{
-    DeviceChoice, GpuError, Headless, HeadlessDesc, Message, compute, stencil,
-};
+use crate::gpu::{DeviceChoice, GpuError, Headless, HeadlessDesc, Message, compute, stencil};
 use crate::graph::Playhead;
 use crate::region::BakedGraph;
 
@@ -125,7 +123,11 @@ pub fn with_asker<T>(
     std::thread::scope(|scope| {
         let answerer = scope.spawn(move || {
             let mut cullers = Cullers::new(desc);
-            answer_all((baked, desc), &mut cullers, (to_answer, from_answerer, gone));
+            answer_all(
+                (baked, desc),
+                &mut cullers,
+                (to_answer, from_answerer, gone),
+            );
             cullers.destroy()
         });
         let done = act(Asker {

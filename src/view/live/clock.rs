@@ -35,10 +35,10 @@ impl Clock {
         if std::mem::take(&mut self.step) {
             return Self::STEP;
         }
-        match self.paused {
-            true => 0.0,
-            // A NaN becomes 0.
-            false => seconds.max(0.0).min(Self::LONGEST) * self.speed,
+        // So that a NaN is nothing as well.
+        match !self.paused && seconds > 0.0 {
+            true => seconds.min(Self::LONGEST) * self.speed,
+            false => 0.0,
         }
     }
 }

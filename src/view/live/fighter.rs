@@ -16,9 +16,7 @@ use crate::avoid::{AttackError, QuerySettings};
 use crate::graph::{EdgeId, Motion, Playhead};
 use crate::math::Rigid2;
 use crate::region::BakedGraph;
-use crate::view::scene::{
-    Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot,
-};
+use crate::view::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
 
 /// What can be changed while it goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +113,11 @@ const HIPS: f32 = 0.92;
 impl<'a> Fighter<'a> {
     /// At the graph's first posture, at the origin. `seed`: which way it walks.
     #[must_use]
-    pub fn new(baked: &'a BakedGraph, asker: Asker, (settings, seed): (FighterSettings, u64)) -> Self {
+    pub fn new(
+        baked: &'a BakedGraph,
+        asker: Asker,
+        (settings, seed): (FighterSettings, u64),
+    ) -> Self {
         let graph = baked.graph();
         let figure = Figure::of(graph.skeleton(), baked.body(), &Look::default());
         Self {
@@ -224,7 +226,11 @@ impl<'a> Fighter<'a> {
             self.events.push(Event::Ignored { number });
             return Ok(());
         }
-        let ball = aim((self.baked, self.playhead), (camera, ray), &self.settings.ball)?;
+        let ball = aim(
+            (self.baked, self.playhead),
+            (camera, ray),
+            &self.settings.ball,
+        )?;
         (self.replay, self.picked) = (None, None);
         self.throws += 1;
         self.events.push(Event::Throw {
@@ -278,11 +284,14 @@ impl<'a> Fighter<'a> {
         let graph = self.baked.graph();
         let mut over = None;
         match &mut self.act {
-            Act::Walks => self.walker.advance(graph, &mut self.playhead, (seconds, false)),
+            Act::Walks => self
+                .walker
+                .advance(graph, &mut self.playhead, (seconds, false)),
             // Beyond the next node it might have gone another way than the answer.
             Act::Asks { since, .. } => {
                 let before = self.playhead.frame;
-                self.walker.advance(graph, &mut self.playhead, (seconds, true));
+                self.walker
+                    .advance(graph, &mut self.playhead, (seconds, true));
                 *since += (self.playhead.frame - before) / graph.frame_rate() as f32;
             }
             Act::Dodges { t, .. } => {

@@ -38,7 +38,12 @@ impl Capture {
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering; the image is of the size and format of [`Capture::new`].
-    pub(super) unsafe fn record(&self, context: &Context, cmd: vk::CommandBuffer, image: vk::Image) {
+    pub(super) unsafe fn record(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        image: vk::Image,
+    ) {
         let layers = vk::ImageSubresourceLayers::default()
             .aspect_mask(vk::ImageAspectFlags::COLOR)
             .layer_count(1);
@@ -82,7 +87,9 @@ impl Capture {
         let taken = read.and_then(|()| unsafe { self.pixels.bytes(count) });
         let taken = taken.map(|bytes| {
             let pixels = bytes.chunks_exact(4);
-            pixels.flat_map(|pixel| order.map(|channel| pixel[channel])).collect()
+            pixels
+                .flat_map(|pixel| order.map(|channel| pixel[channel]))
+                .collect()
         });
         self.pixels.destroy(context, memory);
         taken

@@ -58,8 +58,8 @@ impl Overlay {
         };
         let allocator = Arc::new(Mutex::new(allocator));
         let device = context.device().clone();
-        let renderer = Renderer::with_gpu_allocator(allocator, device, rendering, options)
-            .map_err(failed)?;
+        let renderer =
+            Renderer::with_gpu_allocator(allocator, device, rendering, options).map_err(failed)?;
         let info = vk::CommandPoolCreateInfo::default()
             .flags(vk::CommandPoolCreateFlags::TRANSIENT)
             .queue_family_index(context.queue_family());
@@ -92,9 +92,7 @@ impl Overlay {
             .map(|(id, _)| *id)
             .collect();
         self.freed.retain(|one| !old(one));
-        self.renderer
-            .free_textures(&gone)
-            .map_err(failed)?;
+        self.renderer.free_textures(&gone).map_err(failed)?;
         self.freed.extend(textures.free.iter().map(|id| (*id, 0)));
         if textures.set.is_empty() {
             return Ok(());

@@ -166,7 +166,9 @@ impl<'a> Dodge<'a> {
     /// The maps of the slabs that the attack passes through, at a moment; none where the answer only moves.
     #[must_use]
     pub fn slabs(&self, t: f32) -> Vec<SlabPicture> {
-        self.maps.as_ref().map_or_else(Vec::new, |maps| maps.pictures(t))
+        self.maps
+            .as_ref()
+            .map_or_else(Vec::new, |maps| maps.pictures(t))
     }
 
     /// Where body and attack are nearest to each other at a moment; `None` while nothing flies.

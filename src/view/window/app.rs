@@ -230,7 +230,10 @@ impl<'a> App<'a> {
     /// Time goes on until this picture.
     fn go_on(&mut self) {
         let now = Instant::now();
-        let since = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f32());
+        let since = self
+            .last
+            .replace(now)
+            .map_or(0.0, |last| (now - last).as_secs_f32());
         let seconds = self.clock.advance(self.desc.step.unwrap_or(since));
         self.seconds += f64::from(seconds);
         self.exhibit.advance(seconds);
@@ -307,7 +310,11 @@ impl ApplicationHandler for App<'_> {
         };
         if let Some(hidden) = hidden.filter(|hidden| *hidden != self.hidden) {
             self.hidden = hidden;
-            self.say(if hidden { &Event::Hidden } else { &Event::Shown });
+            self.say(if hidden {
+                &Event::Hidden
+            } else {
+                &Event::Shown
+            });
         }
         if is_panels {
             self.mouse.let_go();
@@ -321,7 +328,12 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        if (self.desc.stops)() || self.desc.frames.is_some_and(|most| self.times.pictures >= most) {
+        if (self.desc.stops)()
+            || self
+                .desc
+                .frames
+                .is_some_and(|most| self.times.pictures >= most)
+        {
             events.exit();
         }
         if events.exiting() {

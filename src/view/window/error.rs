@@ -49,7 +49,9 @@ impl WindowError {
             EventLoopError::Os(error) => error.to_string(),
             other => other.to_string(),
         };
-        let text = text.rsplit_once(": ").map_or(text.as_str(), |(_, words)| words);
+        let text = text
+            .rsplit_once(": ")
+            .map_or(text.as_str(), |(_, words)| words);
         Self::NoWindowSystem(text.trim_matches('"').to_owned())
     }
 }

@@ -148,7 +148,11 @@ impl FighterExhibit<'_> {
         };
         ui.horizontal(|ui| {
             ui.label(text);
-            let word = if fighter.is_replaying() { "end" } else { "replay" };
+            let word = if fighter.is_replaying() {
+                "end"
+            } else {
+                "replay"
+            };
             let button = egui::Button::new(word);
             if ui.add_enabled(fighter.last().is_some(), button).clicked() {
                 fighter.pick(None);
@@ -251,7 +255,11 @@ impl FighterExhibit<'_> {
             last.reply.culling.name()
         ));
         if let Some(why) = &last.reply.trouble {
-            ui.label(RichText::new(why).small().color(Color32::from_rgb(245, 170, 90)));
+            ui.label(
+                RichText::new(why)
+                    .small()
+                    .color(Color32::from_rgb(245, 170, 90)),
+            );
         }
         bars(ui, self.fighter.query_times(), "ms");
     }

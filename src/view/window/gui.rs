@@ -133,7 +133,9 @@ impl Sheet<'_> {
     }
 
     fn help(&self, context: &egui::Context) {
-        let window = egui::Window::new("Keys").collapsible(false).resizable(false);
+        let window = egui::Window::new("Keys")
+            .collapsible(false)
+            .resizable(false);
         window
             .anchor(Align2::LEFT_TOP, [12.0, 12.0])
             .show(context, |ui| {
@@ -191,5 +193,11 @@ pub(super) fn bars(ui: &mut egui::Ui, values: impl ExactSizeIterator<Item = f32>
     let text = format!("{top:.1} {unit} at most");
     let font = FontId::proportional(11.0);
     let corner = rect.left_top() + egui::vec2(4.0, 1.0);
-    painter.text(corner, Align2::LEFT_TOP, text, font, Color32::from_gray(190));
+    painter.text(
+        corner,
+        Align2::LEFT_TOP,
+        text,
+        font,
+        Color32::from_gray(190),
+    );
 }

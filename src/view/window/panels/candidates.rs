@@ -39,7 +39,10 @@ pub(in crate::view::window) fn candidates(
         listed.of = last.number;
         listed.lines = lines(fighter, last);
     }
-    let head = format!("{:<9} {:>4} {:>5} {:>5} {:>4} {:>5}", "fate", "p", "V_a", "V_d", "V_t", "V");
+    let head = format!(
+        "{:<9} {:>4} {:>5} {:>5} {:>4} {:>5}",
+        "fate", "p", "V_a", "V_d", "V_t", "V"
+    );
     ui.label(RichText::new(head).monospace().size(11.0).weak());
     let (mut picked, before) = (fighter.picked(), fighter.picked());
     let count = listed.lines.len();
@@ -93,7 +96,9 @@ fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
             return "only moves".to_owned();
         };
         let event = graph.edge(edge).event;
-        event.map_or_else(String::new, |event| graph.describe_event(graph.event(event)))
+        event.map_or_else(String::new, |event| {
+            graph.describe_event(graph.event(event))
+        })
     };
     let all = last.answer().candidates.iter().enumerate();
     let mut lines: Vec<(f32, Listing)> = all
@@ -108,7 +113,11 @@ fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
             (total, line)
         })
         .collect();
-    lines.sort_by(|a, b| (rank(a.1.fate), a.0).partial_cmp(&(rank(b.1.fate), b.0)).unwrap_or(std::cmp::Ordering::Equal));
+    lines.sort_by(|a, b| {
+        (rank(a.1.fate), a.0)
+            .partial_cmp(&(rank(b.1.fate), b.0))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     lines.into_iter().map(|(_, line)| line).collect()
 }
 

@@ -53,7 +53,9 @@ impl Thumbnails {
 fn texture(context: &egui::Context, slab: &SlabPicture) -> TextureHandle {
     let all = [&slab.body, &slab.evasion];
     // The attack comes from far away: only what of it is about the body is of interest.
-    let rect = all.iter().fold(MapRect::default(), |rect, map| rect.union(map.rect()));
+    let rect = all
+        .iter()
+        .fold(MapRect::default(), |rect, map| rect.union(map.rect()));
     let rect = match rect.is_empty() {
         true => slab.attack.rect(),
         false => grown(rect, 8),
