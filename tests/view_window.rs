@@ -124,7 +124,8 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
     let path = |name: &str| folder.path().join(name);
     let baked = embedded();
-    archive::write(&path("a.sabaki"), baked).unwrap();
+    let file = path("a.sabaki");
+    archive::write(&file, baked).unwrap();
     let mut painted_on = device();
     let desc = StageDesc {
         samples: 1,
@@ -132,10 +133,10 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     };
     let mut painter = Painter::new(&mut painted_on, SIZE, &desc).unwrap();
     // Before the throw, and while the ball flies by.
-    for (pictures, file) in [(10u32, "walk.png"), (48, "dodge.png")] {
-        let (frames, png) = (pictures.to_string(), path(file));
+    for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
+        let (frames, png) = (pictures.to_string(), path(name));
         let args = [
-            path("a.sabaki").to_str().unwrap(),
+            file.to_str().unwrap(),
             "--size",
             "320x240",
             "--plain",
@@ -175,7 +176,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
             fighter.shot(orbit.camera(aspect))
         });
         let drawn = painter.paint(&mut painted_on, &shot, None).unwrap();
-        assert_same(&png, &drawn, file);
+        assert_same(&png, &drawn, name);
     }
     painter.destroy(&mut painted_on).unwrap();
     finish(painted_on);
