@@ -163,17 +163,17 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
         let (shot, _) = with_asker(baked, &AskerDesc::default(), |asker| {
             let mut fighter = Fighter::new(baked, asker, (settings, 1));
             let mut orbit = Orbit::around_fighter(fighter.focus());
-            let (aspect, mut thrown) = (SIZE[0] as f32 / SIZE[1] as f32, false);
+            let mut thrown = false;
             for picture in 1..=pictures {
                 fighter.advance(STEP);
                 orbit.follow(fighter.focus(), STEP);
-                let camera = orbit.camera(aspect);
+                let camera = orbit.camera();
                 if picture as f32 * STEP >= 0.5 && !std::mem::replace(&mut thrown, true) {
                     let pixel = Vec2::new(0.5 * SIZE[0] as f32, 0.45 * SIZE[1] as f32);
                     fighter.throw(&camera, camera.ray(pixel, SIZE)).unwrap();
                 }
             }
-            fighter.shot(orbit.camera(aspect))
+            fighter.shot(orbit.camera())
         });
         let drawn = painter.paint(&mut painted_on, &shot, None).unwrap();
         assert_same(&png, &drawn, name);
@@ -267,7 +267,7 @@ fn a_candidate_that_was_chosen_plays_the_answers_motion() {
             ..FighterSettings::default()
         };
         let mut fighter = Fighter::new(baked, asker, (settings, 3));
-        let camera = Orbit::around_fighter(fighter.focus()).camera(1.5);
+        let camera = Orbit::around_fighter(fighter.focus()).camera();
         let mut events = Vec::new();
         for _ in 0..4 {
             fighter.advance(0.4);

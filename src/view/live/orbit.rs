@@ -17,9 +17,6 @@ pub struct Orbit {
     pub field: f32,
     /// What is in the middle, metres.
     pub focus: Vec3,
-    /// How far to the left of the picture's middle the focus is seen, as a share of the picture's width: for panels on the
-    /// right. Default 0.
-    pub aside: f32,
 }
 
 /// Seconds after which the focus has come nearer by two thirds.
@@ -37,7 +34,6 @@ impl Orbit {
             distance: 4.6,
             field: 32f32.to_radians(),
             focus,
-            aside: 0.0,
         }
     }
 
@@ -58,19 +54,14 @@ impl Orbit {
         self.focus = self.focus.lerp(focus, share);
     }
 
-    /// The camera in a picture of this width over height. It stays above the ground.
+    /// The camera. It stays above the ground.
     #[must_use]
-    pub fn camera(&self, aspect: f32) -> Camera {
+    pub fn camera(&self) -> Camera {
         let out = Camera::orbit(self.focus, (self.around, self.up), self.distance);
-        let ahead = (out.target - out.eye).normalize_or(Vec3::NEG_Z);
-        let right = ahead.cross(Vec3::Y).normalize_or(Vec3::X);
-        let wide = 2.0 * self.distance * (0.5 * self.field).tan() * aspect;
-        let shift = right * (wide * self.aside);
-        let low = Vec3::new(out.eye.x, out.eye.y.max(0.12), out.eye.z);
         Camera {
-            eye: low + shift,
-            target: out.target + shift,
+            eye: Vec3::new(out.eye.x, out.eye.y.max(0.12), out.eye.z),
             field: self.field,
+            ..out
         }
     }
 }
@@ -80,17 +71,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_focus_is_seen_where_the_orbit_says() {
+    fn the_focus_is_in_the_middle_and_the_eye_above_the_ground() {
         let mut orbit = Orbit::around_fighter(Vec3::new(0.4, 0.9, -0.2));
         let size = [1280, 720];
-        let aspect = 1280.0 / 720.0;
-        let middle = orbit.camera(aspect).pixel(orbit.focus, size).unwrap();
+        let middle = orbit.camera().pixel(orbit.focus, size).unwrap();
         assert!(middle.distance(Vec2::new(640.0, 360.0)) < 0.5, "{middle}");
-        orbit.aside = 0.125;
-        let left = orbit.camera(aspect).pixel(orbit.focus, size).unwrap();
-        assert!(left.distance(Vec2::new(480.0, 360.0)) < 2.0, "{left}");
         orbit.drag(Vec2::new(0.0, -1e6));
-        assert!(orbit.camera(aspect).eye.y > 0.1, "never below the ground");
+        assert!(orbit.camera().eye.y > 0.1, "never below the ground");
         orbit.zoom(1e3);
         assert!(orbit.distance >= 1.2);
     }

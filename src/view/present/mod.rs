@@ -50,6 +50,8 @@ pub(crate) enum Outcome {
 
 /// What is drawn in a frame.
 pub(crate) struct Scene<'a> {
+    /// Columns and rows of the picture, from the left upper corner; what is beside it the panels cover.
+    pub(crate) size: [u32; 2],
     pub(crate) shot: &'a Shot,
     pub(crate) crowd: Option<&'a CrowdShot>,
     pub(crate) panels: Option<&'a Laid>,
@@ -277,9 +279,13 @@ impl Presenter {
         let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else {
             return Err(GpuError::Unfinished);
         };
-        let target = Target {
+        let whole = Target {
             view: image.view,
             size,
+        };
+        let target = Target {
+            size: [0, 1].map(|axis: usize| scene.size[axis].min(size[axis])),
+            ..whole
         };
         let shot = (scene.shot, scene.crowd);
         // SAFETY: the buffer is being recorded; `begin` has waited for the slot and acquired the image, and the submission waits
@@ -289,7 +295,7 @@ impl Presenter {
             stage.record(cmd, self.turn as u32, shot, &target)?;
             if let Some(panels) = scene.panels {
                 turn(context, cmd, image.handle, (DRAWN, BLENDED));
-                begin_panels(context, cmd, &target);
+                begin_panels(context, cmd, &whole);
                 overlay.draw(cmd, size, panels)?;
                 context.device().cmd_end_rendering(cmd);
             }

@@ -94,11 +94,12 @@ struct Standing {
 /// Parts of a figure that is seen from afar.
 const PARTS_AFAR: usize = 12;
 /// And of one that is a speck.
-const PARTS_OF_SPECK: usize = 6;
+const PARTS_OF_SPECK: usize = 4;
 /// Characters of fewer pixels are drawn with these; then with fewer triangles.
 const AFAR: f32 = 26.0;
-const SPECK: f32 = 10.0;
-const NEAR: f32 = 110.0;
+const SPECK: f32 = 8.0;
+const MIDDLE: f32 = 48.0;
+const NEAR: f32 = 170.0;
 /// Roughly, metres.
 const HEIGHT: f32 = 1.7;
 /// How far from their middle there are shadows, metres.
@@ -350,6 +351,7 @@ impl Crowd {
             let (detail, afar) = match pixels {
                 few if few < SPECK => (Detail::Coarse, 2),
                 few if few < AFAR => (Detail::Coarse, 1),
+                few if few < MIDDLE => (Detail::Coarse, 0),
                 many if many > NEAR => (Detail::Fine, 0),
                 _ => (Detail::Medium, 0),
             };

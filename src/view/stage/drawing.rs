@@ -204,6 +204,7 @@ impl Stage {
             // Shadows need no finer mesh than a picture of them shows.
             let detail = match group.detail {
                 Detail::Fine if is_shadow => Detail::Medium,
+                _ if is_shadow => Detail::Coarse,
                 detail => detail,
             };
             let mesh = self.parts.meshes.of(detail);

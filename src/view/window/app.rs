@@ -150,13 +150,19 @@ impl<'a> App<'a> {
     }
 
     /// The camera of the next picture.
-    fn camera(&mut self, size: [u32; 2], scale: f32) -> Camera {
-        self.orbit.aside = match self.panels {
-            true => 0.5 * PANEL * scale / size[0].max(1) as f32,
-            false => 0.0,
-        };
+    fn camera(&self) -> Camera {
         let own = self.exhibit.camera();
-        own.unwrap_or_else(|| self.orbit.camera(size[0] as f32 / size[1].max(1) as f32))
+        own.unwrap_or_else(|| self.orbit.camera())
+    }
+
+    /// Columns and rows of the picture: it stands beside the panel.
+    fn picture(&self, scale: f32) -> [u32; 2] {
+        let [width, height] = self.size;
+        let panel = match self.panels {
+            true => (PANEL * scale) as u32,
+            false => 0,
+        };
+        [width.saturating_sub(panel).max(width / 4), height]
     }
 
     /// One picture. False where the window takes none.
@@ -183,14 +189,15 @@ impl<'a> App<'a> {
             self.size = size;
         }
         self.go_on();
-        let camera = self.camera(size, open.gui.scale());
-        self.clicks(&camera, size)?;
-        let (shot, crowd) = self.exhibit.draw(camera, size, open.presenter.poses()?)?;
+        let (camera, picture) = (self.camera(), self.picture(open.gui.scale()));
+        self.clicks(&camera, picture)?;
+        let poses = open.presenter.poses()?;
+        let (shot, crowd) = self.exhibit.draw(camera, picture, poses)?;
         let laid = self.panels.then(|| {
             let sheet = Sheet {
                 seen: Seen {
                     camera,
-                    size,
+                    size: picture,
                     pixels_per_point: open.gui.scale(),
                 },
                 exhibit: &mut *self.exhibit,
@@ -210,6 +217,7 @@ impl<'a> App<'a> {
         self.keep = false;
         open.window.pre_present_notify();
         let outcome = open.presenter.show(&Scene {
+            size: picture,
             shot: &shot,
             crowd: crowd.as_ref(),
             panels: laid.as_ref(),
@@ -240,14 +248,15 @@ impl<'a> App<'a> {
         self.orbit.follow(self.exhibit.focus(), seconds);
     }
 
-    fn clicks(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), WindowError> {
+    fn clicks(&mut self, camera: &Camera, picture: [u32; 2]) -> Result<(), WindowError> {
         while let Some(click) = self.desc.clicks.get(self.clicked) {
             if self.seconds < f64::from(click.seconds) {
                 break;
             }
             self.clicked += 1;
-            let pixel = Vec2::from(click.at) * Vec2::new(size[0] as f32, size[1] as f32);
-            self.exhibit.click(camera, camera.ray(pixel, size))?;
+            let [width, height] = self.size.map(|side| side as f32);
+            let pixel = Vec2::from(click.at) * Vec2::new(width, height);
+            self.exhibit.click(camera, camera.ray(pixel, picture))?;
         }
         Ok(())
     }
@@ -256,8 +265,8 @@ impl<'a> App<'a> {
         match wish {
             Wish::Throw(at) if !self.size.contains(&0) => {
                 let scale = self.open.as_ref().map_or(1.0, |open| open.gui.scale());
-                let camera = self.camera(self.size, scale);
-                self.exhibit.click(&camera, camera.ray(at, self.size))?;
+                let (camera, picture) = (self.camera(), self.picture(scale));
+                self.exhibit.click(&camera, camera.ray(at, picture))?;
             }
             Wish::Throw(_) => {}
             Wish::Turn(pixels) => self.orbit.drag(pixels),

@@ -90,12 +90,12 @@ impl Exhibit for FighterExhibit<'_> {
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
         self.state(ui);
-        section(ui, "Throw", true, |ui| self.throw(ui));
-        section(ui, "Query", true, |ui| self.query(ui));
         section(ui, "Last query", true, |ui| self.last(ui));
         section(ui, "Candidates", true, |ui| {
             candidates(ui, &mut self.fighter, &mut self.listed);
         });
+        section(ui, "Throw", true, |ui| self.throw(ui));
+        section(ui, "Query", true, |ui| self.query(ui));
         section(ui, "Maps", false, |ui| self.maps(ui));
     }
 
