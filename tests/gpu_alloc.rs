@@ -12,7 +12,7 @@ use sabaki::{
     avoid::cull::{CullCandidate, CullInput},
     gpu::{
         Headless, HeadlessDesc,
-        stencil::{Culler, CullerDesc},
+        stencil::{Counting, Culler, CullerDesc},
     },
     math::Rigid2,
     region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
@@ -59,8 +59,19 @@ fn a_cull_allocates_nothing() {
         attack: &attack,
         candidates: &candidates,
     };
+    for counting in [Counting::Queries, Counting::Atomics] {
+        let desc = CullerDesc {
+            counting,
+            ..CullerDesc::new("test", &atlas)
+        };
+        culls_allocate_nothing(&mut device, &desc, &input);
+    }
+    assert!(device.destroy().is_empty());
+}
+
+fn culls_allocate_nothing(device: &mut Headless, desc: &CullerDesc<'_>, input: &CullInput<'_>) {
     let mut culler = device
-        .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
+        .make(|context, memory| Culler::new(context, memory, desc))
         .unwrap();
     let mut overlaps = Vec::new();
     for cull in 0..4 {
@@ -69,7 +80,7 @@ fn a_cull_allocates_nothing() {
                 let before = allocations();
                 // SAFETY: `run` gives a buffer that is being recorded, and has waited for the cull
                 // before.
-                let ticket = unsafe { culler.record(cmd, 0, &input) }?;
+                let ticket = unsafe { culler.record(cmd, 0, input) }?;
                 Ok((ticket, allocations() - before))
             })
             .unwrap();
@@ -81,5 +92,4 @@ fn a_cull_allocates_nothing() {
         }
     }
     culler.destroy(device.memory().unwrap());
-    assert!(device.destroy().is_empty());
 }

@@ -14,8 +14,10 @@ use common::{Random, desc, finish};
 use sabaki::{
     avoid::cull::{CullInput, Overlap},
     gpu::{
-        Context, GpuAllocatorMemory, GpuError, Headless, Message, Terms, ash::vk, check, compute,
-        stencil,
+        Context, GpuAllocatorMemory, GpuError, Headless, Message, Terms,
+        ash::vk,
+        check, compute,
+        stencil::{self, Counting},
     },
     region::{MapGrid, RegionAtlas},
 };
@@ -34,8 +36,15 @@ struct Guests {
 
 impl Guests {
     fn new(atlas: &RegionAtlas) -> Self {
+        Self::counting(atlas, Counting::Queries)
+    }
+
+    fn counting(atlas: &RegionAtlas, counting: Counting) -> Self {
         let mut device = device();
-        let desc = stencil::CullerDesc::new("test", atlas);
+        let desc = stencil::CullerDesc {
+            counting,
+            ..stencil::CullerDesc::new("test", atlas)
+        };
         let stencil = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
         let desc = compute::CullerDesc::new("test", atlas);
         let compute = device.make(|context, memory| compute::Culler::new(context, memory, &desc));
@@ -57,12 +66,17 @@ impl Guests {
 #[test]
 fn recording_and_polling_only_record_and_look() {
     let atlas = atlas_on(sliced(8), &mut Random(1), 8);
-    let mut guests = Guests::new(&atlas);
+    for counting in [Counting::Queries, Counting::Atomics] {
+        only_records_and_looks(&atlas, Guests::counting(&atlas, counting));
+    }
+}
+
+fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
     let (mut overlaps, mut random) = (Vec::new(), Random(2));
     for _ in 0..3 {
-        let (attack, candidates) = any_input(&mut random, &atlas, 40);
+        let (attack, candidates) = any_input(&mut random, atlas, 40);
         let input = CullInput {
-            atlas: &atlas,
+            atlas,
             attack: &attack,
             candidates: &candidates,
         };
@@ -121,7 +135,11 @@ fn counts_come_by_few_copies() {
 
 /// One cull with one barrier left out: what validation says of it.
 fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64, Vec<Message>) {
-    let mut guests = Guests::new(atlas);
+    let counting = match culls {
+        Culls::Atomics => Counting::Atomics,
+        _ => Counting::Queries,
+    };
+    let mut guests = Guests::counting(atlas, counting);
     let (attack, candidates) = any_input(&mut Random(6), atlas, 40);
     let input = CullInput {
         atlas,
@@ -141,7 +159,7 @@ fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64,
                 // SAFETY: `run` gives a buffer that is being recorded.
                 unsafe {
                     match culls {
-                        Culls::Stencil => drop(stencil.record(cmd, slot, &input)?),
+                        Culls::Stencil | Culls::Atomics => drop(stencil.record(cmd, slot, &input)?),
                         Culls::Compute => drop(compute.record(cmd, slot, &input)?),
                     }
                 }
@@ -156,13 +174,14 @@ fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64,
 #[derive(Clone, Copy, Debug)]
 enum Culls {
     Stencil,
+    Atomics,
     Compute,
 }
 
 #[test]
 fn a_missing_barrier_is_detected() {
     let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
-    for culls in [Culls::Stencil, Culls::Compute] {
+    for culls in [Culls::Stencil, Culls::Atomics, Culls::Compute] {
         let (barriers, messages) = without_barrier(&atlas, culls, None);
         assert_eq!(messages, []);
         let detected: Vec<bool> = (0..barriers)
