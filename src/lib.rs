@@ -26,8 +26,8 @@
 //! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
 //! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |
-//! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer |
-//! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grid, the baked graph |
+//! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer; duels |
+//! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grids of evasions and attacks, the baked graph |
 //! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
 //! | [`crowd`] | ten thousand characters at once: keys, kernels, schedule |
 //! | [`lod`] | joint energy, levels of detail, switching between them |

@@ -7,12 +7,16 @@ mod bad_input;
 mod common;
 #[path = "command/crowd.rs"]
 mod crowd;
+#[path = "command/duel.rs"]
+mod duel;
 #[path = "command/figure.rs"]
 mod figure;
 #[path = "command/lod.rs"]
 mod lod;
 #[path = "command/measure.rs"]
 mod measure;
+#[path = "command/plots.rs"]
+mod plots;
 #[cfg(feature = "view")]
 #[path = "command/render.rs"]
 mod render;

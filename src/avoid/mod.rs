@@ -14,6 +14,7 @@ mod case;
 pub mod clearance;
 mod context;
 pub mod cull;
+pub mod duel;
 mod gather;
 mod judge;
 pub mod measure;

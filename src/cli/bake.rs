@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use sabaki::io;
 use serde_json::json;
 
-use super::{Done, Failure, source};
+use super::plot::Plot;
+use super::{Done, Failure, distances, source};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -14,6 +15,9 @@ pub(crate) struct Args {
     /// The baked graph to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Draw the distances between the moments of all clips, and the transitions: a PNG, or - for letters on stdout.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<Plot>,
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -22,14 +26,23 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             "bake needs --clips: BVH or glTF files, or folders of them".to_owned(),
         ));
     }
+    Plot::check(args.plot.as_ref(), as_json)?;
     let baked = source::from_clips(&args.clips)?;
     io::archive::write(&args.out, &baked.graph)?;
     let out = args.out.display();
+    let (graph, threshold) = (baked.graph.graph(), args.clips.threshold);
+    let drawn = match &args.plot {
+        None => String::new(),
+        Some(plot) => plot.draw(
+            || distances::picture(graph, threshold),
+            |paint| distances::letters(graph, threshold, paint),
+        )?,
+    };
     Ok(Done::ok(if as_json {
         let mut document = source::statistics(&baked);
         document["out"] = json!(args.out);
         Done::json(&document)
     } else {
-        format!("{}wrote {out}\n", source::describe(&baked))
+        format!("{}{drawn}wrote {out}\n", source::describe(&baked))
     }))
 }

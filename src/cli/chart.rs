@@ -75,7 +75,7 @@ impl Chart<'_> {
 }
 
 /// The step between rules, and the last one: a round number of steps that holds `most`.
-fn rules(most: f64) -> (f64, f64) {
+pub(crate) fn rules(most: f64) -> (f64, f64) {
     if !(most.is_finite() && most > 0.0) {
         return (1.0, 1.0);
     }
@@ -86,7 +86,7 @@ fn rules(most: f64) -> (f64, f64) {
     (step, step * (most / step).ceil())
 }
 
-fn label(value: f64, step: f64) -> String {
+pub(crate) fn label(value: f64, step: f64) -> String {
     let digits = (-step.log10().floor()).max(0.0) as usize;
     format!("{value:.digits$}")
 }

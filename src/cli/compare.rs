@@ -2,8 +2,6 @@
 //!
 //! Source: Masaoka & Oshita, section 6, Table 1.
 
-use std::path::PathBuf;
-
 use sabaki::avoid::measure::{MapTally, Truth};
 use sabaki::avoid::{Enumerate, Lookup, Source};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
@@ -12,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::culling::{self, CullPath, Culling, DeviceArgs};
 use super::passes::{LookupArg, Method};
+use super::plot::Plot;
 use super::source::{self, GraphArgs};
 use super::stats::{Asker, Run, Times, percentile};
 use super::{Done, Failure, cancel, crossover, map_settings, output};
@@ -32,9 +31,10 @@ pub(crate) struct Args {
     /// Compare settings of the maps instead: each is baked and held to the exact test.
     #[arg(long, conflicts_with_all = ["plot", "lookup"])]
     settings: bool,
-    /// Measure the time of culling over the number of candidates as well, and draw it (PNG).
+    /// Measure the time of culling over the number of candidates as well, and draw it: a PNG, or - for letters on
+    /// stdout.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Plot>,
 }
 
 /// One line of the table.
@@ -53,6 +53,7 @@ struct Table {
 }
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    Plot::check(args.plot.as_ref(), as_json)?;
     let baked = args.graph.load()?;
     let throws = throws(args, &baked.graph)?;
     if args.settings {
@@ -60,11 +61,13 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     }
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let table = measure(&baked.graph, &throws, (&mut culling, args.lookup.into()))?;
+    let mut drawn = String::new();
     let crossover = match &args.plot {
         None => None,
-        Some(path) => {
+        Some(plot) => {
             let lines = crossover::measure(&baked.graph, &throws, &mut culling)?;
-            crossover::plot(&lines).write(path)?;
+            let letters = |paint| crossover::letters(&lines, paint);
+            drawn = plot.draw(|| crossover::plot(&lines), letters)?;
             Some(lines)
         }
     };
@@ -83,7 +86,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             source::describe(&baked),
             culling.describe(),
             table.text(throws.len())
-        )
+        ) + &drawn
     }))
 }
 

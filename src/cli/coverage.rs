@@ -1,7 +1,6 @@
 //! `sabaki coverage`: which attacks does a graph have an answer to?
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
 use sabaki::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
@@ -10,6 +9,7 @@ use sabaki::region::BakedGraph;
 use serde_json::{Value, json};
 
 use super::picture::Picture;
+use super::plot::{Paint, Plot, shade};
 use super::source::{self, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
@@ -32,9 +32,9 @@ pub(crate) struct Args {
     /// Threads; 0 for as many as the machine has. The result is the same for any number.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
-    /// Draw the table as a heat map (PNG).
-    #[arg(long, value_name = "FILE")]
-    png: Option<PathBuf>,
+    /// Draw the table as a heat map: a PNG, or - for letters on stdout.
+    #[arg(long, alias = "png", value_name = "FILE")]
+    plot: Option<Plot>,
 }
 
 /// Gaps that are named.
@@ -45,17 +45,22 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         let what = format!("--speed must be 0.1 to 1000 m/s; it is {}", args.speed);
         return Err(Failure::Usage(what));
     }
+    Plot::check(args.plot.as_ref(), as_json)?;
     let baked = args.graph.load()?;
     let coverage = throw_all(args, &baked.graph)?;
-    if let Some(path) = &args.png {
-        heat_map(&coverage).write(path)?;
-    }
+    let drawn = match &args.plot {
+        None => String::new(),
+        Some(plot) => plot.draw(
+            || heat_map(&coverage),
+            |paint| heat_letters(&coverage, paint),
+        )?,
+    };
     Ok(Done::ok(if as_json {
         let mut document = document(&coverage);
         document["graph"] = source::statistics(&baked);
         Done::json(&document)
     } else {
-        format!("{}\n{}", source::describe(&baked), text(&coverage))
+        format!("{}\n{}{drawn}", source::describe(&baked), text(&coverage))
     }))
 }
 
@@ -293,6 +298,26 @@ fn heat_map(coverage: &Coverage) -> Picture {
         }
     }
     picture
+}
+
+/// The same in letters: for each height a block, rows are directions, columns leads.
+fn heat_letters(coverage: &Coverage, paint: Paint) -> String {
+    let mut letters = "\nshare of attacks avoided, · none, █ all; columns: lead\n".to_owned();
+    for height in (0..HEIGHTS.len()).rev() {
+        let _ = writeln!(letters, "{}", HEIGHTS[height].0);
+        for direction in 0..coverage.directions() {
+            let _ = write!(letters, "  {:<12}", direction_name(coverage, direction));
+            for lead in 0..LEADS.len() {
+                let is = |c: Cell| (c.height, c.direction, c.lead) == (height, direction, lead);
+                let share = coverage.share(is);
+                let cell = shade(share).to_string().repeat(4);
+                letters.push_str(&paint.on(heat(share), &cell));
+                letters.push(' ');
+            }
+            letters.push('\n');
+        }
+    }
+    letters
 }
 
 /// From red over brown to green.

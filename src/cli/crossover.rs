@@ -8,9 +8,11 @@ use sabaki::demo::throw::Throw;
 use sabaki::region::BakedGraph;
 use serde_json::{Value, json};
 
+use super::chart::{self, Chart};
 use super::culling::{CullPath, Culling};
 use super::passes::Method;
 use super::picture::{COLOURS, Picture, RULE};
+use super::plot::Paint;
 use super::stats::percentile;
 use super::{Failure, cancel, output};
 
@@ -200,6 +202,24 @@ fn crossings(lines: &[Line]) -> String {
         }
     };
     devices.map(say).collect()
+}
+
+/// The same in letters, both axes logarithmic.
+pub(crate) fn letters(lines: &[Line], paint: Paint) -> String {
+    let line = |line: &Line| {
+        let log = |&(size, ms): &(usize, f64)| ((size as f64).log10(), ms.max(1e-6).log10());
+        chart::Line {
+            name: line.path.name(),
+            points: line.points.iter().map(log).collect(),
+            marks: true,
+        }
+    };
+    let chart = Chart {
+        x: "candidates, powers of ten",
+        y: "ms, powers of ten",
+        lines: lines.iter().map(line).collect(),
+    };
+    format!("\n{}", chart.text(paint))
 }
 
 const SIZE: (usize, usize) = (900, 640);

@@ -13,6 +13,7 @@ use sabaki::lod::{
 use sabaki::{demo, io};
 
 use super::lod_report::Report;
+use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure, lod_report};
 
@@ -63,9 +64,9 @@ pub(crate) struct Args {
     /// Write the first clip as every level draws it, each an animation (GLB), to look at with any viewer.
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
-    /// Draw errors and distances (PNG).
+    /// Draw errors and distances, and in letters the joints' energies: a PNG, or - for letters on stdout.
     #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    plot: Option<Plot>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -107,6 +108,7 @@ pub(crate) struct Source {
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    Plot::check(args.plot.as_ref(), as_json)?;
     let source = args.source()?;
     let settings = args.level_settings(&source.skeleton)?;
     let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
@@ -137,13 +139,14 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             },
         )?;
     }
-    if let Some(path) = &args.plot {
-        report.plot().write(path)?;
-    }
+    let drawn = match &args.plot {
+        None => String::new(),
+        Some(plot) => plot.draw(|| report.plot(), |paint| report.letters(paint))?,
+    };
     Ok(Done::ok(if as_json {
         Done::json(&report.to_json())
     } else {
-        report.describe()
+        report.describe() + &drawn
     }))
 }
 

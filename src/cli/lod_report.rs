@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use super::chart::{Chart, Frame, Line};
 use super::lod::Source;
 use super::output;
-use super::picture::Picture;
+use super::picture::{COLOURS, Picture};
+use super::plot::{Paint, bars};
 
 /// Levels, and from where on they are drawn.
 pub(crate) struct Report {
@@ -210,35 +211,7 @@ impl Report {
     /// Errors over the levels, and levels over the distance.
     pub(crate) fn plot(&self) -> Picture {
         let mut picture = Picture::new(960, 860);
-        let of_levels = |value: &dyn Fn(&Level) -> f32| -> Vec<(f64, f64)> {
-            let levels = self.levels.levels.iter().enumerate();
-            levels
-                .map(|(index, level)| (index as f64, f64::from(value(level))))
-                .collect()
-        };
-        let line = |name, points, marks| Line {
-            name,
-            points,
-            marks,
-        };
-        let errors = Chart {
-            x: "level",
-            y: "error, mm",
-            lines: vec![
-                line("greatest", of_levels(&|level| level.error.max * 1e3), true),
-                line(
-                    "mean of removed joints",
-                    of_levels(&|level| level.error.mean * 1e3),
-                    true,
-                ),
-                line(
-                    "mean of the body",
-                    of_levels(&|level| level.error.body_mean * 1e3),
-                    true,
-                ),
-            ],
-        };
-        errors.draw(
+        self.errors().draw(
             &mut picture,
             Frame {
                 at: (90, 40),
@@ -253,30 +226,7 @@ impl Report {
                 &text.chars().take(23).collect::<String>(),
             );
         }
-        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
-        let shown = |bands: &Switching| -> Vec<(f64, f64)> {
-            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
-            let at = |distance: f64| {
-                let choice = bands.choose(distance as f32, None);
-                (distance, choice.level as f64 + f64::from(choice.blend))
-            };
-            distances.map(at).collect()
-        };
-        let at_once = SwitchSettings {
-            blend: None,
-            hysteresis: 0.0,
-            ..self.settings
-        };
-        let mut lines = vec![line("blended", shown(&self.bands), false)];
-        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
-            lines.push(line("at once", shown(&at_once), false));
-        }
-        let levels = Chart {
-            x: "distance, m",
-            y: "level",
-            lines,
-        };
-        levels.draw(
+        self.shown().draw(
             &mut picture,
             Frame {
                 at: (90, 470),
@@ -284,5 +234,75 @@ impl Report {
             },
         );
         picture
+    }
+
+    /// The same in letters, and the joints' energies.
+    pub(crate) fn letters(&self, paint: Paint) -> String {
+        let energies = self.source.skeleton.ids().zip(&self.levels.energies);
+        let mut energies: Vec<(String, f64, String)> = energies
+            .map(|(id, &energy)| {
+                let name = self.source.skeleton.joint(id).name.clone();
+                (name, f64::from(energy), format!("{energy:.4} J"))
+            })
+            .collect();
+        energies.retain(|row| row.1 > 0.0);
+        energies.sort_by(|a, b| b.1.total_cmp(&a.1));
+        format!(
+            "\nmean energy of the joints\n{}\n{}\n{}",
+            bars(&energies, (COLOURS[2], paint)),
+            self.errors().text(paint),
+            self.shown().text(paint)
+        )
+    }
+
+    fn errors(&self) -> Chart<'static> {
+        let of_levels = |name, value: &dyn Fn(&Level) -> f32| {
+            let levels = self.levels.levels.iter().enumerate();
+            let points = levels.map(|(index, level)| (index as f64, f64::from(value(level))));
+            Line {
+                name,
+                points: points.collect(),
+                marks: true,
+            }
+        };
+        Chart {
+            x: "level",
+            y: "error, mm",
+            lines: vec![
+                of_levels("greatest", &|level| level.error.max * 1e3),
+                of_levels("mean of removed joints", &|level| level.error.mean * 1e3),
+                of_levels("mean of the body", &|level| level.error.body_mean * 1e3),
+            ],
+        }
+    }
+
+    fn shown(&self) -> Chart<'static> {
+        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
+        let line = |name, bands: &Switching| {
+            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
+            let at = |distance: f64| {
+                let choice = bands.choose(distance as f32, None);
+                (distance, choice.level as f64 + f64::from(choice.blend))
+            };
+            Line {
+                name,
+                points: distances.map(at).collect(),
+                marks: false,
+            }
+        };
+        let at_once = SwitchSettings {
+            blend: None,
+            hysteresis: 0.0,
+            ..self.settings
+        };
+        let mut lines = vec![line("blended", &self.bands)];
+        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
+            lines.push(line("at once", &at_once));
+        }
+        Chart {
+            x: "distance, m",
+            y: "level",
+            lines,
+        }
     }
 }

@@ -9,8 +9,10 @@ mod crossover;
 mod crowd;
 mod culling;
 mod demo;
+mod distances;
 mod doctor;
 mod dodge;
+mod duel;
 mod explain;
 mod figure;
 mod inspect;
@@ -20,6 +22,7 @@ mod map_settings;
 mod output;
 mod passes;
 mod picture;
+mod plot;
 #[cfg(feature = "view")]
 mod render;
 mod replay;
@@ -27,6 +30,7 @@ mod sheet;
 mod source;
 mod stats;
 mod summary;
+mod text_chart;
 #[cfg(feature = "view")]
 mod view;
 
@@ -72,6 +76,8 @@ enum Command {
     Lod(lod::Args),
     /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
     Crowd(crowd::Args),
+    /// Two fighters of one graph: one attacks, the other avoids, in turn.
+    Duel(duel::Args),
     /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
     #[cfg(feature = "view")]
     Render(render::Args),
@@ -103,6 +109,12 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
         Some(Command::Lod(args)) => lod::run(&args, cli.json),
         Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
+        Some(Command::Duel(args)) => duel::run(
+            &args,
+            #[cfg(feature = "view")]
+            &cli.device,
+            cli.json,
+        ),
         #[cfg(feature = "view")]
         Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
         #[cfg(feature = "view")]

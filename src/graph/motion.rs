@@ -205,6 +205,33 @@ impl Motion {
         }
     }
 
+    /// What is left of it after `seconds`: the edge that is played then, as fast as it is, and all that follows.
+    #[must_use]
+    pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
+        let index = self.pieces.partition_point(|piece| piece.end < seconds);
+        let first = index.min(self.pieces.len().saturating_sub(1));
+        let mut pieces = self.pieces[first..].to_vec();
+        for piece in &mut pieces {
+            piece.start = (piece.start - seconds).max(0.0);
+            piece.end = (piece.end - seconds).max(0.0);
+        }
+        if let Some(begun) = pieces.first_mut() {
+            begun.playhead = self.playhead(graph, seconds);
+        }
+        Self { pieces }
+    }
+
+    /// What is left after `seconds` of the edge that is played then, and then `steps`, which start at its end.
+    #[must_use]
+    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[Step]) -> Self {
+        let mut branch = self.rest(graph, seconds);
+        branch.pieces.truncate(1);
+        for &step in steps {
+            branch.push(graph, step);
+        }
+        branch
+    }
+
     /// Seconds from its start to its end.
     #[must_use]
     pub fn duration(&self) -> f32 {

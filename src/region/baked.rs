@@ -70,10 +70,11 @@ impl BakedGraph {
         (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
         (paths, grid_settings): (&PathSettings, GridSettings),
     ) -> Self {
+        let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
         let source = PathSource {
             graph: &graph,
             retimable: &retimable,
-            evasions: &evasions,
+            goals: &goals,
         };
         let paths = find_paths(source, paths);
         let (grid, tracks) = (Grid::default(), Vec::new());

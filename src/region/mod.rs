@@ -5,6 +5,7 @@
 //! rasterizer and the CPU's [`raster`] agree to the texel.
 
 mod atlas;
+mod attack_grid;
 mod bake;
 mod baked;
 mod body;
@@ -32,6 +33,7 @@ mod upright;
 pub use atlas::{
     AttackMaps, PackedAtlas, PackedMap, PackedMaps, RegionAtlas, RegionId, RegionMaps, SlabMaps,
 };
+pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, Blow, Contact};
 pub use bake::{BakeError, BakeSettings, Baker, DrawnMaps};
 pub use baked::{BakedGraph, Evasion};
 pub use body::{Body, BodySphere};

@@ -3,11 +3,13 @@
 mod canvas;
 mod crowd;
 mod dodge;
+mod duel;
 mod file;
 
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+pub(crate) use duel::DuelArgs;
 use serde_json::json;
 
 use super::culling::DeviceArgs;

@@ -1,4 +1,4 @@
-//! Paths of all nodes at once, backwards from the evasions.
+//! Paths of all nodes at once, backwards from the evasions (or from what else they shall lead to).
 //!
 //! A path of n frames from a node is one of its edges, of m frames, and a path of n - m frames from
 //! where that leads: in the order of n, everything that is needed is there already. Every layer of
@@ -7,14 +7,15 @@
 use super::{Link, NodePath, PathId, PathReport, PathSettings, PathTable};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::math::{Rigid2, in_parallel};
-use crate::region::{Evasion, Retimable};
+use crate::region::Retimable;
 
 /// What paths are found in.
 #[derive(Clone, Copy)]
 pub(in crate::region) struct PathSource<'a> {
     pub graph: &'a MotionGraph,
     pub retimable: &'a [Retimable],
-    pub evasions: &'a [Evasion],
+    /// The edges that paths lead to; their positions are [`NodePath::evasion`].
+    pub goals: &'a [EdgeId],
 }
 
 /// A path that is being considered.
@@ -86,7 +87,7 @@ struct Layers<'a> {
     most: usize,
     /// For each edge the character's frame at its end in that at its start.
     steps: Vec<Rigid2>,
-    /// For each node the evasion that starts there.
+    /// For each node the goal that starts there.
     starts: Vec<Option<u32>>,
 }
 
@@ -97,8 +98,8 @@ impl<'a> Layers<'a> {
             .round()
             .clamp(0.0, f32::from(u16::MAX)) as usize;
         let mut starts = vec![None; graph.nodes().len()];
-        for (evasion, index) in source.evasions.iter().zip(0..) {
-            starts[graph.edge(evasion.edge).from.index()] = Some(index);
+        for (&goal, index) in source.goals.iter().zip(0..) {
+            starts[graph.edge(goal).from.index()] = Some(index);
         }
         Self {
             source,

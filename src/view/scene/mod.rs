@@ -5,6 +5,7 @@
 mod camera;
 mod crowd;
 mod dodge;
+mod duel;
 mod figure;
 mod maps;
 mod shot;
@@ -12,6 +13,7 @@ mod shot;
 pub use camera::Camera;
 pub use crowd::{Crowd, FormationError, FormationSettings, level_colour};
 pub use dodge::{Dodge, DodgeSettings, Nearest};
+pub use duel::{Bout, BoutSettings, Cut};
 pub use figure::{Figure, FigurePart, Look};
 pub use maps::{MapStyle, SlabPicture};
 pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};
