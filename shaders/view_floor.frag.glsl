@@ -36,12 +36,18 @@ float hidden(Capsule capsule) {
     return clamp(towards.y / away, 0.0, 1.0) * radius * radius / (away * away);
 }
 
+// From here on, and all the more from there on, bodies hide nothing that one could see; metres from the middle of the shadows.
+const vec2 FAR = vec2(1.1, 2.0);
+
 void main() {
     FrameData frame = frames[0];
     float open = 1.0;
-    for (uint index = 0u; index < frame.counts.x; ++index) {
+    float away = distance(place.xz, frame.shade.xy);
+    uint count = away < FAR.y ? frame.counts.x : 0u;
+    for (uint index = 0u; index < count; ++index) {
         open *= 1.0 - 0.8 * hidden(capsules[index]);
     }
+    open = mix(open, 1.0, smoothstep(FAR.x, FAR.y, away));
     float lit = sunlit(place, vec3(0.0, 1.0, 0.0));
     vec3 light = frame.above.rgb * open + frame.sunlight.rgb * frame.sunward.y * lit;
     float lines = max(grid(place.xz, 0.008), 0.35 * grid(place.xz * 4.0, 0.012));

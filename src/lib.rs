@@ -22,7 +22,7 @@
 //!
 //! | room | what stands in it |
 //! | --- | --- |
-//! | `view` | pictures of fighters and crowds, by the device into an image or a file |
+//! | `view` | pictures of fighters and crowds, by the device into an image, a file or a window |
 //! | `capi` | the same for C and C++ (`sabaki.h`) |
 //! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
 //! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |

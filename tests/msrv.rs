@@ -47,6 +47,7 @@ fn metadata() -> Value {
         ("cli", cfg!(feature = "cli")),
         ("vulkan", cfg!(feature = "vulkan")),
         ("capi", cfg!(feature = "capi")),
+        ("view", cfg!(feature = "view")),
         ("shaderc", cfg!(feature = "shaderc")),
     ]
     .into_iter()

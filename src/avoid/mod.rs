@@ -20,6 +20,7 @@ mod judge;
 pub mod measure;
 mod moves;
 mod placement;
+mod played;
 mod prepared;
 mod query;
 pub mod retime;

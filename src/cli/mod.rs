@@ -31,6 +31,8 @@ mod source;
 mod stats;
 mod summary;
 mod text_chart;
+#[cfg(feature = "view")]
+mod view;
 
 use std::process::ExitCode;
 
@@ -79,6 +81,9 @@ enum Command {
     /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
     #[cfg(feature = "view")]
     Render(render::Args),
+    /// A window: click, and a ball flies there; the fighter dodges. Or a crowd.
+    #[cfg(feature = "view")]
+    View(view::Args),
     /// What a file holds: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
     /// What this machine's Vulkan offers and which culling paths will run.
@@ -112,6 +117,8 @@ pub(crate) fn main() -> ExitCode {
         ),
         #[cfg(feature = "view")]
         Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
+        #[cfg(feature = "view")]
+        Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),
         Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
         Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
     };
@@ -130,9 +137,21 @@ fn start_log(verbose: u8) {
         1 => tracing::Level::INFO,
         _ => tracing::Level::DEBUG,
     };
-    tracing_subscriber::fmt()
-        .with_max_level(level)
+    use tracing_subscriber::layer::SubscriberExt;
+    use tracing_subscriber::util::SubscriberInitExt;
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
-        .without_time()
+        .without_time();
+    // What a window system has to grumble about is of no use to whoever has not asked.
+    let others = match verbose {
+        0 => tracing::Level::ERROR,
+        _ => level,
+    };
+    let heard = tracing_subscriber::filter::Targets::new()
+        .with_default(level)
+        .with_targets([("winit", others), ("egui", others)]);
+    tracing_subscriber::registry()
+        .with(lines)
+        .with(heard)
         .init();
 }

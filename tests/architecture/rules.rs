@@ -186,6 +186,7 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
             "src/math/crew.rs",
             "src/view/offscreen.rs",
             "src/view/painter.rs",
+            "src/view/present/",
             "src/view/stage/",
         ],
     );
@@ -200,7 +201,7 @@ pub(crate) fn unsafe_code(source: &Source) -> Vec<String> {
         if !may {
             complaints.push(source.complaint(
                 at,
-                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} and view/{stage,offscreen,painter} alone",
+                "`unsafe` stands in gpu/, capi/, math/{isa,lanes,crew} and view/{stage,offscreen,painter,present} alone",
             ));
         } else if !comment_above(source, source.line_of(at)).contains(wanted) {
             complaints.push(source.complaint(at, what));

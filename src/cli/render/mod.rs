@@ -52,7 +52,7 @@ enum Scene {
 /// The largest side of a picture.
 const MOST_PIXELS: u32 = 4096;
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once('x');
     let sides = sides.and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
     let fits = |sides: &[u32; 2]| sides.iter().all(|side| (16..=MOST_PIXELS).contains(side));

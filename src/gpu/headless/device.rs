@@ -39,23 +39,34 @@ pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::I
     let application = vk::ApplicationInfo::default()
         .application_name(c"sabaki")
         .api_version(desc.terms.api_version);
-    let (layers, extensions) = (
-        [VALIDATION.as_ptr()],
-        [ash::ext::debug_utils::NAME.as_ptr()],
-    );
+    let wished: Vec<_> = { desc.instance_extensions.iter() }
+        .map(|name| name.as_ptr())
+        .collect();
+    let with_debug: Vec<_> = std::iter::once(ash::ext::debug_utils::NAME.as_ptr())
+        .chain(wished.iter().copied())
+        .collect();
+    let layers = [VALIDATION.as_ptr()];
     let mut checks = vk::ValidationFeaturesEXT::default().enabled_validation_features(&[
         vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
         vk::ValidationFeatureEnableEXT::BEST_PRACTICES,
     ]);
-    let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+    let mut info = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_extension_names(&wished);
     if validation {
         info = info
             .enabled_layer_names(&layers)
-            .enabled_extension_names(&extensions)
+            .enabled_extension_names(&with_debug)
             .push_next(&mut checks);
     }
-    // SAFETY: the layer was found above, and brings the extensions along.
+    // SAFETY: the layer was found above, and brings its extensions along; whether the others are there is what the call says.
     match unsafe { entry.create_instance(&info, None) } {
+        Err(vk::Result::ERROR_EXTENSION_NOT_PRESENT) => {
+            let names = desc.instance_extensions.iter();
+            Err(GpuError::Missing(
+                names.filter_map(|name| name.to_str().ok()).collect(),
+            ))
+        }
         // The loader's way to say that it has found no driver.
         Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDevice {
             wanted: "present".to_owned(),
@@ -85,6 +96,11 @@ impl DevicePart {
             return Err(GpuError::Missing(report.missing));
         }
         // SAFETY: as above.
+        let lacking = unsafe { lacking(instance, physical, &desc.device_extensions) }?;
+        if !lacking.is_empty() {
+            return Err(GpuError::Missing(lacking));
+        }
+        // SAFETY: as above.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
         let with = |wanted| {
             families
@@ -105,14 +121,15 @@ impl DevicePart {
             vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
         let mut state = vk::PhysicalDeviceExtendedDynamicStateFeaturesEXT::default()
             .extended_dynamic_state(true);
-        let extensions: Vec<_> = report.extensions.iter().map(|name| name.as_ptr()).collect();
+        let needed = report.extensions.iter().chain(&desc.device_extensions);
+        let extensions: Vec<_> = needed.map(|name| name.as_ptr()).collect();
         let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
             .enabled_extension_names(&extensions)
             .push_next(&mut rendering)
             .push_next(&mut synchronization);
-        if !extensions.is_empty() {
+        if !report.extensions.is_empty() {
             info = info.push_next(&mut state);
         }
         // SAFETY: the report says that the device offers all that is enabled here.
@@ -135,6 +152,29 @@ impl DevicePart {
         // SAFETY: everything made from the device is gone, and its queue is idle (each `run` has waited).
         unsafe { self.device.destroy_device(None) };
     }
+}
+
+/// Which of these extensions a device does not have.
+///
+/// # Safety
+/// The physical device is of this instance.
+unsafe fn lacking(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    wanted: &[&'static CStr],
+) -> Result<Vec<&'static str>, GpuError> {
+    if wanted.is_empty() {
+        return Ok(Vec::new());
+    }
+    // SAFETY: the caller vouches for both.
+    let known = unsafe { instance.enumerate_device_extension_properties(physical) }
+        .call("vkEnumerateDeviceExtensionProperties")?;
+    let has = |name: &CStr| {
+        let mut names = known.iter();
+        names.any(|one| one.extension_name_as_c_str() == Ok(name))
+    };
+    let lacking = wanted.iter().filter(|name| !has(name));
+    Ok(lacking.filter_map(|name| name.to_str().ok()).collect())
 }
 
 fn choose(

@@ -5,6 +5,8 @@ mod list;
 mod messages;
 mod work;
 
+use std::ffi::CStr;
+
 use ash::vk;
 
 pub use device::DeviceChoice;
@@ -25,6 +27,10 @@ pub struct HeadlessDesc {
     pub validation: bool,
     /// The version of Vulkan that is asked for, and what is done without even where the device has it.
     pub terms: Terms,
+    /// Extensions of the instance beside those that are needed anyway: those of a window system, for instance.
+    pub instance_extensions: Vec<&'static CStr>,
+    /// Extensions of the device beside those that are needed anyway. A device without one of them is refused.
+    pub device_extensions: Vec<&'static CStr>,
 }
 
 /// An instance, a device, a queue, and what is needed to run commands on it and to wait for them.
@@ -144,6 +150,23 @@ impl Headless {
             return Err(gone());
         };
         make(context, memory)
+    }
+
+    /// The loader that it was made with.
+    #[must_use]
+    pub fn entry(&self) -> &ash::Entry {
+        &self.entry
+    }
+
+    /// Its only queue, of the [context's](Headless::context) family. [`Headless::run`] uses it, too.
+    ///
+    /// # Errors
+    /// None while the device lives.
+    pub fn queue(&self) -> Result<vk::Queue, GpuError> {
+        self.device
+            .as_ref()
+            .map(|device| device.queue)
+            .ok_or_else(gone)
     }
 
     /// The device's name.

@@ -74,7 +74,7 @@ pub struct Crowd {
     levels: Levels,
     settings: FormationSettings,
     characters: Vec<Standing>,
-    /// Of each level a whole figure and one of its largest parts.
+    /// Of each level a whole figure, one of its largest parts, and one of even fewer.
     figures: Vec<Figure>,
     /// Seconds of the clip that is played.
     period: f32,
@@ -93,11 +93,17 @@ struct Standing {
 
 /// Parts of a figure that is seen from afar.
 const PARTS_AFAR: usize = 12;
+/// And of one that is a speck.
+const PARTS_OF_SPECK: usize = 4;
 /// Characters of fewer pixels are drawn with these; then with fewer triangles.
 const AFAR: f32 = 26.0;
-const NEAR: f32 = 110.0;
+const SPECK: f32 = 8.0;
+const MIDDLE: f32 = 48.0;
+const NEAR: f32 = 170.0;
 /// Roughly, metres.
 const HEIGHT: f32 = 1.7;
+/// How far from their middle there are shadows, metres.
+const SHADOWS: f32 = 24.0;
 
 impl Crowd {
     /// Everybody plays `clip`, over and over.
@@ -115,8 +121,9 @@ impl Crowd {
         let whole = Figure::of(skeleton, body, &settings.look);
         let figures = levels.levels.iter().flat_map(|level| {
             let seated = seated(&whole, level);
-            let afar = largest(&seated);
-            [seated, afar]
+            let afar = largest(&seated, PARTS_AFAR);
+            let speck = largest(&seated, PARTS_OF_SPECK);
+            [seated, afar, speck]
         });
         let output = Output {
             layout: Layout::Blocks,
@@ -203,6 +210,13 @@ impl Crowd {
         self.characters.is_empty()
     }
 
+    /// From the first row to the last, metres.
+    #[must_use]
+    pub fn long(&self) -> f32 {
+        let rows = self.settings.count.div_ceil(self.settings.abreast.max(1));
+        rows.saturating_sub(1) as f32 * self.settings.apart
+    }
+
     /// Lines of memory that the poses take at most: when all have all joints.
     #[must_use]
     pub fn most_lines(&self) -> usize {
@@ -221,6 +235,17 @@ impl Crowd {
     /// Levels by distance, or all joints for everybody.
     pub fn use_levels(&mut self, lod: bool) {
         self.lod = lod;
+    }
+
+    /// Pixels of error on the screen that a level may make: [`FormationSettings::error`].
+    #[must_use]
+    pub fn error(&self) -> f32 {
+        self.settings.error
+    }
+
+    /// Another such error from the next [`Crowd::look_from`] on.
+    pub fn set_error(&mut self, pixels: f32) {
+        self.settings.error = pixels;
     }
 
     /// Characters in the colours of their levels, or in their own.
@@ -302,10 +327,14 @@ impl Crowd {
         camera: Camera,
         size: [u32; 2],
     ) -> Result<(Shot, CrowdShot), FormationError> {
+        // Shadows lie where one sees them best: before the camera.
+        let ahead = camera.target - camera.eye;
+        let ahead = Vec3::new(ahead.x, 0.0, ahead.z).normalize_or(Vec3::NEG_Z);
+        let middle = Vec3::new(camera.eye.x, 0.0, camera.eye.z) + ahead * 20.5;
         let light = Light {
             fade: 260.0,
             grid: 0.16,
-            shadow: (Vec3::new(0.0, 0.0, -13.0), 24.0),
+            shadow: (middle, SHADOWS),
             ..Light::default()
         };
         let view = View {
@@ -320,7 +349,9 @@ impl Crowd {
         {
             let pixels = view.pixels(HEIGHT, camera.eye.distance(character.place).max(0.1));
             let (detail, afar) = match pixels {
+                few if few < SPECK => (Detail::Coarse, 2),
                 few if few < AFAR => (Detail::Coarse, 1),
+                few if few < MIDDLE => (Detail::Coarse, 0),
                 many if many > NEAR => (Detail::Fine, 0),
                 _ => (Detail::Medium, 0),
             };
@@ -333,22 +364,25 @@ impl Crowd {
                 stride: (region.position(0, 1) - first) as u32,
                 tint: self.tint(usize::from(character.level.0)),
             };
-            seen.push((2 * level + afar, detail, member));
+            let casts = character.place.distance(middle) < SHADOWS + HEIGHT;
+            seen.push(((3 * level + afar, detail, casts), member));
         }
-        seen.sort_by_key(|(figure, detail, _)| (*figure, *detail as u8));
+        seen.sort_by_key(|((figure, detail, casts), _)| (*figure, *detail as u8, *casts));
         let mut shown = CrowdShot {
             figures: self.figures.clone(),
             ..CrowdShot::default()
         };
-        for alike in seen.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for alike in seen.chunk_by(|a, b| a.0 == b.0) {
+            let (figure, detail, casts) = alike[0].0;
             let first = shown.members.len() as u32;
             shown
                 .members
-                .extend(alike.iter().map(|(_, _, member)| *member));
+                .extend(alike.iter().map(|(_, member)| *member));
             shown.groups.push(MemberGroup {
-                figure: alike[0].0,
+                figure,
                 members: first..shown.members.len() as u32,
-                detail: alike[0].1,
+                detail,
+                casts,
             });
         }
         Ok((Shot::new(camera, light), shown))
@@ -406,13 +440,13 @@ fn seated(figure: &Figure, level: &Level) -> Figure {
 }
 
 /// The parts of a figure that take up most room.
-fn largest(figure: &Figure) -> Figure {
+fn largest(figure: &Figure, parts_left: usize) -> Figure {
     let size = |part: &FigurePart| {
         let radius = part.radii[0].max(part.radii[1]);
         radius * (part.ends[0].distance(part.ends[1]) + radius)
     };
     let mut parts = figure.parts.clone();
     parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    parts.truncate(PARTS_AFAR);
+    parts.truncate(parts_left);
     Figure { parts }
 }

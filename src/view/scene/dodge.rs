@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::maps::{DodgeMaps, MapStyle};
+use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::avoid::clearance::Clearance;
@@ -163,6 +163,14 @@ impl<'a> Dodge<'a> {
         }
     }
 
+    /// The maps of the slabs that the attack passes through, at a moment; none where the answer only moves.
+    #[must_use]
+    pub fn slabs(&self, t: f32) -> Vec<SlabPicture> {
+        self.maps
+            .as_ref()
+            .map_or_else(Vec::new, |maps| maps.pictures(t))
+    }
+
     /// Where body and attack are nearest to each other at a moment; `None` while nothing flies.
     #[must_use]
     pub fn nearest(&self, t: f32) -> Option<Nearest> {
@@ -280,7 +288,9 @@ impl<'a> Dodge<'a> {
         for sphere in self.attack.spheres() {
             self.add_ball(sphere, t, &mut shot);
         }
-        self.add_ghost(t, &mut shot);
+        if self.settings.ghost {
+            self.add_ghost(t, &mut shot);
+        }
         shot
     }
 
@@ -316,8 +326,8 @@ impl<'a> Dodge<'a> {
         }
     }
 
-    /// Who did nothing, about the time at which that would have mattered.
-    fn add_ghost(&self, t: f32, shot: &mut Shot) {
+    /// Adds who did nothing, about the time at which that would have mattered; [`DodgeSettings::ghost`] does it in every shot.
+    pub fn add_ghost(&self, t: f32, shot: &mut Shot) {
         let from = self
             .attack
             .start()
@@ -325,7 +335,7 @@ impl<'a> Dodge<'a> {
             .max(0.05);
         let shown =
             smooth((t - from) / 0.2) * (1.0 - smooth((t - self.clearance.time - 0.25) / 0.3));
-        if !self.settings.ghost || t < 0.0 || shown <= 0.0 {
+        if t < 0.0 || shown <= 0.0 {
             return;
         }
         let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());

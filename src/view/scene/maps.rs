@@ -20,6 +20,19 @@ pub enum MapStyle {
     Ground,
 }
 
+/// The maps of one slab at a moment, in the frame of the evasion: rectangles of texels that count from its origin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlabPicture {
+    /// The slab's middle above the ground, metres.
+    pub height: f32,
+    /// Where the body is all through the slice of time.
+    pub body: BitMap,
+    /// Where it was when the evasion began, and no longer is.
+    pub evasion: BitMap,
+    /// Where the attack passes.
+    pub attack: BitMap,
+}
+
 /// The maps of one evasion, in place, and of the attack that it answers.
 #[derive(Clone, Debug)]
 pub(super) struct DodgeMaps {
@@ -73,13 +86,31 @@ impl DodgeMaps {
         })
     }
 
-    /// Adds the layers of a moment, seconds since the query.
-    pub(super) fn add(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+    /// The slice of a moment, seconds since the query.
+    fn slice(&self, t: f32) -> u32 {
         let slice = match self.grid.is_timed() {
             true => ((t - self.start) / self.grid.slice_seconds).floor(),
             false => 0.0,
         };
-        let slice = slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32;
+        slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32
+    }
+
+    /// The slabs that the attack passes through, at a moment, the lowest first.
+    pub(super) fn pictures(&self, t: f32) -> Vec<SlabPicture> {
+        let slice = self.slice(t);
+        let met = self.slabs.iter().filter(|slab| slab.attack.count() > 0);
+        let picture = |slab: &SlabLayers| SlabPicture {
+            height: slab.height,
+            body: of_slice(&slab.body, slice),
+            evasion: slab.evasion.clone(),
+            attack: slab.attack.clone(),
+        };
+        met.map(picture).collect()
+    }
+
+    /// Adds the layers of a moment, seconds since the query.
+    pub(super) fn add(&self, t: f32, style: MapStyle, shot: &mut Shot) {
+        let slice = self.slice(t);
         let body = |slab: &SlabLayers| of_slice(&slab.body, slice);
         let layer = |map: BitMap, height: f32, colour: [f32; 4]| Layer {
             map,

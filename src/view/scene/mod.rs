@@ -15,5 +15,5 @@ pub use crowd::{Crowd, FormationError, FormationSettings, level_colour};
 pub use dodge::{Dodge, DodgeSettings, Nearest};
 pub use duel::{Bout, BoutSettings, Cut};
 pub use figure::{Figure, FigurePart, Look};
-pub use maps::MapStyle;
+pub use maps::{MapStyle, SlabPicture};
 pub use shot::{Capsule, CrowdMember, CrowdShot, Detail, Layer, Light, MemberGroup, Shot};

@@ -123,6 +123,8 @@ pub struct MemberGroup {
     pub members: std::ops::Range<u32>,
     /// How finely.
     pub detail: Detail,
+    /// Whether they cast shadows.
+    pub casts: bool,
 }
 
 /// A crowd whose poses are where the device reads them.

@@ -198,10 +198,13 @@ impl Stage {
     /// As for [`Stage::record`], inside of rendering.
     unsafe fn crowd(&self, cmd: vk::CommandBuffer, draw: Draw, crowd: &[CrowdDraw]) {
         let is_shadow = matches!(draw, Draw::CrowdShadow);
-        for (index, group) in crowd.iter().enumerate() {
+        let drawn = crowd.iter().filter(|group| group.casts || !is_shadow);
+        let mut is_bound = false;
+        for group in drawn {
             // Shadows need no finer mesh than a picture of them shows.
             let detail = match group.detail {
                 Detail::Fine if is_shadow => Detail::Medium,
+                _ if is_shadow => Detail::Coarse,
                 detail => detail,
             };
             let mesh = self.parts.meshes.of(detail);
@@ -219,7 +222,7 @@ impl Stage {
             }
             // SAFETY: the caller vouches for `cmd`; as many characters and parts were written.
             unsafe {
-                if index == 0 {
+                if !std::mem::replace(&mut is_bound, true) {
                     self.bind(cmd, draw);
                 }
                 self.push(cmd, &constants);

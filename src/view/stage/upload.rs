@@ -27,6 +27,7 @@ pub(super) struct CrowdDraw {
     pub(super) characters: u32,
     pub(super) first_part: u32,
     pub(super) parts: u32,
+    pub(super) casts: bool,
 }
 
 impl Stage {
@@ -97,6 +98,7 @@ impl Stage {
                     characters: group.members.len() as u32,
                     first_part,
                     parts,
+                    casts: group.casts,
                 });
             }
         }

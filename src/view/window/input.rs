@@ -1,0 +1,88 @@
+//! What mouse and keyboard do.
+
+use glam::Vec2;
+use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::keyboard::{Key, NamedKey};
+
+/// What somebody wants.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Wish {
+    Throw(Vec2),
+    Turn(Vec2),
+    Zoom(f32),
+    Pause,
+    Step,
+    Slow,
+    Panel,
+    Help,
+    Screenshot,
+    Close,
+    /// Of the exhibit.
+    Key(String),
+}
+
+/// Where the mouse is and what it holds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mouse {
+    at: Vec2,
+    turns: bool,
+}
+
+/// Pixels of a touchpad in a notch of a wheel.
+const NOTCH: f32 = 50.0;
+
+impl Mouse {
+    /// What an event means.
+    pub(super) fn wish(&mut self, event: &WindowEvent) -> Option<Wish> {
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let at = Vec2::new(position.x as f32, position.y as f32);
+                let moved = at - std::mem::replace(&mut self.at, at);
+                self.turns.then_some(Wish::Turn(moved))
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let pressed = *state == ElementState::Pressed;
+                match button {
+                    MouseButton::Left => pressed.then_some(Wish::Throw(self.at)),
+                    MouseButton::Right => {
+                        self.turns = pressed;
+                        None
+                    }
+                    _ => None,
+                }
+            }
+            WindowEvent::MouseWheel { delta, .. } => Some(Wish::Zoom(match delta {
+                MouseScrollDelta::LineDelta(_, lines) => *lines,
+                MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / NOTCH,
+            })),
+            WindowEvent::KeyboardInput { event, .. } => key(event),
+            _ => None,
+        }
+    }
+
+    /// It is over a panel, or the window has lost it.
+    pub(super) fn let_go(&mut self) {
+        self.turns = false;
+    }
+}
+
+fn key(event: &KeyEvent) -> Option<Wish> {
+    if event.state != ElementState::Pressed {
+        return None;
+    }
+    let wish = match &event.logical_key {
+        Key::Named(NamedKey::Space) => Wish::Pause,
+        Key::Named(NamedKey::F12) => Wish::Screenshot,
+        Key::Named(NamedKey::Escape) => Wish::Close,
+        Key::Character(text) => match text.to_lowercase().as_str() {
+            "." => Wish::Step,
+            "s" => Wish::Slow,
+            "p" => Wish::Panel,
+            "h" => Wish::Help,
+            other => Wish::Key(other.to_owned()),
+        },
+        _ => return None,
+    };
+    // One that is held down says so again and again: only steps are meant so.
+    (!event.repeat || wish == Wish::Step).then_some(wish)
+}
