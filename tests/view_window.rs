@@ -16,10 +16,13 @@ use common::baked::embedded;
 use common::{device, finish};
 use glam::Vec2;
 use sabaki::avoid::QuerySettings;
+use sabaki::avoid::duel::DuelSettings;
 use sabaki::demo;
 use sabaki::io::archive;
-use sabaki::region::Body;
-use sabaki::view::live::{AskerDesc, Event, Fighter, FighterSettings, March, Orbit, with_asker};
+use sabaki::region::{AttackGrid, AttackGridSettings, Body};
+use sabaki::view::live::{
+    AskerDesc, Event, Fighter, FighterSettings, March, Orbit, Sparring, with_asker,
+};
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::{Painter, StageDesc};
 use screen::{Screen, Shown};
@@ -255,6 +258,61 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         std::thread::sleep(std::time::Duration::from_millis(150));
     }
     shown.end();
+}
+
+#[test]
+fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let png = folder.path().join("duel.png");
+    let baked = folder.path().join("fighters.sabaki");
+    fs::write(&baked, archive::to_bytes(embedded()).unwrap()).unwrap();
+    let args = [
+        baked.to_str().unwrap(),
+        "--duel",
+        "--size",
+        "320x240",
+        "--plain",
+        "--samples",
+        "1",
+        "--step",
+        "0.05",
+        "--frames",
+        "120",
+        "--screenshot",
+        png.to_str().unwrap(),
+    ];
+    let mut shown = Shown::start(screen.command(program()), &args);
+    let first = shown.wait("exchange");
+    shown.wait("screenshot");
+    shown.end();
+
+    let grid = AttackGrid::new(embedded(), &AttackGridSettings::default());
+    let settings = DuelSettings {
+        seed: 1,
+        ..DuelSettings::default()
+    };
+    let mut sparring = Sparring::new((embedded(), &grid), &settings).unwrap();
+    let mut last = None;
+    for _ in 0..120 {
+        sparring.advance(0.05);
+        let camera = sparring.camera().unwrap();
+        last = Some(sparring.shot(camera, 320.0 / 240.0));
+    }
+    let events = sparring.take_events();
+    assert_eq!(serde_json::to_value(&events[0]).unwrap(), first);
+    assert_eq!(sparring.seen().len(), events.len());
+    assert!(sparring.ended().is_none());
+
+    let mut device = device();
+    let desc = StageDesc {
+        samples: 1,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let drawn = painter.paint(&mut device, &last.unwrap(), None).unwrap();
+    assert_same(&png, &drawn, "duel");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 #[cfg(feature = "view")]
 use sabaki::avoid::duel::Fighter;
-use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
+use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
 use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
 use sabaki::graph::EdgeId;
 use sabaki::region::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
@@ -148,13 +148,6 @@ fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, F
     })
 }
 
-pub(crate) fn name(side: Side) -> &'static str {
-    match side {
-        Side::White => "white",
-        Side::Blue => "blue",
-    }
-}
-
 /// The clip that an edge starts in.
 pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
     let graph = baked.graph();
@@ -238,7 +231,7 @@ fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
             .evasion
             .map_or("moving on", |edge| clip_of(baked, edge));
         table.add_row(vec![
-            name(exchange.attacker).to_owned(),
+            exchange.attacker.name().to_owned(),
             clip_of(baked, exchange.strike).to_owned(),
             if exchange.avoided { "avoided" } else { "HIT" }.to_owned(),
             by.to_owned(),

@@ -5,14 +5,17 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use sabaki::avoid::Enumerate;
+use sabaki::avoid::duel::DuelSettings;
 use sabaki::demo;
 use sabaki::gpu::{DeviceChoice, Message};
 use sabaki::graph::GraphError;
-use sabaki::region::Body;
-use sabaki::view::live::{AskerDesc, Culling, Event, Fighter, FighterSettings, March, with_asker};
+use sabaki::region::{AttackGrid, AttackGridSettings, BakedGraph, Body};
+use sabaki::view::live::{
+    AskerDesc, Culling, Event, Fighter, FighterSettings, March, Sparring, with_asker,
+};
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::window::{
-    Click, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
+    Click, DuelExhibit, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
 };
 
 use super::culling::{CullPath, DeviceArgs};
@@ -60,6 +63,9 @@ pub(crate) struct Args {
     /// Every answer comes so much later, seconds: what a slow device would look like.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     delay: Option<f32>,
+    /// Two fighters instead of one, who attack and avoid in turn.
+    #[arg(long, conflicts_with = "crowd")]
+    duel: bool,
     #[command(flatten)]
     crowd: CrowdArgs,
 }
@@ -128,6 +134,9 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         return Ok(Done::ok(String::new()));
     }
     let baked = args.graph.load()?.graph;
+    if args.duel {
+        return args.duel(&baked, device, as_json);
+    }
     let mut settings = FighterSettings {
         culling: match args.cull {
             CullPath::Exact => Culling::Exact,
@@ -165,6 +174,23 @@ fn complain(message: &Message) {
 }
 
 impl Args {
+    fn duel(
+        &self,
+        baked: &BakedGraph,
+        device: &DeviceArgs,
+        as_json: bool,
+    ) -> Result<Done, Failure> {
+        let grid = AttackGrid::new(baked, &AttackGridSettings::default());
+        let settings = DuelSettings {
+            seed: self.seed,
+            ..DuelSettings::default()
+        };
+        let sparring = Sparring::new((baked, &grid), &settings);
+        let sparring = sparring.map_err(|error| Failure::Usage(error.to_string()))?;
+        self.show(&mut DuelExhibit::new(sparring), device, as_json)?;
+        Ok(Done::ok(String::new()))
+    }
+
     fn show(
         &self,
         exhibit: &mut dyn Exhibit,

@@ -87,7 +87,7 @@ fn a_film_has_many_pictures_and_a_storyboard_eight() {
 fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
     let folder = folder();
     let args = [
-        "render", "crowd", "--count", "200", "--size", "96x64", "--out",
+        "render", "crowd", "--count", "200", "--size", "192x128", "--out",
     ];
     let said = sabaki(folder.path(), &[&args[..], &["a.png", "--json"]].concat()).json(0);
     assert_eq!(said["characters"], 200);

@@ -63,6 +63,15 @@ impl Side {
             Self::Blue => 1,
         }
     }
+
+    /// `white` or `blue`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::White => "white",
+            Self::Blue => "blue",
+        }
+    }
 }
 
 /// A duel under way.
@@ -142,6 +151,12 @@ impl<'a> Duel<'a> {
     #[must_use]
     pub fn fighter(&self, side: Side) -> &Fighter {
         &self.fighters[side.index()]
+    }
+
+    /// Both fighters.
+    #[must_use]
+    pub fn fighters(&self) -> &[Fighter; 2] {
+        &self.fighters
     }
 
     /// Both fighters, to be played back when the duel is over.

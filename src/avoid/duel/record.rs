@@ -83,7 +83,9 @@ pub struct Score {
 }
 
 impl Score {
-    pub(super) fn of(exchanges: &[Exchange], called_off: u32) -> Self {
+    /// Counts exchanges.
+    #[must_use]
+    pub fn of(exchanges: &[Exchange], called_off: u32) -> Self {
         let mut score = Self {
             called_off,
             ..Self::default()

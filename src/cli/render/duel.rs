@@ -13,7 +13,7 @@ use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Told, size};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::duel::{Fought, clip_of, name};
+use crate::cli::duel::{Fought, clip_of};
 use crate::cli::picture::{Letters, Picture};
 use crate::cli::{Failure, cancel, output};
 
@@ -193,7 +193,7 @@ impl Show<'_> {
         let attack = clip_of(self.baked, exchange.strike).replace('_', " ");
         let told = (t - exchange.announced >= 0.0).then_some(attack);
         if let Some(attack) = told {
-            write(1, &format!("{}: {attack}", name(exchange.attacker)), INK);
+            write(1, &format!("{}: {attack}", exchange.attacker.name()), INK);
         }
         if is_over {
             let centimetres = 100.0 * exchange.clearance.metres;

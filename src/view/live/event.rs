@@ -66,6 +66,21 @@ pub enum Event {
         /// How long the query took, milliseconds.
         query_ms: f64,
     },
+    /// An attack of a duel has come, and passed or hit.
+    Exchange {
+        /// Counts from 1.
+        number: u32,
+        /// `white` or `blue`.
+        attacker: &'static str,
+        /// Its clip.
+        attack: String,
+        /// Whether it missed.
+        avoided: bool,
+        /// The smallest distance of body and attack, metres; negative where it hit.
+        clearance: f32,
+        /// Seconds from its announcement to its start.
+        lead: f32,
+    },
     /// A query that was asked for could not be made, and why; the CPU's answer comes instead.
     Trouble {
         /// In words.

@@ -10,6 +10,7 @@ mod event;
 mod fighter;
 mod march;
 mod orbit;
+mod sparring;
 mod throw;
 mod walker;
 
@@ -20,5 +21,6 @@ pub use event::Event;
 pub use fighter::{Fighter, FighterSettings};
 pub use march::{CameraPath, March, MarchError};
 pub use orbit::Orbit;
+pub use sparring::Sparring;
 pub use throw::Throw;
 pub use walker::Walker;

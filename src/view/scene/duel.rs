@@ -106,15 +106,19 @@ impl<'a> Bout<'a> {
     /// The moments of a film of a cut, with so many pictures a second: slow where the attack is nearest.
     #[must_use]
     pub fn moments(&self, cut: &Cut, rate: f32) -> Vec<f32> {
-        let near = self.nearest_at(cut);
         let (mut moments, mut t) = (Vec::new(), cut.span.0);
         while t < cut.span.1 {
             moments.push(t);
-            let eased = smooth(((t - near).abs() - 0.05) / 0.25);
-            let speed = self.settings.slowest + (1.0 - self.settings.slowest) * eased;
-            t += speed / rate.max(1.0);
+            t += self.pace(cut, t) / rate.max(1.0);
         }
         moments
+    }
+
+    /// How fast time goes at a moment: slowly where the attack is nearest.
+    #[must_use]
+    pub fn pace(&self, cut: &Cut, t: f32) -> f32 {
+        let eased = smooth(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
+        self.settings.slowest + (1.0 - self.settings.slowest) * eased
     }
 
     /// The joints of a fighter at a moment, in the world.

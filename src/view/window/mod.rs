@@ -17,6 +17,7 @@
 //! Architecture invariant: nothing here knows what is shown, but for the exhibits themselves ([`Exhibit`]), and nothing here draws.
 
 mod app;
+mod duel;
 mod error;
 mod exhibit;
 mod fighter;
@@ -35,6 +36,7 @@ use super::live::Event;
 use crate::gpu::DeviceChoice;
 use app::App;
 
+pub use duel::DuelExhibit;
 pub use error::WindowError;
 pub use exhibit::{Exhibit, Seen};
 pub use fighter::FighterExhibit;
