@@ -26,6 +26,7 @@ use sabaki::view::live::{
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::{Painter, StageDesc};
 use screen::{Screen, Shown};
+use serde_json::Value;
 
 const TITLE: &str = "sabaki";
 const SIZE: [u32; 2] = [320, 240];
@@ -299,7 +300,8 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         last = Some(sparring.shot(camera, 320.0 / 240.0));
     }
     let events = sparring.take_events();
-    assert_eq!(serde_json::to_value(&events[0]).unwrap(), first);
+    let line = serde_json::to_string(&events[0]).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&line).unwrap(), first);
     assert_eq!(sparring.seen().len(), events.len());
     assert!(sparring.ended().is_none());
 
