@@ -3,6 +3,7 @@
 use ash::vk;
 
 use super::Target;
+use super::stage::image_use::{COPIED, DRAWN, copy_to_host, turn};
 use crate::gpu::image::{Image, ImageDesc};
 use crate::gpu::resources::{Buffer, BufferDesc};
 use crate::gpu::{Context, GpuError, Memory, MemoryUse};
@@ -76,8 +77,9 @@ impl Offscreen {
     pub unsafe fn record_start(&self, cmd: vk::CommandBuffer) {
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
         let copied = (Stages::COPY, Access::NONE, Layout::UNDEFINED);
-        // SAFETY: the caller vouches for `cmd`.
-        unsafe { self.turn(cmd, copied, DRAWN) };
+        let colour = (self.image.handle, vk::ImageAspectFlags::COLOR);
+        // SAFETY: the caller vouches for `cmd`; the image is this one's.
+        unsafe { turn(&self.context, cmd, colour, (copied, DRAWN)) };
     }
 
     /// Copies the image to where [`Offscreen::pixels`] reads it.
@@ -85,36 +87,12 @@ impl Offscreen {
     /// # Safety
     /// As for [`Offscreen::record_start`], which comes before it.
     pub unsafe fn record_end(&self, cmd: vk::CommandBuffer) {
-        use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
-        let copied = (
-            Stages::COPY,
-            Access::TRANSFER_READ,
-            Layout::TRANSFER_SRC_OPTIMAL,
-        );
-        let [width, height] = self.image.side;
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
-        let region = [vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            })];
-        let read = [vk::MemoryBarrier2::default()
-            .src_stage_mask(Stages::COPY)
-            .src_access_mask(Access::TRANSFER_WRITE)
-            .dst_stage_mask(Stages::HOST)
-            .dst_access_mask(Access::HOST_READ)];
-        let info = vk::DependencyInfo::default().memory_barriers(&read);
         let (image, buffer) = (self.image.handle, self.pixels.handle);
-        let device = self.context.device();
+        let colour = (image, vk::ImageAspectFlags::COLOR);
         // SAFETY: the caller vouches for `cmd`; the buffer has room for every pixel.
         unsafe {
-            self.turn(cmd, DRAWN, copied);
-            device.cmd_copy_image_to_buffer(cmd, image, copied.2, buffer, &region);
-            device.cmd_pipeline_barrier2(cmd, &info);
+            turn(&self.context, cmd, colour, (DRAWN, COPIED));
+            copy_to_host(&self.context, cmd, (image, self.image.side), buffer);
         }
     }
 
@@ -137,29 +115,6 @@ impl Offscreen {
         self.pixels.destroy(&self.context, memory);
         self.live = false;
     }
-
-    /// # Safety
-    /// As for [`Offscreen::record_start`].
-    unsafe fn turn(&self, cmd: vk::CommandBuffer, before: Use, after: Use) {
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .level_count(1)
-            .layer_count(1);
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(before.0)
-            .src_access_mask(before.1)
-            .old_layout(before.2)
-            .dst_stage_mask(after.0)
-            .dst_access_mask(after.1)
-            .new_layout(after.2)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(self.image.handle)
-            .subresource_range(range)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        // SAFETY: the caller vouches for `cmd`; the image is this one's.
-        unsafe { self.context.device().cmd_pipeline_barrier2(cmd, &info) };
-    }
 }
 
 impl Drop for Offscreen {
@@ -169,15 +124,6 @@ impl Drop for Offscreen {
         }
     }
 }
-
-type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
-
-/// As a colour attachment.
-const DRAWN: Use = (
-    vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-);
 
 fn bytes([width, height]: [u32; 2]) -> u64 {
     4 * u64::from(width) * u64::from(height)

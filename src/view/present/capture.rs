@@ -4,6 +4,7 @@ use ash::vk;
 
 use crate::gpu::resources::{Buffer, BufferDesc};
 use crate::gpu::{Context, GpuError, Memory, MemoryUse};
+use crate::view::stage::image_use::copy_to_host;
 
 /// A buffer that an image was copied to.
 pub(super) struct Capture {
@@ -44,29 +45,8 @@ impl Capture {
         cmd: vk::CommandBuffer,
         image: vk::Image,
     ) {
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
-        let region = [vk::BufferImageCopy::default()
-            .image_subresource(layers)
-            .image_extent(vk::Extent3D {
-                width: self.size[0],
-                height: self.size[1],
-                depth: 1,
-            })];
-        let read = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::COPY)
-            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let info = vk::DependencyInfo::default().memory_barriers(&read);
-        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-        let device = context.device();
         // SAFETY: the caller vouches for `cmd` and the image; the buffer has room for every pixel.
-        unsafe {
-            device.cmd_copy_image_to_buffer(cmd, image, layout, self.pixels.handle, &region);
-            device.cmd_pipeline_barrier2(cmd, &info);
-        }
+        unsafe { copy_to_host(context, cmd, (image, self.size), self.pixels.handle) };
     }
 
     /// Red, green and blue of each pixel, row by row from the upper left; then it is freed.

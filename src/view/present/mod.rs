@@ -14,6 +14,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::scene::{CrowdShot, Shot};
+use super::stage::image_use::{COPIED, DRAWN, Use, turn};
 use super::{Stage, StageDesc, Target};
 use crate::gpu::{Context, DeviceChoice, GpuError, Headless, HeadlessDesc, Message};
 use crate::math::Line;
@@ -288,24 +289,25 @@ impl Presenter {
             ..whole
         };
         let shot = (scene.shot, scene.crowd);
+        let colour = (image.handle, vk::ImageAspectFlags::COLOR);
         // SAFETY: the buffer is being recorded; `begin` has waited for the slot and acquired the image, and the submission waits
         // for the image at the stage that the first barrier names.
         unsafe {
-            turn(context, cmd, image.handle, (FRESH, DRAWN));
+            turn(context, cmd, colour, (FRESH, DRAWN));
             stage.record(cmd, self.turn as u32, shot, &target)?;
             if let Some(panels) = scene.panels {
-                turn(context, cmd, image.handle, (DRAWN, BLENDED));
+                turn(context, cmd, colour, (DRAWN, BLENDED));
                 begin_panels(context, cmd, &whole);
                 overlay.draw(cmd, size, panels)?;
                 context.device().cmd_end_rendering(cmd);
             }
             match capture {
                 Some(capture) => {
-                    turn(context, cmd, image.handle, (BLENDED, COPIED));
+                    turn(context, cmd, colour, (BLENDED, COPIED));
                     capture.record(context, cmd, image.handle);
-                    turn(context, cmd, image.handle, (COPIED, PRESENTED));
+                    turn(context, cmd, colour, (COPIED, PRESENTED));
                 }
-                None => turn(context, cmd, image.handle, (BLENDED, PRESENTED)),
+                None => turn(context, cmd, colour, (BLENDED, PRESENTED)),
             }
         }
         Ok(())
@@ -376,18 +378,10 @@ pub(crate) fn is_window_gone(error: &GpuError) -> bool {
     matches!(error, GpuError::Call { result, .. } if *result == lost)
 }
 
-type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
-
 const OUTPUT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
 
 /// As it was acquired.
 const FRESH: Use = (OUTPUT, vk::AccessFlags2::NONE, vk::ImageLayout::UNDEFINED);
-/// What the stage leaves.
-const DRAWN: Use = (
-    OUTPUT,
-    vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-);
 /// Drawn over.
 const BLENDED: Use = (
     OUTPUT,
@@ -397,44 +391,11 @@ const BLENDED: Use = (
     ),
     vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
 );
-const COPIED: Use = (
-    vk::PipelineStageFlags2::COPY,
-    vk::AccessFlags2::TRANSFER_READ,
-    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-);
 const PRESENTED: Use = (
     vk::PipelineStageFlags2::BOTTOM_OF_PIPE,
     vk::AccessFlags2::NONE,
     vk::ImageLayout::PRESENT_SRC_KHR,
 );
-
-/// # Safety
-/// `cmd` is being recorded, outside of rendering; the image is the swapchain's, as `before` says.
-unsafe fn turn(
-    context: &Context,
-    cmd: vk::CommandBuffer,
-    image: vk::Image,
-    (before, after): (Use, Use),
-) {
-    let range = vk::ImageSubresourceRange::default()
-        .aspect_mask(vk::ImageAspectFlags::COLOR)
-        .level_count(1)
-        .layer_count(1);
-    let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(before.0)
-        .src_access_mask(before.1)
-        .old_layout(before.2)
-        .dst_stage_mask(after.0)
-        .dst_access_mask(after.1)
-        .new_layout(after.2)
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image)
-        .subresource_range(range)];
-    let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-    // SAFETY: the caller vouches for `cmd` and the image.
-    unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
-}
 
 /// # Safety
 /// `cmd` is being recorded, outside of rendering; the target is a colour attachment.

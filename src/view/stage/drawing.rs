@@ -2,6 +2,7 @@
 
 use ash::vk;
 
+use super::image_use::turn;
 use super::pipelines::{Draw, PUSHED};
 use super::slot::Slot;
 use super::upload::{CrowdDraw, Draws};
@@ -70,7 +71,8 @@ impl Stage {
             .depth_attachment(&depth);
         // SAFETY: the caller vouches for `cmd`; the image is the stage's.
         unsafe {
-            self.turn(
+            turn(
+                &self.context,
                 cmd,
                 (shadow.handle, vk::ImageAspectFlags::DEPTH),
                 (read, written),
@@ -126,15 +128,25 @@ impl Stage {
         // SAFETY: the caller vouches for `cmd` and the target; the other images are the stage's.
         unsafe {
             let aspect = vk::ImageAspectFlags::DEPTH;
-            self.turn(cmd, (targets.shadow.handle, aspect), (drawn, shadow));
-            self.turn(cmd, (targets.depth.handle, aspect), (fresh, drawn));
+            turn(
+                &self.context,
+                cmd,
+                (targets.shadow.handle, aspect),
+                (drawn, shadow),
+            );
+            turn(
+                &self.context,
+                cmd,
+                (targets.depth.handle, aspect),
+                (fresh, drawn),
+            );
             if !is_single {
                 let output = Stages::COLOR_ATTACHMENT_OUTPUT;
                 let written = Access::COLOR_ATTACHMENT_WRITE | Access::COLOR_ATTACHMENT_READ;
                 let fresh = (output, written, Layout::UNDEFINED);
                 let drawn = (output, written, Layout::COLOR_ATTACHMENT_OPTIMAL);
                 let image = (targets.samples.handle, vk::ImageAspectFlags::COLOR);
-                self.turn(cmd, image, (fresh, drawn));
+                turn(&self.context, cmd, image, (fresh, drawn));
             }
             self.context.device().cmd_begin_rendering(cmd, &info);
             self.whole(cmd, target.size);
@@ -263,37 +275,7 @@ impl Stage {
             device.cmd_set_scissor(cmd, 0, &[area(side)]);
         }
     }
-
-    /// # Safety
-    /// As for [`Stage::record`]; the image is one of the stage's.
-    unsafe fn turn(
-        &self,
-        cmd: vk::CommandBuffer,
-        (image, aspect): (vk::Image, vk::ImageAspectFlags),
-        (before, after): (Use, Use),
-    ) {
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(aspect)
-            .level_count(1)
-            .layer_count(1);
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(before.0)
-            .src_access_mask(before.1)
-            .old_layout(before.2)
-            .dst_stage_mask(after.0)
-            .dst_access_mask(after.1)
-            .new_layout(after.2)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(image)
-            .subresource_range(range)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        // SAFETY: the caller vouches for `cmd` and the image.
-        unsafe { self.context.device().cmd_pipeline_barrier2(cmd, &info) };
-    }
 }
-
-type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
 
 fn area(side: [u32; 2]) -> vk::Rect2D {
     vk::Rect2D::default().extent(vk::Extent2D {

@@ -2,6 +2,7 @@
 
 mod drawing;
 mod frame;
+pub(in crate::view) mod image_use;
 mod mesh;
 mod pipelines;
 mod slot;
