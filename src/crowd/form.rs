@@ -15,14 +15,15 @@ pub(super) trait Posture {
     /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
     const ROW: usize;
 
-    /// What a joint is when its parent is the world at a placement.
-    fn placed<L: Lanes>(at: &[L; 5], model: &mut Self::Model, part: usize);
-
     /// A joint's motion under its parent, ready to be composed.
     type Ready<L: Lanes>: Copy;
 
     /// What can be computed of a joint without its parent.
     fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
+
+    /// A joint that has no parent, from where its character is placed: turned by a heading, whose cosine and sine come
+    /// first, then moved.
+    fn stand<L: Lanes>(at: [L; 5], ready: Self::Ready<L>, model: &mut Self::Model, part: usize);
 
     /// A joint from its parent and its motion under it.
     fn compose<L: Lanes>(
@@ -112,19 +113,6 @@ impl Posture for Matrices {
 
     const ROW: usize = 12;
 
-    #[inline(always)]
-    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
-        let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        let rows = [
-            [cos, zero, sin, x],
-            [zero, one, zero, y],
-            [zero - sin, zero, cos, z],
-        ];
-        store(rows[0], &mut model[..4], part);
-        store(rows[1], &mut model[4..8], part);
-        store(rows[2], &mut model[8..12], part);
-    }
-
     /// The columns of the rotation, and the place.
     type Ready<L: Lanes> = [[L; 3]; 4];
 
@@ -132,6 +120,37 @@ impl Posture for Matrices {
     fn ready<L: Lanes>(local: Local<L>) -> [[L; 3]; 4] {
         let [first, second, third] = columns(local.turn);
         [first, second, third, local.place]
+    }
+
+    #[inline(always)]
+    fn stand<L: Lanes>(
+        [cos, sin, x, y, z]: [L; 5],
+        [first, second, third, place]: [[L; 3]; 4],
+        model: &mut Self::Model,
+        part: usize,
+    ) {
+        let minus_sin = L::splat(0.0) - sin;
+        let along_x = |[a, _, c]: [L; 3]| sin.mul_add(c, cos * a);
+        let along_z = |[a, _, c]: [L; 3]| cos.mul_add(c, minus_sin * a);
+        let [px, py, pz] = place;
+        let rows = [
+            [
+                along_x(first),
+                along_x(second),
+                along_x(third),
+                sin.mul_add(pz, cos.mul_add(px, x)),
+            ],
+            [first[1], second[1], third[1], py + y],
+            [
+                along_z(first),
+                along_z(second),
+                along_z(third),
+                cos.mul_add(pz, minus_sin.mul_add(px, z)),
+            ],
+        ];
+        store(rows[0], &mut model[..4], part);
+        store(rows[1], &mut model[4..8], part);
+        store(rows[2], &mut model[8..12], part);
     }
 
     #[inline(always)]
@@ -172,20 +191,6 @@ impl Posture for Rotations {
 
     const ROW: usize = 8;
 
-    #[inline(always)]
-    fn placed<L: Lanes>(&[cos, sin, x, y, z]: &[L; 5], model: &mut Self::Model, part: usize) {
-        let (zero, one, half) = (L::splat(0.0), L::splat(1.0), L::splat(0.5));
-        // Half the heading, from -π to π: its cosine is never below 0.
-        let half_cos = ((one + cos) * half).max(zero).sqrt();
-        let half_sin = ((one - cos) * half).max(zero).sqrt().copy_sign(sin);
-        for (value, line) in [zero, half_sin, zero, half_cos, x, y, z]
-            .into_iter()
-            .zip(model)
-        {
-            value.store(line, part);
-        }
-    }
-
     /// With a unit quaternion.
     type Ready<L: Lanes> = Local<L>;
 
@@ -195,6 +200,35 @@ impl Posture for Rotations {
             turn: local.turn.normalized(),
             ..local
         }
+    }
+
+    #[inline(always)]
+    fn stand<L: Lanes>(
+        [cos, sin, x, y, z]: [L; 5],
+        Local { turn: q, place }: Local<L>,
+        model: &mut Self::Model,
+        part: usize,
+    ) {
+        let (zero, one, half, two) = (L::splat(0.0), L::splat(1.0), L::splat(0.5), L::splat(2.0));
+        // Half the heading, from -π to π: its cosine is never below 0.
+        let c = ((one + cos) * half).max(zero).sqrt();
+        let s = ((one - cos) * half).max(zero).sqrt().copy_sign(sin);
+        let turn = [
+            s.mul_add(q.z, c * q.x),
+            s.mul_add(q.w, c * q.y),
+            s.neg_mul_add(q.x, c * q.z),
+            s.neg_mul_add(q.y, c * q.w),
+        ];
+        let [px, py, pz] = place;
+        // As below, with u = (0, s, 0).
+        let (cross_x, cross_z) = (s * pz * two, (zero - s * px) * two);
+        let place = [
+            s.mul_add(cross_z, c.mul_add(cross_x, px + x)),
+            py + y,
+            s.neg_mul_add(cross_x, c.mul_add(cross_z, pz + z)),
+        ];
+        store(turn, &mut model[..4], part);
+        store(place, &mut model[4..], part);
     }
 
     #[inline(always)]
@@ -236,6 +270,7 @@ impl Posture for Rotations {
         store(turn, &mut model[..4], part);
         store(place, &mut model[4..], part);
     }
+
     /// Rotations along the shorter arc.
     #[inline(always)]
     fn approach<L: Lanes>(model: &mut Self::Model, other: &Self::Model, weight: L, part: usize) {

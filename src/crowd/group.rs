@@ -1,5 +1,5 @@
 use super::character::{Being, LevelId};
-use super::sample::Moment;
+use super::sample::{Cycle, Moment};
 use super::schedule::Kind;
 use crate::math::{Lanes, Line};
 
@@ -133,8 +133,8 @@ impl Clock {
     };
 
     #[inline(always)]
-    pub(super) fn moment<L: Lanes>(&self, part: usize, now: f32, length: L) -> Moment<L> {
+    pub(super) fn moment<L: Lanes>(&self, part: usize, now: f32, cycle: Cycle<L>) -> Moment<L> {
         let speed = L::load(&self.speed, part);
-        Moment::of(L::load(&self.start, part) + speed * L::splat(now), length)
+        cycle.moment(L::load(&self.start, part) + speed * L::splat(now))
     }
 }

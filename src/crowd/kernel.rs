@@ -11,10 +11,13 @@ use bytemuck::Zeroable;
 use super::bank::{Bank, Span};
 use super::form::{Matrices, Posture, Rotations};
 use super::group::{Aside, Group};
-use super::output::{Form, Layout, Memory, Output, row_lines, turn_joints, turn_lines};
+use super::output::{Form, Layout, Memory, Output};
 use super::repertoire::Repertoire;
-use super::sample::{Local, Mixed, Moment, Near, Playing, Source, Turned, Window, turn_rows};
+use super::sample::{
+    Cycle, Local, Mixed, Moment, Near, Playing, Source, Turned, Window, turn_rows,
+};
 use super::step::Step;
+use super::write::write_joint;
 use crate::math::{Isa, Kernel, Lanes, Line};
 
 /// Groups that are posed on one level in one way.
@@ -92,6 +95,25 @@ struct Moments<L: Lanes> {
     all_near: bool,
 }
 
+/// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
+/// which waits for the one before: those of several groups are done at once.
+const AHEAD: usize = 8;
+
+impl<L: Lanes> Moments<L> {
+    #[inline(always)]
+    fn blank() -> Self {
+        let zero = L::splat(0.0);
+        Self {
+            own: L::parts(Moment {
+                interval: zero,
+                share: zero,
+            }),
+            near: L::parts(None),
+            all_near: false,
+        }
+    }
+}
+
 impl Run<'_> {
     #[inline(always)]
     fn pose<L: Lanes, P: Posture>(mut self) -> usize {
@@ -102,16 +124,18 @@ impl Run<'_> {
         let all = std::mem::take(&mut self.out);
         let mut apart = 0;
         let (first, step) = self.turn;
-        if let Some(group) = self.groups.get(first) {
-            // A division and a search of the lanes: begun while the group before has much to do.
-            let mut ahead = self.moments::<L>(group, first);
-            for index in (first..self.groups.len()).step_by(step) {
-                let moments = ahead;
-                let next = (index + step).min(self.groups.len() - 1);
-                ahead = self.moments(&self.groups[next], next);
+        let turns = (first..self.groups.len()).step_by(step).len();
+        let mut ahead = [Moments::<L>::blank(); AHEAD];
+        for begun in (0..turns).step_by(AHEAD) {
+            let ahead = &mut ahead[..AHEAD.min(turns - begun)];
+            for (turn, moments) in (begun..).zip(ahead.iter_mut()) {
+                *moments = self.moments(first + turn * step);
+            }
+            for (turn, moments) in (begun..).zip(&*ahead) {
+                let index = first + turn * step;
                 apart += usize::from(self.near.is_some() && !moments.all_near);
                 let out = &mut all[index * lines..][..lines];
-                self.pose_group::<L, P>(index, &moments, (out, &mut scratch));
+                self.pose_group::<L, P>(index, moments, (out, &mut scratch));
             }
         }
         *self.scratch = scratch;
@@ -119,29 +143,22 @@ impl Run<'_> {
     }
 
     #[inline(always)]
-    fn moments<L: Lanes>(&self, group: &Group, index: usize) -> Moments<L> {
-        let zero = Moment {
-            interval: L::splat(0.0),
-            share: L::splat(0.0),
-        };
-        let mut moments = Moments::<L> {
-            own: L::parts(zero),
-            near: L::parts(None),
-            all_near: self.near.is_some(),
-        };
+    fn moments<L: Lanes>(&self, index: usize) -> Moments<L> {
+        let group = &self.groups[index];
+        let mut moments = Moments::<L>::blank();
+        moments.all_near = self.near.is_some();
         for part in 0..L::PARTS {
             match self.near {
                 Some(span) => {
-                    let length = L::splat(span.intervals as f32);
-                    let moment = group.clock.moment(part, self.now, length);
+                    let moment = group.clock.moment(part, self.now, Cycle::of(span));
                     let near = Near::new(span, moment.interval);
                     moments.all_near &= near.is_some();
                     moments.own[part] = moment;
                     moments.near[part] = near;
                 }
                 None => {
-                    let length = L::load(&self.asides[index].length, part);
-                    moments.own[part] = group.clock.moment(part, self.now, length);
+                    let cycle = Cycle::new(L::load(&self.asides[index].length, part));
+                    moments.own[part] = group.clock.moment(part, self.now, cycle);
                 }
             }
         }
@@ -167,8 +184,8 @@ impl Run<'_> {
         }
         if self.fading {
             for part in 0..L::PARTS {
-                let length = L::load(&aside.fade.length, part);
-                faded[part] = aside.fade.clock.moment(part, self.now, length);
+                let cycle = Cycle::new(L::load(&aside.fade.length, part));
+                faded[part] = aside.fade.clock.moment(part, self.now, cycle);
             }
             self.turn_columns::<L>(&aside.fade.rows, &faded, second);
         }
@@ -265,22 +282,16 @@ impl<P: Posture> Posing<'_, P> {
     /// All joints, parents first, and out with them when all parts are there.
     #[inline(always)]
     fn joints<L: Lanes, S: Source<L>>(&mut self, source: S) {
-        let mut placement = P::Model::zeroed();
-        P::placed(
-            &self.group.placement::<L>(self.part),
-            &mut placement,
-            self.part,
-        );
-        let chain = Chain::<P> {
+        let chain = Chain {
             bank: self.bank,
-            placement: &placement,
+            group: self.group,
             part: self.part,
         };
         let is_posed = self.level.shows::<L>(&self.group.detail, 0);
         if (self.output.layout, self.output.memory) == (Layout::Blocks, Memory::Cached) {
             // The output itself is where children find their parents.
             let models = bytemuck::cast_slice_mut(self.out);
-            chain.pose(source, models, |_, _| {});
+            chain.pose::<L, P, S>(source, models, |_, _| {});
             if !is_posed {
                 step_on::<L, P>(self.level, &self.group.detail, (models, self.part));
             }
@@ -288,7 +299,7 @@ impl<P: Posture> Posing<'_, P> {
         }
         let (is_whole, output) = (self.part + 1 == L::PARTS, self.output);
         let out = &mut *self.out;
-        chain.pose(
+        chain.pose::<L, P, S>(
             source,
             self.models,
             #[inline(always)]
@@ -347,19 +358,19 @@ fn step_on<L: Lanes, P: Posture>(
 }
 
 /// The joints of one part of a group.
-struct Chain<'a, P: Posture> {
+struct Chain<'a> {
     bank: &'a Bank,
-    placement: &'a P::Model,
+    group: &'a Group,
     part: usize,
 }
 
-impl<P: Posture> Chain<'_, P> {
+impl Chain<'_> {
     /// Each joint from its parent. `done` is told of each.
     ///
     /// What a joint is without its parent is computed one joint ahead: it is a long way from the
     /// keys to there, and the joint before has much to do meanwhile.
     #[inline(always)]
-    fn pose<L: Lanes, S: Source<L>>(
+    fn pose<L: Lanes, P: Posture, S: Source<L>>(
         &self,
         mut source: S,
         models: &mut [P::Model],
@@ -371,82 +382,33 @@ impl<P: Posture> Chain<'_, P> {
         let Some(root) = ahead.next() else {
             return;
         };
+        // Where there is room for it beside what the joint before works with.
+        let looks_ahead = P::NUMBERS + 8 <= L::REGISTERS;
         let mut next = P::ready(source.next(root));
         for (index, joint) in joints.iter().enumerate() {
             let ready = next;
-            if let Some(joint) = ahead.next() {
+            if looks_ahead
+                && let Some(joint) = ahead.next()
+            {
                 next = P::ready(source.next(joint));
             }
             let (above, rest) = models.split_at_mut(index);
-            let above = match joint.parent {
-                Some(parent) => &above[usize::from(parent)],
-                None => self.placement,
-            };
-            P::compose(above, ready, &mut rest[0], self.part);
-            done(models, index);
-        }
-    }
-}
-
-/// A joint in the order of the output, from memory of the thread's own.
-#[inline(always)]
-fn write_joint<L: Lanes, P: Posture>(
-    models: &[P::Model],
-    joint: usize,
-    (out, output): (&mut [Line], Output),
-) {
-    match output.layout {
-        Layout::Blocks => stream_block::<L, P>(&models[joint], block::<P>(out, joint)),
-        Layout::Rows => write_rows::<L, P>(models, joint, (out, output.memory)),
-    }
-}
-
-/// The lines of one joint in the output of a group.
-#[inline(always)]
-fn block<P: Posture>(out: &mut [Line], joint: usize) -> &mut [Line] {
-    &mut out[joint * P::NUMBERS..][..P::NUMBERS]
-}
-
-#[inline(always)]
-fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut [Line]) {
-    for (from, to) in from.as_ref().iter().zip(to) {
-        for part in 0..L::PARTS {
-            L::load(from, part).stream(to, part);
-        }
-    }
-}
-
-/// Writes the whole lines of all rows that end with this joint.
-#[inline(always)]
-fn write_rows<L: Lanes, P: Posture>(
-    models: &[P::Model],
-    joint: usize,
-    (out, memory): (&mut [Line], Memory),
-) {
-    let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
-    if !(joint + 1).is_multiple_of(of_turn) && joint + 1 != models.len() {
-        return;
-    }
-    let turn = joint / of_turn;
-    let row = row_lines::<P>(models.len());
-    for line in 0..lines {
-        let mut numbers = [&Line::ZERO; Line::LANES];
-        for (index, number) in numbers.iter_mut().enumerate() {
-            let place = line * Line::LANES + index;
-            if let Some(model) = models.get(turn * of_turn + place / P::ROW)
-                && let Some(found) = model.as_ref().get(place % P::ROW)
-            {
-                *number = found;
-            }
-        }
-        let turned = L::transpose(numbers);
-        let to = out[turn * lines + line..].iter_mut().step_by(row);
-        for (from, to) in turned.iter().zip(to) {
-            for part in 0..L::PARTS {
-                match memory {
-                    Memory::Cached => L::load(from, part).store(to, part),
-                    Memory::Streamed => L::load(from, part).stream(to, part),
+            match joint.parent {
+                Some(parent) => {
+                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], self.part);
                 }
+                None => P::stand(
+                    self.group.placement(self.part),
+                    ready,
+                    &mut rest[0],
+                    self.part,
+                ),
+            }
+            done(models, index);
+            if !looks_ahead
+                && let Some(joint) = ahead.next()
+            {
+                next = P::ready(source.next(joint));
             }
         }
     }

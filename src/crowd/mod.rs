@@ -23,6 +23,7 @@ mod schedule;
 mod settings;
 mod single;
 mod step;
+mod write;
 
 pub use character::{Character, CharacterId, ClipId, Fade, LevelId, Placement};
 pub use instances::Crowd;

@@ -86,22 +86,56 @@ pub(super) struct Moment<L> {
     pub(super) share: L,
 }
 
-/// Into `0..length`; what is no number becomes 0. Rounding may give `length` itself.
-#[inline(always)]
-fn wrapped<L: Lanes>(value: L, length: L) -> L {
-    let rest = value - (value / length).floor() * length;
-    rest.max(L::splat(0.0)).min(length)
+/// How many intervals a clip has, for each lane.
+#[derive(Clone, Copy)]
+pub(super) struct Cycle<L> {
+    length: L,
+    /// One divided by it.
+    inverse: L,
 }
 
-impl<L: Lanes> Moment<L> {
-    /// Of a time that is counted in intervals.
+impl<L: Lanes> Cycle<L> {
+    #[inline(always)]
+    pub(super) fn new(length: L) -> Self {
+        Self {
+            length,
+            inverse: L::splat(1.0) / length,
+        }
+    }
+
+    /// Of one clip for all lanes.
+    #[inline(always)]
+    pub(super) fn of(span: &Span) -> Self {
+        let length = span.intervals as f32;
+        Self {
+            length: L::splat(length),
+            inverse: L::splat(1.0 / length),
+        }
+    }
+
+    /// Into `0..length`; what is no number becomes 0. Rounding may give `length` itself, or 0 for what is a little less.
+    #[inline(always)]
+    fn wrapped(self, value: L) -> L {
+        let rest = value - (value * self.inverse).floor() * self.length;
+        rest.max(L::splat(0.0)).min(self.length)
+    }
+
+    /// The same of a whole number of intervals, and without a rounding.
+    #[inline(always)]
+    fn wrapped_whole(self, value: L) -> L {
+        // From half an interval away rounding reaches no other multiple of the length.
+        let turns = ((value + L::splat(0.5)) * self.inverse).floor();
+        value - turns * self.length
+    }
+
+    /// The moment at a time that is counted in intervals.
     ///
     /// No step is fused, so that all machines take the same interval.
     #[inline(always)]
-    pub(super) fn of(time: L, length: L) -> Self {
-        let time = wrapped(time, length);
-        let interval = time.floor().min(length - L::splat(1.0));
-        Self {
+    pub(super) fn moment(self, time: L) -> Moment<L> {
+        let time = self.wrapped(time);
+        let interval = time.floor().min(self.length - L::splat(1.0));
+        Moment {
             interval,
             share: time - interval,
         }
@@ -127,10 +161,9 @@ impl<L: Lanes> Near<L> {
     #[inline(always)]
     pub(super) fn new(span: &Span, interval: L) -> Option<Self> {
         // From the lane that is furthest behind; the first lane is only near it.
-        let length = L::splat(span.intervals as f32);
         let first = interval.first();
         let half = L::splat((span.intervals / 2) as f32);
-        let ahead = wrapped(interval - L::splat(first) + half, length);
+        let ahead = Cycle::of(span).wrapped_whole(interval - L::splat(first) + half);
         let least = ahead.least();
         let places = ahead - L::splat(least);
         if !places.all_below(L::REACH as f32) {

@@ -45,6 +45,7 @@ impl Lanes for Avx2 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 8;
+    const REGISTERS: usize = 16;
     const REACH: usize = 8;
 
     #[inline(always)]

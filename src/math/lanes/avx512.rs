@@ -35,6 +35,7 @@ impl Lanes for Avx512 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 16;
+    const REGISTERS: usize = 32;
     const REACH: usize = 16;
 
     #[inline(always)]

@@ -46,6 +46,8 @@ pub(crate) trait Lanes:
 
     /// How many; a divisor of [`Line::LANES`].
     const COUNT: usize;
+    /// How many of these the machine holds at once.
+    const REGISTERS: usize;
     /// How many words a [`Lanes::window`] chooses from.
     const REACH: usize;
     /// How many of these make a line.

@@ -54,6 +54,8 @@ impl Lanes for Portable {
 
     const COUNT: usize = COUNT;
     /// One word after the other is loaded: they may be anywhere.
+    // Whatever is done, they are spilled.
+    const REGISTERS: usize = 32;
     const REACH: usize = REACH;
 
     #[inline(always)]
