@@ -123,6 +123,39 @@ fn a_window_closes_while_a_query_is_open() {
 }
 
 #[test]
+fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let screen = Screen::managed(folder.path());
+    let mut command = screen.command(program());
+    command.current_dir(folder.path());
+    let args = ["--size", "320x240", "--plain", "--delay", "60"];
+    let mut shown = Shown::start(command, &args);
+    shown.wait("opened");
+    let window = screen.window(TITLE);
+    screen.hand(&["windowminimize", &window]);
+    shown.wait("hidden");
+    screen.hand(&["windowactivate", "--sync", &window]);
+    shown.wait("shown");
+    screen.key("F12");
+    let file = shown.wait("screenshot");
+    let path = folder.path().join(file["file"].as_str().unwrap());
+    let (size, pixels) = read_png(&path);
+    assert_eq!(size, [320, 240]);
+    assert!(colours(&pixels) > 200, "{}", colours(&pixels));
+
+    screen.hand(&["mousemove", "--window", &window, "160", "110", "click", "1"]);
+    shown.wait("throw");
+    let asked = std::time::Instant::now();
+    screen.key("alt+F4");
+    let closed = shown.end();
+    assert_eq!(closed["asking"], true);
+    assert!(
+        asked.elapsed().as_secs() < 55,
+        "the answer was not waited for"
+    );
+}
+
+#[test]
 fn what_the_window_shows_is_what_is_drawn_without_one() {
     const STEP: f32 = 0.03125;
     let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());

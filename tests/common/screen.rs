@@ -1,4 +1,4 @@
-//! A screen that nobody looks at (Xvfb), and somebody who clicks on it (xdotool).
+//! A screen that nobody looks at (Xvfb), somebody who clicks on it (xdotool), and, where asked for, a window manager (jwm).
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -12,6 +12,7 @@ use serde_json::Value;
 pub struct Screen {
     server: Child,
     display: String,
+    manager: Option<Child>,
 }
 
 /// Long enough for a slow machine that is busy with other tests.
@@ -40,7 +41,30 @@ impl Screen {
         BufReader::new(stdout).read_line(&mut line).unwrap();
         let display = format!(":{}", line.trim());
         assert!(display.len() > 1, "Xvfb did not start");
-        Self { server, display }
+        Self {
+            server,
+            display,
+            manager: None,
+        }
+    }
+
+    /// One whose windows a window manager keeps: Alt and F4 close them. `folder` takes its settings.
+    pub fn managed(folder: &Path) -> Self {
+        let settings = folder.join("jwmrc");
+        let words = r#"<?xml version="1.0"?><JWM><Key mask="A" key="F4">close</Key></JWM>"#;
+        std::fs::write(&settings, words).unwrap();
+        let mut screen = Self::new();
+        let manager = screen
+            .command(Path::new("jwm"))
+            .arg("-f")
+            .arg(settings)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("jwm (Debian: jwm)");
+        screen.manager = Some(manager);
+        screen
     }
 
     /// A program that opens a window here.
@@ -91,8 +115,10 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
+        for child in self.manager.iter_mut().chain([&mut self.server]) {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
     }
 }
 

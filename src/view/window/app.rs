@@ -50,6 +50,9 @@ pub(super) struct App<'a> {
     size: [u32; 2],
     panels: bool,
     help: bool,
+    /// Whether something else lies over all of it.
+    covered: bool,
+    /// Whether nobody sees it: covered or minimised.
     hidden: bool,
     /// Whether the next picture is to be kept.
     keep: bool,
@@ -80,6 +83,7 @@ impl<'a> App<'a> {
             size: [0; 2],
             panels: desc.panels,
             help: false,
+            covered: false,
             hidden: false,
             keep: false,
             desc,
@@ -261,6 +265,21 @@ impl<'a> App<'a> {
         Ok(())
     }
 
+    /// Whether somebody may see the window. Not every window system says by an event when it is minimised.
+    fn look(&mut self) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        let hidden = self.covered || open.window.is_minimized() == Some(true);
+        if hidden != std::mem::replace(&mut self.hidden, hidden) {
+            self.say(if hidden {
+                &Event::Hidden
+            } else {
+                &Event::Shown
+            });
+        }
+    }
+
     fn grant(&mut self, wish: Wish, events: &ActiveEventLoop) -> Result<(), WindowError> {
         match wish {
             Wish::Throw(at) if !self.size.contains(&0) => {
@@ -305,25 +324,14 @@ impl ApplicationHandler for App<'_> {
         };
         // egui asks for pictures by itself; here they come anyway.
         let is_panels = self.panels && open.gui.hears(&open.window, &event);
-        let hidden = match event {
+        match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => {
                 events.exit();
                 return;
             }
-            WindowEvent::Resized(size) => {
-                open.presenter.resize([size.width, size.height]);
-                None
-            }
-            WindowEvent::Occluded(hidden) => Some(hidden),
-            _ => None,
-        };
-        if let Some(hidden) = hidden.filter(|hidden| *hidden != self.hidden) {
-            self.hidden = hidden;
-            self.say(if hidden {
-                &Event::Hidden
-            } else {
-                &Event::Shown
-            });
+            WindowEvent::Resized(size) => open.presenter.resize([size.width, size.height]),
+            WindowEvent::Occluded(covered) => self.covered = covered,
+            _ => {}
         }
         if is_panels {
             self.mouse.let_go();
@@ -348,6 +356,7 @@ impl ApplicationHandler for App<'_> {
         if events.exiting() {
             return;
         }
+        self.look();
         let begun = Instant::now();
         let pause = match self.frame() {
             Ok(true) if self.hidden => HIDDEN,
