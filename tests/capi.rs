@@ -40,6 +40,7 @@ fn static_library() -> PathBuf {
         "--offline",
         "--locked",
         "--lib",
+        "--no-default-features",
         "--features=capi",
         "--crate-type=staticlib",
         "--message-format=json",
