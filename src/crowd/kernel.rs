@@ -387,9 +387,7 @@ impl Chain<'_> {
         let mut next = P::ready(source.next(root));
         for (index, joint) in joints.iter().enumerate() {
             let ready = next;
-            if looks_ahead
-                && let Some(joint) = ahead.next()
-            {
+            if looks_ahead && let Some(joint) = ahead.next() {
                 next = P::ready(source.next(joint));
             }
             let (above, rest) = models.split_at_mut(index);
@@ -405,9 +403,7 @@ impl Chain<'_> {
                 ),
             }
             done(models, index);
-            if !looks_ahead
-                && let Some(joint) = ahead.next()
-            {
+            if !looks_ahead && let Some(joint) = ahead.next() {
                 next = P::ready(source.next(joint));
             }
         }
