@@ -95,6 +95,17 @@ fn bake_writes_a_graph_and_says_what_is_in_it() {
     for key in ["clips", "nodes", "edges", "evasions"] {
         assert_eq!(inspected[key], document[key], "{key}");
     }
+    // Four texels to one, then the paper's maps; both graphs answer.
+    let bytes = |more: &[&str]| {
+        let document = sabaki(folder.path(), &[&args[..], &["--json"], more].concat()).json(0);
+        let asked = ["dodge", "g.sabaki", "--attacks", "3", "--cull", "cpu"];
+        sabaki(folder.path(), &asked).is(0);
+        document["map_bytes"].as_u64().unwrap()
+    };
+    let usual = document["map_bytes"].as_u64().unwrap();
+    let fine = bytes(&["--texel", "0.01", "--attack-pitch", "2"]);
+    assert!(fine > 3 * usual, "{fine} {usual}");
+    assert!(bytes(&["--paper-maps"]) < usual);
 }
 
 /// A pipe has no neighbour that could take its name.

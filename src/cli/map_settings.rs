@@ -10,12 +10,10 @@ use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, Section};
 use serde_json::{Value, json};
 
 use super::culling::Culling;
+use super::maps::{COVERED, planes};
 use super::passes::Method;
 use super::stats::Asker;
 use super::{Done, Failure, cancel, output};
-
-/// What all timed maps cover together, seconds: what the default ones do.
-const COVERED: f32 = 32.0 / 30.0;
 
 /// One setting, measured.
 struct Row {
@@ -29,15 +27,6 @@ struct Row {
 
 /// The paper's maps first; then one thing is changed at a time.
 fn settings() -> Vec<(&'static str, MapGrid)> {
-    let planes = |slices: u32, slab_height: f32, texel: f32, attack_pitch: u32| MapGrid {
-        texel,
-        attack_pitch,
-        slab_height,
-        section: Section::Plane,
-        slices,
-        // Without meaning where there is one only.
-        slice_seconds: COVERED / slices.max(2) as f32,
-    };
     vec![
         ("paper", MapGrid::PAPER),
         ("planes", planes(1, 0.30, 0.02, 1)),
@@ -50,6 +39,7 @@ fn settings() -> Vec<(&'static str, MapGrid)> {
         ("fine bodies", planes(32, 0.05, 0.01, 2)),
         ("finer bodies", planes(32, 0.05, 0.0075, 2)),
         ("both", planes(64, 0.05, 0.0075, 2)),
+        ("finest", planes(64, 0.05, 0.005, 2)),
     ]
 }
 

@@ -19,6 +19,7 @@ mod inspect;
 mod lod;
 mod lod_report;
 mod map_settings;
+mod maps;
 mod output;
 mod passes;
 mod picture;

@@ -11,6 +11,7 @@ use sabaki::region::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
 use super::figure::{Figure, FigureArgs};
+use super::maps::MapArgs;
 use super::{Failure, cancel, output};
 
 /// What the files of motions do not say themselves.
@@ -54,6 +55,8 @@ pub(crate) struct ClipArgs {
     pub(crate) threshold: f32,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) maps: MapArgs,
 }
 
 /// Which graph is asked.
@@ -112,6 +115,7 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let settings = BakeSettings {
         body: figure.body.clone(),
         props: figure.props.clone(),
+        maps: args.maps.grid(),
         ..BakeSettings::default()
     };
     let baked = bake(source, (args.threshold, settings), started);

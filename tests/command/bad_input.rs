@@ -95,6 +95,15 @@ fn motions_that_make_no_graph() {
         sabaki(folder.path(), &bake(one, &["--scale", scale])).is_refused(&[]);
     }
     sabaki(folder.path(), &bake(one, &["--scale", "10000"])).is_refused(&[]);
+    for maps in [
+        &["--slices", "65"][..],
+        &["--texel", "0"],
+        &["--slab", "nan"],
+        &["--attack-pitch", "3"],
+        &["--paper-maps", "--slices", "8"],
+    ] {
+        sabaki(folder.path(), &bake(one, maps)).is_refused(&[]);
+    }
 }
 
 #[test]
