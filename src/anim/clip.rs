@@ -174,6 +174,24 @@ impl Clip {
         &self.desc.name
     }
 
+    /// The name as people say it: words, without the ending of a file's name.
+    ///
+    /// ```
+    /// # use sabaki::anim::Clip;
+    /// assert_eq!(Clip::title("fist_left.bvh"), "fist left");
+    /// assert_eq!(Clip::title("fox.glb:Walk"), "fox Walk");
+    /// assert_eq!(Clip::title("v1.5_duck"), "v1.5 duck");
+    /// ```
+    #[must_use]
+    pub fn title(name: &str) -> String {
+        let (file, within) = name.split_once(':').unwrap_or((name, ""));
+        let file = match file.rsplit_once('.') {
+            Some((stem, "bvh" | "glb" | "gltf" | "amc")) => stem,
+            _ => file,
+        };
+        format!("{file} {within}").trim_end().replace('_', " ")
+    }
+
     /// Frames per second.
     #[must_use]
     pub fn frame_rate(&self) -> f64 {

@@ -100,10 +100,11 @@ fn motions_that_make_no_graph() {
         &["--texel", "0"],
         &["--slab", "nan"],
         &["--attack-pitch", "3"],
-        &["--paper-maps", "--slices", "8"],
     ] {
         sabaki(folder.path(), &bake(one, maps)).is_refused(&[]);
     }
+    let both = bake(one, &["--paper-maps", "--slices", "8"]);
+    assert_eq!(sabaki(folder.path(), &both).code, 2);
 }
 
 #[test]

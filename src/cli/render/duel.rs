@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use sabaki::anim::Clip;
 use sabaki::avoid::duel::Exchange;
 use sabaki::region::BakedGraph;
 use sabaki::view::StageDesc;
@@ -190,7 +191,7 @@ impl Show<'_> {
             picture.text_in(at, text, Letters { zoom, colour });
         };
         write(0, &format!("white {} : {} blue", hits[0], hits[1]), INK);
-        let attack = clip_of(self.baked, exchange.strike).replace('_', " ");
+        let attack = Clip::title(clip_of(self.baked, exchange.strike));
         let told = (t - exchange.announced >= 0.0).then_some(attack);
         if let Some(attack) = told {
             write(1, &format!("{}: {attack}", exchange.attacker.name()), INK);

@@ -4,6 +4,7 @@ use egui::{Color32, RichText};
 use glam::Vec3;
 
 use super::{Exhibit, Seen, WindowError};
+use crate::anim::Clip;
 use crate::avoid::duel::Exchange;
 use crate::math::Line;
 use crate::view::StageDesc;
@@ -93,7 +94,7 @@ impl Exhibit for DuelExhibit<'_> {
         if let Some(exchange) = self.sparring.shown() {
             let lead = exchange.attack.start();
             let from = exchange.attacker.name();
-            let attack = self.sparring.attack(exchange).replace('_', " ");
+            let attack = Clip::title(self.sparring.attack(exchange));
             ui.label(format!(
                 "{from}: {attack}, announced {lead:.2} s before it starts"
             ));
@@ -102,7 +103,7 @@ impl Exhibit for DuelExhibit<'_> {
         ui.separator();
         ui.label("exchanges, the last one first");
         for exchange in self.sparring.seen().iter().rev().take(LISTED) {
-            let attack = self.sparring.attack(exchange).replace('_', " ");
+            let attack = Clip::title(self.sparring.attack(exchange));
             let (text, colour) = outcome(exchange);
             let line = format!("{:<5} {attack:<16} {text}", exchange.attacker.name());
             ui.label(RichText::new(line).monospace().size(11.0).color(colour));
