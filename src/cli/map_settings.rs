@@ -10,7 +10,7 @@ use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, Section};
 use serde_json::{Value, json};
 
 use super::culling::Culling;
-use super::maps::{COVERED, planes};
+use super::maps::planes;
 use super::passes::Method;
 use super::stats::Asker;
 use super::{Done, Failure, cancel, output};
@@ -175,9 +175,10 @@ fn text(rows: &[Row], attacks: usize) -> String {
         ]);
     }
     let tally = rows.first().map_or(MapTally::default(), |row| row.tally);
+    let covered = MapGrid::default().seconds();
     format!(
         "{attacks} attacks, {} candidates of the whole search, {} of them hit:\n{table}\n\
-         All slices together last {COVERED:.2} s. weak: share of the hit candidates that is kept. wrong: share of the clean ones\n\
+         All slices together last {covered:.2} s. weak: share of the hit candidates that is kept. wrong: share of the clean ones\n\
          that is removed. undecided: share that is neither removed nor proven clean.\n",
         tally.candidates(),
         tally.hits,

@@ -2,9 +2,6 @@
 
 use sabaki::region::{MapGrid, Section};
 
-/// What all slices of timed maps cover together, seconds: what the default ones do.
-pub(crate) const COVERED: f32 = 32.0 / 30.0;
-
 /// Settings of the maps; `compare --settings` says what each is worth.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct MapArgs {
@@ -43,6 +40,6 @@ pub(crate) fn planes(slices: u32, slab_height: f32, texel: f32, attack_pitch: u3
         section: Section::Plane,
         slices,
         // Without meaning where there is one only.
-        slice_seconds: COVERED / slices.max(2) as f32,
+        slice_seconds: MapGrid::default().seconds() / slices.max(2) as f32,
     }
 }
