@@ -8,7 +8,7 @@ use common::random::Random;
 use common::small::small;
 use glam::Vec3;
 use sabaki::region::{
-    BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
+    BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
 };
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
@@ -21,6 +21,25 @@ fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
         .unwrap()
         .finish_on_cpu()
         .unwrap()
+}
+
+#[test]
+fn a_graph_with_other_maps_is_the_graph_that_is_baked_with_them() {
+    let baked = bake(MapGrid::default(), 1);
+    let slabs = MapGrid {
+        slab_height: 0.2,
+        ..MapGrid::default()
+    };
+    for maps in [MapGrid::PAPER, slabs, MapGrid::default()] {
+        let other = baked.with_maps(maps).unwrap();
+        assert!(other == bake(maps, 1), "{maps:?}");
+        assert_eq!(other == baked, maps == MapGrid::default());
+    }
+    let none = MapGrid {
+        slab_height: 0.0,
+        ..MapGrid::default()
+    };
+    assert!(matches!(baked.with_maps(none), Err(BakeError::Grid { .. })));
 }
 
 /// The body's spheres at any time on its track.

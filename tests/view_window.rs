@@ -15,13 +15,12 @@ use std::process::{Command, Stdio};
 use common::baked::embedded;
 use common::{device, finish};
 use glam::Vec2;
-use sabaki::avoid::QuerySettings;
 use sabaki::avoid::duel::DuelSettings;
 use sabaki::demo;
 use sabaki::io::archive;
 use sabaki::region::{AttackGrid, AttackGridSettings, Body};
 use sabaki::view::live::{
-    AskerDesc, Event, Fighter, FighterSettings, March, Orbit, Sparring, with_asker,
+    AskerDesc, Fighter, FighterSettings, MapChoices, March, Orbit, Sparring, with_asker,
 };
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::{Painter, StageDesc};
@@ -67,6 +66,7 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
         shown.has_heard("trouble")
     );
     assert!(answer["query_ms"].as_f64().unwrap() > 0.0);
+    assert_eq!(answer["slab_height"], 0.05f32);
     let passed = shown.wait("passed");
     assert!(shown.has_heard("ignored"));
     let number = |event: &serde_json::Value, key: &str| event[key].as_f64().unwrap();
@@ -75,6 +75,11 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     let (nearest, clearance) = (number(&passed, "nearest"), number(&answer, "clearance"));
     assert!(nearest > clearance - 0.005, "{nearest} {clearance}");
     assert_eq!(answer["avoided"], clearance > 0.0);
+    // The next one is culled by slabs twice as high.
+    screen.focus(&window);
+    screen.key("b");
+    screen.click([240, 150]);
+    assert_eq!(shown.wait("answer")["slab_height"], 0.1f32);
 
     screen.hand(&["windowsize", &window, "640", "400"]);
     let resized = shown.wait("resized");
@@ -90,7 +95,7 @@ fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
     assert_eq!(size, [640, 400]);
     assert!(colours(&pixels) > 200, "{}", colours(&pixels));
     // Panels, help, pause, step and the other keys.
-    for key in ["p", "h", "space", "period", "s", "m", "g", "r"] {
+    for key in ["p", "h", "space", "period", "s", "m", "g", "r", "b"] {
         screen.key(key);
     }
     screen.key("F12");
@@ -181,8 +186,9 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
             waits: true,
             ..FighterSettings::default()
         };
-        let (shot, _) = with_asker(baked, &AskerDesc::default(), |asker| {
-            let mut fighter = Fighter::new(baked, asker, (settings, 1));
+        let maps = MapChoices::slabs(baked);
+        let (shot, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
+            let mut fighter = Fighter::new(&maps, asker, (settings, 1));
             let mut orbit = Orbit::around_fighter(fighter.focus());
             let mut thrown = false;
             for picture in 1..=pictures {
@@ -332,53 +338,6 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     assert_same(&png, &drawn, "duel");
     painter.destroy(&mut device).unwrap();
     finish(device);
-}
-
-#[test]
-fn a_candidate_that_was_chosen_plays_the_answers_motion() {
-    let baked = embedded();
-    let (events, _) = with_asker(baked, &AskerDesc::default(), |asker| {
-        let settings = FighterSettings {
-            waits: true,
-            query: QuerySettings::default(),
-            ..FighterSettings::default()
-        };
-        let mut fighter = Fighter::new(baked, asker, (settings, 3));
-        let camera = Orbit::around_fighter(fighter.focus()).camera();
-        let mut events = Vec::new();
-        for _ in 0..4 {
-            fighter.advance(0.4);
-            let ray = (fighter.focus() - camera.eye).normalize();
-            fighter.throw(&camera, ray).unwrap();
-            let last = fighter.last().unwrap();
-            let (answer, end) = (last.answer(), last.ball.attack.end());
-            let from = (baked, last.playhead);
-            let again = answer.motion_of(from, answer.chosen(), end).unwrap();
-            for step in 0..=20 {
-                let t = end * step as f32 / 20.0;
-                let (one, other) = (
-                    again.playhead(baked.graph(), t),
-                    answer.motion.playhead(baked.graph(), t),
-                );
-                assert_eq!(one, other, "at {t} of {end}");
-            }
-            // Another candidate is another motion; to show it is to replay.
-            let other = (0..answer.candidates.len()).find(|&index| index != answer.chosen);
-            let count = answer.candidates.len();
-            fighter.pick(other);
-            assert_eq!(fighter.picked(), other, "of {count}");
-            while fighter.moment().is_some_and(|t| t <= end + 1.0) && !fighter.is_replaying() {
-                fighter.advance(0.05);
-            }
-            fighter.pick(None);
-            events.extend(fighter.take_events());
-        }
-        events
-    });
-    let answers = events
-        .iter()
-        .filter(|event| matches!(event, Event::Answer { .. }));
-    assert_eq!(answers.count(), 4);
 }
 
 #[test]

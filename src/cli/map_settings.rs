@@ -6,7 +6,7 @@ use sabaki::avoid::cull::cpu;
 use sabaki::avoid::measure::{MapTally, Round, Truth};
 use sabaki::avoid::{Query, QueryContext};
 use sabaki::demo::throw::Throw;
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, Section};
+use sabaki::region::{BakedGraph, MapGrid, Section};
 use serde_json::{Value, json};
 
 use super::culling::Culling;
@@ -50,7 +50,9 @@ pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result
     let (mut rows, mut truths) = (Vec::new(), None);
     for (name, maps) in settings {
         cancel::check()?;
-        let (graph, bake_ms) = bake(baked, maps)?;
+        let started = Instant::now();
+        let graph = baked.with_maps(maps)?;
+        let bake_ms = started.elapsed().as_secs_f64() * 1e3;
         // Who is hit is no matter of maps.
         let truths = match &mut truths {
             Some(truths) => truths,
@@ -74,21 +76,6 @@ pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result
     } else {
         text(&rows, throws.len())
     }))
-}
-
-/// The same graph with other maps, and how long these took, milliseconds.
-fn bake(baked: &BakedGraph, maps: MapGrid) -> Result<(BakedGraph, f64), Failure> {
-    let settings = BakeSettings {
-        maps,
-        body: Some(baked.body().clone()),
-        ..BakeSettings::default()
-    };
-    let graph = baked.graph().clone();
-    let started = Instant::now();
-    let baker = Baker::new(graph, settings)?;
-    let drawn = baker.draw_on_cpu();
-    let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-    Ok((baker.finish(drawn)?, milliseconds))
 }
 
 /// For each attack, which candidates of the whole search are hit.

@@ -11,7 +11,7 @@ use sabaki::gpu::{DeviceChoice, Message};
 use sabaki::graph::GraphError;
 use sabaki::region::{AttackGrid, AttackGridSettings, BakedGraph, Body};
 use sabaki::view::live::{
-    AskerDesc, Culling, Event, Fighter, FighterSettings, March, Sparring, with_asker,
+    AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
 };
 use sabaki::view::scene::{Crowd, FormationSettings};
 use sabaki::view::window::{
@@ -155,8 +155,9 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         validation: device.validation,
         delay: Duration::from_secs_f32(args.delay.unwrap_or(0.0)),
     };
-    let (shown, heard) = with_asker(&baked, &desc, |asker| {
-        let fighter = Fighter::new(&baked, asker, (settings, args.seed));
+    let maps = MapChoices::slabs(&baked);
+    let (shown, heard) = with_asker(&maps, &desc, |asker| {
+        let fighter = Fighter::new(&maps, asker, (settings, args.seed));
         args.show(&mut FighterExhibit::new(fighter), device, as_json)
     });
     heard.iter().for_each(complain);

@@ -311,9 +311,7 @@ impl Baker {
     /// # Errors
     /// Another number of maps than drawings, or maps of other rectangles.
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
-        let every = maps.every_frame.iter().map(|maps| maps.body.rect());
-        check(every, &self.every_frame)?;
-        check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
+        let atlas = self.atlas(&maps)?;
         let placement = |edge: EdgeId| -> Rigid2 {
             let from = self.graph.node(self.graph.edge(edge).from);
             self.graph.placement(from.clip, from.frame)
@@ -334,8 +332,6 @@ impl Baker {
                 placement: placement(edge),
             })
             .collect();
-        let (regions, attacks) = self.gathering.gather(&maps);
-        let atlas = RegionAtlas::new(self.settings.maps, regions, attacks);
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
         Ok(BakedGraph::new(
             self.graph,
@@ -345,6 +341,30 @@ impl Baker {
             (evasions, strikes),
             (&self.settings.paths, self.settings.grid),
         ))
+    }
+
+    fn atlas(&self, maps: &DrawnMaps) -> Result<RegionAtlas, BakeError> {
+        let every = maps.every_frame.iter().map(|maps| maps.body.rect());
+        check(every, &self.every_frame)?;
+        check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
+        let (regions, attacks) = self.gathering.gather(maps);
+        Ok(RegionAtlas::new(self.settings.maps, regions, attacks))
+    }
+}
+
+impl BakedGraph {
+    /// The same graph and ways with other maps, drawn on the CPU.
+    ///
+    /// # Errors
+    /// A grid that makes no maps, or none that can be held.
+    pub fn with_maps(&self, maps: MapGrid) -> Result<Self, BakeError> {
+        let settings = BakeSettings {
+            maps,
+            body: Some(self.body().clone()),
+            ..BakeSettings::default()
+        };
+        let baker = Baker::new(self.graph().clone(), settings)?;
+        Ok(self.with_atlas(baker.atlas(&baker.draw_on_cpu())?))
     }
 }
 

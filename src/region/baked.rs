@@ -326,13 +326,9 @@ impl BakedGraph {
     }
 
     fn derived(mut self) -> Self {
-        // Now rather than in the first query.
-        let _ = self.atlas.near();
+        self.look_at_maps();
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
-        let texels =
-            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
-        self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
         self.body_rows = BodyRows::new(&self.body);
         self.uprights = Uprights::new(&self.graph, &self.body);
         let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
@@ -354,6 +350,25 @@ impl BakedGraph {
         };
         self.grid = Grid::new(&source, self.grid_settings);
         self
+    }
+
+    /// What is derived from the maps.
+    fn look_at_maps(&mut self) {
+        // Now rather than in the first query.
+        let _ = self.atlas.near();
+        let texels =
+            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
+        self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
+    }
+
+    /// The same with other maps of the same evasions and attacks.
+    pub(super) fn with_atlas(&self, atlas: RegionAtlas) -> Self {
+        let mut other = Self {
+            atlas,
+            ..self.clone()
+        };
+        other.look_at_maps();
+        other
     }
 
     fn evasion_fits(&self, evasion: &Evasion) -> bool {

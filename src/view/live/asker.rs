@@ -3,11 +3,11 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use crate::avoid::cull::{Counted, CullInput, Overlap, cpu};
-use crate::avoid::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
-use crate::gpu::{DeviceChoice, GpuError, Headless, HeadlessDesc, Message, compute, stencil};
+use super::cullers::Cullers;
+use super::map_choices::{MapChoice, MapChoices};
+use crate::avoid::{Answer, Attack, QueryContext, QuerySettings};
+use crate::gpu::{DeviceChoice, Message};
 use crate::graph::Playhead;
-use crate::region::BakedGraph;
 
 /// Who counts the overlaps of a query.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +63,8 @@ pub struct Question {
     pub settings: QuerySettings,
     /// Who culls.
     pub culling: Culling,
+    /// By which maps.
+    pub maps: MapChoice,
 }
 
 /// The answer.
@@ -74,16 +76,25 @@ pub struct Reply {
     pub answer: Answer,
     /// Who culled in the end.
     pub culling: Culling,
-    /// How long the query took, seconds; the delay not counted.
+    /// By which maps in the end.
+    pub maps: MapChoice,
+    /// How long the query took, seconds; neither the delay nor maps that had to be drawn are counted.
     pub seconds: f64,
-    /// Why the wished device did not cull.
+    /// Why the wished device did not cull, or not by the wished maps.
     pub trouble: Option<String>,
+}
+
+/// What the thread is to do.
+#[derive(Debug)]
+enum Order {
+    Answer(Box<Question>),
+    Draw(MapChoice),
 }
 
 /// Puts questions and gets replies, in their order.
 #[derive(Debug)]
 pub struct Asker {
-    questions: Sender<Question>,
+    orders: Sender<Order>,
     replies: Receiver<Reply>,
     /// Dropped with it: then nobody waits any more.
     _stays: Sender<()>,
@@ -92,7 +103,16 @@ pub struct Asker {
 impl Asker {
     /// Puts a question.
     pub fn ask(&self, question: Question) {
-        if self.questions.send(question).is_err() {
+        self.order(Order::Answer(Box::new(question)));
+    }
+
+    /// Has maps drawn, so that no question waits for them.
+    pub fn draw(&self, maps: MapChoice) {
+        self.order(Order::Draw(maps));
+    }
+
+    fn order(&self, order: Order) {
+        if self.orders.send(order).is_err() {
             tracing::error!("nobody answers queries any more");
         }
     }
@@ -113,25 +133,27 @@ impl Asker {
 /// Runs `act` while a thread answers what it asks. When `act` returns, an open question is given up. Returns too what validation has
 /// said of the device that culled.
 pub fn with_asker<T>(
-    baked: &BakedGraph,
+    maps: &MapChoices<'_>,
     desc: &AskerDesc,
     act: impl FnOnce(Asker) -> T,
 ) -> (T, Vec<Message>) {
-    let (questions, to_answer) = channel();
+    let (orders, to_do) = channel();
     let (from_answerer, replies) = channel();
     let (stays, gone) = channel();
     std::thread::scope(|scope| {
         let answerer = scope.spawn(move || {
-            let mut cullers = Cullers::new(desc);
-            answer_all(
-                (baked, desc),
-                &mut cullers,
-                (to_answer, from_answerer, gone),
-            );
-            cullers.destroy()
+            let mut answerer = Answerer {
+                maps,
+                delay: desc.delay,
+                cullers: Cullers::new(desc),
+                context: QueryContext::default(),
+                gone,
+            };
+            answerer.work(&to_do, &from_answerer);
+            answerer.cullers.destroy()
         });
         let done = act(Asker {
-            questions,
+            orders,
             replies,
             _stays: stays,
         });
@@ -139,149 +161,59 @@ pub fn with_asker<T>(
     })
 }
 
-fn answer_all(
-    (baked, desc): (&BakedGraph, &AskerDesc),
-    cullers: &mut Cullers,
-    (questions, replies, gone): (Receiver<Question>, Sender<Reply>, Receiver<()>),
-) {
-    let mut context = QueryContext::default();
-    while let Ok(question) = questions.recv() {
-        let started = Instant::now();
+/// The thread's.
+struct Answerer<'a> {
+    maps: &'a MapChoices<'a>,
+    delay: Duration,
+    cullers: Cullers,
+    context: QueryContext,
+    /// Says so when nobody waits any more.
+    gone: Receiver<()>,
+}
+
+impl Answerer<'_> {
+    fn work(&mut self, orders: &Receiver<Order>, replies: &Sender<Reply>) {
+        while let Ok(order) = orders.recv() {
+            if self.nobody_waits(Duration::ZERO) {
+                return;
+            }
+            let reply = match order {
+                Order::Answer(question) => self.answer(&question),
+                Order::Draw(maps) => {
+                    // Whoever asks by them hears what was wrong.
+                    let _ = self.maps.get(maps);
+                    continue;
+                }
+            };
+            if self.nobody_waits(self.delay) || replies.send(reply).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// Whether that is so within some time, which passes before it is known that somebody does.
+    fn nobody_waits(&self, within: Duration) -> bool {
+        self.gone.recv_timeout(within) == Err(RecvTimeoutError::Disconnected)
+    }
+
+    fn answer(&mut self, question: &Question) -> Reply {
         let mut reply = Reply {
             number: question.number,
             answer: Answer::default(),
             culling: question.culling,
+            maps: question.maps,
             seconds: 0.0,
             trouble: None,
         };
-        cullers.answer(baked, &question, (&mut context, &mut reply));
+        let baked = self.maps.get(question.maps).unwrap_or_else(|why| {
+            reply.maps = MapChoice::default();
+            reply.trouble = Some(why.to_string());
+            self.maps.baked()
+        });
+        let started = Instant::now();
+        self.cullers
+            .answer(baked, question, (&mut self.context, &mut reply));
         reply.seconds = started.elapsed().as_secs_f64();
-        let waits = !desc.delay.is_zero();
-        if waits && gone.recv_timeout(desc.delay) == Err(RecvTimeoutError::Disconnected) {
-            return;
-        }
-        if replies.send(reply).is_err() {
-            return;
-        }
-    }
-}
-
-/// Who counts, each made when it is first asked for.
-struct Cullers {
-    desc: HeadlessDesc,
-    device: Option<Result<Headless, String>>,
-    stencil: Option<stencil::Culler>,
-    compute: Option<compute::Culler>,
-    cpu: cpu::Culler,
-    overlaps: Vec<Overlap>,
-}
-
-impl Cullers {
-    fn new(desc: &AskerDesc) -> Self {
-        Self {
-            desc: HeadlessDesc {
-                device: desc.device.clone(),
-                validation: desc.validation,
-                ..HeadlessDesc::default()
-            },
-            device: None,
-            stencil: None,
-            compute: None,
-            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
-            overlaps: Vec::new(),
-        }
-    }
-
-    fn answer(
-        &mut self,
-        baked: &BakedGraph,
-        question: &Question,
-        (context, reply): (&mut QueryContext, &mut Reply),
-    ) {
-        let query = Query::new(baked, &question.settings);
-        let mut prepared = query.prepare(question.playhead, &question.attack, context);
-        loop {
-            let input = prepared.cull_input();
-            if let Err(why) = self.count(reply.culling, &input) {
-                reply.trouble = Some(why);
-                reply.culling = Culling::Cpu;
-                self.cpu.count(&input, &mut self.overlaps);
-            }
-            let judging = match reply.culling {
-                Culling::Exact => Judging::All,
-                _ => Judging::Needed,
-            };
-            match prepared.decide(&self.overlaps, judging, &mut reply.answer) {
-                Verdict::Answered => return,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
-    }
-
-    fn count(&mut self, culling: Culling, input: &CullInput<'_>) -> Result<(), String> {
-        if matches!(culling, Culling::Exact | Culling::Cpu) {
-            self.cpu.count(input, &mut self.overlaps);
-            return Ok(());
-        }
-        let open = || Headless::new(&self.desc).map_err(|error| error.to_string());
-        let device = self.device.get_or_insert_with(open);
-        let device = device.as_mut().map_err(|why| why.clone())?;
-        let counted = match culling {
-            Culling::Compute => by_compute((device, &mut self.compute), input),
-            _ => by_stencil((device, &mut self.stencil), input),
-        };
-        self.overlaps = counted.map_err(|error| error.to_string())?;
-        Ok(())
-    }
-
-    fn destroy(self) -> Vec<Message> {
-        let Some(Ok(mut device)) = self.device else {
-            return Vec::new();
-        };
-        if let Ok(memory) = device.memory() {
-            if let Some(culler) = self.stencil {
-                culler.destroy(memory);
-            }
-            if let Some(culler) = self.compute {
-                culler.destroy(memory);
-            }
-        }
-        device.destroy()
-    }
-}
-
-fn by_stencil(
-    (device, culler): (&mut Headless, &mut Option<stencil::Culler>),
-    input: &CullInput<'_>,
-) -> Result<Vec<Overlap>, GpuError> {
-    if culler.is_none() {
-        let desc = stencil::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..stencil::CullerDesc::new("stencil", input.atlas)
-        };
-        *culler =
-            Some(device.make(|context, memory| stencil::Culler::new(context, memory, &desc))?);
-    }
-    match culler {
-        Some(culler) => device.cull(culler, input),
-        None => Err(GpuError::Unfinished),
-    }
-}
-
-fn by_compute(
-    (device, culler): (&mut Headless, &mut Option<compute::Culler>),
-    input: &CullInput<'_>,
-) -> Result<Vec<Overlap>, GpuError> {
-    if culler.is_none() {
-        let desc = compute::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..compute::CullerDesc::new("compute", input.atlas)
-        };
-        *culler =
-            Some(device.make(|context, memory| compute::Culler::new(context, memory, &desc))?);
-    }
-    match culler {
-        Some(culler) => device.cull_compute(culler, input),
-        None => Err(GpuError::Unfinished),
+        reply
     }
 }

@@ -61,6 +61,8 @@ pub enum Event {
         clean: usize,
         /// Who culled: `exact`, `cpu`, `stencil` or `compute`.
         cull: &'static str,
+        /// Of the maps that culled, metres.
+        slab_height: f32,
         /// Whether the node's grid was used.
         grid: bool,
         /// How long the query took, milliseconds.

@@ -9,6 +9,7 @@ use glam::Vec3;
 use super::aim::{Ball, BallSettings, aim};
 use super::asker::{Asker, Culling, Question, Reply};
 use super::event::Event;
+use super::map_choices::{MapChoice, MapChoices};
 use super::throw::Throw;
 use super::walker::Walker;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
@@ -88,6 +89,8 @@ pub struct Fighter<'a> {
     /// May be changed at any time; a query takes them as they are when the ball is thrown.
     pub settings: FighterSettings,
     baked: &'a BakedGraph,
+    choices: &'a MapChoices<'a>,
+    chosen: MapChoice,
     asker: Asker,
     figure: Figure,
     other: Figure,
@@ -114,15 +117,18 @@ impl<'a> Fighter<'a> {
     /// At the graph's first posture, at the origin. `seed`: which way it walks.
     #[must_use]
     pub fn new(
-        baked: &'a BakedGraph,
+        choices: &'a MapChoices<'a>,
         asker: Asker,
         (settings, seed): (FighterSettings, u64),
     ) -> Self {
+        let baked = choices.baked();
         let graph = baked.graph();
         let figure = Figure::of(graph.skeleton(), baked.body(), &Look::default());
         Self {
             settings,
             baked,
+            choices,
+            chosen: MapChoice::default(),
             asker,
             other: figure.clone().coloured(OTHER),
             figure,
@@ -142,6 +148,24 @@ impl<'a> Fighter<'a> {
     #[must_use]
     pub fn baked(&self) -> &'a BakedGraph {
         self.baked
+    }
+
+    /// The maps that queries may use.
+    #[must_use]
+    pub fn map_choices(&self) -> &'a MapChoices<'a> {
+        self.choices
+    }
+
+    /// Those that the next query uses.
+    #[must_use]
+    pub fn maps(&self) -> MapChoice {
+        self.chosen
+    }
+
+    /// From the next throw on queries use these maps; they are drawn meanwhile.
+    pub fn choose_maps(&mut self, maps: MapChoice) {
+        self.chosen = maps;
+        self.asker.draw(maps);
     }
 
     /// The last throw that was answered.
@@ -254,6 +278,7 @@ impl<'a> Fighter<'a> {
             attack: open.ball.attack.clone(),
             settings: open.settings,
             culling: self.settings.culling,
+            maps: self.chosen,
         });
         self.act = Act::Asks {
             open: Box::new(open),
@@ -348,7 +373,9 @@ impl<'a> Fighter<'a> {
             ..DodgeSettings::default()
         };
         let case = (open.ball.clone(), open.playhead);
-        let throw = Throw::new(self.baked, case, (reply, open.settings), &shown);
+        // In the end the baked maps, where those that were chosen cannot be drawn.
+        let baked = self.choices.get(reply.maps).unwrap_or(self.baked);
+        let throw = Throw::new(baked, case, (reply, open.settings), &shown);
         let t = *since;
         self.events.push(throw.event());
         self.last = Some(throw);

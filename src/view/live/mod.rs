@@ -6,8 +6,10 @@
 mod aim;
 mod asker;
 mod clock;
+mod cullers;
 mod event;
 mod fighter;
+mod map_choices;
 mod march;
 mod orbit;
 mod sparring;
@@ -19,6 +21,7 @@ pub use asker::{Asker, AskerDesc, Culling, Question, Reply, with_asker};
 pub use clock::Clock;
 pub use event::Event;
 pub use fighter::{Fighter, FighterSettings};
+pub use map_choices::{MapChoice, MapChoices, map_name};
 pub use march::{CameraPath, March, MarchError};
 pub use orbit::Orbit;
 pub use sparring::Sparring;

@@ -3,7 +3,7 @@ use super::asker::Reply;
 use super::event::Event;
 use crate::avoid::{Answer, Enumerate, QuerySettings};
 use crate::graph::{Motion, Playhead};
-use crate::region::BakedGraph;
+use crate::region::{BakedGraph, MapGrid};
 use crate::view::scene::{Dodge, DodgeSettings};
 
 /// A ball that was thrown, and what was done about it.
@@ -23,10 +23,12 @@ pub struct Throw<'a> {
     pub dodge: Dodge<'a>,
     /// What the fighter does, until everything that is shown is over.
     pub motion: Motion,
+    /// The maps that were asked by.
+    pub maps: MapGrid,
 }
 
 impl<'a> Throw<'a> {
-    /// From the click to the reply.
+    /// From the click to the reply; `baked` with the maps that were asked by.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
@@ -46,6 +48,7 @@ impl<'a> Throw<'a> {
             settings,
             dodge,
             motion,
+            maps: baked.atlas().grid(),
         }
     }
 
@@ -74,6 +77,7 @@ impl<'a> Throw<'a> {
             hits: counts.hits,
             clean: counts.clean,
             cull: self.reply.culling.name(),
+            slab_height: self.maps.slab_height,
             grid: matches!(self.settings.enumerate, Enumerate::Grid(_)),
             query_ms: 1e3 * self.reply.seconds,
         }

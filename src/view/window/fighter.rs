@@ -9,8 +9,9 @@ use super::panels::maps::Thumbnails;
 use super::{Exhibit, Seen, WindowError};
 use crate::avoid::{Enumerate, Lookup, Source};
 use crate::math::Line;
+use crate::region::MapGrid;
 use crate::view::StageDesc;
-use crate::view::live::{Clock, Culling, Event, Fighter};
+use crate::view::live::{Clock, Culling, Event, Fighter, MapChoice, map_name};
 use crate::view::scene::{Camera, CrowdShot, MapStyle, Shot};
 
 /// A fighter, and what the panels beside it remember.
@@ -20,8 +21,9 @@ pub struct FighterExhibit<'a> {
     thumbnails: Thumbnails,
 }
 
-const KEYS: [(&str, &str); 3] = [
+const KEYS: [(&str, &str); 4] = [
     ("r", "replay of the last throw"),
+    ("b", "slabs of the next height"),
     ("m", "maps: at their heights, on the ground, none"),
     ("g", "ghost of who did nothing"),
 ];
@@ -72,6 +74,11 @@ impl Exhibit for FighterExhibit<'_> {
         let settings = &mut self.fighter.settings;
         match key {
             "r" => self.fighter.replay(),
+            "b" => {
+                let count = self.fighter.map_choices().grids().count();
+                let next = (self.fighter.maps().0 + 1) % count;
+                self.fighter.choose_maps(MapChoice(next));
+            }
             "g" => settings.ghost = !settings.ghost,
             "m" => {
                 settings.maps = match settings.maps {
@@ -180,7 +187,7 @@ impl FighterExhibit<'_> {
     }
 
     fn query(&mut self, ui: &mut egui::Ui) {
-        let grid_of_maps = self.fighter.baked().atlas().grid();
+        self.choose_maps(ui);
         let settings = &mut self.fighter.settings;
         ui.horizontal(|ui| {
             for culling in Culling::ALL {
@@ -210,13 +217,33 @@ impl FighterExhibit<'_> {
         slide(&mut weights.avoid, "w_a, region");
         slide(&mut weights.distance, "w_d, clearance");
         slide(&mut weights.time, "w_t, rate");
-        let baked = format!(
-            "Baked in, not to be changed here: slabs of {:.0} cm, {} slices of time, texels of {:.1} cm.",
-            100.0 * grid_of_maps.slab_height,
-            grid_of_maps.slices,
-            100.0 * grid_of_maps.texel
+    }
+
+    /// By which maps the next query culls.
+    fn choose_maps(&mut self, ui: &mut egui::Ui) {
+        let (mut chosen, before) = (self.fighter.maps(), self.fighter.maps());
+        let mut grid = MapGrid::default();
+        ui.horizontal(|ui| {
+            ui.label("slabs");
+            for (choice, one) in self.fighter.map_choices().grids() {
+                ui.selectable_value(&mut chosen, choice, map_name(one));
+                if chosen == choice {
+                    grid = one;
+                }
+            }
+        });
+        if chosen != before {
+            self.fighter.choose_maps(chosen);
+        }
+        let words = format!(
+            "{} of time, texels of {:.1} cm",
+            match grid.slices {
+                1 => "1 slice".to_owned(),
+                slices => format!("{slices} slices"),
+            },
+            100.0 * grid.texel
         );
-        ui.label(RichText::new(baked).small().weak());
+        ui.label(RichText::new(words).small().weak());
     }
 
     fn last(&mut self, ui: &mut egui::Ui) {

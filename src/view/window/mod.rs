@@ -2,11 +2,12 @@
 //!
 //! ```no_run
 //! # fn show(baked: &sabaki::region::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
-//! use sabaki::view::live::{AskerDesc, Fighter, FighterSettings, with_asker};
+//! use sabaki::view::live::{AskerDesc, Fighter, FighterSettings, MapChoices, with_asker};
 //! use sabaki::view::window::{FighterExhibit, WindowDesc, run};
 //!
-//! let (shown, _) = with_asker(baked, &AskerDesc::default(), |asker| {
-//!     let fighter = Fighter::new(baked, asker, (FighterSettings::default(), 1));
+//! let maps = MapChoices::slabs(baked);
+//! let (shown, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
+//!     let fighter = Fighter::new(&maps, asker, (FighterSettings::default(), 1));
 //!     run(&mut FighterExhibit::new(fighter), &WindowDesc::default(), &mut |_| {})
 //! });
 //! shown?;
