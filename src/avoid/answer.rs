@@ -58,8 +58,8 @@ pub struct CandidateReport {
     pub rate: Result<Rate, RateError>,
     /// Texels of the attack on its maps; `None` where nothing was counted.
     pub overlap: Option<Overlap>,
-    /// The exact distance; `None` where it was not needed. Of a hit that was not chosen it may be
-    /// that of its first moment only.
+    /// The exact distance; `None` where it was not needed. A hit that was not chosen may be deeper than
+    /// this.
     pub clearance: Option<Clearance>,
     /// Its score; `None` for a hit and for what was not tested.
     pub score: Option<Score>,

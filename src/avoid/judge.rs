@@ -10,9 +10,10 @@ use super::candidate::Way;
 use super::case::Case;
 use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_one_motion};
 use super::context::QueryContext;
+use super::jury::Jury;
 use super::score::Score;
 use crate::graph::Motion;
-use crate::math::{in_parallel, thread_count};
+use crate::math::thread_count;
 
 /// How much is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,13 +41,13 @@ pub(super) struct CourtScratch {
     /// By candidate; `None` for those that were not tested.
     pub judged: Vec<Option<Judged>>,
     order: Vec<(f32, usize)>,
-    body: MotionBody,
+    jury: Jury,
 }
 
 impl CourtScratch {
     /// Forgets how bodies stood, and what was judged but for the context's known hits.
     pub(super) fn clear(&mut self, context: &QueryContext) {
-        self.body.forget();
+        self.jury.forget();
         self.judged.clear();
         self.judged.resize(context.counted, None);
         self.judged
@@ -62,6 +63,17 @@ pub(super) struct Judged {
     pub score: Option<Score>,
     /// Whether its very motion was tested, over the whole attack: the last word.
     is_final: bool,
+}
+
+impl Judged {
+    fn new(case: &Case<'_>, index: usize, clearance: Clearance) -> Self {
+        let score = || case.score(index, clearance.metres);
+        Self {
+            clearance,
+            score: clearance.is_clean().then(score),
+            is_final: false,
+        }
+    }
 }
 
 /// The exact test of candidates, from the most promising on.
@@ -106,6 +118,11 @@ impl<'s, 'a> Court<'s, 'a> {
             || self.best() > Score::least_of_a_move(&self.case.query.settings.weights)
     }
 
+    /// There will be much to judge.
+    pub(super) fn stand_by(&self) {
+        self.scratch.jury.stand_by();
+    }
+
     /// Judges those of `candidates` that were not, best bound first, as far as it is needed.
     pub(super) fn judge(&mut self, candidates: impl Iterator<Item = usize>) {
         let mut order = std::mem::take(&mut self.scratch.order);
@@ -119,25 +136,66 @@ impl<'s, 'a> Court<'s, 'a> {
             self.judge_all(&order);
         } else {
             order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let mut best = self.best();
-            for &(bound, index) in &order {
-                if self.is_bounded() && bound >= best {
-                    break;
-                }
-                let extent = Extent {
-                    below: self.winning_clearance(bound, best),
-                    ..Extent::UNTIL_HIT
-                };
-                let clearance = self.case.test(index, extent, &mut self.scratch.body);
-                if clearance.metres >= extent.below && best.is_finite() {
-                    continue;
-                }
-                let judged = self.judged(index, clearance);
-                best = judged.score.map_or(best, |score| best.min(score.total));
-                self.scratch.judged[index] = Some(judged);
-            }
+            let left = self.judge_until_clean(&order);
+            self.judge_best(&order[left..]);
         }
         self.scratch.order = order;
+    }
+
+    /// Judges those of `order` up to the first one that is clean, by as many threads as the settings say; how many. As long as
+    /// nothing is clean, no test depends on another one.
+    fn judge_until_clean(&mut self, order: &[(f32, usize)]) -> usize {
+        /// So many are tested alone first: as a rule one of the most promising ones is clean.
+        const ALONE: usize = 4;
+        let threads = thread_count(self.case.query.settings.threads);
+        if threads == 1 || order.len() <= 2 * ALONE || self.has_clean() {
+            return 0;
+        }
+        let (case, scratch) = (self.case, &mut *self.scratch);
+        let test = |index: usize, body: &mut MotionBody| case.test(index, Extent::UNTIL_HIT, body);
+        for (count, &(_, index)) in (1..).zip(&order[..ALONE]) {
+            let clearance = test(index, scratch.jury.body());
+            scratch.judged[index] = Some(Judged::new(&case, index, clearance));
+            if clearance.is_clean() {
+                return count;
+            }
+        }
+        let rest = &order[ALONE..];
+        let test = |at: usize, body: &mut MotionBody| test(rest[at].1, body);
+        let found = scratch
+            .jury
+            .test((threads, rest.len()), test, Clearance::is_clean);
+        for (count, (&(_, index), found)) in (ALONE + 1..).zip(rest.iter().zip(found)) {
+            let Some(clearance) = *found else {
+                return count;
+            };
+            scratch.judged[index] = Some(Judged::new(&case, index, clearance));
+            if clearance.is_clean() {
+                return count;
+            }
+        }
+        order.len()
+    }
+
+    /// Judges those of `order` that may still win.
+    fn judge_best(&mut self, order: &[(f32, usize)]) {
+        let mut best = self.best();
+        for &(bound, index) in order {
+            if self.is_bounded() && bound >= best {
+                break;
+            }
+            let extent = Extent {
+                below: self.winning_clearance(bound, best),
+                ..Extent::UNTIL_HIT
+            };
+            let clearance = self.case.test(index, extent, self.scratch.jury.body());
+            if clearance.metres >= extent.below && best.is_finite() {
+                continue;
+            }
+            let judged = Judged::new(&self.case, index, clearance);
+            best = judged.score.map_or(best, |score| best.min(score.total));
+            self.scratch.judged[index] = Some(judged);
+        }
     }
 
     /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
@@ -153,26 +211,13 @@ impl<'s, 'a> Court<'s, 'a> {
 
     /// Every one, by as many threads as the settings say.
     fn judge_all(&mut self, order: &[(f32, usize)]) {
-        let threads = thread_count(self.case.query.settings.threads);
+        let (case, scratch) = (self.case, &mut *self.scratch);
+        let threads = thread_count(case.query.settings.threads);
         let exactly = (Sampling::Each, Extent::WHOLE);
-        if threads == 1 {
-            for &(_, index) in order {
-                let body = &mut self.scratch.body;
-                let clearance = self.case.test_posed(index, exactly, body);
-                self.scratch.judged[index] = Some(self.judged(index, clearance));
-            }
-            return;
-        }
-        let (part, case) = (order.len().div_ceil(threads).max(1), &self.case);
-        let parts = in_parallel(threads, order.len().div_ceil(part), |number| {
-            let mut body = MotionBody::default();
-            let part = &order[number * part..order.len().min((number + 1) * part)];
-            let test =
-                |&(_, index): &(f32, usize)| (index, case.test_posed(index, exactly, &mut body));
-            part.iter().map(test).collect::<Vec<_>>()
-        });
-        for (index, clearance) in parts.into_iter().flatten() {
-            self.scratch.judged[index] = Some(self.judged(index, clearance));
+        let test = |at: usize, body: &mut _| case.test_posed(order[at].1, exactly, body);
+        let found = scratch.jury.test((threads, order.len()), test, |_| false);
+        for (&(_, index), found) in order.iter().zip(found) {
+            scratch.judged[index] = found.map(|found| Judged::new(&case, index, found));
         }
     }
 
@@ -200,20 +245,11 @@ impl<'s, 'a> Court<'s, 'a> {
                 enough: least,
                 ..Extent::WHOLE
             };
-            let clearance = self.case.test(index, extent, &mut self.scratch.body);
+            let clearance = self.case.test(index, extent, self.scratch.jury.body());
             least = least.max(clearance.metres);
-            self.scratch.judged[index] = Some(self.judged(index, clearance));
+            self.scratch.judged[index] = Some(Judged::new(&self.case, index, clearance));
         }
         self.scratch.order = order;
-    }
-
-    fn judged(&self, index: usize, clearance: Clearance) -> Judged {
-        let score = || self.case.score(index, clearance.metres);
-        Judged {
-            clearance,
-            score: clearance.is_clean().then(score),
-            is_final: false,
-        }
     }
 
     /// The clean candidate with the smallest score, or where none is clean, the one that is hit
@@ -246,11 +282,11 @@ impl<'s, 'a> Court<'s, 'a> {
             self.case.query.baked,
             (motion, Sampling::Each),
             (self.case.situation.attack, Extent::WHOLE),
-            &mut self.scratch.body,
+            self.scratch.jury.body(),
         );
         self.scratch.judged[chosen] = Some(Judged {
             is_final: true,
-            ..self.judged(chosen, clearance)
+            ..Judged::new(&self.case, chosen, clearance)
         });
         clearance.is_clean() || !looks.clearance.is_clean()
     }

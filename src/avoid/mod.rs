@@ -17,6 +17,7 @@ pub mod cull;
 pub mod duel;
 mod gather;
 mod judge;
+mod jury;
 pub mod measure;
 mod moves;
 mod placement;

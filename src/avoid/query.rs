@@ -70,8 +70,9 @@ pub struct QuerySettings {
     /// Whether the answer also lists the paths that are not in time, each with its reason. Default
     /// no: they are counted only.
     pub list_late: bool,
-    /// Threads that test candidates exactly when all are tested ([`Judging::All`]); 0 for as many
-    /// as the machine has. Default 1. The answer is the same for any number.
+    /// Threads that test candidates exactly, where that does not depend on what came of others: as long as none is clean, and
+    /// with [`Judging::All`]. 0 for as many as the machine has. Default 1. They stay with the [`QueryContext`]. The answer is the
+    /// same for any number.
     pub threads: usize,
 }
 

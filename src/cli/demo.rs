@@ -78,6 +78,7 @@ fn passes(
         let settings = PassSettings {
             method,
             threads: 1,
+            query_threads: 1,
             list_late: false,
         };
         pass((baked, throws), &settings, culling, |_, _, _| Ok(()))

@@ -135,6 +135,7 @@ fn passes(
         let settings = PassSettings {
             method,
             threads: args.threads as usize,
+            query_threads: args.methods.query_threads(),
             list_late: folder.is_some(),
         };
         let export = |index: usize, settings: &QuerySettings, answer: &Answer| {

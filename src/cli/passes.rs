@@ -24,6 +24,9 @@ pub(crate) struct MethodArgs {
     /// Which of the grid's cells are looked up.
     #[arg(long, value_enum, default_value = "union")]
     lookup: LookupArg,
+    /// Threads of one query, which test candidates side by side; 0 for as many as the machine has.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    query_threads: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -60,6 +63,11 @@ pub(crate) struct Method {
 }
 
 impl MethodArgs {
+    /// Threads of each query.
+    pub(crate) fn query_threads(&self) -> usize {
+        self.query_threads as usize
+    }
+
     /// Each culling path with each kind of grid.
     pub(crate) fn methods(&self, culling: &Culling) -> Vec<Method> {
         let culls = match self.cull.as_slice() {
@@ -113,6 +121,8 @@ pub(crate) struct PassSettings {
     pub(crate) method: Method,
     /// Threads that share the attacks, for what needs no device; 0 for as many as there are.
     pub(crate) threads: usize,
+    /// Threads of each query.
+    pub(crate) query_threads: usize,
     /// Whether answers list what is not in time.
     pub(crate) list_late: bool,
 }
@@ -127,6 +137,7 @@ pub(crate) fn pass(
     let method = settings.method;
     let query = QuerySettings {
         list_late: settings.list_late,
+        threads: settings.query_threads,
         ..method.settings()
     };
     culling.warm_up(method.cull, baked.atlas())?;

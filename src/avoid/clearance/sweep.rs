@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::nearest::{Ball, Spheres};
+use super::nearest::{Ball, Nearest, Spheres};
 use super::{Clearance, Extent, SAMPLE_RATE};
 use crate::avoid::Attack;
 use crate::math::Rigid2;
@@ -75,6 +75,8 @@ pub(super) struct Sweep<'a> {
     attack: &'a Attack,
     extent: Extent,
     best: Clearance,
+    /// The nearest of what is half known: as if the body went straight from the start of a stretch to its end.
+    half_known: Option<Nearest>,
     stretches: &'a mut Stretches,
 }
 
@@ -89,12 +91,19 @@ impl<'a> Sweep<'a> {
                 metres: extent.below,
                 ..none
             },
+            half_known: None,
             stretches,
         }
     }
 
+    /// The smallest distance. Where the extent asks for no more than a hit, one that it is not above.
     pub(super) fn nearest(&self) -> Clearance {
-        self.best
+        let half_known = { self.half_known }.filter(|_| self.is_over());
+        let at_most = half_known.map_or(f32::INFINITY, |nearest| nearest.metres + STRAY);
+        Clearance {
+            metres: self.best.metres.min(at_most),
+            ..self.best
+        }
     }
 
     fn is_over(&self) -> bool {
@@ -147,6 +156,7 @@ impl<'a> Sweep<'a> {
             }
             let metres = self.approach(tick, keys, samples, course.origin);
             if self.is_over() {
+                self.follow(tick, keys, samples);
                 break;
             }
             if metres < 0.0 && self.best.metres >= 0.0 {
@@ -206,6 +216,12 @@ impl<'a> Sweep<'a> {
         let Some(nearest) = spheres.nearest(&ball, samples.count(), limit) else {
             return limit;
         };
+        if self
+            .half_known
+            .is_none_or(|known| nearest.metres < known.metres)
+        {
+            self.half_known = Some(nearest);
+        }
         if nearest.metres < self.extent.enough {
             for (still, tick) in ball.at_ends().zip(ends) {
                 let met = still
@@ -220,6 +236,25 @@ impl<'a> Sweep<'a> {
             }
         }
         nearest.metres
+    }
+
+    /// Where a hit goes on to get deeper beside the stretch in which it was found, looks there too, by half.
+    fn follow(&mut self, tick: usize, keys: [SphereKey; 2], samples: &mut impl Samples) {
+        let (stretch, [first, last]) = (samples.stretch(), keys.map(tick_of));
+        let beside = match self.half_known.map(|nearest| nearest.share) {
+            Some(share) if share > 0.99 && tick + stretch <= last => tick + stretch,
+            Some(share) if share < 0.01 && tick > first => tick - stretch,
+            _ => return,
+        };
+        let ends = [beside, beside + stretch];
+        ends.iter().for_each(|&tick| samples.prepare(tick));
+        let limit = self
+            .half_known
+            .map_or(f32::INFINITY, |nearest| nearest.metres);
+        let nearest = samples
+            .spheres(ends)
+            .nearest(&ball(keys, ends), samples.count(), limit);
+        self.half_known = nearest.or(self.half_known);
     }
 
     /// Looks at the samples of a stretch that may be nearer than what is known.
