@@ -13,17 +13,24 @@ mod shim;
 use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
 
 use common::cull::{any_input, atlas_on, sliced};
+use common::small::small;
 use common::{Random, desc, drifting, finish};
+use glam::Vec3;
 use plain_memory::PlainMemory;
 use sabaki::{
-    avoid::cull::{CullInput, Overlap, cpu},
+    avoid::{
+        Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict,
+        cull::{Counted, CullInput, Overlap, cpu},
+    },
     gpu::{
         Context, GpuError, Headless, Memory,
         ash::vk,
         compute,
         stencil::{self, Rasterizer, RasterizerDesc},
     },
-    region::{MapRect, RegionAtlas, raster},
+    graph::{EdgeId, Playhead},
+    math::Rigid2,
+    region::{MapRect, RegionAtlas, SphereKey, raster},
 };
 use shim::Fault;
 
@@ -158,6 +165,49 @@ impl Harness {
                 assert_eq!(shim::live(), *alive, "{fault:?}");
             },
         );
+        for (call, count) in faults {
+            *self.faults.entry(call).or_default() += count;
+        }
+    }
+
+    /// Holds a culling path to its promise in a whole query: whatever fails, the answer is `owed`.
+    fn hold_query<C>(
+        &mut self,
+        make: impl Fn(&Context, &mut dyn Memory) -> Result<C, GpuError>,
+        cull: impl Fn(&mut Headless, &mut C, &CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
+        destroy: impl Fn(C, &mut dyn Memory),
+        (case, owed): (&Case, &Answer),
+    ) {
+        let (device, memory, alive) = (&self.device, &self.memory, &self.alive);
+        let work = || {
+            let mut made = None;
+            let asked = ask(case, |input| {
+                let context = device.borrow().context()?.clone();
+                let culler = match &mut made {
+                    Some(culler) => culler,
+                    none => none.insert(make(&context, &mut *memory.borrow_mut())?),
+                };
+                cull(&mut device.borrow_mut(), culler, input)
+            });
+            if let Some(culler) = made {
+                destroy(culler, &mut *memory.borrow_mut());
+            }
+            Ok(asked)
+        };
+        let faults = each_fault(work, |asked, fault| {
+            let (answer, failed) = asked.unwrap();
+            assert_eq!(answer.candidates, owed.candidates, "{fault:?}");
+            assert_eq!((answer.chosen, &answer.motion), (owed.chosen, &owed.motion));
+            match (failed, fault) {
+                (Some(error), Some(fault)) => {
+                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                }
+                (Some(error), None) => panic!("{error} without a fault"),
+                (None, fault) => assert!(fault.is_none_or(|fault| fault.call == HELPS)),
+            }
+            assert_eq!(memory.borrow().live_blocks(), 0, "{fault:?}");
+            assert_eq!(shim::live(), *alive, "{fault:?}");
+        });
         for (call, count) in faults {
             *self.faults.entry(call).or_default() += count;
         }
@@ -308,6 +358,106 @@ fn calls_named_in(folder: &Path, names: &mut Vec<String>) {
             names.push(name[..name.find('"').unwrap()].to_owned());
         }
     }
+}
+
+type Case = (Playhead, Attack);
+
+/// A query as a renderer makes it: counted by its device until that fails, and by the CPU from there on. What failed, too.
+fn ask(
+    (playhead, attack): &Case,
+    mut count: impl FnMut(&CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
+) -> (Answer, Option<GpuError>) {
+    let settings = QuerySettings::default();
+    let query = Query::new(small(), &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut failed = None;
+    let mut prepared = query.prepare(*playhead, attack, &mut context);
+    loop {
+        let input = prepared.cull_input();
+        let overlaps = match failed.is_none().then(|| count(&input)) {
+            Some(Ok(counted)) => counted,
+            other => {
+                failed = failed.or(other.and_then(Result::err));
+                on_cpu(&input)
+            }
+        };
+        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
+            Verdict::Answered => return (answer, failed),
+            Verdict::Widened(wider) => prepared = wider,
+        }
+    }
+}
+
+/// The CPU's counts, as far as a choice needs them.
+fn on_cpu(input: &CullInput<'_>) -> Vec<Overlap> {
+    let mut overlaps = Vec::new();
+    let mut culler = cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
+    culler.count(input, &mut overlaps);
+    overlaps
+}
+
+/// A query that its node's grid answers, and one for which the search is widened and counted once more.
+fn cases() -> Vec<(Case, Answer)> {
+    let mut random = Random(12);
+    let graph = small().graph();
+    let mut cases = BTreeMap::new();
+    for _ in 0..4000 {
+        let edge = EdgeId(random.int(0, graph.edges().len() as i32 - 1) as u32);
+        let playhead = Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY);
+        let [t, x, y] = [(5, 30), (-12, 12), (2, 16)].map(|(low, high)| random.int(low, high));
+        let key = |t: f32, x: f32| SphereKey {
+            t,
+            center: Vec3::new(x, 0.1 * y as f32, 0.0),
+            radius: 0.1,
+        };
+        let (t, x) = (0.1 * t as f32, 0.1 * x as f32);
+        let attack = Attack::new(vec![vec![key(t, x - 1.0), key(t + 0.2, x + 1.0)]]).unwrap();
+        let (case, mut rounds) = ((playhead, attack), Vec::new());
+        let (answer, _) = ask(&case, |input| {
+            rounds.push(input.candidates.len());
+            Ok(on_cpu(input))
+        });
+        if rounds.iter().all(|&counted| counted > 0) {
+            cases.entry(rounds.len()).or_insert((case, answer));
+        }
+    }
+    assert_eq!(cases.len(), 2, "one round, and two");
+    cases.into_values().collect()
+}
+
+#[test]
+fn a_query_is_answered_all_the_same_whichever_call_fails() {
+    let mut harness = Harness::new();
+    let atlas = small().atlas();
+    for (case, owed) in &cases() {
+        for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
+            let desc = stencil::CullerDesc {
+                counting,
+                counted: Counted::FOR_A_CHOICE,
+                ..stencil::CullerDesc::new("test", atlas)
+            };
+            harness.hold_query(
+                |context, memory| stencil::Culler::new(context, memory, &desc),
+                |device, culler, input| device.cull(culler, input),
+                |culler, memory| culler.destroy(memory),
+                (case, owed),
+            );
+        }
+        let desc = compute::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..compute::CullerDesc::new("test", atlas)
+        };
+        harness.hold_query(
+            |context, memory| compute::Culler::new(context, memory, &desc),
+            |device, culler, input| device.cull_compute(culler, input),
+            |culler, memory| culler.destroy(memory),
+            (case, owed),
+        );
+    }
+    let faults = harness.finish();
+    let all: u32 = faults.values().sum();
+    println!("{all} faults of {} calls in whole queries", faults.len());
+    assert!(faults.len() > 20 && all > 500, "{} {all}", faults.len());
 }
 
 /// What a renderer does when its device's answer does not come: the same question to the CPU.
