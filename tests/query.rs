@@ -9,7 +9,7 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::clearance::SAMPLE_RATE;
+use sabaki::avoid::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
 use sabaki::avoid::{Answer, Attack, CandidateReport, Fate, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
@@ -349,4 +349,39 @@ fn a_character_far_out_is_answered_without_overflow() {
             assert!(answer.avoided, "{metres} m away");
         }
     }
+}
+
+#[test]
+fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
+    /// What an evasion is known by beforehand lies elsewhere between the samples of the motion that is played, metres.
+    const SAMPLES: f32 = 2e-3;
+    let baked = embedded();
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let (mut body, mut hits) = (MotionBody::default(), 0);
+    for index in 0..150 {
+        let throw = throw(baked, &ThrowSettings::default(), 41, index).unwrap();
+        let answer = answer_throw(&query, &throw, Judging::Needed);
+        if answer.avoided {
+            continue;
+        }
+        let end = throw.attack.end();
+        let mut exact = |report| {
+            let motion = answer.motion_of((baked, throw.playhead), report, end + 0.1);
+            let motion = (&motion.unwrap(), Sampling::Each);
+            on_motion(baked, motion, (&throw.attack, Extent::WHOLE), &mut body).metres
+        };
+        let chosen = exact(answer.chosen());
+        for report in answer.candidates.iter().filter(|one| one.rate.is_ok()) {
+            let (said, deepest) = (report.clearance.unwrap().metres, exact(report));
+            assert!(said < 0.0 && deepest < 0.0, "{index}: {report:?}");
+            assert!(said > deepest - SAMPLES, "{index}: {said} of {deepest}");
+            assert!(
+                deepest < chosen + SAMPLES,
+                "{index}: {deepest}, and {chosen} was chosen"
+            );
+            hits += 1;
+        }
+    }
+    assert!(hits > 100, "{hits}");
 }

@@ -5,7 +5,7 @@ use super::clearance::{
 };
 use super::context::KnownHit;
 use super::cull::Overlap;
-use super::moves::MoveSearch;
+use super::moves::{MoveId, MoveSearch};
 use super::placement::CullMaps;
 use super::retime::Direction;
 use super::score::Score;
@@ -29,6 +29,14 @@ pub(super) struct Case<'a> {
 }
 
 impl Case<'_> {
+    /// The path of a candidate that only moves.
+    pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
+        match self.candidates[index].way {
+            Way::Move(path) => Some(path),
+            Way::Evasion { .. } => None,
+        }
+    }
+
     /// What was counted of a candidate, in this round or before.
     pub(super) fn overlap(&self, index: usize) -> Option<Overlap> {
         match index.checked_sub(self.counted) {

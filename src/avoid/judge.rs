@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::beginnings::Beginnings;
 use super::candidate::Way;
 use super::case::Case;
 use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_one_motion};
@@ -42,12 +43,17 @@ pub(super) struct CourtScratch {
     pub judged: Vec<Option<Judged>>,
     order: Vec<(f32, usize)>,
     jury: Jury,
+    /// Of moves: where a hit was found, and where the whole attack was looked at.
+    hits: Beginnings,
+    wholes: Beginnings,
 }
 
 impl CourtScratch {
     /// Forgets how bodies stood, and what was judged but for the context's known hits.
     pub(super) fn clear(&mut self, context: &QueryContext) {
         self.jury.forget();
+        self.hits.clear();
+        self.wholes.clear();
         self.judged.clear();
         self.judged.resize(context.counted, None);
         self.judged
@@ -118,11 +124,6 @@ impl<'s, 'a> Court<'s, 'a> {
             || self.best() > Score::least_of_a_move(&self.case.query.settings.weights)
     }
 
-    /// There will be much to judge.
-    pub(super) fn stand_by(&self) {
-        self.scratch.jury.stand_by();
-    }
-
     /// Judges those of `candidates` that were not, best bound first, as far as it is needed.
     pub(super) fn judge(&mut self, candidates: impl Iterator<Item = usize>) {
         let mut order = std::mem::take(&mut self.scratch.order);
@@ -147,11 +148,14 @@ impl<'s, 'a> Court<'s, 'a> {
     fn judge_until_clean(&mut self, order: &[(f32, usize)]) -> usize {
         /// So many are tested alone first: as a rule one of the most promising ones is clean.
         const ALONE: usize = 4;
-        let threads = thread_count(self.case.query.settings.threads);
-        if threads == 1 || order.len() <= 2 * ALONE || self.has_clean() {
+        let (case, threads) = (self.case, thread_count(self.case.query.settings.threads));
+        // What is found of one move helps with the next.
+        let is_move = |&(_, index): &(f32, usize)| case.move_of(index).is_some();
+        if threads == 1 || order.len() <= 2 * ALONE || order.iter().any(is_move) || self.has_clean()
+        {
             return 0;
         }
-        let (case, scratch) = (self.case, &mut *self.scratch);
+        let scratch = &mut *self.scratch;
         let test = |index: usize, body: &mut MotionBody| case.test(index, Extent::UNTIL_HIT, body);
         for (count, &(_, index)) in (1..).zip(&order[..ALONE]) {
             let clearance = test(index, scratch.jury.body());
@@ -188,7 +192,7 @@ impl<'s, 'a> Court<'s, 'a> {
                 below: self.winning_clearance(bound, best),
                 ..Extent::UNTIL_HIT
             };
-            let clearance = self.case.test(index, extent, self.scratch.jury.body());
+            let clearance = self.test_until_hit(index, extent);
             if clearance.metres >= extent.below && best.is_finite() {
                 continue;
             }
@@ -196,6 +200,20 @@ impl<'s, 'a> Court<'s, 'a> {
             best = judged.score.map_or(best, |score| best.min(score.total));
             self.scratch.judged[index] = Some(judged);
         }
+    }
+
+    /// The test of a candidate, unless a move that begins alike was hit.
+    fn test_until_hit(&mut self, index: usize, extent: Extent) -> Clearance {
+        let (case, scratch) = (&self.case, &mut *self.scratch);
+        let path = case.move_of(index);
+        if let Some(hit) = path.and_then(|path| scratch.hits.of(case, path)) {
+            return hit;
+        }
+        let clearance = case.test(index, extent, scratch.jury.body());
+        if let Some(path) = path.filter(|_| !clearance.is_clean()) {
+            scratch.hits.note(case, (path, clearance.time), clearance);
+        }
+        clearance
     }
 
     /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
@@ -245,11 +263,26 @@ impl<'s, 'a> Court<'s, 'a> {
                 enough: least,
                 ..Extent::WHOLE
             };
-            let clearance = self.case.test(index, extent, self.scratch.jury.body());
+            let clearance = self.test_whole(index, extent);
             least = least.max(clearance.metres);
             self.scratch.judged[index] = Some(Judged::new(&self.case, index, clearance));
         }
         self.scratch.order = order;
+    }
+
+    /// The same over the whole attack, all through which a move may be like another one.
+    fn test_whole(&mut self, index: usize, extent: Extent) -> Clearance {
+        let (case, scratch) = (&self.case, &mut *self.scratch);
+        let path = case.move_of(index);
+        if let Some(known) = path.and_then(|path| scratch.wholes.of(case, path)) {
+            return known;
+        }
+        let clearance = case.test(index, extent, scratch.jury.body());
+        if let Some(path) = path {
+            let until = case.situation.attack.end();
+            scratch.wholes.note(case, (path, until), clearance);
+        }
+        clearance
     }
 
     /// The clean candidate with the smallest score, or where none is clean, the one that is hit

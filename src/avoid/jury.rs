@@ -43,13 +43,6 @@ impl Jury {
         }
     }
 
-    /// There will be something to test: threads that sleep wake up.
-    pub(super) fn stand_by(&self) {
-        if let Some((_, crew)) = &self.crew {
-            crew.stand_by();
-        }
-    }
-
     /// Tests 0 to `count - 1` by so many threads, as far as the first one whose clearance `ends` it: that one, and each before
     /// it, is what it would be on one thread. What comes after it is `None`, or that as well.
     pub(super) fn test(

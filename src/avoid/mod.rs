@@ -9,6 +9,7 @@
 
 mod answer;
 mod attack;
+mod beginnings;
 mod candidate;
 mod case;
 pub mod clearance;

@@ -48,7 +48,7 @@ pub struct SearchReport {
 }
 
 /// A path in a [`MoveSearch`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct MoveId(u32);
 
 /// The end of a path, linked to the path that it extends.
@@ -113,6 +113,13 @@ impl MoveSearch {
         found(natural);
         self.hand_out(graph, settings, natural, &mut found);
         self.report
+    }
+
+    /// A path and all that it begins with, the longest first, each with the frames that it lasts.
+    pub(super) fn beginnings(&self, path: MoveId) -> impl Iterator<Item = (MoveId, u32)> + '_ {
+        let before = |at: &MoveId| Some(self.states[at.0 as usize].before?.0);
+        let all = std::iter::successors(Some(path), before);
+        all.map(|at| (at, self.states[at.0 as usize].frames))
     }
 
     /// The edges of a path, the last one first.

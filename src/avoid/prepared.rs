@@ -207,7 +207,6 @@ impl<'a, 'c> Prepared<'a, 'c> {
             }
             if self.source != Source::Grid && !has_moves && bench.can_moves_win() {
                 has_moves = true;
-                bench.stand_by();
                 self.search_moves();
                 continue;
             }

@@ -68,13 +68,6 @@ impl Crew {
         self.workers.len() + 1
     }
 
-    /// Work is about to come: whoever sleeps wakes up and looks for it.
-    pub(crate) fn stand_by(&self) {
-        for worker in &self.workers {
-            worker.thread().unpark();
-        }
-    }
-
     /// `work(0)` to `work(threads - 1)`, each on its thread, the first on the caller's. Returns when
     /// all are done; a panic of one of them goes on here. Allocates nothing.
     pub(crate) fn run(&mut self, work: &(impl Fn(usize) + Sync)) {
@@ -146,15 +139,15 @@ impl Shared {
     }
 }
 
-/// Looks for a while, then sleeps, and looks again when woken; whoever makes it true unparks this thread.
+/// Looks for a while, then sleeps; whoever makes it true unparks this thread.
 fn wait(is_so: impl Fn() -> bool) {
-    loop {
-        for _ in 0..PATIENCE {
-            if is_so() {
-                return;
-            }
-            std::hint::spin_loop();
+    for _ in 0..PATIENCE {
+        if is_so() {
+            return;
         }
+        std::hint::spin_loop();
+    }
+    while !is_so() {
         thread::park();
     }
 }
