@@ -25,6 +25,9 @@ struct Seat {
     found: Vec<(usize, Clearance)>,
 }
 
+/// No more threads than this are started: candidates are too few for them.
+const MOST: usize = 64;
+
 impl Jury {
     /// The caller's own.
     pub(super) fn body(&mut self) -> &mut MotionBody {
@@ -51,6 +54,7 @@ impl Jury {
         test: impl Fn(usize, &mut MotionBody) -> Clearance + Sync,
         ends: impl Fn(&Clearance) -> bool + Sync,
     ) -> &[Option<Clearance>] {
+        let threads = threads.min(MOST);
         self.crew.take_if(|(asked, _)| *asked != threads);
         let (_, crew) = self
             .crew

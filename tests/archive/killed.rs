@@ -9,8 +9,9 @@ use sabaki::io::archive::{read, to_bytes, write};
 use super::common::random::Random;
 use super::common::small::small;
 
-/// Set for the process that is killed: the file that it writes over and over.
+/// Set for the process that is killed: the file that it writes over and over. It says that it does by another file.
 const WRITES: &str = "SABAKI_TEST_WRITES";
+const BEGUN: &str = "begun";
 
 #[test]
 fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
@@ -19,6 +20,7 @@ fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("graph.sabaki");
+    let begun = path.with_extension(BEGUN);
     let both = [to_bytes(small()).unwrap(), spoilt()];
     std::fs::write(&path, &both[0]).unwrap();
     let (mut random, mut seen) = (Random::new(9), [0, 0]);
@@ -32,13 +34,17 @@ fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        std::thread::sleep(Duration::from_millis(20 + random.below(120) as u64));
+        while !begun.exists() && writer.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(random.below(60) as u64));
         assert!(
             writer.try_wait().unwrap().is_none(),
             "it writes until it is killed"
         );
         writer.kill().unwrap();
         writer.wait().unwrap();
+        std::fs::remove_file(&begun).unwrap();
         let found = std::fs::read(&path).unwrap();
         let which = both.iter().position(|bytes| *bytes == found);
         seen[which.expect("the file is neither the old one nor the new one")] += 1;
@@ -59,6 +65,7 @@ fn spoilt() -> Vec<u8> {
 fn write_for_ever(path: &Path) -> ! {
     use std::io::Write;
     let other = spoilt();
+    std::fs::write(path.with_extension(BEGUN), "").unwrap();
     loop {
         sabaki::io::write_whole(path, |file| file.write_all(&other)).unwrap();
         write(path, small()).unwrap();
