@@ -34,7 +34,7 @@ pub const SAMPLE_RATE: f32 = BodyTrack::RATE;
 pub struct Extent {
     /// Distances from here on are of no interest, metres: they are not told from this one.
     pub below: f32,
-    /// Where something is nearer than this, nothing nearer is looked for, metres.
+    /// Where something is nearer than this, nothing nearer is looked for, metres: the distance is then no more than is said.
     pub enough: f32,
 }
 
@@ -45,7 +45,7 @@ impl Extent {
         enough: f32::NEG_INFINITY,
     };
 
-    /// Up to the first hit that is found: whether there is one, not how deep it goes.
+    /// Up to the first hit that is found: whether there is one. It may go deeper than is said.
     pub const UNTIL_HIT: Self = Self {
         enough: 0.0,
         ..Self::WHOLE
