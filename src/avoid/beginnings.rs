@@ -21,14 +21,32 @@ impl Beginnings {
         self.known.clear();
     }
 
-    /// What was noted of a move that begins as this one does.
-    pub(super) fn of(&self, case: &Case<'_>, path: MoveId) -> Option<Clearance> {
+    /// Of a move what was noted of one that begins alike; else what `test` finds, noted for all that are like it `until` the
+    /// moment that decides it, seconds since the query, if there is one.
+    pub(super) fn of_or(
+        &mut self,
+        case: &Case<'_>,
+        index: usize,
+        (test, until): (
+            impl FnOnce() -> Clearance,
+            impl FnOnce(&Clearance) -> Option<f32>,
+        ),
+    ) -> Clearance {
+        let Some(path) = case.move_of(index) else {
+            return test();
+        };
         let mut beginnings = case.moves.beginnings(path);
-        beginnings.find_map(|(beginning, _)| self.known.get(&beginning).copied())
+        let known = beginnings.find_map(|(beginning, _)| self.known.get(&beginning).copied());
+        known.unwrap_or_else(|| {
+            let found = test();
+            if let Some(until) = until(&found) {
+                self.note(case, (path, until), found);
+            }
+            found
+        })
     }
 
-    /// Notes of a move what its motion up to some moment decides, seconds since the query.
-    pub(super) fn note(&mut self, case: &Case<'_>, (path, until): (MoveId, f32), found: Clearance) {
+    fn note(&mut self, case: &Case<'_>, (path, until): (MoveId, f32), found: Clearance) {
         let lasts = |frames: u32| {
             let seconds = f64::from(frames) / case.query.baked.graph().frame_rate();
             case.situation.wait + seconds as f32 >= until + AHEAD

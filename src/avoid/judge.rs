@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::beginnings::Beginnings;
 use super::candidate::Way;
 use super::case::Case;
-use super::clearance::{Clearance, Extent, MotionBody, Sampling, on_one_motion};
+use super::clearance::{Clearance, Extent, Sampling, on_one_motion};
 use super::context::QueryContext;
 use super::jury::Jury;
 use super::score::Score;
@@ -90,6 +90,9 @@ pub(super) struct Court<'s, 'a> {
 }
 
 impl<'s, 'a> Court<'s, 'a> {
+    /// So many are tested alone before others are tested side by side, if they are more than that.
+    const ALONE: usize = 4;
+
     /// What `scratch` says was judged stays so.
     pub(super) fn new(scratch: &'s mut CourtScratch, case: Case<'a>, judging: Judging) -> Self {
         scratch.judged.resize(case.candidates.len(), None);
@@ -137,48 +140,37 @@ impl<'s, 'a> Court<'s, 'a> {
             self.judge_all(&order);
         } else {
             order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let left = self.judge_until_clean(&order);
-            self.judge_best(&order[left..]);
+            // As a rule one of the most promising ones is clean.
+            let (first, rest) = order.split_at(order.len().min(Self::ALONE));
+            self.judge_best(first);
+            let judged = self.judge_until_clean(rest);
+            self.judge_best(&rest[judged..]);
         }
         self.scratch.order = order;
     }
 
     /// Judges those of `order` up to the first one that is clean, by as many threads as the settings say; how many. As long as
-    /// nothing is clean, no test depends on another one.
+    /// nothing is clean, no test depends on another one, but for moves, of which one helps with the next.
     fn judge_until_clean(&mut self, order: &[(f32, usize)]) -> usize {
-        /// So many are tested alone first: as a rule one of the most promising ones is clean.
-        const ALONE: usize = 4;
         let (case, threads) = (self.case, thread_count(self.case.query.settings.threads));
-        // What is found of one move helps with the next.
         let is_move = |&(_, index): &(f32, usize)| case.move_of(index).is_some();
-        if threads == 1 || order.len() <= 2 * ALONE || order.iter().any(is_move) || self.has_clean()
-        {
+        let is_short = order.len() <= Self::ALONE;
+        if threads == 1 || is_short || order.iter().any(is_move) || self.has_clean() {
             return 0;
         }
         let scratch = &mut *self.scratch;
-        let test = |index: usize, body: &mut MotionBody| case.test(index, Extent::UNTIL_HIT, body);
-        for (count, &(_, index)) in (1..).zip(&order[..ALONE]) {
-            let clearance = test(index, scratch.jury.body());
+        let test = |at: usize, body: &mut _| case.test(order[at].1, Extent::UNTIL_HIT, body);
+        let is_clean = Clearance::is_clean;
+        let found = scratch.jury.test((threads, order.len()), test, is_clean);
+        let mut judged = 0;
+        for (&(_, index), clearance) in order.iter().zip(found.iter().map_while(|found| *found)) {
             scratch.judged[index] = Some(Judged::new(&case, index, clearance));
+            judged += 1;
             if clearance.is_clean() {
-                return count;
+                break;
             }
         }
-        let rest = &order[ALONE..];
-        let test = |at: usize, body: &mut MotionBody| test(rest[at].1, body);
-        let found = scratch
-            .jury
-            .test((threads, rest.len()), test, Clearance::is_clean);
-        for (count, (&(_, index), found)) in (ALONE + 1..).zip(rest.iter().zip(found)) {
-            let Some(clearance) = *found else {
-                return count;
-            };
-            scratch.judged[index] = Some(Judged::new(&case, index, clearance));
-            if clearance.is_clean() {
-                return count;
-            }
-        }
-        order.len()
+        judged
     }
 
     /// Judges those of `order` that may still win.
@@ -192,7 +184,10 @@ impl<'s, 'a> Court<'s, 'a> {
                 below: self.winning_clearance(bound, best),
                 ..Extent::UNTIL_HIT
             };
-            let clearance = self.test_until_hit(index, extent);
+            let (case, scratch) = (&self.case, &mut *self.scratch);
+            let test = || case.test(index, extent, scratch.jury.body());
+            let until = |found: &Clearance| (!found.is_clean()).then_some(found.time);
+            let clearance = scratch.hits.of_or(case, index, (test, until));
             if clearance.metres >= extent.below && best.is_finite() {
                 continue;
             }
@@ -200,20 +195,6 @@ impl<'s, 'a> Court<'s, 'a> {
             best = judged.score.map_or(best, |score| best.min(score.total));
             self.scratch.judged[index] = Some(judged);
         }
-    }
-
-    /// The test of a candidate, unless a move that begins alike was hit.
-    fn test_until_hit(&mut self, index: usize, extent: Extent) -> Clearance {
-        let (case, scratch) = (&self.case, &mut *self.scratch);
-        let path = case.move_of(index);
-        if let Some(hit) = path.and_then(|path| scratch.hits.of(case, path)) {
-            return hit;
-        }
-        let clearance = case.test(index, extent, scratch.jury.body());
-        if let Some(path) = path.filter(|_| !clearance.is_clean()) {
-            scratch.hits.note(case, (path, clearance.time), clearance);
-        }
-        clearance
     }
 
     /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
@@ -263,26 +244,14 @@ impl<'s, 'a> Court<'s, 'a> {
                 enough: least,
                 ..Extent::WHOLE
             };
-            let clearance = self.test_whole(index, extent);
+            let (case, scratch) = (&self.case, &mut *self.scratch);
+            let test = || case.test(index, extent, scratch.jury.body());
+            let until = |_: &Clearance| Some(case.situation.attack.end());
+            let clearance = scratch.wholes.of_or(case, index, (test, until));
             least = least.max(clearance.metres);
             self.scratch.judged[index] = Some(Judged::new(&self.case, index, clearance));
         }
         self.scratch.order = order;
-    }
-
-    /// The same over the whole attack, all through which a move may be like another one.
-    fn test_whole(&mut self, index: usize, extent: Extent) -> Clearance {
-        let (case, scratch) = (&self.case, &mut *self.scratch);
-        let path = case.move_of(index);
-        if let Some(known) = path.and_then(|path| scratch.wholes.of(case, path)) {
-            return known;
-        }
-        let clearance = case.test(index, extent, scratch.jury.body());
-        if let Some(path) = path {
-            let until = case.situation.attack.end();
-            scratch.wholes.note(case, (path, until), clearance);
-        }
-        clearance
     }
 
     /// The clean candidate with the smallest score, or where none is clean, the one that is hit

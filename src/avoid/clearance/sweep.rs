@@ -240,20 +240,19 @@ impl<'a> Sweep<'a> {
 
     /// Where a hit goes on to get deeper beside the stretch in which it was found, looks there too, by half.
     fn follow(&mut self, tick: usize, keys: [SphereKey; 2], samples: &mut impl Samples) {
+        let Some(known) = self.half_known else {
+            return;
+        };
         let (stretch, [first, last]) = (samples.stretch(), keys.map(tick_of));
-        let beside = match self.half_known.map(|nearest| nearest.share) {
-            Some(share) if share > 0.99 && tick + stretch <= last => tick + stretch,
-            Some(share) if share < 0.01 && tick > first => tick - stretch,
+        let beside = match known.share {
+            late if late > 0.99 && tick + stretch <= last => tick + stretch,
+            early if early < 0.01 && tick > first => tick - stretch,
             _ => return,
         };
         let ends = [beside, beside + stretch];
         ends.iter().for_each(|&tick| samples.prepare(tick));
-        let limit = self
-            .half_known
-            .map_or(f32::INFINITY, |nearest| nearest.metres);
-        let nearest = samples
-            .spheres(ends)
-            .nearest(&ball(keys, ends), samples.count(), limit);
+        let spheres = samples.spheres(ends);
+        let nearest = spheres.nearest(&ball(keys, ends), samples.count(), known.metres);
         self.half_known = nearest.or(self.half_known);
     }
 

@@ -117,18 +117,17 @@ impl Resident {
         device: &mut Headless,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
-        if self.stencil.is_none() {
-            let desc = stencil::CullerDesc {
-                counted: Counted::FOR_A_CHOICE,
-                ..stencil::CullerDesc::new("stencil", input.atlas)
-            };
-            let made = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
-            self.stencil = Some(made?);
-        }
-        match &mut self.stencil {
-            Some(culler) => device.cull(culler, input),
-            None => Err(GpuError::Unfinished),
-        }
+        let desc = stencil::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..stencil::CullerDesc::new("stencil", input.atlas)
+        };
+        let culler = match &mut self.stencil {
+            Some(culler) => culler,
+            none => none.insert(
+                device.make(|context, memory| stencil::Culler::new(context, memory, &desc))?,
+            ),
+        };
+        device.cull(culler, input)
     }
 
     fn by_compute(
@@ -136,17 +135,16 @@ impl Resident {
         device: &mut Headless,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
-        if self.compute.is_none() {
-            let desc = compute::CullerDesc {
-                counted: Counted::FOR_A_CHOICE,
-                ..compute::CullerDesc::new("compute", input.atlas)
-            };
-            let made = device.make(|context, memory| compute::Culler::new(context, memory, &desc));
-            self.compute = Some(made?);
-        }
-        match &mut self.compute {
-            Some(culler) => device.cull_compute(culler, input),
-            None => Err(GpuError::Unfinished),
-        }
+        let desc = compute::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..compute::CullerDesc::new("compute", input.atlas)
+        };
+        let culler = match &mut self.compute {
+            Some(culler) => culler,
+            none => none.insert(
+                device.make(|context, memory| compute::Culler::new(context, memory, &desc))?,
+            ),
+        };
+        device.cull_compute(culler, input)
     }
 }

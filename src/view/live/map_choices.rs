@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::region::{BakeError, BakedGraph, MapGrid, Section};
+use crate::region::{BakeError, BakedGraph, MapGrid};
 
 /// One of [`MapChoices`]; 0 are the baked ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,8 +84,8 @@ impl<'a> MapChoices<'a> {
 /// A grid in a word or two: its slabs' height, or "paper".
 #[must_use]
 pub fn map_name(grid: MapGrid) -> String {
-    match grid.section {
-        Section::Outline if grid == MapGrid::PAPER => "paper".to_owned(),
-        _ => format!("{:.0} cm", 100.0 * grid.slab_height),
+    match grid == MapGrid::PAPER {
+        true => "paper".to_owned(),
+        false => format!("{:.0} cm", 100.0 * grid.slab_height),
     }
 }
