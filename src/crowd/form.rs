@@ -2,7 +2,8 @@
 
 use bytemuck::Pod;
 
-use super::sample::{Local, Turn};
+use super::bank::BankJoint;
+use super::sample::{Local, Source, Turn};
 use crate::math::{Lanes, Line};
 
 /// How joints follow from their parents, and what is written of them.
@@ -18,7 +19,10 @@ pub(super) trait Posture {
     /// A joint's motion under its parent, ready to be composed.
     type Ready<L: Lanes>: Copy;
 
-    /// What can be computed of a joint without its parent.
+    /// The next joint, as far as it can be computed without its parent.
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> Self::Ready<L>;
+
+    /// The same of a motion whose rotation has length 1.
     fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
 
     /// A joint that has no parent, from where its character is placed: turned by a heading, whose cosine and sine come
@@ -27,6 +31,14 @@ pub(super) trait Posture {
 
     /// A joint from its parent and its motion under it.
     fn compose<L: Lanes>(
+        above: &Self::Model,
+        ready: Self::Ready<L>,
+        model: &mut Self::Model,
+        part: usize,
+    );
+
+    /// The same from what may have [gone a part of the way](Posture::approach).
+    fn ride<L: Lanes>(
         above: &Self::Model,
         ready: Self::Ready<L>,
         model: &mut Self::Model,
@@ -74,32 +86,28 @@ fn dot_and<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3], sum: L) -> L {
     c.mul_add(z, b.mul_add(y, a.mul_add(x, sum)))
 }
 
-/// The nine numbers of a rotation matrix, by columns. The quaternion may have any length: it is
-/// scaled by 2 / |q|², which no root has to be taken for.
+/// The first two columns of a rotation matrix. The quaternion may have any length: it is scaled by 2 / |q|², which no root
+/// has to be taken for.
 #[inline(always)]
-fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 3] {
+fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 2] {
     let Turn { x, y, z, w } = turn;
     let one = L::splat(1.0);
     let scale = L::splat(2.0) / turn.dot(turn);
     let (sx, sy, sz) = (x * scale, y * scale, z * scale);
-    let (xy, xz, yz) = (x * sy, x * sz, y * sz);
-    let (not_x, not_y) = (x.neg_mul_add(sx, one), y.neg_mul_add(sy, one));
+    let (xy, wz) = (x * sy, w * sz);
+    let not_z = z.neg_mul_add(sz, one);
     [
-        [
-            z.neg_mul_add(sz, not_y),
-            w.mul_add(sz, xy),
-            w.neg_mul_add(sy, xz),
-        ],
-        [
-            w.neg_mul_add(sz, xy),
-            z.neg_mul_add(sz, not_x),
-            w.mul_add(sx, yz),
-        ],
-        [
-            w.mul_add(sy, xz),
-            w.neg_mul_add(sx, yz),
-            y.neg_mul_add(sy, not_x),
-        ],
+        [y.neg_mul_add(sy, not_z), xy + wz, w.neg_mul_add(sy, x * sz)],
+        [xy - wz, x.neg_mul_add(sx, not_z), w.mul_add(sx, y * sz)],
+    ]
+}
+
+#[inline(always)]
+fn cross<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3]) -> [L; 3] {
+    [
+        c.neg_mul_add(y, b * z),
+        a.neg_mul_add(z, c * x),
+        b.neg_mul_add(x, a * y),
     ]
 }
 
@@ -113,22 +121,29 @@ impl Posture for Matrices {
 
     const ROW: usize = 12;
 
-    /// The columns of the rotation, and the place.
-    type Ready<L: Lanes> = [[L; 3]; 4];
+    /// Two columns of the rotation, and the place: the third column is their cross product.
+    type Ready<L: Lanes> = [[L; 3]; 3];
 
     #[inline(always)]
-    fn ready<L: Lanes>(local: Local<L>) -> [[L; 3]; 4] {
-        let [first, second, third] = columns(local.turn);
-        [first, second, third, local.place]
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> [[L; 3]; 3] {
+        // Any length will do.
+        Self::ready(source.next(joint))
+    }
+
+    #[inline(always)]
+    fn ready<L: Lanes>(local: Local<L>) -> [[L; 3]; 3] {
+        let [first, second] = columns(local.turn);
+        [first, second, local.place]
     }
 
     #[inline(always)]
     fn stand<L: Lanes>(
         [cos, sin, x, y, z]: [L; 5],
-        [first, second, third, place]: [[L; 3]; 4],
+        [first, second, place]: [[L; 3]; 3],
         model: &mut Self::Model,
         part: usize,
     ) {
+        let third = cross(first, second);
         let minus_sin = L::splat(0.0) - sin;
         let along_x = |[a, _, c]: [L; 3]| sin.mul_add(c, cos * a);
         let along_z = |[a, _, c]: [L; 3]| cos.mul_add(c, minus_sin * a);
@@ -156,10 +171,37 @@ impl Posture for Matrices {
     #[inline(always)]
     fn compose<L: Lanes>(
         above: &Self::Model,
-        [first, second, third, place]: [[L; 3]; 4],
+        [first, second, place]: [[L; 3]; 3],
         model: &mut Self::Model,
         part: usize,
     ) {
+        let zero = L::splat(0.0);
+        let mut turned = [[zero; 3]; 2];
+        for row in 0..3 {
+            let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
+            let [a, b, c, at] = load(above, part);
+            let row_above = [a, b, c];
+            turned[0][row] = dot(row_above, first);
+            turned[1][row] = dot(row_above, second);
+            turned[0][row].store(&mut model[0], part);
+            turned[1][row].store(&mut model[1], part);
+            dot_and(row_above, place, at).store(&mut model[3], part);
+        }
+        // Six products; from the parent they would be nine, and three more for the third column of the joint's own.
+        let third = cross(turned[0], turned[1]);
+        for row in 0..3 {
+            third[row].store(&mut model[4 * row + 2], part);
+        }
+    }
+
+    #[inline(always)]
+    fn ride<L: Lanes>(
+        above: &Self::Model,
+        [first, second, place]: [[L; 3]; 3],
+        model: &mut Self::Model,
+        part: usize,
+    ) {
+        let third = cross(first, second);
         for row in 0..3 {
             let (above, model) = (&above[4 * row..][..4], &mut model[4 * row..][..4]);
             let [a, b, c, at] = load(above, part);
@@ -195,11 +237,13 @@ impl Posture for Rotations {
     type Ready<L: Lanes> = Local<L>;
 
     #[inline(always)]
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> Local<L> {
+        source.next_unit(joint)
+    }
+
+    #[inline(always)]
     fn ready<L: Lanes>(local: Local<L>) -> Local<L> {
-        Local {
-            turn: local.turn.normalized(),
-            ..local
-        }
+        local
     }
 
     #[inline(always)]
@@ -247,12 +291,7 @@ impl Posture for Rotations {
         ];
         // v + 2w(u × v) + 2u × (u × v)
         let [px, py, pz] = place;
-        let two = L::splat(2.0);
-        let cross = [
-            z.neg_mul_add(py, y * pz) * two,
-            x.neg_mul_add(pz, z * px) * two,
-            y.neg_mul_add(px, x * py) * two,
-        ];
+        let cross = cross([x + x, y + y, z + z], place);
         let place = [
             z.neg_mul_add(
                 cross[1],
@@ -269,6 +308,11 @@ impl Posture for Rotations {
         ];
         store(turn, &mut model[..4], part);
         store(place, &mut model[4..], part);
+    }
+
+    #[inline(always)]
+    fn ride<L: Lanes>(above: &Self::Model, ready: Local<L>, model: &mut Self::Model, part: usize) {
+        Self::compose(above, ready, model, part);
     }
 
     /// Rotations along the shorter arc.

@@ -14,7 +14,7 @@ use super::group::{Aside, Group};
 use super::output::{Form, Layout, Memory, Output};
 use super::repertoire::Repertoire;
 use super::sample::{
-    Cycle, Local, Mixed, Moment, Near, Playing, Source, Turned, Window, turn_rows,
+    Cycle, Local, Mixed, Moment, Near, Playing, Source, Turned, Weights, Window, turn_rows,
 };
 use super::step::Step;
 use super::write::write_joint;
@@ -86,13 +86,16 @@ impl Run<'_> {
     }
 }
 
-/// The moments of a group.
+/// Where a group is in its clips, and what of it is shown.
 #[derive(Clone, Copy)]
 struct Moments<L: Lanes> {
     own: L::Parts<Moment<L>>,
+    weights: L::Parts<Weights<L>>,
     /// Where each part is that is near; `None` for others.
     near: L::Parts<Option<Near<L>>>,
     all_near: bool,
+    /// Nobody is on the way to another level.
+    is_posed: bool,
 }
 
 /// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
@@ -103,13 +106,16 @@ impl<L: Lanes> Moments<L> {
     #[inline(always)]
     fn blank() -> Self {
         let zero = L::splat(0.0);
+        let moment = Moment {
+            interval: zero,
+            share: zero,
+        };
         Self {
-            own: L::parts(Moment {
-                interval: zero,
-                share: zero,
-            }),
+            own: L::parts(moment),
+            weights: L::parts(Weights::new(zero)),
             near: L::parts(None),
             all_near: false,
+            is_posed: false,
         }
     }
 }
@@ -123,65 +129,107 @@ impl Run<'_> {
         scratch.fit(joints, self.bank.row_lines);
         let all = std::mem::take(&mut self.out);
         let mut apart = 0;
+        let cycle = self.near.map(|span| (span, Cycle::<L>::of(span)));
         let (first, step) = self.turn;
         let turns = (first..self.groups.len()).step_by(step).len();
         let mut ahead = [Moments::<L>::blank(); AHEAD];
         for begun in (0..turns).step_by(AHEAD) {
             let ahead = &mut ahead[..AHEAD.min(turns - begun)];
             for (turn, moments) in (begun..).zip(ahead.iter_mut()) {
-                *moments = self.moments(first + turn * step);
+                *moments = self.moments(first + turn * step, cycle);
+            }
+            // In loops of their own: the first is short then.
+            let mut far = 0;
+            for (turn, moments) in (begun..).zip(&*ahead) {
+                if !moments.all_near {
+                    far += 1;
+                    continue;
+                }
+                let index = first + turn * step;
+                let out = &mut all[index * lines..][..lines];
+                self.pose_near::<L, P>(index, moments, (out, &mut scratch));
+            }
+            if far == 0 {
+                continue;
             }
             for (turn, moments) in (begun..).zip(&*ahead) {
+                if moments.all_near {
+                    continue;
+                }
                 let index = first + turn * step;
-                apart += usize::from(self.near.is_some() && !moments.all_near);
                 let out = &mut all[index * lines..][..lines];
-                self.pose_group::<L, P>(index, moments, (out, &mut scratch));
+                self.pose_apart::<L, P>(index, moments, (out, &mut scratch));
             }
+            apart += far * usize::from(self.near.is_some());
         }
         *self.scratch = scratch;
         apart
     }
 
     #[inline(always)]
-    fn moments<L: Lanes>(&self, index: usize) -> Moments<L> {
+    fn moments<L: Lanes>(&self, index: usize, near: Option<(&Span, Cycle<L>)>) -> Moments<L> {
         let group = &self.groups[index];
         let mut moments = Moments::<L>::blank();
-        moments.all_near = self.near.is_some();
+        moments.all_near = near.is_some();
+        moments.is_posed = self.level.shows::<L>(&group.detail, 0);
         for part in 0..L::PARTS {
-            match self.near {
-                Some(span) => {
-                    let moment = group.clock.moment(part, self.now, Cycle::of(span));
-                    let near = Near::new(span, moment.interval);
+            let moment = match near {
+                Some((span, cycle)) => {
+                    let moment = group.clock.moment(part, self.now, cycle);
+                    let near = Near::new(span, cycle, moment.interval);
                     moments.all_near &= near.is_some();
-                    moments.own[part] = moment;
                     moments.near[part] = near;
+                    moment
                 }
                 None => {
                     let cycle = Cycle::new(L::load(&self.asides[index].length, part));
-                    moments.own[part] = group.clock.moment(part, self.now, cycle);
+                    group.clock.moment(part, self.now, cycle)
                 }
-            }
+            };
+            moments.own[part] = moment;
+            moments.weights[part] = Weights::new(moment.share);
         }
         moments
     }
 
+    /// A group whose characters share their loads.
     #[inline(always)]
-    fn pose_group<L: Lanes, P: Posture>(
+    fn pose_near<L: Lanes, P: Posture>(
         &self,
         index: usize,
         moments: &Moments<L>,
         (out, scratch): (&mut [Line], &mut Scratch),
     ) {
-        let (group, aside) = (&self.groups[index], &self.asides[index]);
+        let Some(span) = self.near else {
+            return;
+        };
+        for part in 0..L::PARTS {
+            let Some(near) = moments.near[part] else {
+                return;
+            };
+            let columns = Window::new(self.bank, span, near);
+            let playing = Playing::new(columns, moments.weights[part]);
+            let models = &mut scratch.models;
+            let mut posing = self.posing::<P>((index, part), moments.is_posed, (&mut *out, models));
+            posing.joints::<L, _>(playing);
+        }
+    }
+
+    /// A group each of whose characters is read by itself.
+    #[inline(always)]
+    fn pose_apart<L: Lanes, P: Posture>(
+        &self,
+        index: usize,
+        moments: &Moments<L>,
+        (out, scratch): (&mut [Line], &mut Scratch),
+    ) {
+        let aside = &self.asides[index];
         let Scratch {
             models,
             columns: [first, second],
         } = scratch;
-        let joints = self.bank.joints.len();
+        self.turn_columns::<L>(&aside.rows, &moments.own, first);
         let mut faded = L::parts(moments.own[0]);
-        if !moments.all_near {
-            self.turn_columns::<L>(&aside.rows, &moments.own, first);
-        }
         if self.fading {
             for part in 0..L::PARTS {
                 let cycle = Cycle::new(L::load(&aside.fade.length, part));
@@ -190,28 +238,38 @@ impl Run<'_> {
             self.turn_columns::<L>(&aside.fade.rows, &faded, second);
         }
         for part in 0..L::PARTS {
-            let mut posing = Posing::<P> {
-                bank: self.bank,
-                level: self.level,
-                group,
-                models: bytemuck::cast_slice_mut(&mut models[..joints * P::NUMBERS]),
-                out: &mut *out,
-                output: self.output,
-                part,
-            };
-            let share = moments.own[part].share;
-            match (self.near, moments.near[part]) {
-                (Some(span), Some(near)) if moments.all_near => {
-                    let columns = Window::new(self.bank, span, near);
-                    posing.joints::<L, _>(Playing::new(columns, share));
-                }
-                _ if self.fading => posing.joints::<L, _>(Mixed {
-                    first: Playing::new(turned(first, part), share),
-                    second: Playing::new(turned(second, part), faded[part].share),
+            let mut posing = self.posing::<P>((index, part), moments.is_posed, (&mut *out, models));
+            let own = Playing::new(turned(first, part), moments.weights[part]);
+            if self.fading {
+                let weights = Weights::new(faded[part].share);
+                posing.joints::<L, _>(Mixed {
+                    first: own,
+                    second: Playing::new(turned(second, part), weights),
                     weight: L::load(&aside.fade.weight, part),
-                }),
-                _ => posing.joints::<L, _>(Playing::new(turned(first, part), share)),
+                });
+            } else {
+                posing.joints::<L, _>(own);
             }
+        }
+    }
+
+    #[inline(always)]
+    fn posing<'a, P: Posture>(
+        &'a self,
+        (index, part): (usize, usize),
+        is_posed: bool,
+        (out, models): (&'a mut [Line], &'a mut [Line]),
+    ) -> Posing<'a, P> {
+        let lines = self.bank.joints.len() * P::NUMBERS;
+        Posing {
+            bank: self.bank,
+            level: self.level,
+            group: &self.groups[index],
+            models: bytemuck::cast_slice_mut(&mut models[..lines]),
+            out,
+            output: self.output,
+            part,
+            is_posed,
         }
     }
 
@@ -276,6 +334,7 @@ struct Posing<'a, P: Posture> {
     out: &'a mut [Line],
     output: Output,
     part: usize,
+    is_posed: bool,
 }
 
 impl<P: Posture> Posing<'_, P> {
@@ -287,7 +346,7 @@ impl<P: Posture> Posing<'_, P> {
             group: self.group,
             part: self.part,
         };
-        let is_posed = self.level.shows::<L>(&self.group.detail, 0);
+        let is_posed = self.is_posed;
         if (self.output.layout, self.output.memory) == (Layout::Blocks, Memory::Cached) {
             // The output itself is where children find their parents.
             let models = bytemuck::cast_slice_mut(self.out);
@@ -351,7 +410,7 @@ fn step_on<L: Lanes, P: Posture>(
         for ride in &step.rides {
             let ready = P::ready(Local::<L>::splat(ride.turn, ride.place));
             let mut there = P::Model::zeroed();
-            P::compose(&models[usize::from(ride.carrier)], ready, &mut there, part);
+            P::ride(&models[usize::from(ride.carrier)], ready, &mut there, part);
             P::approach(&mut models[usize::from(ride.joint)], &there, weight, part);
         }
     }
@@ -366,9 +425,6 @@ struct Chain<'a> {
 
 impl Chain<'_> {
     /// Each joint from its parent. `done` is told of each.
-    ///
-    /// What a joint is without its parent is computed one joint ahead: it is a long way from the
-    /// keys to there, and the joint before has much to do meanwhile.
     #[inline(always)]
     fn pose<L: Lanes, P: Posture, S: Source<L>>(
         &self,
@@ -376,20 +432,10 @@ impl Chain<'_> {
         models: &mut [P::Model],
         mut done: impl FnMut(&[P::Model], usize),
     ) {
-        let joints = &self.bank.joints;
+        let joints = &self.bank.joints[..];
         let models = &mut models[..joints.len()];
-        let mut ahead = joints.iter();
-        let Some(root) = ahead.next() else {
-            return;
-        };
-        // Where there is room for it beside what the joint before works with.
-        let looks_ahead = P::NUMBERS + 8 <= L::REGISTERS;
-        let mut next = P::ready(source.next(root));
         for (index, joint) in joints.iter().enumerate() {
-            let ready = next;
-            if looks_ahead && let Some(joint) = ahead.next() {
-                next = P::ready(source.next(joint));
-            }
+            let ready = P::next(&mut source, joint);
             let (above, rest) = models.split_at_mut(index);
             match joint.parent {
                 Some(parent) => {
@@ -403,9 +449,6 @@ impl Chain<'_> {
                 ),
             }
             done(models, index);
-            if !looks_ahead && let Some(joint) = ahead.next() {
-                next = P::ready(source.next(joint));
-            }
         }
     }
 }

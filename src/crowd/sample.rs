@@ -49,6 +49,21 @@ impl<L: Lanes> Turn<L> {
     pub(super) fn normalized(self) -> Self {
         self.scaled(L::splat(1.0) / self.dot(self).sqrt())
     }
+
+    /// The same of what stands between two keys, times [`ONE`] squared. With m the square of its length,
+    /// 1 / √m = 15/8 - 5/4 m + 3/8 m² + 5/16 (1 - m)³ + …, of which the last is below 1e-8: keys are no further apart than
+    /// [`WIDEST`](super::quantise::WIDEST). Written as a square and a rest, it takes two products.
+    #[inline(always)]
+    pub(super) fn between_keys_normalized(self) -> Self {
+        const UNIT: f64 = ONE as f64;
+        const ROOT: f64 = 0.612_372_435_695_794_5;
+        const SLOPE: f64 = ROOT / (UNIT * UNIT * UNIT * UNIT * UNIT);
+        const START: f64 = -ROOT * 5.0 / (3.0 * UNIT);
+        const REST: f64 = 5.0 / (6.0 * UNIT * UNIT);
+        let m = self.dot(self);
+        let root = m.mul_add(L::splat(SLOPE as f32), L::splat(START as f32));
+        self.scaled(root.mul_add(root, L::splat(REST as f32)))
+    }
 }
 
 /// A joint's motion under its parent, for each lane.
@@ -76,7 +91,11 @@ impl<L: Lanes> Local<L> {
 
 /// What gives the motion of one joint after the other, in the bank's order.
 pub(super) trait Source<L: Lanes> {
+    /// Its rotation has any length.
     fn next(&mut self, joint: &BankJoint) -> Local<L>;
+
+    /// The same, its rotation of length 1.
+    fn next_unit(&mut self, joint: &BankJoint) -> Local<L>;
 }
 
 /// The interval between keys that each lane is in, as a float, and how far in it, from 0 to 1.
@@ -144,7 +163,8 @@ impl<L: Lanes> Cycle<L> {
 
 /// Words of one column after the other.
 pub(super) trait Columns<L: Lanes> {
-    fn next(&mut self) -> L::Words;
+    /// Of the next so many.
+    fn next<const N: usize>(&mut self) -> [L::Words; N];
 }
 
 /// Where lanes are that are near each other in time.
@@ -159,24 +179,24 @@ pub(super) struct Near<L: Lanes> {
 impl<L: Lanes> Near<L> {
     /// `None` where the lanes are not within [`Lanes::REACH`] intervals of each other.
     #[inline(always)]
-    pub(super) fn new(span: &Span, interval: L) -> Option<Self> {
+    pub(super) fn new(span: &Span, cycle: Cycle<L>, interval: L) -> Option<Self> {
         // From the lane that is furthest behind; the first lane is only near it.
         let first = interval.first();
-        let half = L::splat((span.intervals / 2) as f32);
-        let ahead = Cycle::of(span).wrapped_whole(interval - L::splat(first) + half);
+        let half = (span.intervals / 2) as f32;
+        let ahead = cycle.wrapped_whole(interval + L::splat(half - first));
         let least = ahead.least();
         let places = ahead - L::splat(least);
         if !places.all_below(L::REACH as f32) {
             return None;
         }
-        let start = first as usize + least as usize + span.intervals - span.intervals / 2;
-        let start = if start < span.intervals {
-            start
+        let start = (first + least - half) as i32 as isize;
+        let start = if start < 0 {
+            start.wrapping_add_unsigned(span.intervals)
         } else {
-            start - span.intervals
+            start
         };
         Some(Self {
-            start: start.min(span.intervals - 1),
+            start: (start as usize).min(span.intervals - 1),
             places: places.truncated(),
         })
     }
@@ -204,10 +224,10 @@ impl<'a, L: Lanes> Window<'a, L> {
 
 impl<L: Lanes> Columns<L> for Window<'_, L> {
     #[inline(always)]
-    fn next(&mut self) -> L::Words {
+    fn next<const N: usize>(&mut self) -> [L::Words; N] {
         let start = self.start;
-        self.start += self.stride;
-        L::window(self.words, start, self.places)
+        self.start += N * self.stride;
+        L::windows(self.words, (start, self.stride), self.places)
     }
 }
 
@@ -219,11 +239,12 @@ pub(super) struct Turned<'a> {
 
 impl<L: Lanes> Columns<L> for Turned<'_> {
     #[inline(always)]
-    fn next(&mut self) -> L::Words {
-        match self.lines.next() {
-            Some(line) => L::load_words(line, self.part),
-            None => L::splat_words(0),
+    fn next<const N: usize>(&mut self) -> [L::Words; N] {
+        let mut words = [L::splat_words(0); N];
+        for (words, line) in words.iter_mut().zip(&mut self.lines) {
+            *words = L::load_words(line, self.part);
         }
+        words
     }
 }
 
@@ -248,62 +269,92 @@ pub(super) fn turn_rows<L: Lanes>(bank: &Bank, rows: &[u32; Line::LANES], column
     }
 }
 
+/// How much of the key before and of the key after.
+#[derive(Clone, Copy)]
+pub(super) struct Weights<L: Lanes> {
+    /// As 16-bit numbers whose sum is [`ONE`].
+    pair: L::Words,
+    /// Of the key after.
+    share: L,
+}
+
+impl<L: Lanes> Weights<L> {
+    #[inline(always)]
+    pub(super) fn new(share: L) -> Self {
+        let after = (share * L::splat(ONE) + L::splat(0.5)).floor();
+        let before = L::splat(ONE) - after;
+        Self {
+            pair: L::pair(before.truncated(), after.truncated()),
+            share,
+        }
+    }
+}
+
 /// One clip.
 pub(super) struct Playing<L: Lanes, C> {
     columns: C,
-    /// Of the key before and the key after, as 16-bit numbers whose sum is [`ONE`].
-    weights: L::Words,
-    share: L,
+    weights: Weights<L>,
 }
 
 impl<L: Lanes, C> Playing<L, C> {
     #[inline(always)]
-    pub(super) fn new(columns: C, share: L) -> Self {
-        let after = (share * L::splat(ONE) + L::splat(0.5)).floor();
-        let before = L::splat(ONE) - after;
-        Self {
-            columns,
-            weights: L::pair(before.truncated(), after.truncated()),
-            share,
-        }
+    pub(super) fn new(columns: C, weights: Weights<L>) -> Self {
+        Self { columns, weights }
     }
 }
 
 impl<L: Lanes, C: Columns<L>> Playing<L, C> {
     /// What 16-bit keys become, times [`ONE`].
     #[inline(always)]
-    fn mixed(&mut self) -> L {
-        L::dot_pairs(self.columns.next(), self.weights)
+    fn mixed<const N: usize>(&mut self) -> [L; N] {
+        let words = self.columns.next::<N>();
+        let mut mixed = [L::splat(0.0); N];
+        for index in 0..N {
+            mixed[index] = L::dot_pairs(words[index], self.weights.pair);
+        }
+        mixed
     }
 
-    /// One coordinate of a place that goes far.
+    /// A place that goes far.
     #[inline(always)]
-    fn coordinate(&mut self) -> L {
-        let start = L::from_bits(self.columns.next());
-        let way = L::from_bits(self.columns.next());
-        way.mul_add(self.share, start)
+    fn far(&mut self) -> [L; 3] {
+        let words = self.columns.next::<6>();
+        let mut place = [L::splat(0.0); 3];
+        for axis in 0..3 {
+            let (start, way) = (words[2 * axis], words[2 * axis + 1]);
+            place[axis] = L::from_bits(way).mul_add(self.weights.share, L::from_bits(start));
+        }
+        place
     }
 }
 
 impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     #[inline(always)]
     fn next(&mut self, joint: &BankJoint) -> Local<L> {
-        let turn = Turn {
-            x: self.mixed(),
-            y: self.mixed(),
-            z: self.mixed(),
-            w: self.mixed(),
-        };
+        let [x, y, z, w] = self.mixed();
+        let turn = Turn { x, y, z, w };
         let place = match joint.place {
             Place::Fixed(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
-            Place::Narrow(middle, unit) => [
-                L::splat(unit.x).mul_add(self.mixed(), L::splat(middle.x)),
-                L::splat(unit.y).mul_add(self.mixed(), L::splat(middle.y)),
-                L::splat(unit.z).mul_add(self.mixed(), L::splat(middle.z)),
-            ],
-            Place::Wide => [self.coordinate(), self.coordinate(), self.coordinate()],
+            Place::Narrow(middle, unit) => {
+                let [x, y, z] = self.mixed();
+                [
+                    L::splat(unit.x).mul_add(x, L::splat(middle.x)),
+                    L::splat(unit.y).mul_add(y, L::splat(middle.y)),
+                    L::splat(unit.z).mul_add(z, L::splat(middle.z)),
+                ]
+            }
+            Place::Wide => self.far(),
         };
         Local { turn, place }
+    }
+
+    #[inline(always)]
+    fn next_unit(&mut self, joint: &BankJoint) -> Local<L> {
+        let local = self.next(joint);
+        Local {
+            turn: local.turn.between_keys_normalized(),
+            ..local
+        }
     }
 }
 
@@ -318,9 +369,8 @@ pub(super) struct Mixed<L, A, B> {
 impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
     #[inline(always)]
     fn next(&mut self, joint: &BankJoint) -> Local<L> {
-        let (a, b) = (self.first.next(joint), self.second.next(joint));
-        let (turn_a, turn_b) = (a.turn.normalized(), b.turn.normalized());
-        let turn = turn_a.towards(turn_b, self.weight);
+        let (a, b) = (self.first.next_unit(joint), self.second.next_unit(joint));
+        let turn = a.turn.towards(b.turn, self.weight);
         let ([ax, ay, az], [bx, by, bz]) = (a.place, b.place);
         let place = [
             (bx - ax).mul_add(self.weight, ax),
@@ -328,5 +378,14 @@ impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
             (bz - az).mul_add(self.weight, az),
         ];
         Local { turn, place }
+    }
+
+    #[inline(always)]
+    fn next_unit(&mut self, joint: &BankJoint) -> Local<L> {
+        let local = self.next(joint);
+        Local {
+            turn: local.turn.normalized(),
+            ..local
+        }
     }
 }

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Lanes, Line};
+use super::{FURTHER, Lanes, Line, reaching};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -45,7 +45,6 @@ impl Lanes for Avx2 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 8;
-    const REGISTERS: usize = 16;
     const REACH: usize = 8;
 
     #[inline(always)]
@@ -186,10 +185,24 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn window(table: &[u32], start: usize, places: __m256i) -> __m256i {
-        let table = &table[start..][..Self::COUNT];
-        // SAFETY: the machine has AVX2; the slice has the 8 words that are read.
-        unsafe { _mm256_permutevar8x32_epi32(_mm256_loadu_si256(table.as_ptr().cast()), places) }
+    fn windows<const N: usize>(
+        table: &[u32],
+        (start, stride): (usize, usize),
+        places: __m256i,
+    ) -> [__m256i; N] {
+        let table = reaching::<N>(table, (start, stride), Self::COUNT);
+        let mut found = [Self::splat_words(0); N];
+        for (index, words) in found.iter_mut().enumerate() {
+            // SAFETY: the machine has AVX2; the table has 8 words from here on. What is asked for may be anywhere.
+            *words = unsafe {
+                let from = table.as_ptr().add(index * stride).cast();
+                _mm_prefetch::<_MM_HINT_T0>(
+                    table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
+                );
+                _mm256_permutevar8x32_epi32(_mm256_loadu_si256(from), places)
+            };
+        }
+        found
     }
 
     #[inline(always)]

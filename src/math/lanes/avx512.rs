@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Lanes, Line};
+use super::{FURTHER, Lanes, Line, reaching};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -35,7 +35,6 @@ impl Lanes for Avx512 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 16;
-    const REGISTERS: usize = 32;
     const REACH: usize = 16;
 
     #[inline(always)]
@@ -169,10 +168,25 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn window(table: &[u32], start: usize, places: __m512i) -> __m512i {
-        let table = &table[start..][..Self::COUNT];
-        // SAFETY: the machine has AVX-512F; the slice has the 16 words that are read.
-        unsafe { _mm512_permutexvar_epi32(places, _mm512_loadu_si512(table.as_ptr().cast())) }
+    fn windows<const N: usize>(
+        table: &[u32],
+        (start, stride): (usize, usize),
+        places: __m512i,
+    ) -> [__m512i; N] {
+        let table = reaching::<N>(table, (start, stride), Self::COUNT);
+        let mut found = [Self::splat_words(0); N];
+        for (index, words) in found.iter_mut().enumerate() {
+            // SAFETY: the machine has AVX-512F; the table has 16 words from here on. What is asked for may be
+            // anywhere.
+            *words = unsafe {
+                let from = table.as_ptr().add(index * stride).cast();
+                _mm_prefetch::<_MM_HINT_T0>(
+                    table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
+                );
+                _mm512_permutexvar_epi32(places, _mm512_loadu_si512(from))
+            };
+        }
+        found
     }
 
     #[inline(always)]

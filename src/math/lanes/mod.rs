@@ -46,8 +46,6 @@ pub(crate) trait Lanes:
 
     /// How many; a divisor of [`Line::LANES`].
     const COUNT: usize;
-    /// How many of these the machine holds at once.
-    const REGISTERS: usize;
     /// How many words a [`Lanes::window`] chooses from.
     const REACH: usize;
     /// How many of these make a line.
@@ -98,17 +96,42 @@ pub(crate) trait Lanes:
     fn from_bits(words: Self::Words) -> Self;
     /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// `table[start + place]` for places below [`Lanes::REACH`], of which only the low bits count.
+    /// `table[start + place]` for places below [`Lanes::REACH`], of which only the low bits count; then the same from
+    /// `start + stride` on, and so on, `N` in all. Asks for the words that windows a little further on would need: they
+    /// are too far apart for the machine to foresee.
     ///
     /// # Panics
-    /// Where the table ends before `start + REACH`.
-    fn window(table: &[u32], start: usize, places: Self::Words) -> Self::Words;
+    /// Where the table ends before [`Lanes::REACH`] words of the last one.
+    fn windows<const N: usize>(
+        table: &[u32],
+        at: (usize, usize),
+        places: Self::Words,
+    ) -> [Self::Words; N];
     /// Both halves of the words as signed 16-bit numbers: low times low plus high times high. Exact
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
     /// Rows become columns.
     fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES];
+}
+
+/// How far beyond a window's first word others are asked for: the second line from there, which is needed when windows
+/// have gone on by one.
+const FURTHER: usize = 2 * Line::LANES;
+
+/// A table from its first window on, all `N` of which have `reach` words there.
+#[inline(always)]
+fn reaching<const N: usize>(
+    table: &[u32],
+    (start, stride): (usize, usize),
+    reach: usize,
+) -> &[u32] {
+    const { assert!(N > 0 && N <= 8) };
+    let table = &table[start..];
+    // Of at most 2^61 words: eight strides are a number.
+    assert!(stride <= table.len());
+    assert!(table.len() >= (N - 1) * stride + reach);
+    table
 }
 
 /// Work that is written over [`Lanes`].

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Lanes, Line};
+use super::{Lanes, Line, reaching};
 
 const COUNT: usize = 4;
 const REACH: usize = Line::LANES;
@@ -54,8 +54,6 @@ impl Lanes for Portable {
 
     const COUNT: usize = COUNT;
     /// One word after the other is loaded: they may be anywhere.
-    // Whatever is done, they are spilled.
-    const REGISTERS: usize = 32;
     const REACH: usize = REACH;
 
     #[inline(always)]
@@ -172,13 +170,22 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn window(table: &[u32], start: usize, places: [u32; COUNT]) -> [u32; COUNT] {
-        let table = &table[start..][..REACH];
-        let mut words = places;
-        for word in &mut words {
-            *word = table[*word as usize % REACH];
-        }
-        words
+    fn windows<const N: usize>(
+        table: &[u32],
+        (start, stride): (usize, usize),
+        places: [u32; COUNT],
+    ) -> [[u32; COUNT]; N] {
+        let table = reaching::<N>(table, (start, stride), REACH);
+        from_fn(
+            #[inline(always)]
+            |index| {
+                let table = &table[index * stride..][..REACH];
+                from_fn(
+                    #[inline(always)]
+                    |lane| table[places[lane] as usize % REACH],
+                )
+            },
+        )
     }
 
     #[inline(always)]

@@ -43,7 +43,10 @@ impl Kernel for Everything<'_> {
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
         // Below the fewest lanes that there are.
         let few = |part| (a(part) * a(part) * L::splat(0.25)).truncated();
-        keep(&|part| L::from_bits(L::window(self.table, 5, few(part))));
+        for window in 0..3 {
+            let words = |part| L::windows::<3>(self.table, (5, 70), few(part))[window];
+            keep(&|part| L::from_bits(words(part)));
+        }
         keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
         let all_below = (0..L::PARTS).all(|part| a(part).all_below(4.0));
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
@@ -92,7 +95,7 @@ fn every_instruction_set_gives_the_same_bits() {
 
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
-    let (numbers, table) = (numbers(), [0u32; 64]);
+    let (numbers, table) = (numbers(), [0u32; 161]);
     let out = Isa::Portable.on_lanes(Everything {
         numbers: &numbers,
         table: &table,
@@ -163,5 +166,32 @@ fn products_are_fused_where_the_machine_can() {
         let (a, b, c) = (a.0[lane], b.0[lane], c.0[lane]);
         assert!((out[0].0[lane] - (a * b + c)).abs() < 1e-5);
         assert!((out[1].0[lane] - (c - a * b)).abs() < 1e-5);
+    }
+}
+
+/// The last of so many windows begins so late in a table of 100 words.
+struct Late(usize);
+
+impl Kernel for Late {
+    type Out = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> usize {
+        let (table, stride) = ([1; 100], self.0 / 2);
+        let at = (self.0 - 2 * stride, stride);
+        let found = L::windows::<3>(&table, at, L::splat_words(0));
+        found.len() + 100 - L::REACH
+    }
+}
+
+#[test]
+fn windows_end_with_the_table() {
+    for isa in Isa::available() {
+        let reaches = |late| std::panic::catch_unwind(|| isa.on_lanes(Late(late))).ok();
+        let last = reaches(10).unwrap() - 3;
+        assert!(reaches(last).is_some(), "{isa:?}");
+        for late in [last + 1, last + 2, 100, 101, usize::MAX] {
+            assert!(reaches(late).is_none(), "{isa:?}, {late}");
+        }
     }
 }
