@@ -164,21 +164,29 @@ impl MotionGraph {
     /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
     /// starts. Allocates nothing where `out` has held a pose of the skeleton before.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
-        self.sample_blend(edge, frame, out);
-        self.keep_feet(edge, frame, out);
+        if let Some(sides) = self.sample_sides(edge, frame, out) {
+            self.keep_feet((edge, frame), &sides, out);
+        }
     }
 
     /// The same without what is done for feet: they slide where clips that plant them differently are
     /// blended.
     pub fn sample_blend(&self, id: EdgeId, frame: f32, out: &mut Pose) {
+        self.sample_sides(id, frame, out);
+    }
+
+    /// The same; what is blended where the edge is a transition.
+    fn sample_sides(&self, id: EdgeId, frame: f32, out: &mut Pose) -> Option<Sides<'_>> {
         let edge = self.edge(id);
-        match Sides::of(self, edge, frame) {
+        let sides = Sides::of(self, edge, frame);
+        match &sides {
             Some(sides) => sides.pose(out),
             None => {
                 let from = self.node(edge.from);
                 self.clip(from.clip).sample(from.frame as f32 + frame, out);
             }
         }
+        sides
     }
 
     /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
