@@ -3,9 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{
-    Block, Chain, JointId, LANES, Moment, Pose, Skeleton, slerp, slerp_block, unpack,
-};
+use crate::anim::{Block, Chain, JointId, LANES, Moment, Pose, Skeleton, Slerp, slerp, unpack};
 use crate::math::{Isa, Rigid2};
 
 /// Both sides of a transition at one moment, in the space of the clip that it leaves.
@@ -93,11 +91,12 @@ impl<'a> Sides<'a> {
     fn pose(&self, out: &mut Pose) {
         out.root = self.root();
         out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
+        let slerp = Slerp::new(self.weight);
         Isa::best().run(
             #[inline(always)]
             || {
                 for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
-                    unpack(&self.block(index), part);
+                    unpack(&self.block(index, &slerp), part);
                 }
             },
         );
@@ -112,7 +111,7 @@ impl<'a> Sides<'a> {
 
     /// The blended rotations of sixteen joints.
     #[inline(always)]
-    fn block(&self, index: usize) -> Block {
+    fn block(&self, index: usize, slerp: &Slerp) -> Block {
         let (source, mut target) = (self.source.block(index), self.target.block(index));
         if index == 0 {
             let [x, y, z, w] = target.map(|row| row[0]);
@@ -121,7 +120,7 @@ impl<'a> Sides<'a> {
                 row[0] = value;
             }
         }
-        slerp_block(&source, &target, self.weight)
+        slerp.between(&source, &target)
     }
 }
 
