@@ -1,8 +1,8 @@
 // Counts what candidates' maps and the attack share: an invocation a candidate, those of a work group of one clock; several
 // work groups for the same candidates take different planes of the attack.
 //
-// Planes are walked in step. First every block of 8 x 4 texels is held against the rectangle of the candidate's plane,
-// without a read; those that may meet it are then looked up, five words for all texels of a block.
+// Planes are walked in step, 32 blocks of 8 x 4 texels at most at a time. First every block is held against the rectangle of
+// the candidate's plane, without a read; those that may meet it are then looked up, five words for all texels of a block.
 // Layout of the words: src/gpu/compute/planes.rs and blocks.rs. CPU twin: src/avoid/cull/cpu.rs.
 #version 460
 
@@ -12,8 +12,6 @@ const int ROWS = 4;
 // Texels from a window's first one to its last one; what a turned block needs, as long as a turn does not make larger.
 const int SPAN = 8;
 const int ONE = 16384;
-// Blocks that are sorted out at a time, a bit each.
-const uint BATCH = 32u;
 // Words before the counts, words of a count, words of an entry.
 const uint HEADER = 2u;
 const uint COUNTS = 3u;
@@ -64,8 +62,14 @@ layout(push_constant) uniform CountCandidates {
     uint slices;
     uint planes;     // of a slab
     uint up_to_hits; // whether a candidate is done with when its body is met
-    uint pitch;      // from one texel of the attack to the next, in either axis: 1, 2 or 4
 } draw;
+
+// What is known before a cull is not paid for in it: on some devices an `if` leaves nothing out. Host: `Culler::fill` in
+// src/gpu/compute/culler.rs.
+// From one texel of the attack to the next, in either axis: 1, 2 or 4.
+layout(constant_id = 0) const int PITCH = 1;
+// Whether turns may make larger, so that blocks may not fit a window.
+layout(constant_id = 1) const bool MAY_BE_LARGE = true;
 
 // A candidate's plane.
 struct Plane {
@@ -116,19 +120,6 @@ uint strip_word(Plane plane, uvec2 place) {
     return plane.word + (place.x >> 3) * rows + (place.y >> 1);
 }
 
-// Adds the texels of a block that are set in the words of a window, for one pitch: loops that are unrolled are twice as
-// fast.
-#define COUNT_EVERY(PITCH) \
-    for (int row = 0; row < ROWS; row += PITCH) { \
-        for (int column = 0; column < COLUMNS; column += PITCH) { \
-            int x = (start.x + step.x * column + step.y * row) >> SHIFT; \
-            int z = (start.y + step.x * row - step.y * column) >> SHIFT; \
-            uint pair = z < 4 ? (z < 2 ? a : b) : (z < 6 ? c : (z < 8 ? d : e)); \
-            uint found = pair >> uint(((z & 1) << 4) + x); \
-            count += found & (mask >> uint(row * COLUMNS + column)) & 1u; \
-        } \
-    }
-
 // How many of a block's texels are set in a plane, where they lie in one window.
 uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
     Window window = window_of(turn, place);
@@ -144,12 +135,14 @@ uint in_window(ivec4 turn, Plane plane, uint place, uint mask) {
     ivec2 start = window.start - (origin << SHIFT);
     ivec2 step = 2 * turn.xy;
     uint count = 0u;
-    if (draw.pitch == 1u) {
-        COUNT_EVERY(1)
-    } else if (draw.pitch == 2u) {
-        COUNT_EVERY(2)
-    } else {
-        COUNT_EVERY(4)
+    for (int row = 0; row < ROWS; row += PITCH) {
+        for (int column = 0; column < COLUMNS; column += PITCH) {
+            int x = (start.x + step.x * column + step.y * row) >> SHIFT;
+            int z = (start.y + step.x * row - step.y * column) >> SHIFT;
+            uint pair = z < 4 ? (z < 2 ? a : b) : (z < 6 ? c : (z < 8 ? d : e));
+            uint found = pair >> uint(((z & 1) << 4) + x);
+            count += found & (mask >> uint(row * COLUMNS + column)) & 1u;
+        }
     }
     return count;
 }
@@ -179,7 +172,7 @@ void main() {
     bool here = position < range.end;
     PlaneCandidate candidate = candidates[min(position, range.end - 1u)];
     ivec2 size = abs(candidate.turn.xy);
-    bool is_large = max(7 * size.x + 3 * size.y, 7 * size.y + 3 * size.x) >= SPAN * ONE;
+    bool is_large = MAY_BE_LARGE && max(7 * size.x + 3 * size.y, 7 * size.y + 3 * size.x) >= SPAN * ONE;
 
     uvec3 sum = uvec3(0u);
     uint end = here ? range.end_plane : 0u;
@@ -189,25 +182,25 @@ void main() {
         Plane plane = plane_of(candidate, blocks.x - uint(candidate.first_slab), blocks.y, here);
         bool is_body = blocks.y < draw.slices;
         bool stops = is_body && draw.up_to_hits != 0u;
+        uint met = 0u;
+        for (uint block = blocks.z; block < blocks.w; block++) {
+            uvec2 first = uvec2(window_of(candidate.turn, block_of(block).x).first - plane.origin);
+            bool meets = first.x < plane.side.x && first.y < plane.side.y;
+            bool may_meet = is_large ? plane.side.x > 0u : meets;
+            met |= may_meet ? 1u << (block - blocks.z) : 0u;
+        }
         uint count = 0u;
-        for (uint batch = blocks.z; batch < blocks.w; batch += BATCH) {
-            uint met = 0u;
-            for (uint block = batch; block < min(blocks.w, batch + BATCH); block++) {
-                uvec2 first = uvec2(window_of(candidate.turn, block_of(block).x).first - plane.origin);
-                bool meets = first.x < plane.side.x && first.y < plane.side.y;
-                bool may_meet = is_large ? plane.side.x > 0u : meets;
-                met |= may_meet ? 1u << (block - batch) : 0u;
+        while (met != 0u) {
+            uvec2 block = block_of(blocks.z + uint(findLSB(int(met))));
+            met &= met - 1u;
+            if (!is_large) {
+                count += in_window(candidate.turn, plane, block.x, block.y);
             }
-            while (met != 0u) {
-                uvec2 block = block_of(batch + uint(findLSB(int(met))));
-                met &= met - 1u;
-                if (!is_large) {
-                    count += in_window(candidate.turn, plane, block.x, block.y);
-                }
+            if (MAY_BE_LARGE) {
                 uint one_by_one_of = is_large ? block.y : 0u;
                 count += one_by_one(candidate.turn, plane, block.x, one_by_one_of);
-                met = stops && count > 0u ? 0u : met;
             }
+            met = stops && count > 0u ? 0u : met;
         }
         bool is_evasion = blocks.y == 2u * draw.slices;
         sum.x += is_body ? count : 0u;

@@ -122,6 +122,16 @@ impl Pipeline {
         desc: &PipelineDesc,
         sets: &[vk::DescriptorSetLayout],
     ) -> Result<Self, GpuError> {
+        Self::specialized(context, desc, sets, &[])
+    }
+
+    /// The same, with a word for each of its shader's first specialization constants. Only compute shaders have any.
+    pub(crate) fn specialized(
+        context: &Context,
+        desc: &PipelineDesc,
+        sets: &[vk::DescriptorSetLayout],
+        constants: &[u32],
+    ) -> Result<Self, GpuError> {
         let range = push_constants(desc);
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(sets)
@@ -134,7 +144,7 @@ impl Pipeline {
         let handle = shader_modules(context, desc, &mut modules).and_then(|()| {
             match (desc.shaders, &modules[..]) {
                 ([shader], [module]) if shader.stage == Stage::Compute => {
-                    build_compute(context, layout, *module)
+                    build_compute(context, layout, (*module, constants))
                 }
                 _ => build(context, desc, layout, &modules),
             }
@@ -221,15 +231,29 @@ fn shader_modules(
     Ok(())
 }
 
+/// Bytes of a specialization constant.
+const WORD: usize = size_of::<u32>();
+
 fn build_compute(
     context: &Context,
     layout: vk::PipelineLayout,
-    module: vk::ShaderModule,
+    (module, constants): (vk::ShaderModule, &[u32]),
 ) -> Result<vk::Pipeline, GpuError> {
+    let words = (0..).zip(constants).map(|(id, _)| {
+        vk::SpecializationMapEntry::default()
+            .constant_id(id)
+            .offset(id * WORD as u32)
+            .size(WORD)
+    });
+    let words: Vec<_> = words.collect();
+    let specialization = vk::SpecializationInfo::default()
+        .map_entries(&words)
+        .data(bytemuck::cast_slice(constants));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module)
-        .name(c"main");
+        .name(c"main")
+        .specialization_info(&specialization);
     let info = [vk::ComputePipelineCreateInfo::default()
         .stage(stage)
         .layout(layout)];

@@ -73,7 +73,6 @@ pub(crate) struct CountSettings {
     pub(crate) slices: u32,
     pub(crate) planes: u32,
     pub(crate) up_to_hits: u32,
-    pub(crate) pitch: u32,
 }
 
 /// One candidate, with the planes of its region.
@@ -173,7 +172,6 @@ const _: () = {
     assert!(offset_of!(CountSettings, slices) == CountCandidates::SLICES);
     assert!(offset_of!(CountSettings, planes) == CountCandidates::PLANES);
     assert!(offset_of!(CountSettings, up_to_hits) == CountCandidates::UP_TO_HITS);
-    assert!(offset_of!(CountSettings, pitch) == CountCandidates::PITCH);
 
     assert!(size_of::<PlacedPlanes>() == PlaneCandidate::SIZE);
     assert!(offset_of!(PlacedPlanes, turn) == PlaneCandidate::TURN);

@@ -51,7 +51,7 @@ pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
 pub use prop::{LocalSphere, Prop};
 pub use raster::EvasionMaps;
 #[cfg(feature = "vulkan")]
-pub(crate) use raster::for_each_row;
+pub(crate) use raster::blocks_near;
 pub use retime::{Retimable, RetimeSettings, retimable_edges};
 pub(crate) use slab::Cut;
 pub use slab::{MapGrid, Section, Slab};

@@ -4,6 +4,8 @@
 //! Source: Masaoka & Oshita, section 4.3. A disc is filled row by row: in each row it covers the
 //! texels between two columns, which are found by an exact square root and set as words.
 
+use std::ops::Range;
+
 use super::{BitMap, Disc, Drawing, MapRect, SUB_TEXELS};
 
 /// What [`every_frame`] draws.
@@ -70,10 +72,20 @@ fn fill(disc: Disc, map: &mut BitMap) {
     });
 }
 
+/// The blocks along one axis, of so many and of a side of so many sub-texels, that a disc may cover texels of. They are so near
+/// to it that squares of distances fit.
+#[inline(always)]
+pub(crate) fn blocks_near(centre: i32, radius: i32, (side, count): (i32, usize)) -> Range<usize> {
+    let centre = centre.clamp(-FAR, FAR);
+    let block = |place: i32| place.div_euclid(side).clamp(0, count as i32);
+    block(centre - radius) as usize..block(centre + radius + side) as usize
+}
+
+/// Further out there is no map; nearer, all that follows fits.
+const FAR: i32 = 1 << 29;
+
 /// Calls `visit` with each row that a disc covers texels of, the first covered column and the last.
-pub(crate) fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, usize)) {
-    /// Further out there is no map; nearer, all that follows fits.
-    const FAR: i32 = 1 << 29;
+fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, usize)) {
     let (x, z) = (disc.x.clamp(-FAR, FAR), disc.z.clamp(-FAR, FAR));
     let radius = disc.radius.min(Disc::MAX_RADIUS);
     let half = SUB_TEXELS / 2;

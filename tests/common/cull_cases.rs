@@ -242,11 +242,14 @@ fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidat
         (turned.turn.a, turned.turn.b, turned.turn.tx) = (0, 1 << 14, 0);
         [along, turned]
     });
+    let mut one_larger = many.to_vec();
+    (one_larger[1].turn.a, one_larger[1].turn.b) = (20_000, 9_000);
     vec![
         ("none", Vec::new()),
         ("one", many[..1].to_vec()),
         ("a turn that is none", with_turn(0, 0)),
         ("a turn that makes larger", with_turn(32_768, -32_768)),
+        ("one of many that makes larger", one_larger),
         ("a turn that makes small", with_turn(99, 1)),
         ("borders", stepped.collect()),
         ("many", many.to_vec()),

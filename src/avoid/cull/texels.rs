@@ -8,10 +8,12 @@ use std::ops::Range;
 
 use super::{AttackDrawing, AttackLayer, Counted, TimedDisc};
 use crate::math::Isa;
-use crate::region::{Disc, MapRect, SUB_TEXELS, Slab};
+use crate::region::{Disc, MapRect, SUB_TEXELS, Slab, blocks_near};
 
 /// Side of a block, texels.
 pub(super) const BLOCK: usize = 4;
+/// The same in sub-texels.
+const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
 /// Texels of a block.
 pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
 
@@ -195,8 +197,8 @@ impl Canvas {
     fn draw(&mut self, disc: Disc, ink: Ink) {
         let radius = disc.radius.min(Disc::MAX_RADIUS);
         let (rows, columns) = (
-            blocks(disc.z, radius, self.bands.len()),
-            blocks(disc.x, radius, self.columns),
+            blocks_near(disc.z, radius, (SIDE, self.bands.len())),
+            blocks_near(disc.x, radius, (SIDE, self.columns)),
         );
         if columns.is_empty() {
             return;
@@ -225,18 +227,6 @@ impl Canvas {
 #[inline(always)]
 fn centre(block: usize, texel: usize) -> i32 {
     (block * BLOCK + texel) as i32 * SUB_TEXELS + SUB_TEXELS / 2
-}
-
-/// The blocks along one axis, of so many, that a disc may cover texels of. Their texels are so near
-/// to it that squares of distances fit.
-#[inline(always)]
-fn blocks(centre: i32, radius: i32, count: usize) -> Range<usize> {
-    /// Further out there is no map; nearer, all sums fit.
-    const FAR: i32 = 1 << 29;
-    const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
-    let centre = centre.clamp(-FAR, FAR);
-    let block = |place: i32| place.div_euclid(SIDE).clamp(0, count as i32);
-    block(centre - radius) as usize..block(centre + radius + SIDE) as usize
 }
 
 #[cfg(test)]

@@ -4,20 +4,24 @@
 
 use std::ops::Range;
 
+use super::canvas::{COLUMNS, ROWS, Shape, Sheet};
 use crate::{
-    avoid::cull::{AttackDrawing, Counted, TimedDisc},
-    region::{MapGrid, MapRect, for_each_row},
+    avoid::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
+    math::Isa,
+    region::{MapGrid, MapTurn},
 };
 
 /// Words of a chunk: 16 KiB, the uniform buffer that every device takes.
 pub(super) const CHUNK: usize = 4096;
-/// Sides of a block, texels.
-const COLUMNS: usize = 8;
-const ROWS: usize = 4;
+/// Texels from a window's first one to its last one.
+pub(super) const SPAN: i32 = 8;
 /// Words of a plane: slab, plane of the slab, first block, end block.
 const PLANE: usize = 4;
 /// Words of a block: its place, and a bit for each texel.
 const BLOCK: usize = 2;
+
+/// Blocks that a shader sorts out at a time, a bit each.
+const BATCH: usize = 32;
 
 /// The planes of one clock in a chunk.
 #[derive(Clone, Debug)]
@@ -27,7 +31,7 @@ struct ClockPlanes {
     planes: Range<u32>,
 }
 
-/// Blocks of one plane.
+/// Blocks of one plane: all of them, or some where there are many.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     clock: u32,
@@ -46,25 +50,19 @@ pub(super) struct Blocks {
     clocks: Vec<ClockPlanes>,
     planes: Vec<Plane>,
     blocks: Vec<[u32; BLOCK]>,
-    canvas: Canvas,
+    shape: Shape,
+    /// One slice.
+    slice: Sheet,
+    /// All of them.
+    all: Sheet,
 }
 
-/// Before anything is drawn.
-const NOTHING: Range<usize> = Range {
-    start: usize::MAX,
-    end: 0,
-};
-
-/// One plane, dense: a word a block.
-#[derive(Debug, Default)]
-struct Canvas {
-    rect: MapRect,
-    /// From one texel of the attack to the next.
-    pitch: usize,
-    columns: usize,
-    words: Vec<u32>,
-    /// Rows and columns of blocks that may hold something.
-    drawn: Option<[Range<usize>; 2]>,
+/// Whether a block's texels, as they are turned, may span more than a window's (`SPAN` in `shaders/count.comp.glsl`).
+pub(super) fn is_large(turn: MapTurn) -> bool {
+    let most = i64::from(SPAN) << (MapTurn::SHIFT - 1);
+    let [a, b] = [turn.a, turn.b].map(|part| i64::from(part).abs());
+    let [columns, rows] = [COLUMNS, ROWS].map(|side| side as i64 - 1);
+    (columns * a + rows * b).max(columns * b + rows * a) >= most
 }
 
 impl Blocks {
@@ -75,46 +73,73 @@ impl Blocks {
         grid: MapGrid,
         counted: Counted,
     ) -> usize {
-        let slices = grid.slices;
         self.planes.clear();
         self.blocks.clear();
-        self.canvas.stretch(attack.rect, grid.attack_pitch as usize);
-        for layer in &attack.layers {
-            let [inner, outer] = attack.discs_of(layer);
-            let place = (layer.clock, layer.slab.0);
-            if counted.body {
-                for discs in inner.chunk_by(|a, b| a.slice == b.slice) {
-                    self.plane(place, discs[0].slice, discs);
+        self.shape = Shape::new(attack.rect, grid.attack_pitch);
+        self.slice.stretch(self.shape);
+        self.all.stretch(self.shape);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for layer in &attack.layers {
+                    self.layer(layer, attack.discs_of(layer), (grid.slices, counted));
                 }
-            }
-            if counted.outer {
-                for discs in outer.chunk_by(|a, b| a.slice == b.slice) {
-                    self.plane(place, slices + discs[0].slice, discs);
-                }
-            }
-            if counted.evasion {
-                self.plane(place, 2 * slices, inner);
-            }
-        }
+            },
+        );
         self.planes
             .sort_unstable_by_key(|plane| (plane.clock, plane.number, plane.slab));
         self.pack();
         self.blocks.len()
     }
 
-    /// One plane; none where nothing is covered.
-    fn plane(&mut self, (clock, slab): (u32, i32), number: u32, discs: &[TimedDisc]) {
-        let first = self.blocks.len() as u32;
-        discs.iter().for_each(|one| self.canvas.draw(one));
-        self.canvas.take(&mut self.blocks);
-        let end = self.blocks.len() as u32;
-        if first < end {
+    /// The planes of one slab and clock.
+    #[inline(always)]
+    fn layer(
+        &mut self,
+        layer: &AttackLayer,
+        [inner, outer]: [&[TimedDisc]; 2],
+        (slices, counted): (u32, Counted),
+    ) {
+        let shape = self.shape;
+        if counted.body {
+            for discs in inner.chunk_by(|a, b| a.slice == b.slice) {
+                self.slice.draw(shape, discs);
+                if counted.evasion {
+                    self.all.add(shape, &self.slice);
+                }
+                let first = self.blocks.len();
+                self.slice.take(shape, &mut self.blocks);
+                self.plane(layer, discs[0].slice, first);
+            }
+        } else if counted.evasion {
+            self.all.draw(shape, inner);
+        }
+        if counted.outer {
+            for discs in outer.chunk_by(|a, b| a.slice == b.slice) {
+                let first = self.blocks.len();
+                self.slice.draw(shape, discs);
+                self.slice.take(shape, &mut self.blocks);
+                self.plane(layer, slices + discs[0].slice, first);
+            }
+        }
+        if counted.evasion {
+            let first = self.blocks.len();
+            self.all.take(shape, &mut self.blocks);
+            self.plane(layer, 2 * slices, first);
+        }
+    }
+
+    /// Notes the plane of the blocks from `first` on, as many at a time as are sorted out at a time; none where nothing is
+    /// covered.
+    #[inline(always)]
+    fn plane(&mut self, layer: &AttackLayer, number: u32, first: usize) {
+        for start in (first..self.blocks.len()).step_by(BATCH) {
             self.planes.push(Plane {
-                clock,
-                slab,
+                clock: layer.clock,
+                slab: layer.slab.0,
                 number,
-                first,
-                end,
+                first: start as u32,
+                end: self.blocks.len().min(start + BATCH) as u32,
             });
         }
     }
@@ -161,6 +186,12 @@ impl Blocks {
         found.map_or(0..0, |one| one.planes.clone())
     }
 
+    /// Planes of one clock in one chunk at most.
+    pub(super) fn most_planes(&self) -> u32 {
+        let planes = self.clocks.iter().map(|one| one.planes.len() as u32);
+        planes.max().unwrap_or(0)
+    }
+
     /// Chunks of this attack.
     pub(super) fn chunks(&self) -> u32 {
         (self.words.len() / CHUNK) as u32
@@ -181,60 +212,5 @@ fn note(clocks: &mut Vec<ClockPlanes>, clock: u32, (chunk, number): (u32, u32)) 
             chunk,
             planes: number..number + 1,
         }),
-    }
-}
-
-impl Canvas {
-    /// Makes room for maps of a rectangle. What is there is 0, whatever its place was.
-    fn stretch(&mut self, rect: MapRect, pitch: usize) {
-        self.rect = rect;
-        self.pitch = pitch;
-        self.columns = (pitch * rect.width as usize).div_ceil(COLUMNS);
-        let words = self.columns * (pitch * rect.height as usize).div_ceil(ROWS);
-        if self.words.len() < words {
-            self.words.resize(words, 0);
-        }
-    }
-
-    fn draw(&mut self, one: &TimedDisc) {
-        let (columns, pitch, words) = (self.columns, self.pitch, &mut self.words);
-        // The texels of a row of a block that stand for one of the attack's.
-        let every = match pitch {
-            1 => 0xff,
-            2 => 0x55,
-            _ => 0x11,
-        };
-        let mut drawn = self.drawn.take().unwrap_or([NOTHING, NOTHING]);
-        for_each_row(one.disc, self.rect, |row, first, last| {
-            let [row, first, last] = [row, first, last].map(|texel| texel * pitch);
-            let (from, to) = (first / COLUMNS, last / COLUMNS);
-            drawn[0] = drawn[0].start.min(row / ROWS)..drawn[0].end.max(row / ROWS + 1);
-            drawn[1] = drawn[1].start.min(from)..drawn[1].end.max(to + 1);
-            let (low, high) = (0xff << (first % COLUMNS), 0xff >> (7 - last % COLUMNS));
-            let shift = COLUMNS * (row % ROWS);
-            let words = &mut words[row / ROWS * columns + from..=row / ROWS * columns + to];
-            let end = words.len() - 1;
-            for (index, word) in words.iter_mut().enumerate() {
-                let low = if index == 0 { low } else { 0xff };
-                let high = if index == end { high } else { 0xff };
-                *word |= (low & high & every) << shift;
-            }
-        });
-        self.drawn = (drawn[0].start < drawn[0].end).then_some(drawn);
-    }
-
-    /// Moves what is drawn to the end of the list.
-    fn take(&mut self, blocks: &mut Vec<[u32; BLOCK]>) {
-        let Some([rows, columns]) = self.drawn.take() else {
-            return;
-        };
-        for row in rows {
-            for column in columns.clone() {
-                let word = std::mem::take(&mut self.words[row * self.columns + column]);
-                if word != 0 {
-                    blocks.push([(column | row << 16) as u32, word]);
-                }
-            }
-        }
     }
 }

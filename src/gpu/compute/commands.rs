@@ -148,7 +148,8 @@ impl Culler {
     /// # Safety
     /// As for [`Culler::record_commands`].
     unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, slot: &Slot) {
-        let (device, pipeline) = (self.context.device(), self.parts.pipeline);
+        let device = self.context.device();
+        let pipeline = self.parts.pipelines[usize::from(self.gathered.is_large)];
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = self.gathered.constants();
         let layout = pipeline.layout;

@@ -102,7 +102,8 @@ pub struct Culler {
 
 #[derive(Debug, Default)]
 pub(super) struct Parts {
-    pub(super) pipeline: Pipeline,
+    /// For turns that make blocks no larger, and for all others.
+    pub(super) pipelines: [Pipeline; 2],
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
     pub(super) layout: vk::DescriptorSetLayout,
@@ -172,7 +173,10 @@ impl Culler {
         let atlas = format!("{name}: atlas");
         parts.atlas.fill(context, memory, &atlas, words)?;
         parts.make_layout(context)?;
-        parts.pipeline = Pipeline::new(context, &COUNT, &[parts.layout])?;
+        for (pipeline, may_be_large) in parts.pipelines.iter_mut().zip([0, 1]) {
+            let constants = [self.planes.grid.attack_pitch, may_be_large];
+            *pipeline = Pipeline::specialized(context, &COUNT, &[parts.layout], &constants)?;
+        }
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
             parts.slots.push(Slot::default());
@@ -320,7 +324,9 @@ impl Culler {
         for slot in &mut parts.slots {
             slot.destroy(context, memory);
         }
-        parts.pipeline.destroy(context);
+        for pipeline in &mut parts.pipelines {
+            pipeline.destroy(context);
+        }
         // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
         unsafe {
             let device = context.device();

@@ -1,6 +1,10 @@
 //! A cull's input, laid out for the device: the attack's blocks, and candidates in groups of one clock.
 
-use super::{blocks::Blocks, blocks::CHUNK, planes::Planes, planes::planes_of_slab};
+use super::{
+    blocks::{self, Blocks, CHUNK},
+    planes::Planes,
+    planes::planes_of_slab,
+};
 use crate::{
     avoid::cull::{Counted, CullCandidate, CullInput},
     gpu::{
@@ -88,7 +92,8 @@ pub(super) struct Gathered {
     /// Page, clock and position of each candidate, sorted.
     order: Vec<(u32, u32, u32)>,
     slices: u32,
-    pitch: u32,
+    /// Whether a turn makes blocks so large that they may not fit a window.
+    pub(super) is_large: bool,
     up_to_hits: bool,
 }
 
@@ -108,9 +113,8 @@ impl Gathered {
             let most = MapGrid::MAX_SIDE;
             within("side of an attack's maps", side.into(), most.into())?;
         }
-        let grid = input.atlas.grid();
-        self.slices = planes.slices;
-        self.pitch = grid.attack_pitch;
+        let grid = planes.grid;
+        self.slices = grid.slices;
         self.up_to_hits = counted.up_to_hits && grid.is_certain();
         let blocks = self.blocks.draw(input.attack, grid, counted) as u64;
         within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
@@ -130,14 +134,16 @@ impl Gathered {
             slices: self.slices,
             planes: planes_of_slab(self.slices),
             up_to_hits: self.up_to_hits.into(),
-            pitch: self.pitch,
         }
     }
 
     /// Groups for the same candidates and chunk.
     pub(super) fn parts(&self) -> u32 {
         let groups = self.groups.len().max(1) as u32;
-        (Capacity::WANTED_GROUPS / groups).clamp(1, Capacity::MOST_PARTS)
+        let most = (Capacity::WANTED_GROUPS / groups).clamp(1, Capacity::MOST_PARTS);
+        // Each has as many planes as the others, as far as that goes.
+        let planes = self.blocks.most_planes().max(1);
+        planes.div_ceil(planes.div_ceil(most))
     }
 
     /// Counts of each candidate, which are parts of a sum.
@@ -162,10 +168,12 @@ impl Gathered {
 
     fn place(&mut self, candidates: &[CullCandidate], planes: &Planes) {
         self.candidates.clear();
+        self.is_large = false;
         for &(_, _, index) in &self.order {
             let candidate = &candidates[index as usize];
             let region = planes.regions[candidate.region.index()];
-            let turn = candidate.turn.of_narrow(self.pitch);
+            let turn = candidate.turn.of_narrow(planes.grid.attack_pitch);
+            self.is_large |= blocks::is_large(turn);
             self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],
                 entries: region.entries,

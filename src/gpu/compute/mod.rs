@@ -3,6 +3,7 @@
 //! Source: none; Masaoka & Oshita cull with the stencil buffer. The maps are those of the other paths.
 
 mod blocks;
+mod canvas;
 mod commands;
 mod culler;
 mod gathered;

@@ -6,13 +6,12 @@
 
 use std::ops::Range;
 
+use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
-    region::{MapRect, MaskMap, RegionAtlas, RegionMaps},
+    region::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
 };
 
-/// Texels from a window's first one to its last one, in each axis; `SPAN` in `shaders/count.comp.glsl`.
-const SPAN: i32 = 8;
 /// Words of a window.
 const WINDOW: u32 = 5;
 /// Columns from one strip to the next.
@@ -42,7 +41,7 @@ pub(super) struct Planes {
     pub(super) regions: Vec<PlaneRegion>,
     /// Words that are bound at a time, each some regions whole: no more than a device reads from one buffer.
     pub(super) pages: Vec<Range<usize>>,
-    pub(super) slices: u32,
+    pub(super) grid: MapGrid,
 }
 
 /// One region's words, counted from its first entry.
@@ -70,15 +69,15 @@ impl Planes {
         atlas: &RegionAtlas,
         (limit, most): (&'static str, u64),
     ) -> Result<Self, GpuError> {
-        let slices = atlas.grid().slices;
+        let grid = atlas.grid();
         let mut planes = Self {
             words: Vec::new(),
             regions: Vec::with_capacity(atlas.regions().len()),
             pages: Vec::new(),
-            slices,
+            grid,
         };
         for region in atlas.regions() {
-            let drawing = Drawing::new(region, slices);
+            let drawing = Drawing::new(region, grid.slices);
             within(limit, 4 * drawing.words.len() as u64, most)?;
             planes.add(region, drawing, most);
         }

@@ -261,6 +261,12 @@ impl Cells {
         }
     }
 
+    /// Moves all cells, and what is drawn into them, down by so many rows of the target.
+    pub(super) fn move_down(&mut self, rows: u32) {
+        self.cells.iter_mut().for_each(|cell| cell.place.y += rows);
+        self.discs.iter_mut().for_each(|disc| disc.move_down(rows));
+    }
+
     /// Puts cells together that candidates are drawn over in one go.
     fn group(&mut self, attack: &AttackDrawing) {
         let mut before = None;

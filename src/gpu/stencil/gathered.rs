@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::{
+    balance::Balance,
     cells::{Cell, Cells, Group, Room, Source},
     maps::{MapBits, Maps, Part, Reach},
 };
@@ -73,6 +74,7 @@ pub(super) struct Gathered {
     /// By pass.
     pub(super) queries: Vec<Query>,
     ways: Vec<WayBack>,
+    balance: Balance,
 }
 
 impl Gathered {
@@ -109,7 +111,22 @@ impl Gathered {
                 within("CullerDesc::max_boxes", boxes, capacity.boxes.into())?;
             }
         }
+        self.spread(capacity.target);
         Ok(())
+    }
+
+    /// Moves everything to where more than one tile has to do with it, if the target has room.
+    fn spread(&mut self, target: [u32; 2]) {
+        // Several passes are as many tiles full.
+        let [pass] = &mut *self.cells.passes else {
+            return;
+        };
+        let rows = self.balance.shift(&self.corners, pass.used);
+        if rows > 0 && pass.used[1] + rows <= target[1] {
+            pass.used[1] += rows;
+            self.corners.iter_mut().for_each(|one| one.move_down(rows));
+            self.cells.move_down(rows);
+        }
     }
 
     fn boxes(&self) -> usize {

@@ -3,6 +3,7 @@
 //! Source: Masaoka & Oshita, sections 4.3 (maps) and 5.3 (culling). Where the paper uses OpenGL, this records Vulkan.
 
 mod atlas;
+mod balance;
 mod cells;
 mod commands;
 mod culler;

@@ -1,0 +1,161 @@
+//! Planes of the attack on the way to their blocks: a word for each block of 8 × 4 texels, drawn disc by disc, all
+//! texels of a block at once.
+
+use std::ops::Range;
+
+use crate::{
+    avoid::cull::TimedDisc,
+    region::{Disc, MapRect, SUB_TEXELS, blocks_near},
+};
+
+/// Sides of a block, texels.
+pub(super) const COLUMNS: usize = 8;
+pub(super) const ROWS: usize = 4;
+/// One texel a bit.
+const TEXELS: usize = COLUMNS * ROWS;
+
+/// The size of all planes of an attack.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Shape {
+    /// Texels of the evasions' maps.
+    width: usize,
+    height: usize,
+    /// log2 of the texels from one of the attack's to the next.
+    shift: u32,
+    /// The texels of a block that stand for the attack's, a bit each.
+    every: u32,
+}
+
+impl Shape {
+    /// Of maps of a rectangle whose texels lie 1, 2 or 4 texels of the evasions' maps apart.
+    pub(super) fn new(rect: MapRect, pitch: u32) -> Self {
+        Self {
+            width: (rect.width * pitch) as usize,
+            height: (rect.height * pitch) as usize,
+            shift: pitch.trailing_zeros(),
+            every: match pitch {
+                1 => u32::MAX,
+                2 => 0x0055_0055,
+                _ => 0x0000_0011,
+            },
+        }
+    }
+
+    fn columns(self) -> usize {
+        self.width.div_ceil(COLUMNS)
+    }
+
+    fn rows(self) -> usize {
+        self.height.div_ceil(ROWS)
+    }
+
+    /// The texels of a block that are within the rectangle and stand for the attack's.
+    #[inline(always)]
+    fn within(self, [column, row]: [usize; 2]) -> u32 {
+        let columns = (self.width - column * COLUMNS).min(COLUMNS);
+        let rows = (self.height - row * ROWS).min(ROWS);
+        let row = (0xff >> (COLUMNS - columns)) * 0x0101_0101;
+        self.every & row & (u32::MAX >> (TEXELS - rows * COLUMNS))
+    }
+}
+
+/// One plane. All words are 0 but those that something is drawn into.
+#[derive(Debug, Default)]
+pub(super) struct Sheet {
+    words: Vec<u32>,
+    /// Rows and columns of blocks that may hold something.
+    rows: Range<usize>,
+    columns: Range<usize>,
+}
+
+impl Sheet {
+    /// Makes room for planes of this shape. What is there is 0, whatever its place was.
+    pub(super) fn stretch(&mut self, shape: Shape) {
+        let words = shape.columns() * shape.rows();
+        if self.words.len() < words {
+            self.words.resize(words, 0);
+        }
+    }
+
+    /// Draws discs, with the arithmetic of [`Disc::covers`].
+    #[inline(always)]
+    pub(super) fn draw(&mut self, shape: Shape, discs: &[TimedDisc]) {
+        for one in discs {
+            let disc = Disc {
+                radius: one.disc.radius.min(Disc::MAX_RADIUS),
+                ..one.disc
+            };
+            let [width, height] =
+                [COLUMNS, ROWS].map(|side| side as i32 * SUB_TEXELS >> shape.shift);
+            let columns = blocks_near(disc.x, disc.radius, (width, shape.columns()));
+            let rows = blocks_near(disc.z, disc.radius, (height, shape.rows()));
+            if columns.is_empty() || rows.is_empty() {
+                continue;
+            }
+            for row in rows.clone() {
+                let words = &mut self.words[row * shape.columns()..][columns.clone()];
+                let z = row as i32 * height - disc.z;
+                for (column, word) in columns.clone().zip(words) {
+                    let x = column as i32 * width - disc.x;
+                    *word |= covered([x, z], (disc.radius, shape.shift));
+                }
+            }
+            self.rows = around(&self.rows, &rows);
+            self.columns = around(&self.columns, &columns);
+        }
+    }
+
+    /// Adds what is drawn on another sheet.
+    #[inline(always)]
+    pub(super) fn add(&mut self, shape: Shape, other: &Self) {
+        for row in other.rows.clone() {
+            let row = row * shape.columns();
+            let places = row + other.columns.start..row + other.columns.end;
+            let words = self.words[places.clone()].iter_mut();
+            words
+                .zip(&other.words[places])
+                .for_each(|(word, more)| *word |= more);
+        }
+        self.rows = around(&self.rows, &other.rows);
+        self.columns = around(&self.columns, &other.columns);
+    }
+
+    /// Moves what is drawn to the end of a list: of each block that holds something, place and word.
+    #[inline(always)]
+    pub(super) fn take(&mut self, shape: Shape, blocks: &mut Vec<[u32; 2]>) {
+        let columns = std::mem::take(&mut self.columns);
+        for row in std::mem::take(&mut self.rows) {
+            for column in columns.clone() {
+                let word = std::mem::take(&mut self.words[row * shape.columns() + column]);
+                let word = word & shape.within([column, row]);
+                if word != 0 {
+                    blocks.push([(column | row << 16) as u32, word]);
+                }
+            }
+        }
+    }
+}
+
+/// The texels of a block that a disc covers, a bit each; `x` and `z` lead from its centre to the block's first corner.
+#[inline(always)]
+fn covered([x, z]: [i32; 2], (radius, shift): (i32, u32)) -> u32 {
+    let half = SUB_TEXELS / 2;
+    let mut covered = 0;
+    for k in 0..TEXELS {
+        let [u, v] = [k % COLUMNS, k / COLUMNS].map(|texel| texel as i32 * SUB_TEXELS >> shift);
+        let (dx, dz) = (x + u + half, z + v + half);
+        covered |= u32::from(dx * dx <= radius * radius - dz * dz) << k;
+    }
+    covered
+}
+
+/// The smallest range around both.
+fn around(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    if a.is_empty() {
+        return b.clone();
+    }
+    if b.is_empty() {
+        return a.clone();
+    }
+    a.start.min(b.start)..a.end.max(b.end)
+}

@@ -1,0 +1,128 @@
+//! Where boxes lie on a device's tiles. Candidates meet an attack in the same few texels, often all of them in one tile;
+//! a software rasterizer draws a tile on one core, while the others have nothing to do
+//! (`vendor-notes/lavapipe.md`). Then everything is moved down, until a border of tiles goes through the middle of it.
+
+use super::gathered::CORNERS;
+use crate::{
+    gpu::shader_table::{BoxCorner, PlacedDisc},
+    region::SUB_TEXELS,
+};
+
+/// Side of a tile, texels.
+const TILE: u32 = 64;
+/// Boxes that are looked at.
+const SAMPLE: usize = 512;
+
+/// What is drawn where. Used again and again.
+#[derive(Debug, Default)]
+pub(super) struct Balance {
+    /// Texels of boxes in a tile.
+    tiles: Vec<u64>,
+    /// How many texels more than in the row before.
+    rows: Vec<i64>,
+}
+
+impl Balance {
+    /// Rows to move everything down by; 0 where no tile has more than all others together, by far.
+    pub(super) fn shift(&mut self, corners: &[BoxCorner], [columns, rows]: [u32; 2]) -> u32 {
+        let across = columns.div_ceil(TILE) as usize;
+        self.tiles.clear();
+        self.tiles.resize(across * rows.div_ceil(TILE) as usize, 0);
+        self.rows.clear();
+        self.rows.resize(rows as usize + 1, 0);
+        let boxes = corners.len() / CORNERS;
+        for corners in corners.chunks_exact(CORNERS).step_by(1 + boxes / SAMPLE) {
+            let (low, high) = (corners[0].corner, corners[CORNERS - 1].corner);
+            for y in parts(low[1], high[1]) {
+                for x in parts(low[0], high[0]) {
+                    self.tiles[y.0 * across + x.0] += y.1 * x.1;
+                }
+            }
+            let width = i64::from(high[0] - low[0]);
+            self.rows[usize::from(low[1])] += width;
+            self.rows[usize::from(high[1])] -= width;
+        }
+        let all: u64 = self.tiles.iter().sum();
+        let most = self.tiles.iter().max().map_or(0, |&most| most);
+        if 8 * most <= 5 * all {
+            return 0;
+        }
+        let (mut texels, mut above) = (0, 0);
+        let middle = self.rows.iter().position(|more| {
+            texels += more;
+            above += texels;
+            2 * above > all as i64
+        });
+        let middle = middle.map_or(0, |row| row as u32);
+        middle.next_multiple_of(TILE) - middle
+    }
+}
+
+/// Tiles along one axis, and the texels in each, from `low` to before `high`.
+fn parts(low: u16, high: u16) -> impl Iterator<Item = (usize, u64)> {
+    let (low, high) = (u32::from(low), u32::from(high));
+    (low / TILE..high.div_ceil(TILE)).map(move |tile| {
+        let texels = high.min((tile + 1) * TILE) - low.max(tile * TILE);
+        (tile as usize, texels.into())
+    })
+}
+
+impl BoxCorner {
+    /// Moves a corner down by so many rows of the target.
+    pub(super) fn move_down(&mut self, rows: u32) {
+        let [a, b, x, z] = &mut self.turn;
+        let twice = 2 * rows as i32;
+        // Sums may wrap on the way; what they end as fits.
+        *x = x.wrapping_sub(b.wrapping_mul(twice));
+        *z = z.wrapping_sub(a.wrapping_mul(twice));
+        self.corner[1] += rows as u16;
+    }
+}
+
+impl PlacedDisc {
+    /// Moves a disc and its map down by so many rows of the target.
+    pub(super) fn move_down(&mut self, rows: u32) {
+        self.disc[1] += rows as i32 * SUB_TEXELS;
+        self.clip[1] += rows as u16;
+        self.clip[3] += rows as u16;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn boxes(list: &[[u16; 4]]) -> Vec<BoxCorner> {
+        let corner = |corner| BoxCorner {
+            corner,
+            turn: [0; 4],
+            map: [0; 4],
+        };
+        let of = |&[x, y, end_x, end_y]: &[u16; 4]| {
+            [[x, y], [end_x, y], [x, end_y], [end_x, end_y]].map(corner)
+        };
+        list.iter().flat_map(of).collect()
+    }
+
+    #[test]
+    fn what_lies_in_one_tile_comes_to_lie_in_two() {
+        let mut balance = Balance::default();
+        let one_tile = boxes(&[[3, 10, 30, 30], [3, 14, 30, 34]]);
+        assert_eq!(balance.shift(&one_tile, [60, 40]), 64 - 22);
+        let all_of_the_first = boxes(&[[0, 0, 64, 64]]);
+        assert_eq!(balance.shift(&all_of_the_first, [64, 64]), 64 - 32);
+        let mostly_lower = boxes(&[[0, 0, 10, 60], [0, 70, 60, 100]]);
+        assert_eq!(balance.shift(&mostly_lower, [64, 100]), 128 - 80);
+    }
+
+    #[test]
+    fn what_lies_in_several_tiles_stays() {
+        let mut balance = Balance::default();
+        let side_by_side = boxes(&[[0, 0, 60, 40], [66, 0, 126, 40]]);
+        assert_eq!(balance.shift(&side_by_side, [128, 40]), 0);
+        let across = boxes(&[[0, 40, 40, 90]]);
+        assert_eq!(balance.shift(&across, [40, 90]), 0);
+        assert_eq!(balance.shift(&[], [40, 90]), 0);
+        assert_eq!(balance.shift(&[], [0, 0]), 0);
+    }
+}
