@@ -7,9 +7,6 @@ use crate::math::Isa;
 /// Spheres that are turned at once.
 const LANES: usize = 8;
 
-/// Bones whose joints' frames are made at once.
-const BONES: usize = 16;
-
 /// A body's spheres, bone by bone, each axis in a row of its own. Rows are padded to a multiple of
 /// [`BodyTrack::LANES`], with copies of the last sphere.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,11 +85,8 @@ impl BodyRows {
         Isa::best().run(
             #[inline(always)]
             || {
-                for bones in self.bones.chunks(BONES) {
-                    let frames = Frames::new(bones, joints);
-                    for (lane, bone) in bones.iter().enumerate() {
-                        self.place(bone, frames.of(lane), [&mut *x, &mut *y, &mut *z]);
-                    }
+                for bone in &self.bones {
+                    self.place(bone, &joints[bone.joint], [&mut *x, &mut *y, &mut *z]);
                 }
             },
         );
@@ -101,17 +95,20 @@ impl BodyRows {
     /// Turns a bone's spheres, whole lanes at once: those of the next bones, which come along, are
     /// overwritten when it is their turn.
     #[inline(always)]
-    fn place(&self, bone: &Bone, frame: Frame, mut out: [&mut [f32]; 3]) {
+    fn place(&self, bone: &Bone, joint: &JointTransform, mut out: [&mut [f32]; 3]) {
+        let turn = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
+        let origin = joint.translation.to_array();
         let row = self.radii.len();
         for first in (bone.first..bone.end).step_by(LANES) {
             let end = (first + LANES).min(row);
             if end - first < LANES {
-                self.place_one_by_one(first..end, frame, out);
+                self.place_one_by_one(first..end, (turn, origin), out);
                 return;
             }
             let [x, y, z] = &self.offsets;
             let (x, y, z) = (lanes(x, first), lanes(y, first), lanes(z, first));
-            for (row, factors) in out.iter_mut().zip(frame) {
+            for (axis, row) in out.iter_mut().enumerate() {
+                let factors = [turn[0][axis], turn[1][axis], turn[2][axis], origin[axis]];
                 let mut placed = [0.0; LANES];
                 for lane in 0..LANES {
                     let along = factors[0] * x[lane] + factors[1] * y[lane];
@@ -126,75 +123,19 @@ impl BodyRows {
     fn place_one_by_one(
         &self,
         spheres: std::ops::Range<usize>,
-        frame: Frame,
+        (turn, origin): ([[f32; 3]; 3], [f32; 3]),
         out: [&mut [f32]; 3],
     ) {
         let [x, y, z] = &self.offsets;
         for index in spheres {
             for axis in 0..3 {
-                let factors = frame[axis];
-                let along = factors[0] * x[index] + factors[1] * y[index];
-                out[axis][index] = along + factors[2] * z[index] + factors[3];
+                let along = turn[0][axis] * x[index] + turn[1][axis] * y[index];
+                out[axis][index] = along + turn[2][axis] * z[index] + origin[axis];
             }
         }
     }
 }
 
-/// A joint's frame, an axis of the outer space at a time: what x, y and z are multiplied by, and what is added.
-type Frame = [[f32; 4]; 3];
-
-/// The frames of sixteen bones' joints.
-struct Frames {
-    /// `[axis][factor][bone]`
-    factors: [[[f32; BONES]; 4]; 3],
-}
-
-impl Frames {
-    #[inline(always)]
-    fn new(bones: &[Bone], joints: &[JointTransform]) -> Self {
-        let (mut turns, mut factors) = ([[0.0; BONES]; 4], [[[0.0; BONES]; 4]; 3]);
-        for (lane, bone) in bones.iter().enumerate() {
-            let joint = &joints[bone.joint];
-            for (row, value) in turns.iter_mut().zip(joint.rotation.to_array()) {
-                row[lane] = value;
-            }
-            for (row, value) in factors.iter_mut().zip(joint.translation.to_array()) {
-                row[3][lane] = value;
-            }
-        }
-        let [x, y, z, w] = &turns;
-        for lane in 0..BONES {
-            // The matrix of a unit quaternion.
-            let (x, y, z, w) = (x[lane], y[lane], z[lane], w[lane]);
-            let (x2, y2, z2) = (x + x, y + y, z + z);
-            let (xx, xy, xz) = (x * x2, x * y2, x * z2);
-            let (yy, yz, zz) = (y * y2, y * z2, z * z2);
-            let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-            let rows = [
-                [1.0 - (yy + zz), xy - wz, xz + wy],
-                [xy + wz, 1.0 - (xx + zz), yz - wx],
-                [xz - wy, yz + wx, 1.0 - (xx + yy)],
-            ];
-            for axis in 0..3 {
-                for column in 0..3 {
-                    factors[axis][column][lane] = rows[axis][column];
-                }
-            }
-        }
-        Self { factors }
-    }
-
-    #[inline(always)]
-    fn of(&self, lane: usize) -> Frame {
-        let mut frame = [[0.0; 4]; 3];
-        for (row, factors) in frame.iter_mut().zip(&self.factors) {
-            for (value, lanes) in row.iter_mut().zip(factors) {
-                *value = lanes[lane];
-            }
-        }
-        frame
-    }
-}
 #[inline(always)]
 fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
     let mut lanes = [0.0; LANES];
