@@ -144,30 +144,20 @@ impl Harness {
         work: impl Fn(&RefCell<Headless>, &RefCell<dyn Memory>) -> Result<(T, T), GpuError>,
         owed: &T,
     ) {
-        let (device, memory, alive) = (&self.device, &self.memory, &self.alive);
-        let faults = each_fault(
-            || work(device, memory),
-            |ended, fault| {
-                match (ended, fault) {
-                    (Ok((first, second)), None) => {
-                        assert_eq!((&first, &second), (owed, owed));
-                    }
-                    (Ok((first, second)), Some(fault)) => {
-                        assert_eq!(fault.call, HELPS);
-                        assert_eq!((&first, &second), (owed, owed));
-                    }
-                    (Err(error), Some(fault)) => {
-                        assert!(is_typed(&error, fault), "{error}: {fault:?}")
-                    }
-                    (Err(error), None) => panic!("{error} without a fault"),
+        let faults = self.each(
+            || work(&self.device, &self.memory),
+            |ended, fault| match (ended, fault) {
+                (Ok((first, second)), fault) => {
+                    assert!(fault.is_none_or(|fault| fault.call == HELPS));
+                    assert_eq!((&first, &second), (owed, owed));
                 }
-                assert_eq!(memory.borrow().live_blocks(), 0, "{fault:?}");
-                assert_eq!(shim::live(), *alive, "{fault:?}");
+                (Err(error), Some(fault)) => {
+                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                }
+                (Err(error), None) => panic!("{error} without a fault"),
             },
         );
-        for (call, count) in faults {
-            *self.faults.entry(call).or_default() += count;
-        }
+        self.add(faults);
     }
 
     /// Holds a culling path to its promise in a whole query: whatever fails, the answer is `owed`.
@@ -178,7 +168,7 @@ impl Harness {
         destroy: impl Fn(C, &mut dyn Memory),
         (case, owed): (&Case, &Answer),
     ) {
-        let (device, memory, alive) = (&self.device, &self.memory, &self.alive);
+        let (device, memory) = (&self.device, &self.memory);
         let work = || {
             let mut made = None;
             let asked = ask(case, |input| {
@@ -194,7 +184,7 @@ impl Harness {
             }
             Ok(asked)
         };
-        let faults = each_fault(work, |asked, fault| {
+        let faults = self.each(work, |asked, fault| {
             let (answer, failed) = asked.unwrap();
             assert_eq!(answer.candidates, owed.candidates, "{fault:?}");
             assert_eq!((answer.chosen, &answer.motion), (owed.chosen, &owed.motion));
@@ -205,9 +195,24 @@ impl Harness {
                 (Some(error), None) => panic!("{error} without a fault"),
                 (None, fault) => assert!(fault.is_none_or(|fault| fault.call == HELPS)),
             }
-            assert_eq!(memory.borrow().live_blocks(), 0, "{fault:?}");
-            assert_eq!(shim::live(), *alive, "{fault:?}");
         });
+        self.add(faults);
+    }
+
+    /// Does work with each fault, looks at how it ended, and holds it to leaving nothing behind.
+    fn each<T>(
+        &self,
+        work: impl Fn() -> Result<T, GpuError>,
+        look: impl Fn(Result<T, GpuError>, Option<Fault>),
+    ) -> BTreeMap<&'static str, u32> {
+        each_fault(work, |ended, fault| {
+            look(ended, fault);
+            assert_eq!(self.memory.borrow().live_blocks(), 0, "{fault:?}");
+            assert_eq!(shim::live(), self.alive, "{fault:?}");
+        })
+    }
+
+    fn add(&mut self, faults: BTreeMap<&'static str, u32>) {
         for (call, count) in faults {
             *self.faults.entry(call).or_default() += count;
         }
