@@ -50,7 +50,6 @@ pub(crate) use near::{NearMap, NearRegion};
 pub use paths::{NodePath, PathId, PathReport, PathSettings, PathTable};
 pub use prop::{LocalSphere, Prop};
 pub use raster::EvasionMaps;
-#[cfg(feature = "vulkan")]
 pub(crate) use raster::blocks_near;
 pub use retime::{Retimable, RetimeSettings, retimable_edges};
 pub(crate) use slab::Cut;
