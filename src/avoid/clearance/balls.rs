@@ -40,14 +40,14 @@ impl Balls {
                 let from = first + lane as i32 * stretch;
                 let tick = from + side as i32 * stretch;
                 let t = (tick as f32 / SAMPLE_RATE).max(keys[0].t).min(keys[1].t);
-                let way = ((t - keys[0].t) / span).max(0.0).min(1.0);
+                let way = ((t - keys[0].t) / span).clamp(0.0, 1.0);
                 let way = if span > 0.0 { way } else { 0.0 };
                 for axis in 0..3 {
                     balls.centres[side][axis][lane] = start[axis] * (1.0 - way) + end[axis] * way;
                 }
                 balls.radii[side][lane] = keys[0].radius + growth * way;
                 let share = (t * SAMPLE_RATE - from as f32) / stretch as f32;
-                balls.shares[side][lane] = share.max(0.0).min(1.0);
+                balls.shares[side][lane] = share.clamp(0.0, 1.0);
             }
         }
         balls
@@ -58,11 +58,11 @@ impl Balls {
     pub(super) fn distances_to_spheres(&self, [from, to]: [&HullRows; 2]) -> Lanes {
         let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
         for lane in 0..LANES {
-            for side in 0..2 {
+            for (side, apart) in apart.iter_mut().enumerate() {
                 let share = self.shares[side][lane];
                 for axis in 0..3 {
                     let centre = from[axis][lane] * (1.0 - share) + to[axis][lane] * share;
-                    apart[side][axis][lane] = centre - self.centres[side][axis][lane];
+                    apart[axis][lane] = centre - self.centres[side][axis][lane];
                 }
             }
             reach[lane] = from[3][lane].max(to[3][lane]) + self.radius(lane);
@@ -75,11 +75,11 @@ impl Balls {
     pub(super) fn distances_to_uprights(&self, [from, to]: [&UprightRows; 2]) -> Lanes {
         let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
         for lane in 0..LANES {
-            for side in 0..2 {
+            for (side, apart) in apart.iter_mut().enumerate() {
                 let share = self.shares[side][lane];
                 for (row, axis) in [(0, 0), (1, 2)] {
                     let centre = from[row][lane] * (1.0 - share) + to[row][lane] * share;
-                    apart[side][axis][lane] = centre - self.centres[side][axis][lane];
+                    apart[axis][lane] = centre - self.centres[side][axis][lane];
                 }
             }
             reach[lane] = from[2][lane].max(to[2][lane]) + self.radius(lane);
@@ -117,7 +117,7 @@ fn closest(apart: &[[Lanes; 3]; 2], radii: &Lanes) -> Lanes {
         let (vv, av) = (motion.length_squared(), start.dot(motion));
         let (first, last) = (distance(0.0), distance(1.0));
         let ends = if last < first { last } else { first };
-        let between = distance((0.0 - av / vv).max(0.0).min(1.0));
+        let between = distance((0.0 - av / vv).clamp(0.0, 1.0));
         let is_nearer = vv > 0.0 && between < ends;
         best[lane] = if is_nearer { between } else { ends };
     }
@@ -135,7 +135,7 @@ impl Ball {
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
             let apart = Vec3::new(x[lane], y[lane], z[lane]) - start;
-            let share = (apart.dot(motion) / squared).max(0.0).min(1.0);
+            let share = (apart.dot(motion) / squared).clamp(0.0, 1.0);
             distances[lane] = (apart - motion * share).length() - (radii[lane] + radius);
         }
         distances
