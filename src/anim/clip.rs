@@ -328,6 +328,7 @@ pub(crate) struct Moment<'a> {
 }
 
 impl Moment<'_> {
+    #[inline]
     pub(crate) fn root(&self) -> Vec3 {
         let roots = &self.clip.desc.roots[self.lower..];
         match self.weight {
@@ -336,6 +337,7 @@ impl Moment<'_> {
         }
     }
 
+    #[inline]
     pub(crate) fn rotation(&self, joint: usize) -> Quat {
         let rotations = &self.clip.desc.rotations[self.lower * self.clip.joints + joint..];
         match self.weight {
@@ -355,6 +357,7 @@ impl Moment<'_> {
     }
 
     /// `None` where the skeleton's offset holds.
+    #[inline]
     pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
         let translations = self
             .clip
@@ -369,6 +372,7 @@ impl Moment<'_> {
     }
 
     /// A joint's rotation and place in its parent's frame; the root's in the space of the clip.
+    #[inline]
     pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
         let index = id.index();
         let place = match id {

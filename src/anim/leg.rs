@@ -142,15 +142,28 @@ impl<L: Fn(JointId) -> (Quat, Vec3)> Chain<'_, L> {
     }
 
     fn below(&self, joint: JointId, above: Option<JointId>) -> JointTransform {
-        let mut frame = JointTransform::IDENTITY;
-        let mut next = Some(joint);
-        while let Some(id) = next.filter(|&id| Some(id) != above) {
+        let parent = |id: JointId| {
+            self.skeleton
+                .joint(id)
+                .parent
+                .filter(|&id| Some(id) != above)
+        };
+        if Some(joint) == above {
+            return JointTransform::IDENTITY;
+        }
+        let (rotation, translation) = (self.local)(joint);
+        let mut frame = JointTransform {
+            rotation,
+            translation,
+        };
+        let mut next = parent(joint);
+        while let Some(id) = next {
             let (rotation, translation) = (self.local)(id);
             frame = JointTransform {
                 rotation: rotation * frame.rotation,
                 translation: rotation * frame.translation + translation,
             };
-            next = self.skeleton.joint(id).parent;
+            next = parent(id);
         }
         frame
     }

@@ -24,5 +24,5 @@ pub use leg::Leg;
 pub use limbs::Limbs;
 pub use pose::Pose;
 pub(crate) use pose::slerp;
-pub(crate) use rows::{Block, LANES, slerp as slerp_block, unpack};
+pub(crate) use rows::{Block, LANES, Slerp, unpack};
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};

@@ -177,8 +177,17 @@ impl Motion {
         playhead: Playhead,
         steps: impl IntoIterator<Item = Step>,
     ) {
-        self.restart(graph, playhead, steps);
-        // The pieces were made in the wrong order: what they play is right, where and when is not.
+        self.restart(graph, playhead, []);
+        // What they play is right, where and when is not yet.
+        let first = self.pieces[0];
+        self.pieces.extend(steps.into_iter().map(|step| Piece {
+            playhead: Playhead {
+                edge: step.edge,
+                ..first.playhead
+            },
+            rate: step.rate,
+            ..first
+        }));
         self.pieces[1..].reverse();
         let count = self.pieces.len();
         for index in 1..count {

@@ -3,9 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{
-    Block, Chain, JointId, LANES, Moment, Pose, Skeleton, slerp, slerp_block, unpack,
-};
+use crate::anim::{Block, Chain, JointId, LANES, Moment, Pose, Skeleton, Slerp, slerp, unpack};
 use crate::math::{Isa, Rigid2};
 
 /// Both sides of a transition at one moment, in the space of the clip that it leaves.
@@ -93,11 +91,12 @@ impl<'a> Sides<'a> {
     fn pose(&self, out: &mut Pose) {
         out.root = self.root();
         out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
+        let slerp = Slerp::new(self.weight);
         Isa::best().run(
             #[inline(always)]
             || {
                 for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
-                    unpack(&self.block(index), part);
+                    unpack(&self.block(index, &slerp), part);
                 }
             },
         );
@@ -112,7 +111,7 @@ impl<'a> Sides<'a> {
 
     /// The blended rotations of sixteen joints.
     #[inline(always)]
-    fn block(&self, index: usize) -> Block {
+    fn block(&self, index: usize, slerp: &Slerp) -> Block {
         let (source, mut target) = (self.source.block(index), self.target.block(index));
         if index == 0 {
             let [x, y, z, w] = target.map(|row| row[0]);
@@ -121,7 +120,7 @@ impl<'a> Sides<'a> {
                 row[0] = value;
             }
         }
-        slerp_block(&source, &target, self.weight)
+        slerp.between(&source, &target)
     }
 }
 
@@ -164,21 +163,29 @@ impl MotionGraph {
     /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
     /// starts. Allocates nothing where `out` has held a pose of the skeleton before.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
-        self.sample_blend(edge, frame, out);
-        self.keep_feet(edge, frame, out);
+        if let Some(sides) = self.sample_sides(edge, frame, out) {
+            self.keep_feet((edge, frame), &sides, out);
+        }
     }
 
     /// The same without what is done for feet: they slide where clips that plant them differently are
     /// blended.
     pub fn sample_blend(&self, id: EdgeId, frame: f32, out: &mut Pose) {
+        self.sample_sides(id, frame, out);
+    }
+
+    /// The same; what is blended where the edge is a transition.
+    fn sample_sides(&self, id: EdgeId, frame: f32, out: &mut Pose) -> Option<Sides<'_>> {
         let edge = self.edge(id);
-        match Sides::of(self, edge, frame) {
+        let sides = Sides::of(self, edge, frame);
+        match &sides {
             Some(sides) => sides.pose(out),
             None => {
                 let from = self.node(edge.from);
                 self.clip(from.clip).sample(from.frame as f32 + frame, out);
             }
         }
+        sides
     }
 
     /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.

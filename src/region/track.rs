@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 
+use super::hulls::{HullRows, Hulls};
 use super::{Body, BodyRows};
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
@@ -18,8 +19,8 @@ pub struct BodyTrack {
     ticks: usize,
     /// `[tick][x, y, z][sphere]`, rows padded to whole lanes.
     rows: Vec<f32>,
-    /// For each stretch a sphere that holds the whole body all through.
-    hulls: Vec<(Vec3, f32)>,
+    /// For each stretch what holds the body all through.
+    hulls: Hulls,
 }
 
 impl BodyTrack {
@@ -55,7 +56,7 @@ impl BodyTrack {
             spheres: body.spheres.len(),
             ticks,
             rows: Vec::with_capacity(ticks * 3 * Self::padded(body.spheres.len())),
-            hulls: Vec::with_capacity(ticks.div_ceil(Self::STRETCH)),
+            hulls: Hulls::default(),
         };
         let body_rows = BodyRows::new(body);
         let mut bounds = Vec::with_capacity(ticks);
@@ -69,13 +70,31 @@ impl BodyTrack {
         }
         let firsts = (0..ticks).step_by(Self::STRETCH);
         let stretches = firsts.map(|first| first..=(first + Self::STRETCH).min(ticks - 1));
-        track.hulls = stretches.map(|s| around(&bounds[s])).collect();
+        let stretches: Vec<_> = stretches.collect();
+        let whole: Vec<_> = stretches
+            .iter()
+            .map(|s| around(&bounds[s.clone()]))
+            .collect();
+        let part = |stretch: usize, spheres: std::ops::Range<usize>| {
+            let samples = stretches[stretch].clone();
+            let of = |sphere: usize| {
+                let radius = body.spheres[sphere].radius;
+                { samples.clone() }.map({
+                    let track = &track;
+                    move |tick| (track.centre(tick, sphere), radius)
+                })
+            };
+            around(&spheres.flat_map(of).collect::<Vec<_>>())
+        };
+        track.hulls = Hulls::new(body.spheres.len(), &whole, part);
         track
     }
 
     /// What a sample takes in memory, bytes.
     pub(super) fn tick_bytes(body: &Body) -> usize {
-        12 * Self::padded(body.spheres.len()) + 64
+        12 * Self::padded(body.spheres.len())
+            + 64
+            + Hulls::stretch_bytes(body.spheres.len()) / Self::STRETCH
     }
 
     fn padded(spheres: usize) -> usize {
@@ -86,7 +105,18 @@ impl BodyTrack {
     /// `index` to the first one of the next stretch, in straight lines between samples.
     #[must_use]
     pub fn hull(&self, index: usize) -> (Vec3, f32) {
-        self.hulls[index]
+        self.hulls.whole(index)
+    }
+
+    /// The same of sixteen stretches that follow each other, and after the last one that again.
+    pub(crate) fn hulls(&self, first: usize) -> HullRows {
+        self.hulls.rows(first)
+    }
+
+    /// Spheres that hold the body's parts, [`PART`](super::PART) spheres each, all through a stretch; the last one where there are
+    /// no more.
+    pub(crate) fn part_hulls(&self, index: usize) -> &[HullRows] {
+        self.hulls.parts(index)
     }
 
     /// Values in a row of one tick and axis.

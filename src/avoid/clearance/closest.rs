@@ -26,8 +26,13 @@ pub fn closest(apart: [Vec3; 2], radii: [f32; 2]) -> (f32, f32) {
     if vv > growth * growth {
         // Along the line, the point nearest to the other centre lies at -av/vv; the growing radius
         // shifts the minimum by this much.
-        let gap = (aa - av * av / vv).max(0.0);
-        let shift = growth * (gap / (vv * (vv - growth * growth))).sqrt();
+        let shift = match growth {
+            0.0 => 0.0,
+            _ => {
+                let gap = (aa - av * av / vv).max(0.0);
+                growth * (gap / (vv * (vv - growth * growth))).sqrt()
+            }
+        };
         let t = (shift - av / vv).clamp(0.0, 1.0);
         if distance(t) < best.1 {
             best = (t, distance(t));

@@ -10,6 +10,7 @@
 //! ([`on_motion`]). From an evasion's start on it is known beforehand, relative to that start
 //! ([`on_track`]): then it is the attack that is moved, and nothing is posed.
 
+mod balls;
 mod closest;
 mod motion_body;
 mod nearest;
@@ -123,7 +124,8 @@ pub(in crate::avoid) fn on_one_motion(
     (attack, extent): (&Attack, Extent),
     scratch: &mut MotionBody,
 ) -> Clearance {
-    let (mut body, stretches) = scratch.on(baked, motion, sampling);
+    let (posed, stretches, _) = scratch.parts();
+    let mut body = posed.on(baked, motion, sampling);
     let mut sweep = Sweep::new(attack, extent, stretches);
     sweep.part(&mut body, Course::of_motion((0.0, f32::INFINITY)));
     sweep.nearest()
@@ -141,7 +143,8 @@ pub struct PlacedEvasion<'a> {
 }
 
 /// The same for a motion that comes to an evasion, at a fraction of the cost: `motion` is asked for
-/// only when the attack begins before the evasion does or outlasts what is known of it.
+/// only when the attack begins before the evasion does or outlasts what is known of it, and what is known
+/// does not answer.
 pub fn on_track(
     baked: &BakedGraph,
     evasion: &PlacedEvasion<'_>,
@@ -151,11 +154,7 @@ pub fn on_track(
 ) -> Clearance {
     let known = (evasion.start, evasion.start + evasion.track.seconds());
     let is_known = attack.start() >= known.0 && attack.end() <= known.1;
-    let mut path = scratch.take_motion();
-    if !is_known {
-        motion(&mut path);
-    }
-    let (mut body, stretches) = scratch.on(baked, &path, Sampling::Each);
+    let (posed, stretches, path) = scratch.parts();
     let mut sweep = Sweep::new(attack, extent, stretches);
     sweep.part(
         &mut baked.of_track(evasion.track),
@@ -165,11 +164,11 @@ pub fn on_track(
             placement: evasion.placement.inverse(),
         },
     );
-    if !is_known {
+    if !is_known && !sweep.is_over() {
+        motion(path);
+        let mut body = posed.on(baked, path, Sampling::Each);
         sweep.part(&mut body, Course::of_motion((0.0, known.0)));
         sweep.part(&mut body, Course::of_motion((known.1, f32::INFINITY)));
     }
-    let nearest = sweep.nearest();
-    scratch.return_motion(path);
-    nearest
+    sweep.nearest()
 }

@@ -1,14 +1,15 @@
 //! The body's spheres where they are known beforehand, and where they are posed.
 
-use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+use super::balls::{Balls, LANES, Lanes};
 use super::nearest::{Ball, Spheres};
 use super::sweep::{Pace, Samples, Stretches};
 use super::{SAMPLE_RATE, Sampling};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
-use crate::region::{BakedGraph, BodyTrack, Upright};
+use crate::math::Isa;
+use crate::region::{BakedGraph, BodyTrack, PART, SphereKey};
 
 /// What posing the body along a motion needs; kept from one motion to the next, with the poses that motions
 /// have in common.
@@ -22,14 +23,12 @@ pub struct MotionBody {
 
 /// The samples that were posed.
 #[derive(Clone, Debug, Default)]
-struct PosedRows {
+pub(super) struct PosedRows {
     pose: Pose,
     joints: Vec<JointTransform>,
     /// For each sample from the first one asked for, where its rows begin.
     slots: Vec<Option<usize>>,
     first_tick: Option<usize>,
-    /// Around the body at the sample that was asked for last.
-    upright: Option<(usize, Upright)>,
     /// Where the rows begin of what was posed, for whatever motion, since poses were forgotten.
     known: FxHashMap<PoseKey, usize>,
     /// `[slot][x, y, z][sphere]`, padded.
@@ -43,6 +42,31 @@ type PoseKey = [u32; 6];
 const MOST_KNOWN: usize = 4096;
 
 impl PosedRows {
+    /// The body along `motion`.
+    pub(super) fn on<'a>(
+        &'a mut self,
+        baked: &'a BakedGraph,
+        motion: &'a Motion,
+        sampling: Sampling,
+    ) -> Posed<'a> {
+        if self.known.len() > MOST_KNOWN {
+            self.forget();
+        }
+        self.slots.clear();
+        self.first_tick = None;
+        Posed {
+            baked,
+            motion,
+            sampling,
+            scratch: self,
+        }
+    }
+
+    fn forget(&mut self) {
+        self.known.clear();
+        self.rows.clear();
+    }
+
     /// Where the rows of a pose begin.
     fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
         let start = *self.known.entry(key(playhead)).or_insert(self.rows.len());
@@ -64,32 +88,14 @@ fn key(playhead: Playhead) -> PoseKey {
 }
 
 impl MotionBody {
-    /// The body along `motion`.
-    pub(super) fn on<'a>(
-        &'a mut self,
-        baked: &'a BakedGraph,
-        motion: &'a Motion,
-        sampling: Sampling,
-    ) -> (Posed<'a>, &'a mut Stretches) {
-        if self.posed.known.len() > MOST_KNOWN {
-            self.forget();
-        }
-        self.posed.slots.clear();
-        self.posed.first_tick = None;
-        self.posed.upright = None;
-        let posed = Posed {
-            baked,
-            motion,
-            sampling,
-            scratch: &mut self.posed,
-        };
-        (posed, &mut self.stretches)
+    /// What poses, what sweeps, and a motion's memory.
+    pub(super) fn parts(&mut self) -> (&mut PosedRows, &mut Stretches, &mut Motion) {
+        (&mut self.posed, &mut self.stretches, &mut self.motion)
     }
 
     /// Must be called before it is used for another graph.
     pub(in crate::avoid) fn forget(&mut self) {
-        self.posed.known.clear();
-        self.posed.rows.clear();
+        self.posed.forget();
     }
 
     pub(in crate::avoid) fn take_motion(&mut self) -> Motion {
@@ -133,25 +139,40 @@ impl Posed<'_> {
         }
     }
 
-    /// A sphere that no body leaves.
-    fn reach(&self, tick: usize) -> (Vec3, f32) {
+    /// A sphere that no body leaves: x, y, z and radius.
+    fn reach(&self, tick: usize) -> [f32; 4] {
         let seconds = tick as f32 / SAMPLE_RATE;
-        let root = self.motion.root(self.baked.graph(), seconds);
-        (root, self.baked.reach())
+        let [x, y, z] = self.motion.root(self.baked.graph(), seconds).to_array();
+        [x, y, z, self.baked.reach()]
     }
 
-    fn upright(&mut self, tick: usize) -> Upright {
-        match self.scratch.upright {
-            Some((last, upright)) if last == tick => upright,
-            _ => {
-                let seconds = tick as f32 / SAMPLE_RATE;
-                let playhead = self.motion.playhead(self.baked.graph(), seconds);
-                let upright = self.baked.upright(playhead.edge, playhead.frame);
-                let upright = upright.placed(playhead.clip_to_world);
-                self.scratch.upright = Some((tick, upright));
-                upright
+    /// A cylinder around the body.
+    fn upright(&self, tick: usize) -> [f32; 5] {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let playhead = self.motion.playhead(self.baked.graph(), seconds);
+        let upright = self.baked.upright(playhead.edge, playhead.frame);
+        let upright = upright.placed(playhead.clip_to_world);
+        let [x, z] = upright.axis.to_array();
+        [x, z, upright.radius, upright.low, upright.high]
+    }
+
+    /// What `of` gives at the two ends of so many stretches that follow each other from a sample on.
+    fn ends<const ROWS: usize>(
+        &self,
+        (tick, count): (usize, usize),
+        of: impl Fn(usize) -> [f32; ROWS],
+    ) -> ([Lanes; ROWS], [Lanes; ROWS]) {
+        let (mut from, mut to) = ([[0.0; LANES]; ROWS], [[0.0; LANES]; ROWS]);
+        for at in 0..=count {
+            let values = of(tick + at * self.stretch());
+            if at < count {
+                put(&mut from, at, values);
+            }
+            if let Some(before) = at.checked_sub(1) {
+                put(&mut to, before, values);
             }
         }
+        (from, to)
     }
 
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
@@ -166,12 +187,28 @@ impl Samples for Posed<'_> {
         self.sampling.stretch()
     }
 
-    fn bound(&mut self, tick: usize, ball: &Ball) -> f32 {
-        let ends = [tick, tick + self.stretch()];
+    fn bounds(&self, keys: [SphereKey; 2], (tick, count): (usize, usize)) -> Lanes {
+        let stretch = self.stretch();
         match self.sampling {
-            Sampling::Each => ball.distance_to_spheres(ends.map(|tick| self.reach(tick))),
-            Sampling::CoarseFirst => ball.distance_to_uprights(ends.map(|tick| self.upright(tick))),
+            Sampling::Each => {
+                let (from, to) = self.ends((tick, count), |tick| self.reach(tick));
+                Isa::best().run(
+                    #[inline(always)]
+                    || Balls::new(keys, tick, stretch).distances_to_spheres([&from, &to]),
+                )
+            }
+            Sampling::CoarseFirst => {
+                let (from, to) = self.ends((tick, count), |tick| self.upright(tick));
+                Isa::best().run(
+                    #[inline(always)]
+                    || Balls::new(keys, tick, stretch).distances_to_uprights([&from, &to]),
+                )
+            }
         }
+    }
+
+    fn near(&self, _: usize, _: &Ball, _: f32, blocks: &mut Vec<usize>) {
+        blocks.extend(0..self.baked.body_rows().radii().len() / BodyTrack::LANES);
     }
 
     fn pace(&self) -> Pace {
@@ -198,6 +235,12 @@ impl Samples for Posed<'_> {
     }
 }
 
+fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; ROWS]) {
+    for (row, value) in rows.iter_mut().zip(values) {
+        row[lane] = value;
+    }
+}
+
 /// The body from an evasion's start on.
 pub(super) struct Tracked<'a> {
     track: &'a BodyTrack,
@@ -220,10 +263,31 @@ impl Samples for Tracked<'_> {
         BodyTrack::STRETCH
     }
 
-    fn bound(&mut self, tick: usize, ball: &Ball) -> f32 {
-        let last = (self.track.ticks() - 1) / BodyTrack::STRETCH;
-        let hull = self.track.hull((tick / BodyTrack::STRETCH).min(last));
-        ball.distance_to_spheres([hull; 2])
+    fn bounds(&self, keys: [SphereKey; 2], (tick, _): (usize, usize)) -> Lanes {
+        let hulls = self.track.hulls(tick / BodyTrack::STRETCH);
+        Isa::best().run(
+            #[inline(always)]
+            || Balls::new(keys, tick, BodyTrack::STRETCH).distances_to_spheres([&hulls; 2]),
+        )
+    }
+
+    fn near(&self, tick: usize, ball: &Ball, limit: f32, blocks: &mut Vec<usize>) {
+        /// Parts of a block.
+        const PARTS: usize = BodyTrack::LANES / PART;
+        let hulls = self.track.part_hulls(tick / BodyTrack::STRETCH);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for (first, hulls) in (0..).step_by(LANES / PARTS).zip(hulls) {
+                    let distances = ball.distances_to_hulls(hulls);
+                    for (at, parts) in distances.chunks_exact(PARTS).enumerate() {
+                        if parts.iter().any(|&distance| distance < limit) {
+                            blocks.push(first + at);
+                        }
+                    }
+                }
+            },
+        );
     }
 
     fn pace(&self) -> Pace {

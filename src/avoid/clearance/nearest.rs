@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::closest;
 use crate::math::Isa;
-use crate::region::{BodyTrack, Upright};
+use crate::region::BodyTrack;
 
 const LANES: usize = BodyTrack::LANES;
 
@@ -45,29 +45,6 @@ impl Ball {
             })
         })
     }
-
-    /// The smallest distance from spheres that hold the whole body at the two samples: less than
-    /// that from any part of it.
-    pub(super) fn distance_to_spheres(&self, bounds: [(Vec3, f32); 2]) -> f32 {
-        let apart =
-            [0, 1].map(|end| bounds[0].0.lerp(bounds[1].0, self.shares[end]) - self.centres[end]);
-        let reach = bounds[0].1.max(bounds[1].1) + self.radii[0].max(self.radii[1]);
-        closest(apart, [reach; 2]).1
-    }
-
-    /// The same from upright cylinders: the way on the ground, or what lies between the heights.
-    pub(super) fn distance_to_uprights(&self, [from, to]: [Upright; 2]) -> f32 {
-        let apart = [0, 1].map(|end| {
-            let (axis, centre) = (from.axis.lerp(to.axis, self.shares[end]), self.centres[end]);
-            Vec3::new(axis.x - centre.x, 0.0, axis.y - centre.z)
-        });
-        let radius = self.radii[0].max(self.radii[1]);
-        let beside = closest(apart, [from.radius.max(to.radius) + radius; 2]).1;
-        let heights = self.centres.map(|centre| centre.y);
-        let above = heights[0].min(heights[1]) - radius - from.high.max(to.high);
-        let below = from.low.min(to.low) - radius - heights[0].max(heights[1]);
-        beside.max(above).max(below)
-    }
 }
 
 /// Where the two come nearest.
@@ -82,12 +59,23 @@ pub(super) struct Nearest {
 impl Spheres<'_> {
     /// The nearest of the first `count` spheres, where it is nearer than `limit`.
     pub(super) fn nearest(&self, ball: &Ball, count: usize, limit: f32) -> Option<Nearest> {
+        let blocks = self.radii.len() / LANES;
+        self.nearest_of(|| 0..blocks, ball, (count, limit))
+    }
+
+    /// The same where only those of some blocks of [`BodyTrack::LANES`] can be that near; at least one, in order.
+    pub(super) fn nearest_of<B: Iterator<Item = usize>>(
+        &self,
+        blocks: impl Fn() -> B,
+        ball: &Ball,
+        (count, limit): (usize, f32),
+    ) -> Option<Nearest> {
         if ball.radii[0] != ball.radii[1] {
             return self.nearest_to_growing(ball, count, limit);
         }
         let (lowest, sphere) = Isa::best().run(
             #[inline(always)]
-            || self.lowest(ball),
+            || self.lowest(ball, blocks()),
         );
         if lowest - ball.radii[0] >= limit {
             return None;
@@ -102,14 +90,14 @@ impl Spheres<'_> {
         })
     }
 
-    /// The smallest distance of the ball's centre from a sphere's surface, and the first sphere that
-    /// has it.
+    /// The smallest distance of the ball's centre from a surface of a sphere of these blocks, and the
+    /// first sphere that has it.
     #[inline(always)]
-    fn lowest(&self, ball: &Ball) -> (f32, usize) {
+    fn lowest(&self, ball: &Ball, all: impl Iterator<Item = usize>) -> (f32, usize) {
         let (mut lowest, mut blocks) = ([f32::INFINITY; LANES], [0u32; LANES]);
         let ([x0, y0, z0], [x1, y1, z1]) = (rows_of(self.from), rows_of(self.to));
         let radii = self.radii.as_chunks::<LANES>().0;
-        for block in 0..radii.len() {
+        for block in all {
             for lane in 0..LANES {
                 let from = [x0[block][lane], y0[block][lane], z0[block][lane]];
                 let to = [x1[block][lane], y1[block][lane], z1[block][lane]];
@@ -134,8 +122,9 @@ impl Spheres<'_> {
             Vec3::from(self.from.map(|row| row[sphere])),
             Vec3::from(self.to.map(|row| row[sphere])),
         );
-        let apart = [0, 1].map(|end| from.lerp(to, ball.shares[end]) - ball.centres[end]);
-        closest(apart, ball.radii.map(|radius| radius + self.radii[sphere]))
+        let apart = |end: usize| from.lerp(to, ball.shares[end]) - ball.centres[end];
+        let reach = |end: usize| ball.radii[end] + self.radii[sphere];
+        closest([apart(0), apart(1)], [reach(0), reach(1)])
     }
 
     fn nearest_to_growing(&self, ball: &Ball, count: usize, limit: f32) -> Option<Nearest> {
@@ -218,9 +207,9 @@ mod tests {
                 radii: [0.1; 2],
                 shares: [0.0, 1.0],
             };
-            let (portable, sphere) = spheres.lowest(&ball);
+            let (portable, sphere) = spheres.lowest(&ball, 0..3);
             for isa in Isa::available() {
-                let (lowest, first) = isa.run(|| spheres.lowest(&ball));
+                let (lowest, first) = isa.run(|| spheres.lowest(&ball, 0..3));
                 prop_assert_eq!((lowest.to_bits(), first), (portable.to_bits(), sphere));
             }
         }

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use super::balls::{LANES, Lanes};
 use super::nearest::{Ball, Nearest, Spheres};
 use super::{Clearance, Extent, SAMPLE_RATE};
 use crate::avoid::Attack;
@@ -12,8 +13,11 @@ use crate::region::{BodyTrack, MovingSphere, SphereKey};
 pub(super) trait Samples {
     /// How many samples there are from the start of a stretch to its end.
     fn stretch(&self) -> usize;
-    /// Something that a ball's distance from the whole body all through a stretch is not below.
-    fn bound(&mut self, tick: usize, ball: &Ball) -> f32;
+    /// For each of so many stretches, sixteen at most, that follow each other from a sample on: something that the distance of
+    /// a sphere, on its way between two keys, from the whole body all through the stretch is not below.
+    fn bounds(&self, keys: [SphereKey; 2], stretches: (usize, usize)) -> Lanes;
+    /// Adds the blocks of the body's spheres that may come nearer than `limit` to a ball all through the stretch from a sample on.
+    fn near(&self, tick: usize, ball: &Ball, limit: f32, blocks: &mut Vec<usize>);
     /// How samples are gone through.
     fn pace(&self) -> Pace;
     /// Makes the spheres of a sample known.
@@ -63,6 +67,8 @@ pub(super) struct Stretches {
     bounded: Vec<(f32, usize)>,
     /// By what is half known of its spheres.
     coarse: Vec<(f32, usize)>,
+    /// The blocks of the body's spheres that may come near in one of them.
+    near: Vec<usize>,
 }
 
 /// By how much the body's spheres leave the straight lines between samples that are a whole stretch
@@ -106,7 +112,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    fn is_over(&self) -> bool {
+    pub(super) fn is_over(&self) -> bool {
         self.best.metres < self.extent.enough
     }
 
@@ -149,8 +155,16 @@ impl<'a> Sweep<'a> {
                 break;
             }
             if samples.pace() == Pace::Each {
+                let ends = [tick, tick + samples.stretch()];
+                let limit = self.best.metres + rounding(keys);
+                stretches.near.clear();
+                samples.near(tick, &ball(keys, ends), limit, &mut stretches.near);
+                if stretches.near.is_empty() {
+                    continue;
+                }
                 for tick in within(tick, keys, samples.stretch()) {
-                    self.meet(tick, keys, samples, course.origin);
+                    let near = Some(&stretches.near[..]);
+                    self.meet((tick, near), keys, samples, course.origin);
                 }
                 continue;
             }
@@ -177,12 +191,7 @@ impl<'a> Sweep<'a> {
 
     /// The stretches of a way on which the body may come near, nearest first. Often that is proof
     /// enough that none does.
-    fn bound(
-        &self,
-        keys: [SphereKey; 2],
-        samples: &mut impl Samples,
-        bounded: &mut Vec<(f32, usize)>,
-    ) {
+    fn bound(&self, keys: [SphereKey; 2], samples: &impl Samples, bounded: &mut Vec<(f32, usize)>) {
         let stretch = samples.stretch();
         let [first, last] = keys.map(tick_of);
         let stray = match samples.pace() {
@@ -190,12 +199,12 @@ impl<'a> Sweep<'a> {
             Pace::EndsFirst => STRAY,
         };
         bounded.clear();
-        for tick in (first - first % stretch..=last).step_by(stretch) {
-            let ball = ball(keys, [tick, tick + stretch]);
-            let bound = samples.bound(tick, &ball) - stray;
-            if bound < self.best.metres {
-                bounded.push((bound, tick));
-            }
+        let all = first - first % stretch..last + 1;
+        for tick in all.clone().step_by(LANES * stretch) {
+            let ticks = (tick..all.end).step_by(stretch).take(LANES);
+            let bounds = samples.bounds(keys, (tick, ticks.len()));
+            let bounds = bounds.iter().map(|bound| bound - stray).zip(ticks);
+            bounded.extend(bounds.filter(|&(bound, _)| bound < self.best.metres));
         }
         sort(bounded);
     }
@@ -282,17 +291,27 @@ impl<'a> Sweep<'a> {
             if self.is_over() || bound >= self.best.metres {
                 break;
             }
-            self.meet(part, keys, samples, origin);
+            self.meet((part, None), keys, samples, origin);
         }
     }
 
-    /// Between a sample and the next one.
-    fn meet(&mut self, tick: usize, keys: [SphereKey; 2], samples: &mut impl Samples, origin: f32) {
+    /// Between a sample and the next one, where only some blocks of the body's spheres may be near, if it is known which.
+    fn meet(
+        &mut self,
+        (tick, near): (usize, Option<&[usize]>),
+        keys: [SphereKey; 2],
+        samples: &mut impl Samples,
+        origin: f32,
+    ) {
         let ends = [tick, tick + 1];
         ends.iter().for_each(|&tick| samples.prepare(tick));
-        let ball = ball(keys, ends);
-        let spheres = samples.spheres(ends);
-        if let Some(nearest) = spheres.nearest(&ball, samples.count(), self.best.metres) {
+        let (ball, spheres) = (ball(keys, ends), samples.spheres(ends));
+        let limit = (samples.count(), self.best.metres);
+        let nearest = match near {
+            Some(blocks) => spheres.nearest_of(|| blocks.iter().copied(), &ball, limit),
+            None => spheres.nearest(&ball, limit.0, limit.1),
+        };
+        if let Some(nearest) = nearest {
             self.best = Clearance {
                 metres: nearest.metres,
                 time: origin + ball.tick(ends, nearest.share) / SAMPLE_RATE,
@@ -300,6 +319,12 @@ impl<'a> Sweep<'a> {
             };
         }
     }
+}
+
+/// What rounding adds at most to a distance from a sphere on its way between these keys, and more.
+fn rounding(keys: [SphereKey; 2]) -> f32 {
+    let furthest = |key: SphereKey| key.center.abs().max_element();
+    1e-4 + 1e-6 * furthest(keys[0]).max(furthest(keys[1]))
 }
 
 /// The samples of a stretch that lie on a way.
@@ -317,19 +342,22 @@ fn sort(stretches: &mut [(f32, usize)]) {
 }
 
 /// A sphere on its way between two keys, from one sample to another.
-fn ball(keys: [SphereKey; 2], ticks: [usize; 2]) -> Ball {
+pub(super) fn ball(keys: [SphereKey; 2], ticks: [usize; 2]) -> Ball {
     part_of_ball(keys, ticks, ticks)
 }
 
 /// The same during `part` alone; its shares are those of the way between `ticks`.
 fn part_of_ball(keys: [SphereKey; 2], part: [usize; 2], ticks: [usize; 2]) -> Ball {
-    let within = |tick: usize| (tick as f32 / SAMPLE_RATE).clamp(keys[0].t, keys[1].t);
-    let ends = part.map(|tick| MovingSphere::between(keys[0], keys[1], within(tick)));
+    let at = |tick: usize| {
+        let t = (tick as f32 / SAMPLE_RATE).clamp(keys[0].t, keys[1].t);
+        MovingSphere::between(keys[0], keys[1], t)
+    };
+    let (from, to) = (at(part[0]), at(part[1]));
     let whole = (ticks[1] - ticks[0]) as f32;
     let share = |t: f32| ((t * SAMPLE_RATE - ticks[0] as f32) / whole).clamp(0.0, 1.0);
     Ball {
-        centres: ends.map(|end| end.center),
-        radii: ends.map(|end| end.radius),
-        shares: ends.map(|end| share(end.t)),
+        centres: [from.center, to.center],
+        radii: [from.radius, to.radius],
+        shares: [share(from.t), share(to.t)],
     }
 }

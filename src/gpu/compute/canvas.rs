@@ -86,7 +86,7 @@ impl Sheet {
                 ..one.disc
             };
             let [width, height] =
-                [COLUMNS, ROWS].map(|side| side as i32 * SUB_TEXELS >> shape.shift);
+                [COLUMNS, ROWS].map(|side| (side as i32 * SUB_TEXELS) >> shape.shift);
             let columns = blocks_near(disc.x, disc.radius, (width, shape.columns()));
             let rows = blocks_near(disc.z, disc.radius, (height, shape.rows()));
             if columns.is_empty() || rows.is_empty() {
@@ -142,7 +142,7 @@ fn covered([x, z]: [i32; 2], (radius, shift): (i32, u32)) -> u32 {
     let half = SUB_TEXELS / 2;
     let mut covered = 0;
     for k in 0..TEXELS {
-        let [u, v] = [k % COLUMNS, k / COLUMNS].map(|texel| texel as i32 * SUB_TEXELS >> shift);
+        let [u, v] = [k % COLUMNS, k / COLUMNS].map(|texel| (texel as i32 * SUB_TEXELS) >> shift);
         let (dx, dz) = (x + u + half, z + v + half);
         covered |= u32::from(dx * dx <= radius * radius - dz * dz) << k;
     }

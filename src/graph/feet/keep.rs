@@ -29,18 +29,20 @@ pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend, frame: f32) ->
 impl MotionGraph {
     /// Moves the feet of a transition's blended pose to where its plan has them. At the transition's
     /// two ends they are there already.
-    pub(in crate::graph) fn keep_feet(&self, id: EdgeId, frame: f32, out: &mut Pose) {
+    pub(in crate::graph) fn keep_feet(
+        &self,
+        (id, frame): (EdgeId, f32),
+        sides: &Sides<'_>,
+        out: &mut Pose,
+    ) {
         let edge = self.edge(id);
         if self.feet.blends.is_empty() || frame <= 0.0 || frame >= edge.frames as f32 {
             return;
         }
-        let Some(sides) = Sides::of(self, edge, frame) else {
-            return;
-        };
         let sunk = self.sunk(id, frame);
         for (index, leg) in self.feet.legs.iter().enumerate() {
             let foot = match self.feet.blend(id, index) {
-                Some(blend) => foot(&sides, leg, blend, frame),
+                Some(blend) => foot(sides, leg, blend, frame),
                 // It stays where it is while the root sinks.
                 None if sunk > 0.0 => Chain::of(&self.skeleton, out).global(leg.foot),
                 None => continue,
