@@ -78,11 +78,9 @@ impl BodyTrack {
         let part = |stretch: usize, spheres: std::ops::Range<usize>| {
             let samples = stretches[stretch].clone();
             let of = |sphere: usize| {
-                let radius = body.spheres[sphere].radius;
-                { samples.clone() }.map({
-                    let track = &track;
-                    move |tick| (track.centre(tick, sphere), radius)
-                })
+                let (track, radius) = (&track, body.spheres[sphere].radius);
+                let samples = samples.clone();
+                samples.map(move |tick| (track.centre(tick, sphere), radius))
             };
             around(&spheres.flat_map(of).collect::<Vec<_>>())
         };
