@@ -55,36 +55,14 @@ impl Balls {
 
     /// The smallest distances from spheres that hold the whole body at the two ends of each stretch.
     #[inline(always)]
-    pub(super) fn distances_to_spheres(&self, [from, to]: [&HullRows; 2]) -> Lanes {
-        let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
-        for lane in 0..LANES {
-            for (side, apart) in apart.iter_mut().enumerate() {
-                let share = self.shares[side][lane];
-                for axis in 0..3 {
-                    let centre = from[axis][lane] * (1.0 - share) + to[axis][lane] * share;
-                    apart[axis][lane] = centre - self.centres[side][axis][lane];
-                }
-            }
-            reach[lane] = from[3][lane].max(to[3][lane]) + self.radius(lane);
-        }
-        closest(&apart, &reach)
+    pub(super) fn distances_to_spheres(&self, hulls: [&HullRows; 2]) -> Lanes {
+        self.distances(hulls, ([(0, 0), (1, 1), (2, 2)], 3))
     }
 
     /// The same from upright cylinders.
     #[inline(always)]
     pub(super) fn distances_to_uprights(&self, [from, to]: [&UprightRows; 2]) -> Lanes {
-        let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
-        for lane in 0..LANES {
-            for (side, apart) in apart.iter_mut().enumerate() {
-                let share = self.shares[side][lane];
-                for (row, axis) in [(0, 0), (1, 2)] {
-                    let centre = from[row][lane] * (1.0 - share) + to[row][lane] * share;
-                    apart[axis][lane] = centre - self.centres[side][axis][lane];
-                }
-            }
-            reach[lane] = from[2][lane].max(to[2][lane]) + self.radius(lane);
-        }
-        let mut distances = closest(&apart, &reach);
+        let mut distances = self.distances([from, to], ([(0, 0), (1, 2)], 2));
         for lane in 0..LANES {
             let (radius, heights) = (
                 self.radius(lane),
@@ -97,6 +75,28 @@ impl Balls {
             distances[lane] = distances[lane].max(above).max(below);
         }
         distances
+    }
+
+    /// The smallest distances from what lies around points, or lines along the axes that are not named: `axes` are rows and the
+    /// axes that they are places on, `radii` is a row too.
+    #[inline(always)]
+    fn distances<const ROWS: usize, const AXES: usize>(
+        &self,
+        [from, to]: [&[Lanes; ROWS]; 2],
+        (axes, radii): ([(usize, usize); AXES], usize),
+    ) -> Lanes {
+        let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
+        for lane in 0..LANES {
+            for (side, apart) in apart.iter_mut().enumerate() {
+                let share = self.shares[side][lane];
+                for (row, axis) in axes {
+                    let centre = from[row][lane] * (1.0 - share) + to[row][lane] * share;
+                    apart[axis][lane] = centre - self.centres[side][axis][lane];
+                }
+            }
+            reach[lane] = from[radii][lane].max(to[radii][lane]) + self.radius(lane);
+        }
+        closest(&apart, &reach)
     }
 
     #[inline(always)]

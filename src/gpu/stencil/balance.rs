@@ -43,7 +43,7 @@ impl Balance {
             self.rows[usize::from(high[1])] -= width;
         }
         let all: u64 = self.tiles.iter().sum();
-        let most = self.tiles.iter().max().map_or(0, |&most| most);
+        let most = self.tiles.iter().copied().max().unwrap_or(0);
         if 8 * most <= 5 * all {
             return 0;
         }

@@ -46,7 +46,7 @@ pub(crate) trait Lanes:
 
     /// How many; a divisor of [`Line::LANES`].
     const COUNT: usize;
-    /// How many words a [`Lanes::window`] chooses from.
+    /// How many words each of [`Lanes::windows`] chooses from.
     const REACH: usize;
     /// How many of these make a line.
     const PARTS: usize = Line::LANES / Self::COUNT;
