@@ -10,12 +10,12 @@ use std::sync::OnceLock;
 use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::avoid::cull::{Counted, CullCandidate, CullInput, cpu};
-use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
 use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
 use sabaki::gpu::{Headless, HeadlessDesc, compute};
-use sabaki::region::{BakedGraph, MapGrid};
+use sabaki::maps::{BakedGraph, MapGrid};
+use sabaki::query::cull::{Counted, CullCandidate, CullInput, cpu};
+use sabaki::query::{Query, QueryContext, QuerySettings};
 
 /// How many candidates are culled, on which maps, and what is counted of them.
 #[derive(Clone, Copy)]

@@ -8,8 +8,8 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use sabaki::graph::distance::{DistanceMap, Windows};
 use sabaki::graph::{self, GraphSettings, PointCloud};
+use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Isa;
-use sabaki::region::{BakeSettings, Baker};
 
 fn main() {
     divan::main();

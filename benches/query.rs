@@ -7,8 +7,8 @@ mod common;
 use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{
+use sabaki::query::cull::cpu;
+use sabaki::query::{
     Answer, Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Verdict,
 };
 

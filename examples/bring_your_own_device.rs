@@ -16,12 +16,12 @@ use plain_memory::PlainMemory;
 use renderer::Renderer;
 use sabaki::{
     anim::Pose,
-    avoid::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull},
     demo::throw::{ThrowSettings, throw},
     gpu::{
         Context, ContextDesc, Terms, check,
         stencil::{Culler, CullerDesc},
     },
+    query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull},
 };
 
 fn main() -> Result<(), Box<dyn Error>> {

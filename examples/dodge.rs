@@ -5,11 +5,11 @@ use std::error::Error;
 
 use glam::Vec3;
 use sabaki::anim::Pose;
-use sabaki::avoid::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
 use sabaki::demo;
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
+use sabaki::maps::{BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakeSettings, Baker, SphereKey};
+use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Offline: clips and events in, one immutable baked graph out. `sabaki::io::read_clips` reads your own clips.

@@ -5,17 +5,17 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::{
-    avoid::{
-        Query, QueryContext, QuerySettings,
-        cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
-    },
     demo::{
         self,
         throw::{ThrowSettings, throw},
     },
     gpu::{Context, Headless, HeadlessDesc, ash::vk, compute, stencil},
     graph::{self, ClipSource, GraphSettings},
-    region::{BakeSettings, BakedGraph, Baker},
+    maps::{BakeSettings, BakedGraph, Baker},
+    query::{
+        Query, QueryContext, QuerySettings,
+        cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
+    },
 };
 
 const SLOTS: usize = 3;

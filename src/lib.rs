@@ -49,21 +49,23 @@
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 pub mod anim;
-pub mod avoid;
+pub mod archive;
 #[cfg(feature = "capi")]
 mod capi;
+pub mod character;
 pub mod crowd;
 #[cfg(feature = "demo")]
 pub mod demo;
+pub mod duel;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
 pub mod graph;
 pub mod guide;
 pub mod io;
 pub mod lod;
+pub mod maps;
 pub mod math;
-pub mod region;
-pub mod troupe;
+pub mod query;
 #[cfg(feature = "view")]
 pub mod view;
 

@@ -130,27 +130,27 @@ fn a_wrong_arrow_is_seen_however_it_is_written() {
     for (path, text) in [
         ("src/math/rigid2.rs", "use crate::anim::Clip;"),
         ("src/anim/mod.rs", "fn f() -> crate::graph::NodeId { a, b"),
-        ("src/graph/mod.rs", "\n\npub use crate::region::Slab;"),
+        ("src/graph/mod.rs", "\n\npub use crate::maps::Slab;"),
         (
-            "src/region/bake.rs",
-            "use crate::{anim::{Clip, Pose}, avoid::Attack, math::Rigid2};",
+            "src/maps/bake.rs",
+            "use crate::{anim::{Clip, Pose}, query::Attack, math::Rigid2};",
         ),
         (
-            "src/region/bake.rs",
+            "src/maps/bake.rs",
             "use crate::{\n    anim::Clip,\n    gpu,\n};",
         ),
-        ("src/avoid/cull/cpu.rs", "use crate::gpu::Ticket;"),
+        ("src/query/cull/cpu.rs", "use crate::gpu::Ticket;"),
         (
-            "src/avoid/cull/cpu.rs",
+            "src/query/cull/cpu.rs",
             "use super::super::super::gpu::Ticket;",
         ),
-        ("src/avoid/mod.rs", "use super::{region::Slab, io};"),
+        ("src/query/mod.rs", "use super::{maps::Slab, io};"),
         (
-            "src/avoid/mod.rs",
+            "src/query/mod.rs",
             "mod inner { mod more { use super::super::super::io; } }",
         ),
         (
-            "src/avoid/mod.rs",
+            "src/query/mod.rs",
             "#[cfg(test)]\nmod tests { use crate::demo::clips; }",
         ),
         ("src/io/bvh.rs", "use crate::demo::clips;"),
@@ -174,11 +174,11 @@ fn a_wrong_arrow_is_seen_however_it_is_written() {
     let complaint = complaints(
         rules::arrows,
         "src/graph/mod.rs",
-        "\n\npub use crate::region::Slab;",
+        "\n\npub use crate::maps::Slab;",
     );
     assert_eq!(
         complaint,
-        ["src/graph/mod.rs:3: `graph` may not use `crate::region`"]
+        ["src/graph/mod.rs:3: `graph` may not use `crate::maps`"]
     );
 }
 
@@ -191,20 +191,20 @@ fn a_right_arrow_passes() {
             "use crate::math::{Rigid2, fixed}; use super::Pose;",
         ),
         (
-            "src/region/bake.rs",
+            "src/maps/bake.rs",
             "use crate::{anim::{Clip, Pose}, graph::*};\npub(crate) fn f() {}",
         ),
         (
-            "src/region/bake.rs",
+            "src/maps/bake.rs",
             "use crate::{\n    anim::Clip,\n    math::Rigid2,\n};",
         ),
         (
-            "src/region/bake.rs",
-            "pub(in crate::region) fn f(a: crate::anim::Clip, b: u8) {}",
+            "src/maps/bake.rs",
+            "pub(in crate::maps) fn f(a: crate::anim::Clip, b: u8) {}",
         ),
         (
             "src/anim/clip.rs",
-            "// crate::graph\n/* crate::io /* crate::gpu */ crate::io */ const A: &str = \"crate::avoid\";",
+            "// crate::graph\n/* crate::io /* crate::gpu */ crate::io */ const A: &str = \"crate::query\";",
         ),
         (
             "src/anim/clip.rs",
@@ -218,17 +218,17 @@ fn a_right_arrow_passes() {
             "src/anim/clip.rs",
             "#[cfg(test)]\nmod tests { use super::super::Pose; use super::*; }",
         ),
-        ("src/avoid/cull/cpu.rs", "use super::super::attack::Attack;"),
+        ("src/query/cull/cpu.rs", "use super::super::attack::Attack;"),
         (
             "src/gpu/mod.rs",
-            "use crate::{avoid::cull, region::PackedMaps};",
+            "use crate::{query::cull, maps::PackedMaps};",
         ),
         (
             "src/cli/dodge.rs",
-            "use crate::{io, gpu, demo}; use sabaki::avoid;",
+            "use crate::{io, gpu, demo}; use sabaki::query;",
         ),
         ("src/main.rs", "mod cli; use crate::cli::run;"),
-        ("src/lib.rs", "pub use crate::avoid::Attack;"),
+        ("src/lib.rs", "pub use crate::query::Attack;"),
     ] {
         assert_none(&complaints(rules::arrows, path, text));
     }
@@ -243,7 +243,7 @@ fn vulkan_outside_its_rooms_is_seen() {
         "fn f(a: vk::Image) {}",
     ] {
         assert!(
-            !complaints(rules::device_names, "src/avoid/mod.rs", text).is_empty(),
+            !complaints(rules::device_names, "src/query/mod.rs", text).is_empty(),
             "{text}"
         );
         assert!(
@@ -266,7 +266,7 @@ fn unsafe_out_of_place_or_unexplained_is_seen() {
         "// SAFETY: no.\nunsafe impl Send for A {}",
     ] {
         assert_eq!(
-            complaints(rules::unsafe_code, "src/region/raster.rs", text).len(),
+            complaints(rules::unsafe_code, "src/maps/raster.rs", text).len(),
             1,
             "{text}"
         );

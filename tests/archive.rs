@@ -13,9 +13,9 @@ use std::sync::OnceLock;
 
 use common::random::Random;
 use common::small::{small, use_it};
-use sabaki::io::ArchiveError;
-use sabaki::io::archive::{from_bytes, to_bytes};
-use sabaki::region::BakedGraph;
+use sabaki::archive::ArchiveError;
+use sabaki::archive::{from_bytes, to_bytes};
+use sabaki::maps::BakedGraph;
 
 /// Where the part with the checksum begins; before it stand magic, version and the checksum.
 const CHECKED: usize = 16;
@@ -66,10 +66,10 @@ fn what_is_written_is_read_again() {
 fn a_file_appears_whole_and_is_read_by_its_path() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("small.sabaki");
-    sabaki::io::archive::write(&path, small()).unwrap();
-    assert_eq!(&sabaki::io::archive::read(&path).unwrap(), small());
+    sabaki::archive::write(&path, small()).unwrap();
+    assert_eq!(&sabaki::archive::read(&path).unwrap(), small());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-    let missing = sabaki::io::archive::read(&folder.path().join("none")).unwrap_err();
+    let missing = sabaki::archive::read(&folder.path().join("none")).unwrap_err();
     assert!(missing.to_string().contains("none"));
 }
 

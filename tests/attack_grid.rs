@@ -11,8 +11,8 @@ use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{Motion, NodeId, Playhead, Step};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 use sabaki::math::Rigid2;
-use sabaki::region::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 
 type Cell = [i16; 3];
 

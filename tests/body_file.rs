@@ -6,7 +6,7 @@ mod common;
 use common::clips::small_skeleton;
 use glam::Vec3;
 use sabaki::io::{BodyFile, BodyFileError};
-use sabaki::region::Body;
+use sabaki::maps::Body;
 
 fn error(text: &str) -> String {
     BodyFile::parse(text.as_bytes()).unwrap_err().to_string()

@@ -13,8 +13,8 @@ use glam::Vec3;
 use sabaki::anim::{JointTransform, Skeleton};
 use sabaki::demo;
 use sabaki::io::parse_obj;
-use sabaki::region::Body;
-use sabaki::region::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
+use sabaki::maps::Body;
+use sabaki::maps::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
 
 fn skeleton() -> Skeleton {
     demo::motions().unwrap().skeleton
@@ -66,7 +66,7 @@ fn places(mesh: &Mesh, each: usize) -> Vec<Vec3> {
 /// How far a place sticks out of all spheres.
 fn outside_of(body: &Body, joints: &[JointTransform], place: Vec3) -> f32 {
     let out =
-        |sphere: &sabaki::region::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
+        |sphere: &sabaki::maps::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
     body.spheres.iter().map(out).fold(f32::INFINITY, f32::min)
 }
 
@@ -164,7 +164,7 @@ fn a_group_named_like_a_joint_goes_there_and_nothing_else_does() {
     let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
     let (body, _) = fitted(&mesh, &pose);
     let near = |middle: Vec3| {
-        let here = |sphere: &&sabaki::region::BodySphere| {
+        let here = |sphere: &&sabaki::maps::BodySphere| {
             sphere.centre(pose.joints()).distance(middle) < 0.03
         };
         let joints: Vec<_> = body

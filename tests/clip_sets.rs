@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use glam::Vec3;
 use sabaki::anim::{Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
 use sabaki::io::{ClipSet, LengthUnit, ReadOptions, ScaleSource, read_clips};
-use sabaki::region::Body;
+use sabaki::maps::Body;
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
 type Names = [&'static str; 8];

@@ -7,11 +7,11 @@ mod common;
 
 use common::baked::embedded;
 use common::captures::fight_graph;
-use sabaki::avoid::Attack;
-use sabaki::avoid::clearance::{Extent, MotionBody, Sampling, on_motion};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::{Motion, Step};
-use sabaki::region::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::query::Attack;
+use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
 
 /// Metres.
 const STRAY: f32 = 0.025;

@@ -9,11 +9,11 @@ mod counting;
 use common::small::small;
 use counting::allocations;
 use glam::Vec3;
-use sabaki::avoid::cull::cpu::Culler;
-use sabaki::avoid::{Attack, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
-use sabaki::region::SphereKey;
+use sabaki::query::cull::cpu::Culler;
+use sabaki::query::{Attack, Enumerate, Query, QueryContext, QuerySettings};
 
 /// An attack that comes from a side, at a time.
 fn attack(from: f32, t: f32) -> Attack {

@@ -6,14 +6,14 @@ mod common;
 
 use common::maps::oracle;
 use common::random::Random;
-use sabaki::avoid::cull::cpu::Culler;
-use sabaki::avoid::cull::{
-    AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap, TimedDisc,
-};
-use sabaki::math::{Isa, Rigid2};
-use sabaki::region::{
+use sabaki::maps::{
     BitMap, Disc, MapGrid, MapRect, MapTurn, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab,
     SlabMaps,
+};
+use sabaki::math::{Isa, Rigid2};
+use sabaki::query::cull::cpu::Culler;
+use sabaki::query::cull::{
+    AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap, TimedDisc,
 };
 
 fn between(random: &mut Random, low: i32, high: i32) -> i32 {

@@ -6,11 +6,11 @@ mod common;
 
 use common::baked::embedded_graph;
 use common::captures::fight_graph;
-use sabaki::avoid::cull::cpu::Culler;
-use sabaki::avoid::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::{GraphSettings, MotionGraph};
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::cull::cpu::Culler;
+use sabaki::query::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
 
 fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
     let settings = BakeSettings {

@@ -8,11 +8,11 @@ mod common;
 
 use common::answer::answer_throw;
 use common::baked::{embedded, embedded_graph};
-use sabaki::avoid::{Answer, Enumerate, Judging, Query, QuerySettings};
+use sabaki::archive::to_bytes;
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::GraphSettings;
-use sabaki::io::archive::to_bytes;
-use sabaki::region::{BakeSettings, Baker, PathSettings};
+use sabaki::maps::{BakeSettings, Baker, PathSettings};
+use sabaki::query::{Answer, Enumerate, Judging, Query, QuerySettings};
 
 #[test]
 fn any_number_of_threads_bakes_the_same_bytes() {

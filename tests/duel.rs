@@ -10,13 +10,11 @@ use std::sync::OnceLock;
 use common::baked::embedded;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
-use sabaki::avoid::duel::{
-    Core, Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side,
-};
-use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
+use sabaki::duel::{Core, Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::math::Rigid2;
-use sabaki::region::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
 const SIDES: [Side; 2] = [Side::White, Side::Blue];
 

@@ -11,10 +11,11 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::{Answer, Judging, Query, QuerySettings};
+use sabaki::archive;
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::io::export::{evasion_placement, write_answer};
-use sabaki::io::{Chosen, Question, Recording, RecordingError, archive};
+use sabaki::io::{Chosen, Question, Recording, RecordingError};
+use sabaki::query::{Answer, Judging, Query, QuerySettings};
 use serde_json::Value;
 
 const ATTACKS: u64 = 25;

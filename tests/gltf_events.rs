@@ -9,13 +9,12 @@ use std::path::{Path, PathBuf};
 use common::answer::answer_throw;
 use common::baked::embedded;
 use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
-use sabaki::avoid::{Judging, Query, QuerySettings};
+use sabaki::archive;
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::ClipSource;
 use sabaki::io::export::{MotionFormat, Target, write_answer_as};
-use sabaki::io::{
-    ClipSet, EventsFile, Question, ReadError, ReadOptions, archive, gltf, read_clips,
-};
+use sabaki::io::{ClipSet, EventsFile, Question, ReadError, ReadOptions, gltf, read_clips};
+use sabaki::query::{Judging, Query, QuerySettings};
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
     read_clips(&[path.to_owned()], events, &ReadOptions::default())

@@ -9,13 +9,13 @@ use common::maps::{attack_of, untimed};
 use common::{Random, desc, drifting};
 use counting::allocations;
 use sabaki::{
-    avoid::cull::{CullCandidate, CullInput},
     gpu::{
         Headless, HeadlessDesc,
         stencil::{Counting, Culler, CullerDesc},
     },
+    maps::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
     math::Rigid2,
-    region::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab},
+    query::cull::{CullCandidate, CullInput},
 };
 
 #[test]

@@ -11,10 +11,10 @@ use common::cull_cases::{self, Path};
 use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
 use sabaki::gpu::compute::{Culler, CullerDesc, InputWay};
 use sabaki::gpu::{Headless, HeadlessDesc};
-use sabaki::region::{MapGrid, MapRect};
+use sabaki::maps::{MapGrid, MapRect};
+use sabaki::query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
 
 const RECT: MapRect = MapRect {
     u: -30,

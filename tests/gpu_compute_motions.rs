@@ -7,12 +7,12 @@ mod common;
 use common::baked::{embedded, embedded_graph};
 use common::captures::fight_graph;
 use common::{device, finish};
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::gpu::compute::{Culler, CullerDesc};
 use sabaki::graph::{GraphSettings, MotionGraph};
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::cull::cpu;
+use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 
 fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
     let settings = BakeSettings {

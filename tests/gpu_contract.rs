@@ -12,14 +12,14 @@ use std::sync::{Arc, Mutex};
 use common::cull::{any_input, atlas_on, sliced};
 use common::{Random, desc, finish};
 use sabaki::{
-    avoid::cull::{CullInput, Overlap},
     gpu::{
         Context, GpuAllocatorMemory, GpuError, Headless, Message, Terms,
         ash::vk,
         check, compute,
         stencil::{self, Counting},
     },
-    region::{MapGrid, RegionAtlas},
+    maps::{MapGrid, RegionAtlas},
+    query::cull::{CullInput, Overlap},
 };
 
 fn device() -> Headless {

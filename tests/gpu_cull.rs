@@ -9,12 +9,12 @@ use common::cull_cases::{self, Path};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
-    avoid::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
     gpu::{
         GpuError, Terms, Without,
         stencil::{Counting, CullerDesc},
     },
-    region::{MapGrid, MapRect, RegionId, Slab},
+    maps::{MapGrid, MapRect, RegionId, Slab},
+    query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
 };
 
 #[test]

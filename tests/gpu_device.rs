@@ -19,7 +19,7 @@ use sabaki::{
         check, requirements,
         stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc},
     },
-    region::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab},
+    maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab},
 };
 
 /// Runs out after some allocations.

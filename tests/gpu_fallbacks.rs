@@ -7,14 +7,14 @@ mod common;
 use common::cull::{any_input, atlas_on, culler, sliced};
 use common::{Random, device_on, drifting, finish};
 use sabaki::{
-    avoid::cull::{CullInput, Overlap, cpu},
     gpu::{
         Headless, Terms, Without,
         ash::vk,
         check, compute, requirements,
         stencil::{self, Counting, CullerDesc, Rasterizer, RasterizerDesc},
     },
-    region::{MapGrid, MapRect, raster},
+    maps::{MapGrid, MapRect, raster},
+    query::cull::{CullInput, Overlap, cpu},
 };
 
 const EVERYTHING: Without = Without {

@@ -18,10 +18,6 @@ use common::{Random, desc, drifting, finish};
 use glam::Vec3;
 use plain_memory::PlainMemory;
 use sabaki::{
-    avoid::{
-        Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict,
-        cull::{Counted, CullInput, Overlap, cpu},
-    },
     gpu::{
         Context, GpuError, Headless, Memory,
         ash::vk,
@@ -29,8 +25,12 @@ use sabaki::{
         stencil::{self, Rasterizer, RasterizerDesc},
     },
     graph::{EdgeId, Playhead},
+    maps::{MapRect, RegionAtlas, SphereKey, raster},
     math::Rigid2,
-    region::{MapRect, RegionAtlas, SphereKey, raster},
+    query::{
+        Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict,
+        cull::{Counted, CullInput, Overlap, cpu},
+    },
 };
 use shim::Fault;
 

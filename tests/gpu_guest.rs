@@ -17,13 +17,13 @@ use std::{
 use common::{answer::answer_throw, baked::embedded};
 use plain_memory::PlainMemory;
 use sabaki::{
-    avoid::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull::CullInput},
     demo::throw::{ThrowSettings, throw},
     gpu::{
         Context, RawContextDesc, Terms,
         ash::vk::{self, Handle},
         command_buffer, compute, stencil,
     },
+    query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull::CullInput},
 };
 use wgpu::hal::api::Vulkan;
 

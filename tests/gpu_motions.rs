@@ -8,13 +8,13 @@ mod common;
 use common::baked::embedded_graph;
 use common::captures::fight_graph;
 use common::{device, finish};
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::gpu::Headless;
 use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::graph::{GraphSettings, MotionGraph};
-use sabaki::region::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
+use sabaki::query::cull::cpu;
+use sabaki::query::{Query, QueryContext, QuerySettings};
 
 /// Draws what a bake asks for on the device, and holds it against the CPU's.
 fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> DrawnMaps {

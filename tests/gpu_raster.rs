@@ -10,7 +10,7 @@ use sabaki::{
         GpuError, Headless,
         stencil::{Rasterizer, RasterizerDesc},
     },
-    region::{Disc, Drawing, MapRect, raster},
+    maps::{Disc, Drawing, MapRect, raster},
 };
 
 fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {

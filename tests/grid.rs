@@ -10,10 +10,10 @@ use std::collections::BTreeSet;
 use common::answer::answer_throw;
 use common::baked::embedded;
 use glam::Vec3;
-use sabaki::avoid::{Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Source};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::NodeId;
-use sabaki::region::{BodyTrack, CellColumn, PathId, TouchedCells};
+use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
+use sabaki::query::{Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Source};
 
 type Cell = (i32, i32, u32);
 

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use sabaki::anim::Skeleton;
-use sabaki::avoid::{Attack, QuerySettings};
+use sabaki::archive::LARGEST_FILE;
 use sabaki::graph::GraphSettings;
-use sabaki::io::{LARGEST_FILE, LONGEST_CLIP, gltf};
-use sabaki::region::{MapGrid, PathSettings};
+use sabaki::io::{LONGEST_CLIP, gltf};
+use sabaki::maps::{MapGrid, PathSettings};
+use sabaki::query::{Attack, QuerySettings};
 
 const PAGES: [(&str, &str); 7] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),

@@ -30,7 +30,7 @@ fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
         .map(|path| (path.display().to_string(), std::fs::read(&path).unwrap()))
         .collect();
     if target == "baked" {
-        let bytes = sabaki::io::archive::to_bytes(common::small::small()).unwrap();
+        let bytes = sabaki::archive::to_bytes(common::small::small()).unwrap();
         inputs.push(("small".to_owned(), targets::without_header(&bytes).to_vec()));
     }
     inputs

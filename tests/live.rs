@@ -4,9 +4,9 @@
 mod common;
 
 use common::baked::embedded;
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Answer, Judging, Query, QueryContext, Verdict};
-use sabaki::region::{BakedGraph, MapGrid};
+use sabaki::maps::{BakedGraph, MapGrid};
+use sabaki::query::cull::cpu;
+use sabaki::query::{Answer, Judging, Query, QueryContext, Verdict};
 use sabaki::view::live::{
     AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, Throw,
     with_asker,

@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 use common::baked::{embedded, embedded_graph};
 use common::small::small;
 use sabaki::graph::{GraphSettings, Motion, NodeId, Playhead, Step};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, NodePath, PathId, PathSettings};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, NodePath, PathId, PathSettings};
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
 type Facts = (u32, u32, u32, u32, [i32; 3]);

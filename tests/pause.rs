@@ -6,11 +6,11 @@ mod common;
 
 use common::small::small;
 use glam::Vec3;
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
 use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
-use sabaki::region::SphereKey;
+use sabaki::query::cull::cpu;
+use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
 
 fn attack(x: f32) -> Attack {
     let key = |t, x| SphereKey {

@@ -11,11 +11,11 @@ use common::baked::{embedded, embedded_graph};
 use common::shapes::Shape;
 use glam::{Quat, Vec3};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use sabaki::archive::{from_bytes, to_bytes};
 use sabaki::graph::GraphSettings;
-use sabaki::io::archive::{from_bytes, to_bytes};
 use sabaki::io::parse_obj;
-use sabaki::region::fit::{FitSettings, Mesh};
-use sabaki::region::{BakeError, BakeSettings, BakedGraph, Baker, LocalSphere, Prop};
+use sabaki::maps::fit::{FitSettings, Mesh};
+use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, LocalSphere, Prop};
 
 const LENGTH: f32 = 1.6;
 
@@ -107,7 +107,7 @@ fn a_staff_strikes_where_it_passes() {
         assert_eq!(now.len(), bare.len() + armed.body().props[0].spheres.len());
         let mut far = 0;
         for tip in tips(&armed, index, joint) {
-            let near = |spheres: &[sabaki::region::MovingSphere]| {
+            let near = |spheres: &[sabaki::maps::MovingSphere]| {
                 let keys = spheres.iter().flat_map(|sphere| sphere.keys());
                 keys.map(|key| key.center.distance(tip) - key.radius)
                     .fold(f32::INFINITY, f32::min)

@@ -9,12 +9,12 @@ use common::answer::answer_throw;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::avoid::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
-use sabaki::avoid::{Answer, Attack, CandidateReport, Fate, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
+use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakedGraph, SphereKey};
+use sabaki::query::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
+use sabaki::query::{Answer, Attack, CandidateReport, Fate, Judging, Query, QuerySettings};
 
 const ATTACKS: u64 = 60;
 

@@ -8,8 +8,8 @@ mod counting;
 
 use common::baked::embedded;
 use counting::allocations;
-use sabaki::avoid::{Answer, Enumerate, Lookup, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki::query::{Answer, Enumerate, Lookup, Query, QueryContext, QuerySettings};
 
 #[test]
 fn a_query_allocates_nothing() {

@@ -7,11 +7,11 @@ use common::small::small;
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::anim::JointId;
-use sabaki::math::Rigid2;
-use sabaki::region::{
+use sabaki::maps::{
     BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, MapGrid, MapRect,
     MapTurn, MaskMap, Slab, raster,
 };
+use sabaki::math::Rigid2;
 
 fn drawing() -> impl Strategy<Value = Drawing> {
     let disc =

@@ -7,7 +7,7 @@ mod common;
 use common::random::Random;
 use common::small::small;
 use glam::Vec3;
-use sabaki::region::{
+use sabaki::maps::{
     BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
 };
 

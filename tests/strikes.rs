@@ -9,11 +9,11 @@ use common::answer::{answer_attack, first_counts};
 use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
-use sabaki::avoid::{Attack, Judging, Query, QuerySettings};
 use sabaki::demo::throw::{ThrowSettings, throw};
 use sabaki::graph::Playhead;
+use sabaki::maps::{AttackMaps, Strike};
 use sabaki::math::Rigid2;
-use sabaki::region::{AttackMaps, Strike};
+use sabaki::query::{Attack, Judging, Query, QuerySettings};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
     let grid = embedded().atlas().grid();

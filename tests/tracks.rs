@@ -9,12 +9,12 @@ use common::baked::embedded;
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sabaki::avoid::Attack;
-use sabaki::avoid::clearance::{
+use sabaki::maps::{BodyTrack, MovingSphere, SphereKey};
+use sabaki::math::Rigid2;
+use sabaki::query::Attack;
+use sabaki::query::clearance::{
     Clearance, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest, on_track,
 };
-use sabaki::math::Rigid2;
-use sabaki::region::{BodyTrack, MovingSphere, SphereKey};
 
 /// A sphere on a way of some keys near a body, within a track's time.
 fn keys(rng: &mut impl Rng, evasion: &PlacedEvasion<'_>) -> Vec<SphereKey> {

@@ -9,11 +9,11 @@ use common::random::Random;
 use common::small::small;
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::character::{MemberId, PosedBy, Troupe, TroupeSettings};
 use sabaki::crowd::{CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::lod::{LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
 use sabaki::math::{Line, Rigid2};
-use sabaki::troupe::{MemberId, PosedBy, Troupe, TroupeSettings};
 
 /// Metres.
 const NEAR: f64 = 4e-4;

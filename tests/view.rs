@@ -8,8 +8,8 @@ use glam::{Vec2, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::demo::{self, Motions};
 use sabaki::gpu::{GpuError, Headless};
+use sabaki::maps::{BitMap, Body, MapRect};
 use sabaki::math::Rigid2;
-use sabaki::region::{BitMap, Body, MapRect};
 use sabaki::view::film::{Film, FilmError};
 use sabaki::view::scene::{
     Camera, Capsule, Crowd, Figure, FormationSettings, Layer, Light, Look, Shot,

@@ -15,10 +15,10 @@ use std::process::{Command, Stdio};
 use common::baked::embedded;
 use common::{device, finish};
 use glam::Vec2;
-use sabaki::avoid::duel::DuelSettings;
+use sabaki::archive;
 use sabaki::demo;
-use sabaki::io::archive;
-use sabaki::region::{AttackGrid, AttackGridSettings, Body};
+use sabaki::duel::DuelSettings;
+use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
 use sabaki::view::live::{
     AskerDesc, Fighter, FighterSettings, MapChoices, March, Orbit, Sparring, with_asker,
 };

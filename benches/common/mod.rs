@@ -9,7 +9,7 @@ use sabaki::demo;
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::io::{ReadOptions, read_clips};
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 
 pub(crate) struct Motions {
     pub(crate) skeleton: Skeleton,

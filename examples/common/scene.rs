@@ -5,10 +5,10 @@ use std::{error::Error, fs, io::BufWriter};
 use glam::{Quat, Vec3};
 use sabaki::{
     anim::{Pose, forward_kinematics},
-    avoid::Attack,
     demo,
     graph::{self, ClipSource, GraphSettings},
-    region::{BakeSettings, BakedGraph, Baker},
+    maps::{BakeSettings, BakedGraph, Baker},
+    query::Attack,
 };
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.

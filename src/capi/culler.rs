@@ -10,12 +10,12 @@ use super::graph::Graph;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::avoid::cull::{Overlap, cpu};
-use crate::avoid::{Answer, Attack, Judging, Paused, Query, QueryContext, QuerySettings, Verdict};
 use crate::gpu::{GpuAllocatorMemory, GpuError, command_buffer, compute, stencil};
 use crate::graph::{EdgeId, Playhead};
+use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
-use crate::region::{BakedGraph, SphereKey};
+use crate::query::cull::{Overlap, cpu};
+use crate::query::{Answer, Attack, Judging, Paused, Query, QueryContext, QuerySettings, Verdict};
 
 /// `sabaki_place`.
 #[repr(C)]

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use super::status::{Failure, OK, Status, call};
 use super::{given, given_mut, text};
+use crate::archive;
 use crate::graph::{ClipSource, GraphSettings, build};
-use crate::io::{ReadOptions, archive, read_clips};
-use crate::region::{BakeSettings, BakedGraph, Baker};
+use crate::io::{ReadOptions, read_clips};
+use crate::maps::{BakeSettings, BakedGraph, Baker};
 
 /// `sabaki_graph`.
 pub(super) struct Graph {

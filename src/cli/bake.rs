@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use sabaki::io;
+use sabaki::archive;
 use serde_json::json;
 
 use super::plot::Plot;
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
     Plot::check(args.plot.as_ref(), as_json)?;
     let baked = source::from_clips(&args.clips)?;
-    io::archive::write(&args.out, &baked.graph)?;
+    archive::write(&args.out, &baked.graph)?;
     let out = args.out.display();
     let (graph, threshold) = (baked.graph.graph(), args.clips.threshold);
     let drawn = match &args.plot {

@@ -2,10 +2,10 @@
 //!
 //! Source: Masaoka & Oshita, section 6, Table 1.
 
-use sabaki::avoid::measure::{MapTally, Truth};
-use sabaki::avoid::{Enumerate, Lookup, Source};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
+use sabaki::query::measure::{MapTally, Truth};
+use sabaki::query::{Enumerate, Lookup, Source};
 use serde_json::{Value, json};
 
 use super::culling::{self, CullPath, Culling, DeviceArgs};

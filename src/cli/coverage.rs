@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
 use sabaki::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
+use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
-use sabaki::region::BakedGraph;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
 use super::picture::Picture;

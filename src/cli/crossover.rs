@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use sabaki::avoid::cull::CullInput;
-use sabaki::avoid::{Answer, Judging, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::Throw;
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
+use sabaki::query::cull::CullInput;
+use sabaki::query::{Answer, Judging, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
 use super::chart::{self, Chart};

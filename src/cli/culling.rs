@@ -1,9 +1,9 @@
 //! Which culling paths run on this machine, and running them.
 
 use clap::ValueEnum;
-use sabaki::avoid::Judging;
-use sabaki::avoid::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
-use sabaki::region::RegionAtlas;
+use sabaki::maps::RegionAtlas;
+use sabaki::query::Judging;
+use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
 
 use super::Failure;
 

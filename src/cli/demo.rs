@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sabaki::avoid::{Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::io;
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
+use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings, Source};
 use serde_json::json;
 
 use super::culling::{self, CullPath, Culling, DeviceArgs};

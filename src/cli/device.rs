@@ -1,8 +1,8 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
-use sabaki::avoid::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::gpu::{DeviceChoice, DeviceInfo, GpuError, Headless, HeadlessDesc, compute, stencil};
-use sabaki::region::RegionAtlas;
+use sabaki::maps::RegionAtlas;
+use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use serde_json::{Value, json};
 
 use super::{CullPath, DeviceArgs};

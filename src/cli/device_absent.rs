@@ -1,7 +1,7 @@
 //! In the place of `device` where the command was built without Vulkan: there is never one.
 
-use sabaki::avoid::cull::{CullInput, Overlap};
-use sabaki::region::RegionAtlas;
+use sabaki::maps::RegionAtlas;
+use sabaki::query::cull::{CullInput, Overlap};
 use serde_json::Value;
 
 use super::{CullPath, DeviceArgs};

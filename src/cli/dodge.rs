@@ -3,13 +3,14 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use sabaki::avoid::{Answer, Attack, QuerySettings};
+use sabaki::archive;
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::io::export::{MotionFormat, Target};
 use sabaki::io::{self, Question};
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::region::BakedGraph;
+use sabaki::query::{Answer, Attack, QuerySettings};
 use serde_json::Value;
 
 use super::culling::{self, Culling, DeviceArgs};
@@ -153,7 +154,7 @@ fn passes(
 
 /// The number that exported answers name the graph by.
 pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
-    io::archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
+    archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
 }
 
 /// What is asked when a throw is answered by a method.

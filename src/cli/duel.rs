@@ -4,11 +4,11 @@ use std::fmt::Write;
 use std::time::Instant;
 
 #[cfg(feature = "view")]
-use sabaki::avoid::duel::Fighter;
-use sabaki::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
-use sabaki::avoid::{Answer, Query, QueryContext, QuerySettings};
+use sabaki::duel::Fighter;
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
 use sabaki::graph::EdgeId;
-use sabaki::region::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
+use sabaki::maps::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 
 #[cfg(feature = "view")]

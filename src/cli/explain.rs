@@ -3,13 +3,13 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use sabaki::avoid::retime::RateError;
-use sabaki::avoid::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki::demo::throw::Throw;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::io::export::MotionFormat;
 use sabaki::io::{self, Question};
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
+use sabaki::query::retime::RateError;
+use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use serde_json::json;
 
 use super::culling::Culling;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki::io::{self, BodyFile, ClipSet, ReadError};
-use sabaki::region::fit::{BindPose, FitError, FitSettings, JointFit, Mesh, fit_body};
-use sabaki::region::{Body, Prop};
+use sabaki::maps::fit::{BindPose, FitError, FitSettings, JointFit, Mesh, fit_body};
+use sabaki::maps::{Body, Prop};
 use serde_json::{Value, json};
 
 use super::{Failure, output};

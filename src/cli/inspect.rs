@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sabaki::anim::JointKind;
+use sabaki::archive;
 use sabaki::io::{self, AttackFile, EventsFile};
 use serde_json::{Value, json};
 
@@ -26,7 +27,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         path: path.clone(),
         source,
     })?;
-    let (document, text) = if io::archive::is_baked(&head) {
+    let (document, text) = if archive::is_baked(&head) {
         let baked = source::from_file(path)?;
         let mut document = source::statistics(&baked);
         document["kind"] = json!("baked");

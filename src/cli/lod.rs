@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
+use sabaki::archive;
 use sabaki::lod::{
     Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure,
     Order, Rule, SwitchSettings, Switching, View,
@@ -132,7 +133,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     if let Some(path) = &args.export {
         let clips = report.drawn().map_err(usage)?;
         let skeleton = &report.source.skeleton;
-        io::write_whole(path, |file| io::gltf::write(file, skeleton, &clips)).map_err(
+        archive::write_atomically(path, |file| io::gltf::write(file, skeleton, &clips)).map_err(
             |source| Failure::Write {
                 path: path.clone(),
                 source,

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use sabaki::avoid::cull::cpu;
-use sabaki::avoid::measure::{MapTally, Round, Truth};
-use sabaki::avoid::{Query, QueryContext};
 use sabaki::demo::throw::Throw;
-use sabaki::region::{BakedGraph, MapGrid, Section};
+use sabaki::maps::{BakedGraph, MapGrid, Section};
+use sabaki::query::cull::cpu;
+use sabaki::query::measure::{MapTally, Round, Truth};
+use sabaki::query::{Query, QueryContext};
 use serde_json::{Value, json};
 
 use super::culling::Culling;

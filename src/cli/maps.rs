@@ -1,6 +1,6 @@
 //! How the maps are drawn, from the command line.
 
-use sabaki::region::{MapGrid, Section};
+use sabaki::maps::{MapGrid, Section};
 
 /// Settings of the maps; `compare --settings` says what each is worth.
 #[derive(Clone, Copy, Debug, clap::Args)]

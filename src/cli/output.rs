@@ -6,10 +6,11 @@ use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressStyle};
-use sabaki::avoid::AttackError;
+use sabaki::archive;
 use sabaki::graph::GraphError;
 use sabaki::io;
-use sabaki::region::BakeError;
+use sabaki::maps::BakeError;
+use sabaki::query::AttackError;
 use thiserror::Error;
 
 /// What a subcommand has to say, and whether the answer is no.
@@ -50,7 +51,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Read(#[from] io::ReadError),
     #[error(transparent)]
-    Archive(#[from] io::ArchiveError),
+    Archive(#[from] archive::ArchiveError),
     #[error(transparent)]
     Graph(#[from] GraphError),
     #[error(transparent)]

@@ -1,10 +1,10 @@
 //! The same attacks, answered by one method after the other.
 
 use clap::ValueEnum;
-use sabaki::avoid::{Answer, Enumerate, Lookup, QuerySettings};
 use sabaki::demo::throw::Throw;
+use sabaki::maps::BakedGraph;
 use sabaki::math::{in_parallel, thread_count};
-use sabaki::region::BakedGraph;
+use sabaki::query::{Answer, Enumerate, Lookup, QuerySettings};
 
 use super::culling::{CullPath, Culling};
 use super::stats::{Asker, Run};

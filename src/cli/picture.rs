@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use font8x8::UnicodeFonts;
-use sabaki::io;
+use sabaki::archive;
 
 use super::Failure;
 
@@ -153,6 +153,6 @@ impl Picture {
         let bytes = self
             .encode()
             .map_err(|error| failed(std::io::Error::other(error)))?;
-        io::write_whole(path, |file| file.write_all(&bytes)).map_err(failed)
+        archive::write_atomically(path, |file| file.write_all(&bytes)).map_err(failed)
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sabaki::io::{Chosen, ReadError, Recording};
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
 use serde_json::json;
 
 use super::{Done, Failure};

@@ -1,8 +1,8 @@
 //! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack
 //! and what they share.
 
-use sabaki::avoid::cull::{CullCandidate, CullInput};
-use sabaki::region::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
+use sabaki::maps::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
+use sabaki::query::cull::{CullCandidate, CullInput};
 
 use super::picture::Picture;
 

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use sabaki::anim::EventKind;
+use sabaki::archive;
 use sabaki::demo;
 use sabaki::graph::{self, BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
 use sabaki::io;
-use sabaki::region::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use serde_json::{Value, json};
 
 use super::figure::{Figure, FigureArgs};
@@ -152,7 +153,7 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
 /// Reads a baked file.
 pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
     Ok(Baked {
-        graph: io::archive::read(path)?,
+        graph: archive::read(path)?,
         made: None,
     })
 }

@@ -2,15 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use sabaki::avoid::cull::Overlap;
-use sabaki::avoid::measure::Round;
-use sabaki::avoid::{
-    Answer, Counts, Query, QueryContext, QuerySettings, SearchReport, Source, Verdict,
-};
 use sabaki::demo::throw::Throw;
 use sabaki::graph::EdgeId;
 use sabaki::io;
-use sabaki::region::BakedGraph;
+use sabaki::maps::BakedGraph;
+use sabaki::query::cull::Overlap;
+use sabaki::query::measure::Round;
+use sabaki::query::{
+    Answer, Counts, Query, QueryContext, QuerySettings, SearchReport, Source, Verdict,
+};
 use serde_json::{Value, json};
 
 use super::Failure;

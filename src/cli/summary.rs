@@ -55,7 +55,7 @@ impl Summary {
             unavoidable: unavoidable.count(),
             checked: exact.is_some(),
             grid_used: count(Run::used_grid),
-            grid_answered: count(|run| run.source == sabaki::avoid::Source::Grid),
+            grid_answered: count(|run| run.source == sabaki::query::Source::Grid),
             with_evasion: percentile(values(|r| r.counts.with_evasion as f64), 0.5),
             candidates: percentile(values(|r| r.counts.candidates as f64), 0.5),
             culled_share: culled as f64 / mapped.max(1) as f64,

@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use sabaki::avoid::Enumerate;
-use sabaki::avoid::duel::DuelSettings;
 use sabaki::demo;
+use sabaki::duel::DuelSettings;
 use sabaki::gpu::{DeviceChoice, Message};
 use sabaki::graph::GraphError;
-use sabaki::region::{AttackGrid, AttackGridSettings, BakedGraph, Body};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, Body};
+use sabaki::query::Enumerate;
 use sabaki::view::live::{
     AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
 };

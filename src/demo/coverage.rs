@@ -6,8 +6,8 @@
 use std::f32::consts::TAU;
 
 use super::throw::{Aim, Throw, aimed};
-use crate::avoid::AttackError;
-use crate::region::BakedGraph;
+use crate::maps::BakedGraph;
+use crate::query::AttackError;
 
 /// Parts of the body and how high they are, as a share of its height.
 pub const HEIGHTS: [(&str, f32); 5] = [

@@ -9,10 +9,10 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::anim::{Pose, forward_kinematics};
-use crate::avoid::{Attack, AttackError};
 use crate::graph::{Edge, EdgeId, EdgeMotion, Playhead};
+use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
-use crate::region::{BakedGraph, SphereKey};
+use crate::query::{Attack, AttackError};
 
 /// What balls are thrown.
 #[derive(Clone, Debug, PartialEq)]

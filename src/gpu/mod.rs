@@ -23,7 +23,7 @@
 //!   condition that all of its culls run on one queue, submitted in the order of recording.
 //! - **Polling** never waits. The last barrier makes the counts visible to the host, so a fence or a semaphore that the host has
 //!   seen is all that is needed. Polling earlier is safe, and says "not yet".
-//! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::avoid::cull::cpu) counts the same from
+//! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
 //!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device go on.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
 //!   another one. It is asked while components are made, never later; what is given back is given back by `destroy`, or when

@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::region::{Disc, MapTurn};
+use crate::maps::{Disc, MapTurn};
 
 /// One entry of the table.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::ReadError;
 use super::json::{self, JsonError};
 use super::read::read_bytes;
-use crate::region::SphereKey;
+use crate::maps::SphereKey;
 
 /// An attack file: spheres that move, in the frame of the character at the moment of the query (root on the ground,
 /// facing +Z). Seconds count from that moment. Keys that are not known are passed over.

@@ -7,11 +7,12 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::ReadError;
 use super::json::{self, JsonError};
 use super::read::read_bytes;
-use super::{ReadError, write_whole};
 use crate::anim::Skeleton;
-use crate::region::{Body, BodySphere};
+use crate::archive::write_atomically;
+use crate::maps::{Body, BodySphere};
 
 /// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`, metres, in the joint's own
 /// frame. The same object may stand under the key `body`, as in the files that [`super::export`] writes. Keys that are not
@@ -175,7 +176,7 @@ impl BodyFile {
     /// # Errors
     /// What the file system refuses.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        write_whole(path, |file| {
+        write_atomically(path, |file| {
             serde_json::to_writer_pretty(&mut *file, self)?;
             writeln!(file)
         })

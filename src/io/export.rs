@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::recording::Chosen;
-use super::{Question, bvh, gltf, write_whole};
+use super::{Question, bvh, gltf};
 use crate::anim::{Clip, ClipDesc, ClipError, Event, Pose};
-use crate::avoid::clearance::SAMPLE_RATE;
-use crate::avoid::{Answer, Attack, CandidateReport};
+use crate::archive::write_atomically;
 use crate::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead};
+use crate::maps::BakedGraph;
 use crate::math::Rigid2;
-use crate::region::BakedGraph;
+use crate::query::clearance::SAMPLE_RATE;
+use crate::query::{Answer, Attack, CandidateReport};
 
 /// Exported positions are in centimetres.
 const METRES_PER_UNIT: f64 = 0.01;
@@ -87,7 +88,7 @@ pub fn write_answer_as(
     let graph = baked.graph();
     let played = whole_motion(baked, answer, &question.attack);
     let clip = as_clip(graph, &played).map_err(std::io::Error::other)?;
-    write_whole(&motion, |file| match format {
+    write_atomically(&motion, |file| match format {
         MotionFormat::Bvh => bvh::write(file, graph.skeleton(), &clip, METRES_PER_UNIT),
         MotionFormat::Glb => {
             let source = ClipSource {
@@ -99,7 +100,7 @@ pub fn write_answer_as(
         }
     })?;
     let document = document(baked, question, answer);
-    write_whole(&facts, |file: &mut BufWriter<_>| {
+    write_atomically(&facts, |file: &mut BufWriter<_>| {
         serde_json::to_writer_pretty(&mut *file, &document)?;
         writeln!(file)
     })?;

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{LengthUnit, Scale, ScaleSource, USUAL_STATURE};
 use crate::anim::JointTransform;
-use crate::region::fit::Mesh;
+use crate::maps::fit::Mesh;
 
 /// Of a body's mesh: the unit in which it is as large as the skeleton that it belongs to, in the posture that it has. Where none
 /// fits it is made so large. `joints` are in metres.

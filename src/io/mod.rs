@@ -1,6 +1,5 @@
 //! Files: motion capture in and out, events, attacks, baked graphs, answers.
 
-pub mod archive;
 pub mod asf;
 mod attacks;
 mod body;
@@ -20,9 +19,7 @@ mod read_error;
 mod recording;
 mod units;
 mod up;
-mod whole;
 
-pub use archive::ArchiveError;
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
@@ -33,11 +30,8 @@ pub use masses::{MassFile, MassFileError};
 pub use mesh_scale::{body_scale, held_scale};
 pub use motion_file::{is_gltf, read_gltf};
 pub use obj::{ObjError, parse_obj, read_obj};
-pub use read::{
-    LARGEST_FILE, LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip, read_motions,
-};
+pub use read::{LONGEST_CLIP, LoadedClip, ReadOptions, read_bvh, read_clip, read_motions};
 pub use read_error::ReadError;
 pub use recording::{Chosen, Question, Recording, RecordingError};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
 pub use up::{Up, UpError};
-pub use whole::write_whole;

@@ -5,7 +5,7 @@ use tobj::LoadOptions;
 
 use super::ReadError;
 use super::read::read_bytes;
-use crate::region::fit::{Mesh, MeshError, MeshPart};
+use crate::maps::fit::{Mesh, MeshError, MeshPart};
 
 /// Why an OBJ file holds no mesh.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -1,3 +1,4 @@
+use crate::archive::LARGEST_FILE;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -6,9 +7,6 @@ use super::bvh::BvhFile;
 use super::motion_file::MotionFile;
 use super::{EventEntry, ReadError, Scale, ScaleSource, Up};
 use crate::anim::{Clip, Skeleton};
-
-/// Bytes. What is larger is no motion file.
-pub const LARGEST_FILE: u64 = 1_000_000_000;
 
 /// Seconds: ten hours. A longer clip comes of a wrong frame time, and would fill the memory once resampled.
 pub const LONGEST_CLIP: f64 = 36_000.0;

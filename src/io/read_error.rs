@@ -18,8 +18,8 @@ pub enum ReadError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is larger than [`super::LARGEST_FILE`].
-    #[error("{}: larger than {} MB", path.display(), super::LARGEST_FILE / 1_000_000)]
+    /// The file is larger than [`crate::archive::LARGEST_FILE`].
+    #[error("{}: larger than {} MB", path.display(), crate::archive::LARGEST_FILE / 1_000_000)]
     TooLarge {
         /// The file.
         path: PathBuf,

@@ -3,16 +3,17 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::ReadError;
 use super::attacks::AttackEntry;
 use super::json::{self, JsonError};
 use super::read::read_bytes;
-use super::{ReadError, archive};
-use crate::avoid::{
+use crate::archive;
+use crate::graph::{EdgeId, Playhead};
+use crate::maps::BakedGraph;
+use crate::query::{
     Answer, Attack, AttackError, Judging, Prepared, Query, QueryContext, QuerySettings,
     QuerySettingsError, Verdict, cull::cpu,
 };
-use crate::graph::{EdgeId, Playhead};
-use crate::region::BakedGraph;
 
 /// With the graph, everything that an answer depends on.
 #[derive(Clone, Debug, PartialEq)]

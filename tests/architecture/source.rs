@@ -30,7 +30,7 @@ impl Source {
         }
     }
 
-    /// The module's path in the crate: `src/region/slab.rs` is `region`, `slab`.
+    /// The module's path in the crate: `src/maps/slab.rs` is `region`, `slab`.
     pub(crate) fn module(&self) -> Vec<&str> {
         let inside = self.path.strip_prefix("src/").unwrap_or(&self.path);
         let mut names: Vec<&str> = inside.trim_end_matches(".rs").split('/').collect();

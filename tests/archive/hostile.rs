@@ -1,7 +1,7 @@
 //! Graphs whose numbers and lists somebody has changed, in files that are whole.
 
-use sabaki::io::archive::to_bytes;
-use sabaki::region::BakedGraph;
+use sabaki::archive::to_bytes;
+use sabaki::maps::BakedGraph;
 use serde_json::{Value, json};
 
 use super::common::small::small;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use sabaki::io::archive::{read, to_bytes, write};
+use sabaki::archive::{read, to_bytes, write};
 
 use super::common::random::Random;
 use super::common::small::small;
@@ -67,7 +67,7 @@ fn write_for_ever(path: &Path) -> ! {
     let other = spoilt();
     std::fs::write(path.with_extension(BEGUN), "").unwrap();
     loop {
-        sabaki::io::write_whole(path, |file| file.write_all(&other)).unwrap();
+        sabaki::archive::write_atomically(path, |file| file.write_all(&other)).unwrap();
         write(path, small()).unwrap();
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use sabaki::anim::{JointTransform, Skeleton};
 use sabaki::io::parse_obj;
-use sabaki::region::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_held};
+use sabaki::maps::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_held};
 
 use super::common::clips::small_skeleton;
 use super::common::random::Random;

@@ -4,10 +4,11 @@ use std::fs;
 
 use glam::Vec3;
 use sabaki::anim::Skeleton;
+use sabaki::archive;
 use sabaki::demo;
-use sabaki::io::{BodyFile, archive};
-use sabaki::region::Body;
-use sabaki::region::fit::BindPose;
+use sabaki::io::BodyFile;
+use sabaki::maps::Body;
+use sabaki::maps::fit::BindPose;
 
 use super::common::shapes::Shape;
 use super::run::{clips, folder, sabaki};

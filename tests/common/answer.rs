@@ -1,9 +1,9 @@
 //! Whole queries, culled on the CPU.
 
-use sabaki::avoid::cull::{Overlap, cpu};
-use sabaki::avoid::{Answer, Attack, Judging, Query, QueryContext, Verdict};
 use sabaki::demo::throw::Throw;
 use sabaki::graph::Playhead;
+use sabaki::query::cull::{Overlap, cpu};
+use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, Verdict};
 
 /// The answer to an attack.
 pub fn answer_attack(

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use sabaki::demo;
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
-use sabaki::region::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 
 pub fn embedded_graph(settings: &GraphSettings) -> MotionGraph {
     let motions = demo::motions().unwrap();

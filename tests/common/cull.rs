@@ -1,15 +1,13 @@
 //! What the culling paths of a device are tested with: any maps, any attacks, any candidates.
 
 use sabaki::{
-    avoid::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
     gpu::{
         Headless,
         stencil::{Culler, CullerDesc},
     },
+    maps::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps},
     math::Rigid2,
-    region::{
-        MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps,
-    },
+    query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
 };
 
 use super::maps::{attack_of, timed, timed_attack, untimed};

@@ -1,9 +1,9 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
-use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap};
 use sabaki::gpu::stencil::Counting;
 use sabaki::gpu::{Context, GpuError, Headless, Memory, Mismatch, ash::vk, compute, stencil};
-use sabaki::region::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
+use sabaki::maps::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
+use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap};
 
 use super::cull::counted;
 use super::timed::{atlas, attack, candidates};

@@ -3,7 +3,7 @@
 
 use sabaki::{
     gpu::{DeviceChoice, Headless, HeadlessDesc, Terms, Without, ash::vk},
-    region::{Disc, Drawing, MapRect, SUB_TEXELS},
+    maps::{Disc, Drawing, MapRect, SUB_TEXELS},
 };
 
 /// A software device with validation on. A machine without one fails the test.

@@ -1,9 +1,9 @@
 //! Maps made up for tests.
 
-use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullInput, Overlap, TimedDisc};
-use sabaki::region::{
+use sabaki::maps::{
     BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, SlabMaps, raster,
 };
+use sabaki::query::cull::{AttackDrawing, AttackLayer, CullInput, Overlap, TimedDisc};
 
 use super::random::Random;
 

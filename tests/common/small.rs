@@ -4,11 +4,11 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 use sabaki::anim::{Event, EventKind, JointId};
-use sabaki::avoid::clearance::{Extent, MotionBody, Sampling, on_motion};
-use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
+use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 
 use super::clips::{small_skeleton, swinging_clip};
 

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use sabaki::avoid::cull::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
-use sabaki::math::Rigid2;
-use sabaki::region::{
+use sabaki::maps::{
     BitMap, MapGrid, MapRect, MapTurn, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps,
 };
+use sabaki::math::Rigid2;
+use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
 
 use super::Random;
 

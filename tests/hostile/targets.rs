@@ -5,13 +5,14 @@
 use std::path::Path;
 
 use sabaki::anim::{Clip, Skeleton};
-use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
+use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::io::asf::{AmcFile, AsfFile};
 use sabaki::io::bvh::{self, BvhFile};
 use sabaki::io::gltf::GltfFile;
-use sabaki::io::{AttackFile, EventsFile, Scale, archive, parse_obj};
+use sabaki::io::{AttackFile, EventsFile, Scale, parse_obj};
 use sabaki::math::Rigid2;
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 
 use super::common::clips::{small_skeleton, swinging_clip};
 use super::common::small::{small, use_it};

@@ -1,10 +1,10 @@
 //! Attacks that nobody throws.
 
 use glam::Vec3;
-use sabaki::avoid::{Answer, Attack, AttackError, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
-use sabaki::region::SphereKey;
+use sabaki::query::{Answer, Attack, AttackError, Enumerate, Query, QueryContext, QuerySettings};
 
 use super::MB;
 use super::common::baked::embedded;

@@ -1,10 +1,10 @@
 //! Settings and playheads that no program means.
 
 use glam::Vec3;
-use sabaki::avoid::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings};
 use sabaki::graph::{EdgeId, GraphSettings, Playhead};
+use sabaki::maps::{BakeError, BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::region::{BakeError, BakeSettings, Baker, SphereKey};
+use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings};
 
 use super::common::baked::{embedded, embedded_graph};
 use super::common::small::small;

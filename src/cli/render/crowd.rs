@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use sabaki::demo;
 use sabaki::graph::GraphError;
-use sabaki::region::Body;
+use sabaki::maps::Body;
 use sabaki::view::StageDesc;
 use sabaki::view::film::Film;
 use sabaki::view::scene::{Crowd, FormationSettings};

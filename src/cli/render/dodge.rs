@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use glam::Vec2;
-use sabaki::avoid::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::io;
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::region::BakedGraph;
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki::view::StageDesc;
 use sabaki::view::film::Film;
 use sabaki::view::scene::{Camera, Dodge, DodgeSettings, MapStyle};

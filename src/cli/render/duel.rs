@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use sabaki::anim::Clip;
-use sabaki::avoid::duel::Exchange;
-use sabaki::region::BakedGraph;
+use sabaki::duel::Exchange;
+use sabaki::maps::BakedGraph;
 use sabaki::view::StageDesc;
 use sabaki::view::film::Film;
 use sabaki::view::scene::{Bout, BoutSettings, Cut};

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use sabaki::io;
+use sabaki::archive;
 use sabaki::view::film::{Film, FilmError, png};
 
 use crate::cli::{Failure, cancel};
@@ -49,6 +49,6 @@ pub(super) fn write(path: &Path, kind: Kind, film: &Film) -> Result<usize, Failu
     };
     let bytes = encoded.map_err(|error| failed(std::io::Error::other(error)))?;
     cancel::check()?;
-    io::write_whole(path, |file| file.write_all(&bytes)).map_err(failed)?;
+    archive::write_atomically(path, |file| file.write_all(&bytes)).map_err(failed)?;
     Ok(bytes.len())
 }

@@ -1,14 +1,14 @@
 //! The attack as blocks of 8 × 4 texels, a bit each: plane by plane, clock by clock, in chunks that shaders read as
 //! uniforms. Texels are as wide as those of the evasions' maps; where the attack's are wider, the first one of every
-//! [pitch](crate::region::MapGrid::attack_pitch) stands for it.
+//! [pitch](crate::maps::MapGrid::attack_pitch) stands for it.
 
 use std::ops::Range;
 
 use super::canvas::{COLUMNS, ROWS, Shape, Sheet};
 use crate::{
-    avoid::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
+    maps::{MapGrid, MapTurn},
     math::Isa,
-    region::{MapGrid, MapTurn},
+    query::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
 };
 
 /// Words of a chunk: 16 KiB, the uniform buffer that every device takes.

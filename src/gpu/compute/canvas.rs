@@ -4,8 +4,8 @@
 use std::ops::Range;
 
 use crate::{
-    avoid::cull::TimedDisc,
-    region::{Disc, MapRect, SUB_TEXELS, blocks_near},
+    maps::{Disc, MapRect, SUB_TEXELS, blocks_near},
+    query::cull::TimedDisc,
 };
 
 /// Sides of a block, texels.

@@ -1,4 +1,4 @@
-//! The `compute` culling path. CPU twin: `src/avoid/cull/cpu.rs`.
+//! The `compute` culling path. CPU twin: `src/query/cull/cpu.rs`.
 //!
 //! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits in
 //! place of a stencil buffer: an invocation a candidate, which walks the attack block by block of texels.
@@ -13,7 +13,6 @@ use super::{
     slot::Slot,
 };
 use crate::{
-    avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, Mismatch,
         barriers::Access,
@@ -21,7 +20,8 @@ use crate::{
         shader_table::COUNTS,
         uploaded::{Upload, Uploaded},
     },
-    region::RegionAtlas,
+    maps::RegionAtlas,
+    query::cull::{Counted, CullInput, Overlap},
 };
 
 /// How a cull's input comes to the shaders.

@@ -6,13 +6,13 @@ use super::{
     planes::planes_of_slab,
 };
 use crate::{
-    avoid::cull::{Counted, CullCandidate, CullInput},
     gpu::{
         GpuError, Mismatch,
         error::within,
         shader_table::{COUNTS, CandidateGroup, CountSettings, PlacedPlanes},
     },
-    region::MapGrid,
+    maps::MapGrid,
+    query::cull::{Counted, CullCandidate, CullInput},
 };
 
 /// Candidates of a work group, one an invocation: `local_size_x` in `shaders/count.comp.glsl`.

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::blocks::SPAN;
 use crate::{
     gpu::{GpuError, error::within},
-    region::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
+    maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
 };
 
 /// Words of a window.

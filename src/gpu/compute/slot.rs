@@ -3,13 +3,13 @@
 use ash::vk;
 
 use super::{InputWay, gathered::Capacity, gathered::Gathered};
-use crate::avoid::cull::Counted;
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
     counts::Counts,
     resources::{Buffer, BufferDesc},
 };
+use crate::query::cull::Counted;
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]

@@ -4,13 +4,13 @@ use ash::vk;
 
 use super::{Headless, device::DevicePart};
 use crate::{
-    avoid::cull::{CullInput, Overlap, cpu},
     gpu::{
         GpuError, compute,
         error::Named,
         stencil::{Culler, MapKind, Rasterizer},
     },
-    region::{BitMap, Drawing, raster::EvasionMaps},
+    maps::{BitMap, Drawing, raster::EvasionMaps},
+    query::cull::{CullInput, Overlap, cpu},
 };
 
 /// How long a submission may take. Software devices are slow, hung ones are slower.
@@ -139,7 +139,7 @@ impl WorkPart {
 }
 
 impl Headless {
-    /// Body and evasion maps of many drawings: [`raster::every_frame`](crate::region::raster::every_frame) on the device.
+    /// Body and evasion maps of many drawings: [`raster::every_frame`](crate::maps::raster::every_frame) on the device.
     ///
     /// # Errors
     /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
@@ -164,7 +164,7 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Attack maps of many drawings: [`raster::any_frame`](crate::region::raster::any_frame) on the device.
+    /// Attack maps of many drawings: [`raster::any_frame`](crate::maps::raster::any_frame) on the device.
     ///
     /// # Errors
     /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
@@ -186,8 +186,8 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Overlaps of any number of candidates: [`cpu::count`](crate::avoid::cull::cpu::count) on the device, of what the
-    /// culler [counts](crate::avoid::cull::Counted).
+    /// Overlaps of any number of candidates: [`cpu::count`](crate::query::cull::cpu::count) on the device, of what the
+    /// culler [counts](crate::query::cull::Counted).
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
     /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.
@@ -233,7 +233,7 @@ impl Headless {
         Ok(all)
     }
 
-    /// Overlaps of any number of candidates, by the compute path: [`cpu::count`](crate::avoid::cull::cpu::count) on the
+    /// Overlaps of any number of candidates, by the compute path: [`cpu::count`](crate::query::cull::cpu::count) on the
     /// device.
     ///
     /// # Errors

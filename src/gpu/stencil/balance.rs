@@ -5,7 +5,7 @@
 use super::gathered::CORNERS;
 use crate::{
     gpu::shader_table::{BoxCorner, PlacedDisc},
-    region::SUB_TEXELS,
+    maps::SUB_TEXELS,
 };
 
 /// Side of a tile, texels.

@@ -14,9 +14,9 @@ use super::{
     shelves::{Place, Shelves},
 };
 use crate::{
-    avoid::cull::{AttackDrawing, TimedDisc},
     gpu::{GpuError, error::within, shader_table::PlacedDisc},
-    region::{MapRect, Slab},
+    maps::{MapRect, Slab},
+    query::cull::{AttackDrawing, TimedDisc},
 };
 
 /// Planes of a target: the bits of a stencil.

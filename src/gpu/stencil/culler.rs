@@ -1,4 +1,4 @@
-//! The `stencil` culling path. CPU twin: `src/avoid/cull/cpu.rs`.
+//! The `stencil` culling path. CPU twin: `src/query/cull/cpu.rs`.
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab; each candidate's body map
 //! is drawn over it, moved and turned into place, and an occlusion query counts the samples that pass. One query spans all
@@ -18,7 +18,6 @@ use super::{
     tally::{self, ByPlane, Counting},
 };
 use crate::{
-    avoid::cull::{Counted, CullInput, Overlap},
     gpu::{
         Context, GpuError, Memory, MemoryUse, Mismatch,
         error::within,
@@ -26,7 +25,8 @@ use crate::{
         resources::{Buffer, BufferDesc, StencilTarget},
         uploaded::Upload,
     },
-    region::RegionAtlas,
+    maps::RegionAtlas,
+    query::cull::{Counted, CullInput, Overlap},
 };
 
 /// How a [`Culler`] is made. Memory grows with every maximum.

@@ -5,7 +5,7 @@ use ash::vk;
 use super::shelves::Place;
 use crate::{
     gpu::{Context, GpuError, resources::StencilTarget, shader_table::PlacedDisc},
-    region::{Disc, MapRect},
+    maps::{Disc, MapRect},
 };
 
 /// Whether the context's queue family draws.

@@ -13,9 +13,9 @@ use super::{
     maps::{MapBits, Maps, Part, Reach},
 };
 use crate::{
-    avoid::cull::{Counted, CullCandidate, CullInput},
     gpu::{GpuError, error::within, shader_table::BoxCorner},
-    region::{MapRect, MapTurn},
+    maps::{MapRect, MapTurn},
+    query::cull::{Counted, CullCandidate, CullInput},
 };
 
 /// Corners of a box.

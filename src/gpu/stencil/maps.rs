@@ -1,12 +1,12 @@
 //! The evasions' maps, as shaders find them, and how far each slice of them reaches.
 
 use crate::{
-    avoid::cull::CullCandidate,
     gpu::{
         GpuError,
         error::{Mismatch, within},
     },
-    region::{MapRect, MaskMap, PackedAtlas, PackedMap, RegionAtlas, Slab, SlabMaps},
+    maps::{MapRect, MaskMap, PackedAtlas, PackedMap, RegionAtlas, Slab, SlabMaps},
+    query::cull::CullCandidate,
 };
 
 /// Which of a slab's maps.

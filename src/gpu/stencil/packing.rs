@@ -9,7 +9,7 @@ use crate::{
         GpuError,
         error::{Mismatch, within},
     },
-    region::Drawing,
+    maps::Drawing,
 };
 
 /// What a target and its buffers hold at once.

@@ -3,7 +3,7 @@
 //! Source: Masaoka & Oshita, section 4.3: frame i is drawn with EQUAL i and INCR, so that only texels that every earlier frame
 //! covered count up, and two discs of one frame count once. Here counting starts at 1, which leaves 0 for texels
 //! that have dropped out, and before a stencil value runs out the count starts again at 1.
-//! CPU twin: `every_frame` and `any_frame` in src/region/raster.rs.
+//! CPU twin: `every_frame` and `any_frame` in src/maps/raster.rs.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use ash::vk::{CompareOp, StencilOp};
 use super::packing::Batch;
 use crate::{
     gpu::{pipelines::StencilRule, shader_table::PlacedDisc},
-    region::Drawing,
+    maps::Drawing,
 };
 
 /// The highest count of 8 bits.

@@ -1,4 +1,4 @@
-//! Maps drawn by the device. CPU twin: `src/region/raster.rs`.
+//! Maps drawn by the device. CPU twin: `src/maps/raster.rs`.
 //!
 //! Source: Masaoka & Oshita, section 4.3; `passes.rs` has the stencil rules.
 
@@ -18,7 +18,7 @@ use crate::{
         resources::{Buffer, BufferDesc, StencilTarget},
         shader_table::{PlacedDisc, TargetSide},
     },
-    region::Drawing,
+    maps::Drawing,
 };
 
 /// How a [`Rasterizer`] is made.
@@ -46,9 +46,9 @@ impl Default for RasterizerDesc<'_> {
 /// Which maps are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapKind {
-    /// Body and evasion maps: [`raster::every_frame`](crate::region::raster::every_frame).
+    /// Body and evasion maps: [`raster::every_frame`](crate::maps::raster::every_frame).
     EveryFrame,
-    /// Attack maps: [`raster::any_frame`](crate::region::raster::any_frame).
+    /// Attack maps: [`raster::any_frame`](crate::maps::raster::any_frame).
     AnyFrame,
 }
 

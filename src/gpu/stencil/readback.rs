@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     gpu::GpuError,
-    region::{BitMap, Drawing, MapRect, raster::EvasionMaps},
+    maps::{BitMap, Drawing, MapRect, raster::EvasionMaps},
 };
 
 impl Rasterizer {

@@ -7,7 +7,6 @@ use super::{
     maps::Part,
     tally::{Counting, Sums},
 };
-use crate::avoid::cull::Counted;
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     counts::Counts,
@@ -15,6 +14,7 @@ use crate::gpu::{
     resources::{Buffer, BufferDesc},
     shader_table::{BoxCorner, PlacedDisc},
 };
+use crate::query::cull::Counted;
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]

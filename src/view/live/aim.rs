@@ -5,9 +5,9 @@
 use glam::Vec3;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::avoid::{Attack, AttackError};
 use crate::graph::{Motion, Playhead};
-use crate::region::{BakedGraph, SphereKey};
+use crate::maps::{BakedGraph, SphereKey};
+use crate::query::{Attack, AttackError};
 use crate::view::scene::Camera;
 
 /// What balls are thrown.

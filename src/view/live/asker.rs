@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::cullers::Cullers;
 use super::map_choices::{MapChoice, MapChoices};
-use crate::avoid::{Answer, Attack, QueryContext, QuerySettings};
 use crate::gpu::{DeviceChoice, Message};
 use crate::graph::Playhead;
+use crate::query::{Answer, Attack, QueryContext, QuerySettings};
 
 /// Who counts the overlaps of a query.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

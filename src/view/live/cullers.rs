@@ -2,10 +2,10 @@
 
 use super::asker::{AskerDesc, Culling, Question, Reply};
 use super::map_choices::MapChoice;
-use crate::avoid::cull::{Counted, CullInput, Overlap, cpu};
-use crate::avoid::{Judging, Query, QueryContext, Verdict};
 use crate::gpu::{GpuError, Headless, HeadlessDesc, Message, compute, stencil};
-use crate::region::BakedGraph;
+use crate::maps::BakedGraph;
+use crate::query::cull::{Counted, CullInput, Overlap, cpu};
+use crate::query::{Judging, Query, QueryContext, Verdict};
 
 /// Who counts, each made when it is first asked for.
 pub(super) struct Cullers {

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::avoid::Source;
+use crate::query::Source;
 
 /// Something that has happened in a window: one line of `sabaki view --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]

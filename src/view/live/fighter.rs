@@ -13,10 +13,10 @@ use super::map_choices::{MapChoice, MapChoices};
 use super::throw::Throw;
 use super::walker::Walker;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::avoid::{AttackError, QuerySettings};
 use crate::graph::{EdgeId, Motion, Playhead};
+use crate::maps::BakedGraph;
 use crate::math::Rigid2;
-use crate::region::BakedGraph;
+use crate::query::{AttackError, QuerySettings};
 use crate::view::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
 
 /// What can be changed while it goes on.

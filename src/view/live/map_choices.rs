@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::region::{BakeError, BakedGraph, MapGrid};
+use crate::maps::{BakeError, BakedGraph, MapGrid};
 
 /// One of [`MapChoices`]; 0 are the baked ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use crate::anim::JointTransform;
-use crate::avoid::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
-use crate::avoid::{Answer, Query, QueryContext, QuerySettings};
-use crate::region::{AttackGrid, BakedGraph};
+use crate::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
+use crate::maps::{AttackGrid, BakedGraph};
+use crate::query::{Answer, Query, QueryContext, QuerySettings};
 use crate::view::live::Event;
 use crate::view::scene::{Bout, BoutSettings, Camera, Cut, Shot};
 

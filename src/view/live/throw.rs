@@ -1,9 +1,9 @@
 use super::aim::Ball;
 use super::asker::Reply;
 use super::event::Event;
-use crate::avoid::{Answer, Enumerate, QuerySettings};
 use crate::graph::{Motion, Playhead};
-use crate::region::{BakedGraph, MapGrid};
+use crate::maps::{BakedGraph, MapGrid};
+use crate::query::{Answer, Enumerate, QuerySettings};
 use crate::view::scene::{Dodge, DodgeSettings};
 
 /// A ball that was thrown, and what was done about it.

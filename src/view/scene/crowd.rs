@@ -18,8 +18,8 @@ use crate::crowd::{
 use crate::lod::{
     Level, LevelSettings, Levels, LodError, Measure, Rule, SwitchSettings, Switching, View,
 };
+use crate::maps::Body;
 use crate::math::{Line, Rigid2};
-use crate::region::Body;
 
 /// Who stands where, and what they do.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,10 +5,10 @@ use glam::{Vec2, Vec3};
 use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::avoid::clearance::Clearance;
-use crate::avoid::{Answer, Attack};
 use crate::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead, Step};
-use crate::region::{BakedGraph, MovingSphere};
+use crate::maps::{BakedGraph, MovingSphere};
+use crate::query::clearance::Clearance;
+use crate::query::{Answer, Attack};
 
 /// How a dodge is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use glam::{Vec2, Vec3};
 
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
 use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
-use crate::avoid::duel::{Exchange, Fighter, Side};
-use crate::region::{BakedGraph, MovingSphere, SphereKey};
+use crate::duel::{Exchange, Fighter, Side};
+use crate::maps::{BakedGraph, MovingSphere, SphereKey};
 
 /// How a duel is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]

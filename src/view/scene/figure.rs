@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Capsule;
 use crate::anim::{JointId, JointKind, JointTransform, Skeleton};
-use crate::region::Body;
+use crate::maps::Body;
 
 /// Colours of a body, linear.
 #[derive(Clone, Copy, Debug, PartialEq)]

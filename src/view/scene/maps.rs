@@ -4,12 +4,12 @@
 //! Source: Masaoka & Oshita, section 3.2, in the colours of their figures: body green, attack red, evasion blue.
 
 use super::{Layer, Shot};
-use crate::avoid::Attack;
 use crate::graph::{EdgeId, Motion, MotionGraph};
-use crate::math::Rigid2;
-use crate::region::{
+use crate::maps::{
     BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, raster,
 };
+use crate::math::Rigid2;
+use crate::query::Attack;
 
 /// How maps lie in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

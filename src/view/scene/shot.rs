@@ -1,8 +1,8 @@
 use glam::Vec3;
 
 use super::{Camera, Figure};
+use crate::maps::BitMap;
 use crate::math::Rigid2;
-use crate::region::BitMap;
 
 /// Two spheres and everything between them, or one sphere, where both ends are the same.
 #[repr(C)]

@@ -16,7 +16,7 @@ use super::gui::{Gui, PANEL, Sheet};
 use super::input::{Mouse, Wish};
 use super::times::Times;
 use super::{Exhibit, PACE, WindowDesc, WindowError};
-use crate::io::write_whole;
+use crate::archive::write_atomically;
 use crate::view::StageDesc;
 use crate::view::film::png;
 use crate::view::live::{Clock, Event, Orbit};
@@ -388,7 +388,7 @@ fn free_name() -> PathBuf {
 fn save(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<(), WindowError> {
     use std::io::Write;
     let bytes = png(size, pixels)?;
-    write_whole(path, |file| file.write_all(&bytes)).map_err(|source| WindowError::Write {
+    write_atomically(path, |file| file.write_all(&bytes)).map_err(|source| WindowError::Write {
         path: path.to_owned(),
         source,
     })

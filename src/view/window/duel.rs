@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::{Exhibit, Seen, WindowError};
 use crate::anim::Clip;
-use crate::avoid::duel::Exchange;
+use crate::duel::Exchange;
 use crate::math::Line;
 use crate::view::StageDesc;
 use crate::view::live::{Clock, Event, Sparring};

@@ -3,8 +3,8 @@ use std::path::PathBuf;
 use thiserror::Error;
 use winit::error::EventLoopError;
 
-use crate::avoid::AttackError;
 use crate::gpu::GpuError;
+use crate::query::AttackError;
 use crate::view::film::FilmError;
 use crate::view::live::MarchError;
 

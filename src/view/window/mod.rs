@@ -1,7 +1,7 @@
 //! A window: what is live on the stage, with mouse, keyboard and panels.
 //!
 //! ```no_run
-//! # fn show(baked: &sabaki::region::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
+//! # fn show(baked: &sabaki::maps::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
 //! use sabaki::view::live::{AskerDesc, Fighter, FighterSettings, MapChoices, with_asker};
 //! use sabaki::view::window::{FighterExhibit, WindowDesc, run};
 //!

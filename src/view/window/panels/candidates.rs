@@ -2,7 +2,7 @@
 
 use egui::{Color32, RichText, Sense};
 
-use crate::avoid::{CandidateReport, Fate};
+use crate::query::{CandidateReport, Fate};
 use crate::view::live::{Fighter, Throw};
 
 /// Which are listed.

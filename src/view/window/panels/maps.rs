@@ -2,7 +2,7 @@
 
 use egui::{Color32, ColorImage, RichText, TextureHandle, TextureOptions};
 
-use crate::region::{BitMap, MapRect};
+use crate::maps::{BitMap, MapRect};
 use crate::view::live::Throw;
 use crate::view::scene::SlabPicture;
 

@@ -1,0 +1,186 @@
+//! The body's spheres as rows of numbers: what the innermost loop of the exact test reads.
+
+use super::{Body, BodyTrack};
+use crate::anim::JointTransform;
+use crate::math::Isa;
+
+/// Spheres that are turned at once.
+const LANES: usize = 8;
+
+/// A body's spheres, bone by bone, each axis in a row of its own. Rows are padded to a multiple of
+/// [`BodyTrack::LANES`], with copies of the last sphere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyRows {
+    spheres: usize,
+    bones: Vec<Bone>,
+    /// Of the spheres' centres in their joints' frames: x, y, z.
+    offsets: [Vec<f32>; 3],
+    radii: Vec<f32>,
+}
+
+/// Spheres of one joint that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bone {
+    joint: usize,
+    first: usize,
+    end: usize,
+}
+
+impl BodyRows {
+    /// Of a body.
+    #[must_use]
+    pub fn new(body: &Body) -> Self {
+        let spheres = body.spheres.len();
+        let row = spheres.next_multiple_of(BodyTrack::LANES);
+        let padded = |value: &dyn Fn(&super::BodySphere) -> f32| {
+            let mut values: Vec<f32> = body.spheres.iter().map(value).collect();
+            values.resize(row, values.last().copied().unwrap_or(0.0));
+            values
+        };
+        let mut bones: Vec<Bone> = Vec::new();
+        for (index, sphere) in body.spheres.iter().enumerate() {
+            match bones.last_mut() {
+                Some(last) if last.joint == sphere.joint.index() => last.end = index + 1,
+                _ => bones.push(Bone {
+                    joint: sphere.joint.index(),
+                    first: index,
+                    end: index + 1,
+                }),
+            }
+        }
+        // Padding is turned like the sphere that it repeats.
+        if let Some(last) = bones.last_mut() {
+            last.end = row;
+        }
+        Self {
+            spheres,
+            bones,
+            offsets: [
+                padded(&|sphere| sphere.offset.x),
+                padded(&|sphere| sphere.offset.y),
+                padded(&|sphere| sphere.offset.z),
+            ],
+            radii: padded(&|sphere| sphere.radius),
+        }
+    }
+
+    /// How many spheres are not padding.
+    #[must_use]
+    pub fn spheres(&self) -> usize {
+        self.spheres
+    }
+
+    /// The radii.
+    #[must_use]
+    pub fn radii(&self) -> &[f32] {
+        &self.radii
+    }
+
+    /// Appends the x, then the y, then the z of all centres, in the space that `joints` are in.
+    pub fn push(&self, joints: &[JointTransform], rows: &mut Vec<f32>) {
+        let (start, row) = (rows.len(), self.radii.len());
+        rows.resize(start + 3 * row, 0.0);
+        let (x, rest) = rows[start..].split_at_mut(row);
+        let (y, z) = rest.split_at_mut(row);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for bone in &self.bones {
+                    self.place(bone, &joints[bone.joint], [&mut *x, &mut *y, &mut *z]);
+                }
+            },
+        );
+    }
+
+    /// Turns a bone's spheres, whole lanes at once: those of the next bones, which come along, are
+    /// overwritten when it is their turn.
+    #[inline(always)]
+    fn place(&self, bone: &Bone, joint: &JointTransform, mut out: [&mut [f32]; 3]) {
+        let turn = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
+        let origin = joint.translation.to_array();
+        let row = self.radii.len();
+        for first in (bone.first..bone.end).step_by(LANES) {
+            let end = (first + LANES).min(row);
+            if end - first < LANES {
+                self.place_one_by_one(first..end, (turn, origin), out);
+                return;
+            }
+            let [x, y, z] = &self.offsets;
+            let (x, y, z) = (lanes(x, first), lanes(y, first), lanes(z, first));
+            for (axis, row) in out.iter_mut().enumerate() {
+                let factors = [turn[0][axis], turn[1][axis], turn[2][axis], origin[axis]];
+                let mut placed = [0.0; LANES];
+                for lane in 0..LANES {
+                    let along = factors[0] * x[lane] + factors[1] * y[lane];
+                    placed[lane] = along + factors[2] * z[lane] + factors[3];
+                }
+                row[first..end].copy_from_slice(&placed);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn place_one_by_one(
+        &self,
+        spheres: std::ops::Range<usize>,
+        (turn, origin): ([[f32; 3]; 3], [f32; 3]),
+        out: [&mut [f32]; 3],
+    ) {
+        let [x, y, z] = &self.offsets;
+        for index in spheres {
+            for axis in 0..3 {
+                let along = turn[0][axis] * x[index] + turn[1][axis] * y[index];
+                out[axis][index] = along + turn[2][axis] * z[index] + origin[axis];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn lanes(values: &[f32], first: usize) -> [f32; LANES] {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(&values[first..first + LANES]);
+    lanes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::JointId;
+    use crate::maps::BodySphere;
+    use glam::{Quat, Vec3};
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-1.0f32..1.0).prop_map(Vec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn every_sphere_is_where_its_joint_takes_it(
+            spheres in prop::collection::vec((0u16..5, vector(), 0.01f32..0.2), 0..70),
+            joints in prop::collection::vec((vector(), vector()), 5),
+        ) {
+            let sphere = |&(joint, offset, radius): &(u16, Vec3, f32)| BodySphere { joint: JointId(joint), offset, radius };
+            let body = Body::new(spheres.iter().map(sphere).collect());
+            let joint = |&(turn, translation): &(Vec3, Vec3)| JointTransform {
+                rotation: Quat::from_scaled_axis(3.0 * turn),
+                translation,
+            };
+            let joints: Vec<JointTransform> = joints.iter().map(joint).collect();
+            let rows = BodyRows::new(&body);
+            let mut values = vec![7.0];
+            rows.push(&joints, &mut values);
+            let row = rows.radii().len();
+            prop_assert_eq!(values.len(), 1 + 3 * row);
+            prop_assert_eq!(row % BodyTrack::LANES, 0);
+            for index in 0..row {
+                // Padding repeats the last one.
+                let Some(sphere) = body.spheres.get(index).or(body.spheres.last()) else { break };
+                let found = Vec3::from([0, 1, 2].map(|axis| values[1 + axis * row + index]));
+                prop_assert!(found.distance(sphere.centre(&joints)) < 1e-5);
+                prop_assert_eq!(rows.radii()[index], sphere.radius);
+            }
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Paths of all nodes at once, backwards from the evasions (or from what else they shall lead to).
+//!
+//! A path of n frames from a node is one of its edges, of m frames, and a path of n - m frames from
+//! where that leads: in the order of n, everything that is needed is there already. Every layer of
+//! n is one pass over the edges, whatever the number of routes.
+
+use super::{Link, NodePath, PathId, PathReport, PathSettings, PathTable};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
+use crate::maps::Retimable;
+use crate::math::{Rigid2, in_parallel};
+
+/// What paths are found in.
+#[derive(Clone, Copy)]
+pub(in crate::maps) struct PathSource<'a> {
+    pub graph: &'a MotionGraph,
+    pub retimable: &'a [Retimable],
+    /// The edges that paths lead to; their positions are [`NodePath::evasion`].
+    pub goals: &'a [EdgeId],
+}
+
+/// A path that is being considered.
+#[derive(Clone, Copy)]
+struct Draft {
+    link: Link,
+    path: NodePath,
+    /// What its transitions cost in looks: the smaller the better.
+    cost: f32,
+}
+
+/// The paths of one node so far.
+#[derive(Clone, Default)]
+struct Drafts {
+    all: Vec<Draft>,
+    /// For each number of frames the first one in `all`.
+    by_frames: Vec<u32>,
+}
+
+/// Finds the paths from every node of a graph.
+pub(in crate::maps) fn build(source: PathSource<'_>, settings: &PathSettings) -> PathTable {
+    let layers = Layers::new(source, settings);
+    let mut nodes = vec![Drafts::default(); source.graph.nodes().len()];
+    let mut report = PathReport::default();
+    for frames in 0..=layers.longest {
+        let found = in_parallel(settings.threads, nodes.len(), |index| {
+            layers.paths(&nodes, NodeId(index as u32), frames)
+        });
+        for (drafts, (layer, of_node)) in nodes.iter_mut().zip(found) {
+            drafts.by_frames.push(drafts.all.len() as u32);
+            drafts.all.extend(layer);
+            report.alike += of_node.alike;
+            report.cut += of_node.cut;
+        }
+    }
+    report.kept = nodes.iter().map(|drafts| drafts.all.len() as u64).sum();
+    table(source.graph, &nodes, report)
+}
+
+fn table(graph: &MotionGraph, nodes: &[Drafts], report: PathReport) -> PathTable {
+    let mut table = PathTable {
+        report,
+        first: vec![0],
+        ..PathTable::default()
+    };
+    for drafts in nodes {
+        let end = table.first[table.first.len() - 1] + drafts.all.len() as u32;
+        table.first.push(end);
+    }
+    for draft in nodes.iter().flat_map(|drafts| &drafts.all) {
+        let of_target = |edge: EdgeId| table.first[graph.edge(edge).to.index()];
+        let next = draft.path.next;
+        table.links.push(draft.link);
+        table.paths.push(NodePath {
+            next: next.map(|(edge, rest)| (edge, PathId(of_target(edge) + rest.0))),
+            ..draft.path
+        });
+    }
+    table
+}
+
+/// What all layers share.
+struct Layers<'a> {
+    source: PathSource<'a>,
+    settings: &'a PathSettings,
+    /// Frames of the horizon.
+    longest: usize,
+    /// Most paths of a node in a layer.
+    most: usize,
+    /// For each edge the character's frame at its end in that at its start.
+    steps: Vec<Rigid2>,
+    /// For each node the goal that starts there.
+    starts: Vec<Option<u32>>,
+}
+
+impl<'a> Layers<'a> {
+    fn new(source: PathSource<'a>, settings: &'a PathSettings) -> Self {
+        let graph = source.graph;
+        let longest = (settings.horizon * graph.frame_rate() as f32)
+            .round()
+            .clamp(0.0, f32::from(u16::MAX)) as usize;
+        let mut starts = vec![None; graph.nodes().len()];
+        for (&goal, index) in source.goals.iter().zip(0..) {
+            starts[graph.edge(goal).from.index()] = Some(index);
+        }
+        Self {
+            source,
+            settings,
+            longest,
+            most: (settings.most as usize)
+                .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
+                .div_euclid(longest + 1)
+                .max(1),
+            steps: steps(graph),
+            starts,
+        }
+    }
+
+    /// The paths of `frames` frames from a node.
+    fn paths(&self, nodes: &[Drafts], node: NodeId, frames: usize) -> (Vec<Draft>, PathReport) {
+        let mut found = Vec::new();
+        if let (0, Some(evasion)) = (frames, self.starts[node.index()]) {
+            found.push(Draft {
+                link: Link {
+                    edge: 0,
+                    rest: evasion,
+                },
+                path: NodePath::start(evasion),
+                cost: 0.0,
+            });
+        }
+        let graph = self.source.graph;
+        for (edge, number) in graph.edges_from(node).zip(1..) {
+            let Some(left) = frames.checked_sub(graph.edge(edge).frames as usize) else {
+                continue;
+            };
+            let rest = &nodes[graph.edge(edge).to.index()];
+            let first = rest.by_frames[left] as usize;
+            let end = rest
+                .by_frames
+                .get(left + 1)
+                .map_or(rest.all.len(), |&end| end as usize);
+            found.extend((first..end).filter_map(|position| {
+                let link = Link {
+                    edge: number,
+                    rest: position as u32,
+                };
+                self.extended(edge, link, &rest.all[position])
+            }));
+        }
+        self.select(found)
+    }
+
+    /// `rest` with an edge before it.
+    fn extended(&self, edge: EdgeId, link: Link, rest: &Draft) -> Option<Draft> {
+        let graph = self.source.graph;
+        let frames = u16::try_from(graph.edge(edge).frames).ok()?;
+        let looks = match graph.edge(edge).motion {
+            EdgeMotion::Clip => 0.0,
+            EdgeMotion::Transition { distance, .. } => TRANSITION_COST + distance,
+        };
+        Some(Draft {
+            link,
+            // Where the rest will be among all paths is not known yet: its place among its node's.
+            path: rest.path.after(
+                (edge, PathId(link.rest)),
+                (frames, self.source.retimable[edge.index()]),
+                self.steps[edge.index()],
+            )?,
+            cost: rest.cost + looks,
+        })
+    }
+
+    /// Of alike paths the best one, and of the others as many as there is room for: of each evasion
+    /// the best, then of each the second best, and so on.
+    fn select(&self, found: Vec<Draft>) -> (Vec<Draft>, PathReport) {
+        let mut report = PathReport::default();
+        let all = found.len();
+        let mut keyed: Vec<([i32; 6], Draft)> = found
+            .into_iter()
+            .map(|draft| (self.key(&draft.path), draft))
+            .collect();
+        keyed.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
+        keyed.dedup_by_key(|(key, _)| *key);
+        report.alike = (all - keyed.len()) as u64;
+        let different = keyed.into_iter().map(|(_, draft)| draft);
+        if report.alike as usize + self.most >= all {
+            return (different.collect(), report);
+        }
+        let mut found: Vec<Draft> = different.collect();
+        found.sort_by(|a, b| {
+            a.path
+                .evasion
+                .cmp(&b.path.evasion)
+                .then_with(|| better(a, b))
+        });
+        let mut ranked: Vec<(u32, Draft)> = Vec::with_capacity(found.len());
+        for draft in found {
+            let rank = match ranked.last() {
+                Some((rank, last)) if last.path.evasion == draft.path.evasion => rank + 1,
+                _ => 0,
+            };
+            ranked.push((rank, draft));
+        }
+        ranked.sort_by(|a, b| a.0.cmp(&b.0).then_with(|| better(&a.1, &b.1)));
+        report.cut = (ranked.len() - self.most) as u64;
+        ranked.truncate(self.most);
+        (ranked.into_iter().map(|(_, draft)| draft).collect(), report)
+    }
+
+    /// Equal for paths of one length that are alike.
+    fn key(&self, path: &NodePath) -> [i32; 6] {
+        // A fifth of a second more or less that can be retimed makes a different path, and so does
+        // having anything to retime at all.
+        let fifth = ((self.source.graph.frame_rate() / 5.0) as u16).max(1);
+        let share = |frames: u16| match frames {
+            0 => -1,
+            some => i32::from(some / fifth),
+        };
+        let [x, z, heading] =
+            path.alike_cell(self.settings.alike_distance, self.settings.alike_angle);
+        let evasion = path.evasion as i32;
+        [
+            evasion,
+            x,
+            z,
+            heading,
+            share(path.faster),
+            share(path.slower),
+        ]
+    }
+}
+
+/// Which of two paths looks better; the same order on every machine.
+fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
+    let place = |draft: &Draft| (draft.link.edge, draft.link.rest);
+    a.cost
+        .total_cmp(&b.cost)
+        .then_with(|| place(a).cmp(&place(b)))
+}
+
+/// What a transition costs beside its distance, metres: fewer are better.
+const TRANSITION_COST: f32 = 0.02;
+
+/// For each edge the character's frame at its end in that at its start.
+pub(super) fn steps(graph: &MotionGraph) -> Vec<Rigid2> {
+    let placements: Vec<Rigid2> = graph
+        .nodes()
+        .iter()
+        .map(|node| graph.placement(node.clip, node.frame))
+        .collect();
+    graph
+        .edge_ids()
+        .map(|id| {
+            let edge = graph.edge(id);
+            let (from, to) = (placements[edge.from.index()], placements[edge.to.index()]);
+            from.inverse() * graph.clip_change(id) * to
+        })
+        .collect()
+}

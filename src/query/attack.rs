@@ -1,0 +1,196 @@
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::maps::{BakedGraph, MovingSphere, SphereKey, Strike};
+use crate::math::Rigid2;
+
+/// Where and when an attack passes: one or more moving spheres. Times count from the moment of the
+/// query.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Attack {
+    spheres: Vec<MovingSphere>,
+}
+
+/// An attack in the frame of a query; of no spheres before the first one.
+#[derive(Clone, Debug)]
+pub(super) struct QueryAttack(Attack);
+
+impl QueryAttack {
+    /// The attack as it is seen from another frame: `placement` takes its points there.
+    pub(super) fn place(&mut self, attack: &Attack, placement: Rigid2) -> &Attack {
+        self.0.place_from(attack, placement);
+        &self.0
+    }
+}
+
+impl Default for QueryAttack {
+    fn default() -> Self {
+        Self(Attack {
+            spheres: Vec::new(),
+        })
+    }
+}
+
+/// Why spheres are no attack.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AttackError {
+    /// There is no sphere.
+    #[error("the attack has no spheres")]
+    Empty,
+    /// A sphere has no keys.
+    #[error("sphere {sphere} has no keys")]
+    NoKeys {
+        /// Zero-based.
+        sphere: usize,
+    },
+    /// More keys than an attack may have.
+    #[error("the attack has {0} keys; {max} is the most", max = Attack::MOST_KEYS)]
+    TooMany(usize),
+    /// A number is not finite or out of its range.
+    #[error(
+        "sphere {sphere}, key {key}: the time must be 0 to {latest} s, the center within {furthest} m and the radius above 0 and at most {widest} m",
+        latest = Attack::LATEST, furthest = Attack::FURTHEST, widest = Attack::WIDEST
+    )]
+    Value {
+        /// Zero-based.
+        sphere: usize,
+        /// Zero-based.
+        key: usize,
+    },
+    /// A key does not come after the one before it.
+    #[error("sphere {sphere}, key {key}: its time {t} s is not after the key before it")]
+    Order {
+        /// Zero-based.
+        sphere: usize,
+        /// Zero-based.
+        key: usize,
+        /// Seconds.
+        t: f32,
+    },
+}
+
+impl Attack {
+    /// No key comes later, seconds; none comes before 0, the moment of the query.
+    pub const LATEST: f32 = 600.0;
+    /// No centre lies further from the origin, metres.
+    pub const FURTHEST: f32 = 10_000.0;
+    /// No sphere has a larger radius, metres; a radius of 0 or less is none.
+    pub const WIDEST: f32 = 100.0;
+    /// Most keys of all spheres together: a hundred thousand spheres on straight ways. A query with as many takes seconds,
+    /// and some 200 MB.
+    pub const MOST_KEYS: usize = 1 << 18;
+
+    /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the
+    /// query.
+    ///
+    /// # Errors
+    /// The first key that is not finite, out of range or not in order, by its place; more than [`Attack::MOST_KEYS`].
+    pub fn new(spheres: Vec<Vec<SphereKey>>) -> Result<Self, AttackError> {
+        if spheres.is_empty() {
+            return Err(AttackError::Empty);
+        }
+        let keys = spheres.iter().map(Vec::len).sum();
+        if keys > Self::MOST_KEYS {
+            return Err(AttackError::TooMany(keys));
+        }
+        let numbered = spheres.into_iter().enumerate();
+        let spheres = numbered
+            .map(|(sphere, keys)| Self::checked(sphere, keys))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { spheres })
+    }
+
+    fn checked(sphere: usize, keys: Vec<SphereKey>) -> Result<MovingSphere, AttackError> {
+        let sound = |key: &SphereKey| {
+            let near = key.center.is_finite() && key.center.length() <= Self::FURTHEST;
+            let sized = key.radius > 0.0 && key.radius <= Self::WIDEST;
+            (0.0..=Self::LATEST).contains(&key.t) && near && sized
+        };
+        if let Some(key) = keys.iter().position(|key| !sound(key)) {
+            return Err(AttackError::Value { sphere, key });
+        }
+        if let Some(before) = keys.windows(2).position(|pair| pair[1].t <= pair[0].t) {
+            let key = before + 1;
+            return Err(AttackError::Order {
+                sphere,
+                key,
+                t: keys[key].t,
+            });
+        }
+        MovingSphere::new(keys).ok_or(AttackError::NoKeys { sphere })
+    }
+
+    /// An attack of the graph itself, as it passes when a character at `placement` (root on the
+    /// ground, facing) begins it `start` seconds from now.
+    ///
+    /// # Errors
+    /// None for a start within 0 to 500 s and a placement within some kilometres.
+    pub fn of_strike(
+        baked: &BakedGraph,
+        strike: &Strike,
+        placement: Rigid2,
+        start: f32,
+    ) -> Result<Self, AttackError> {
+        let later = |key: &SphereKey| SphereKey {
+            t: key.t + start,
+            ..*key
+        };
+        let spheres = baked.strike_spheres(strike);
+        let placed = spheres.iter().map(|sphere| sphere.placed(placement));
+        Self::new(
+            placed
+                .map(|sphere| sphere.keys().iter().map(later).collect())
+                .collect(),
+        )
+    }
+
+    /// All spheres.
+    #[must_use]
+    pub fn spheres(&self) -> &[MovingSphere] {
+        &self.spheres
+    }
+
+    /// When the first sphere appears, seconds.
+    #[must_use]
+    pub fn start(&self) -> f32 {
+        self.spheres
+            .iter()
+            .map(MovingSphere::start)
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    /// When the last sphere disappears, seconds.
+    #[must_use]
+    pub fn end(&self) -> f32 {
+        self.spheres
+            .iter()
+            .map(MovingSphere::end)
+            .fold(0.0, f32::max)
+    }
+
+    /// Becomes another attack seen from another frame, in the memory that it has; `placement` takes
+    /// the other's points there.
+    fn place_from(&mut self, other: &Self, placement: Rigid2) {
+        self.spheres.truncate(other.spheres.len());
+        let known = self.spheres.len();
+        for (mine, theirs) in self.spheres.iter_mut().zip(&other.spheres) {
+            mine.place_from(theirs, placement);
+        }
+        let others = other.spheres[known..].iter();
+        self.spheres
+            .extend(others.map(|sphere| sphere.placed(placement)));
+    }
+
+    /// The same attack in another frame: `placement` takes points of this one there.
+    #[must_use]
+    pub fn placed(&self, placement: Rigid2) -> Self {
+        Self {
+            spheres: self
+                .spheres
+                .iter()
+                .map(|sphere| sphere.placed(placement))
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! The `cpu` culling path: twin of `gpu`'s, equal to the texel.
+//!
+//! The attack is drawn once, into blocks of 4 × 4 texels. A candidate turns the blocks' middles,
+//! sixteen at once, and looks up which slices a block there can meet at all; few blocks are left,
+//! whose texels are turned, looked up and counted, again sixteen at once.
+
+use super::groups::{Group, Groups, LANES};
+use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks};
+use super::{Counted, CullCandidate, CullInput, Overlap};
+use crate::maps::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, RegionMaps, SlabMaps};
+use crate::math::{Isa, Lookup, Words};
+
+/// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
+#[derive(Clone, Debug)]
+pub struct Culler {
+    isa: Isa,
+    counted: Counted,
+    texels: AttackTexels,
+    groups: Groups,
+}
+
+impl Default for Culler {
+    fn default() -> Self {
+        Self::with_isa(Isa::best())
+    }
+}
+
+impl Culler {
+    /// One that counts with an instruction set; with the program's own where the machine lacks it.
+    #[must_use]
+    pub fn with_isa(isa: Isa) -> Self {
+        Self {
+            isa,
+            counted: Counted::ALL,
+            texels: AttackTexels::default(),
+            groups: Groups::default(),
+        }
+    }
+
+    /// The same, and from now on it counts only some things.
+    #[must_use]
+    pub fn counting(self, counted: Counted) -> Self {
+        Self { counted, ..self }
+    }
+
+    /// Counts the overlaps of every candidate into `overlaps`, in the order of the candidates.
+    pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+        let lanes = input.atlas.grid().lanes();
+        self.texels
+            .draw(self.isa, input.attack, (lanes, self.counted));
+        self.groups.take(self.isa, &self.texels);
+        overlaps.clear();
+        self.isa.look_up(Counting {
+            input,
+            near: input.atlas.near(),
+            attack: (&self.texels, &self.groups),
+            counted: self.counted,
+            overlaps,
+        });
+    }
+}
+
+/// All candidates against the attack's blocks.
+struct Counting<'a> {
+    input: &'a CullInput<'a>,
+    near: &'a [NearRegion],
+    attack: (&'a AttackTexels, &'a Groups),
+    counted: Counted,
+    overlaps: &'a mut Vec<Overlap>,
+}
+
+impl Lookup for Counting<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<W: Words>(self, words: W) {
+        let (texels, groups) = self.attack;
+        let up_to_hits = self.counted.up_to_hits && self.input.atlas.grid().is_certain();
+        for candidate in self.input.candidates {
+            let look = Look {
+                texels,
+                turn: candidate.turn,
+                steps: Steps::new(candidate.turn),
+                widest: (2 * self.input.atlas.grid().attack_pitch as i32) << (MapTurn::SHIFT - 1),
+                words,
+            };
+            let maps = CandidateMaps {
+                candidate,
+                near: &self.near[candidate.region.index()].slabs,
+                region: self.input.atlas.region(candidate.region),
+            };
+            let mut overlap = Overlap {
+                outer: if self.counted.outer { 0 } else { u32::MAX },
+                ..Overlap::default()
+            };
+            if up_to_hits {
+                // Most candidates are hit: of these nothing else is looked at.
+                let body = Counted::BODY;
+                look.count(&maps, (groups, body), &mut overlap, |so_far| {
+                    so_far.body > 0
+                });
+                if overlap.body == 0 {
+                    let rest = Counted {
+                        body: false,
+                        ..self.counted
+                    };
+                    look.count(&maps, (groups, rest), &mut overlap, |_| false);
+                }
+            } else {
+                look.count(&maps, (groups, self.counted), &mut overlap, |_| false);
+            }
+            self.overlaps.push(overlap);
+        }
+    }
+}
+
+/// A candidate's turn from a block's first texel to the others.
+#[derive(Clone, Copy)]
+struct Steps {
+    x: [i32; BLOCK_TEXELS],
+    z: [i32; BLOCK_TEXELS],
+}
+
+impl Steps {
+    #[inline(always)]
+    fn new(turn: MapTurn) -> Self {
+        let (mut x, mut z) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
+        for k in 0..BLOCK_TEXELS {
+            let (du, dv) = (2 * (k % BLOCK) as i32, 2 * (k / BLOCK) as i32);
+            x[k] = turn.a * du + turn.b * dv;
+            z[k] = turn.a * dv - turn.b * du;
+        }
+        Self { x, z }
+    }
+}
+
+/// One candidate's look at the attack.
+struct Look<'a, W> {
+    texels: &'a AttackTexels,
+    turn: MapTurn,
+    steps: Steps,
+    /// |cos| + |sin| of a turn, in its fixed point, is no more.
+    widest: i32,
+    words: W,
+}
+
+/// The maps of one candidate.
+struct CandidateMaps<'a> {
+    candidate: &'a CullCandidate,
+    near: &'a [NearMap],
+    region: &'a RegionMaps,
+}
+
+/// Which blocks of a group may share something with a map, a bit each.
+#[derive(Clone, Copy, Debug, Default)]
+struct Met {
+    outer: u32,
+    body: u32,
+    evasion: u32,
+}
+
+impl<W: Words> Look<'_, W> {
+    /// Adds what the candidate's maps and the attack share, until it is enough.
+    #[inline(always)]
+    fn count(
+        &self,
+        maps: &CandidateMaps<'_>,
+        (groups, counted): (&Groups, Counted),
+        overlap: &mut Overlap,
+        is_enough: impl Fn(&Overlap) -> bool,
+    ) {
+        for &index in groups.largest_first() {
+            let layer = &self.texels.layers[index];
+            let slab = i64::from(layer.slab.0) - i64::from(maps.region.first_slab.0);
+            let slab = usize::try_from(slab)
+                .ok()
+                .filter(|&slab| layer.clock == maps.candidate.clock && slab < maps.near.len());
+            let Some(slab) = slab else {
+                continue;
+            };
+            for (group, first) in groups.of(index) {
+                let met = self.meets(group, &maps.near[slab], counted);
+                self.add((met, first), &maps.region.slabs[slab], overlap);
+            }
+            if is_enough(overlap) {
+                return;
+            }
+        }
+    }
+
+    /// Which of the blocks may share something with the maps.
+    #[inline(always)]
+    fn meets(&self, group: &Group, near: &NearMap, counted: Counted) -> Met {
+        let turn = self.turn;
+        // More than a turn stretches blocks beyond what cells know.
+        if turn.a.abs().saturating_add(turn.b.abs()) > self.widest {
+            let all = group.blocks;
+            let of = |is_counted: bool| if is_counted { all } else { 0 };
+            return Met {
+                outer: of(counted.outer),
+                body: of(counted.body),
+                evasion: of(counted.evasion),
+            };
+        }
+        let (mut cells, mut some) = ([0; LANES], 0);
+        for (k, cell_of) in cells.iter_mut().enumerate() {
+            let (x, z) = turn.half_texels(group.u[k], group.v[k]);
+            let x = x.wrapping_sub(near.u) >> near.shift;
+            let z = z.wrapping_sub(near.v) >> near.shift;
+            let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
+            let cell = (z as u32).wrapping_mul(near.columns).wrapping_add(x as u32);
+            *cell_of = if within { cell } else { u32::MAX };
+            some |= u32::from(within);
+        }
+        if some == 0 {
+            return Met::default();
+        }
+        let mut met = Met::default();
+        for lane in 0..self.texels.lanes {
+            if counted.outer {
+                let found = self.words.at(near.outer(lane), &cells);
+                met.outer |= shared(&found, &group.outer[lane]);
+            }
+            if group.has_inner && counted.body {
+                let found = self.words.at(near.body(lane), &cells);
+                met.body |= shared(&found, &group.inner[lane]);
+            }
+        }
+        if group.has_inner && counted.evasion {
+            let found = self.words.at(near.evasion(), &cells);
+            met.evasion = shared(&found, &group.any_inner);
+        }
+        met
+    }
+
+    /// Counts the texels of the blocks that may share something.
+    #[inline(always)]
+    fn add(&self, (met, first): (Met, usize), maps: &SlabMaps, overlap: &mut Overlap) {
+        let mut left = met.outer | met.body | met.evasion;
+        while left != 0 {
+            let bit = left & left.wrapping_neg();
+            let block = first + left.trailing_zeros() as usize;
+            left ^= bit;
+            let at = self.turned(block);
+            for lane in 0..self.texels.lanes {
+                let index = block * self.texels.lanes + lane;
+                if met.outer & bit != 0 {
+                    let masks = &self.texels.outer[index];
+                    overlap.outer += self.masks(masks, (&maps.outer, lane), &at);
+                }
+                if met.body & bit != 0 {
+                    let masks = &self.texels.inner[index];
+                    overlap.body += self.masks(masks, (&maps.body, lane), &at);
+                }
+            }
+            if met.evasion & bit != 0 {
+                overlap.evasion += self.bits(block, &maps.evasion, &at);
+            }
+        }
+    }
+
+    /// Where the texels of a block fall.
+    #[inline(always)]
+    fn turned(&self, block: usize) -> [[i32; BLOCK_TEXELS]; 2] {
+        let [u, v] = self.texels.places[block];
+        let (x, z) = self.turn.start(2 * u + 1, 2 * v + 1);
+        [
+            self.steps.x.map(|step| (x + step) >> MapTurn::SHIFT),
+            self.steps.z.map(|step| (z + step) >> MapTurn::SHIFT),
+        ]
+    }
+
+    /// Bits that masks and those of a map at these places share.
+    #[inline(always)]
+    fn masks(
+        &self,
+        masks: &BlockMasks,
+        (map, lane): (&MaskMap, usize),
+        [x, z]: &[[i32; BLOCK_TEXELS]; 2],
+    ) -> u32 {
+        let (rect, lanes) = (map.rect(), map.lanes() as u32);
+        let mut places = [0; BLOCK_TEXELS];
+        for k in 0..BLOCK_TEXELS {
+            let u = x[k].wrapping_sub(rect.u) as u32;
+            let v = z[k].wrapping_sub(rect.v) as u32;
+            let place = v.wrapping_mul(rect.width).wrapping_add(u);
+            let within = (u < rect.width) & (v < rect.height);
+            let place = place.wrapping_mul(lanes).wrapping_add(lane as u32);
+            places[k] = if within { place } else { u32::MAX };
+        }
+        let found = self.words.at(map.masks(), &places);
+        let (mut shared, mut any) = ([0u32; BLOCK_TEXELS], 0);
+        for (k, (found, mask)) in found.iter().zip(masks).enumerate() {
+            shared[k] = found & mask;
+            any |= shared[k];
+        }
+        if any == 0 {
+            return 0;
+        }
+        shared.iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// How many inner texels of a block, of whatever slice, lie on a set bit.
+    #[inline(always)]
+    fn bits(&self, block: usize, map: &BitMap, [x, z]: &[[i32; BLOCK_TEXELS]; 2]) -> u32 {
+        let (rect, words) = (map.rect(), map.words_per_row() as u32);
+        let mut inner = [0; BLOCK_TEXELS];
+        for lane in 0..self.texels.lanes {
+            let masks = &self.texels.inner[block * self.texels.lanes + lane];
+            for (any, mask) in inner.iter_mut().zip(masks) {
+                *any |= mask;
+            }
+        }
+        let (mut places, mut bits) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
+        for k in 0..BLOCK_TEXELS {
+            let u = x[k].wrapping_sub(rect.u) as u32;
+            let v = z[k].wrapping_sub(rect.v) as u32;
+            let within = (u < rect.width) & (v < rect.height) & (inner[k] != 0);
+            let place = v.wrapping_mul(words).wrapping_add(u >> 5);
+            places[k] = if within { place } else { u32::MAX };
+            bits[k] = u & 31;
+        }
+        let found = self.words.at(map.words(), &places);
+        let set = found.iter().zip(&bits).map(|(word, bit)| word >> bit & 1);
+        set.sum()
+    }
+}
+
+/// A bit for each lane in which two words share one.
+#[inline(always)]
+fn shared(a: &[u32; LANES], b: &[u32; LANES]) -> u32 {
+    let mut lanes = 0;
+    for k in 0..LANES {
+        lanes |= u32::from(a[k] & b[k] != 0) << k;
+    }
+    lanes
+}
+
+/// Counts with a culler of its own: for one query in a while.
+pub fn count(input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+    Culler::default().count(input, overlaps);
+}

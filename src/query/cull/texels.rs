@@ -1,0 +1,297 @@
+//! The attack's maps as lists of small blocks of texels, which are drawn once a query and every
+//! candidate is held against.
+//!
+//! A layer is drawn disc by disc onto a canvas of blocks, sixteen texels at once, and taken from
+//! there to the list; what was drawn is wiped on the way.
+
+use std::ops::Range;
+
+use super::{AttackDrawing, AttackLayer, Counted, TimedDisc};
+use crate::maps::{Disc, MapRect, SUB_TEXELS, Slab, blocks_near};
+use crate::math::Isa;
+
+/// Side of a block, texels.
+pub(super) const BLOCK: usize = 4;
+/// The same in sub-texels.
+const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
+/// Texels of a block.
+pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
+
+/// One lane of the masks of a block: texel `k` lies `k % 4` columns and `k / 4` rows from the block's
+/// first one.
+pub(super) type BlockMasks = [u32; BLOCK_TEXELS];
+
+/// The texels that an attack covers, in blocks of 4 × 4.
+///
+/// Texels that nothing covers, and those beyond the attack's rectangle, have masks of 0.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AttackTexels {
+    /// Words of a mask: 1 or 2.
+    pub(super) lanes: usize,
+    /// Those of the drawing, in order.
+    pub(super) layers: Vec<TexelLayer>,
+    /// Column and row of each block's first texel, counted from the attack's rectangle.
+    pub(super) places: Vec<[i32; 2]>,
+    /// `[block][lane]`.
+    pub(super) inner: Vec<BlockMasks>,
+    /// `[block][lane]`; none where outer maps are not counted.
+    pub(super) outer: Vec<BlockMasks>,
+    canvas: Canvas,
+}
+
+/// The attack in one slab, by one clock.
+#[derive(Clone, Debug)]
+pub(super) struct TexelLayer {
+    /// Which height.
+    pub(super) slab: Slab,
+    /// Which clock.
+    pub(super) clock: u32,
+    /// Its blocks.
+    pub(super) blocks: Range<u32>,
+}
+
+/// One layer, dense: scratch.
+#[derive(Clone, Debug, Default)]
+struct Canvas {
+    rect: MapRect,
+    /// Blocks in a row of them.
+    columns: usize,
+    /// Masks of a block: of inner maps, then of outer ones, a lane each.
+    parts: usize,
+    /// `[row][column][part]`, in blocks; all 0 between two layers.
+    masks: Vec<BlockMasks>,
+    /// For each row of blocks which ones may be drawn into.
+    bands: Vec<Range<usize>>,
+}
+
+/// Nothing is drawn into a row of blocks.
+const NOTHING: Range<usize> = Range {
+    start: usize::MAX,
+    end: 0,
+};
+
+/// How a disc is drawn: into which mask of a block, and which bit.
+#[derive(Clone, Copy)]
+struct Ink {
+    part: usize,
+    bit: u32,
+}
+
+impl AttackTexels {
+    /// Draws what is counted of an attack, with masks of `lanes` words. Allocates nothing once it has held as much.
+    pub(super) fn draw(
+        &mut self,
+        isa: Isa,
+        attack: &AttackDrawing,
+        (lanes, counted): (usize, Counted),
+    ) {
+        self.lanes = lanes;
+        self.layers.clear();
+        self.places.clear();
+        self.inner.clear();
+        self.outer.clear();
+        let kinds = if counted.outer { 2 } else { 1 };
+        self.canvas.stretch(attack.rect, kinds * lanes);
+        isa.run(
+            #[inline(always)]
+            || {
+                for layer in &attack.layers {
+                    let first = self.places.len() as u32;
+                    self.canvas.draw_layer(attack, layer, (lanes, kinds));
+                    self.take_blocks();
+                    self.layers.push(TexelLayer {
+                        slab: layer.slab,
+                        clock: layer.clock,
+                        blocks: first..self.places.len() as u32,
+                    });
+                }
+            },
+        );
+    }
+
+    /// Moves what is drawn from the canvas to the end of the lists.
+    #[inline(always)]
+    fn take_blocks(&mut self) {
+        let canvas = &mut self.canvas;
+        for row in 0..canvas.bands.len() {
+            for column in std::mem::replace(&mut canvas.bands[row], NOTHING) {
+                let start = (row * canvas.columns + column) * canvas.parts;
+                let inside = inside(canvas.rect, [column, row]);
+                let masks = &mut canvas.masks[start..start + canvas.parts];
+                let mut any = 0;
+                for mask in masks.iter_mut() {
+                    if let Some(inside) = &inside {
+                        mask.iter_mut().zip(inside).for_each(|(m, i)| *m &= i);
+                    }
+                    any |= any_of(mask);
+                }
+                if any != 0 {
+                    let (inner, outer) = masks.split_at(self.lanes);
+                    self.inner.extend_from_slice(inner);
+                    self.outer.extend_from_slice(outer);
+                    let place = [column, row].map(|block| (block * BLOCK) as i32);
+                    self.places.push(place);
+                    masks.fill([0; BLOCK_TEXELS]);
+                }
+            }
+        }
+    }
+}
+
+/// The bits that any texel of a block has.
+#[inline(always)]
+pub(super) fn any_of(masks: &BlockMasks) -> u32 {
+    masks.iter().fold(0, |any, mask| any | mask)
+}
+
+/// All bits for each texel of a block that lies in a rectangle; `None` where all of them do.
+#[inline(always)]
+fn inside(rect: MapRect, block: [usize; 2]) -> Option<BlockMasks> {
+    let [left, below] = [(rect.width, block[0]), (rect.height, block[1])]
+        .map(|(side, block)| side as usize - block * BLOCK);
+    (left < BLOCK || below < BLOCK).then(|| {
+        std::array::from_fn(|k| {
+            let within = k % BLOCK < left && k / BLOCK < below;
+            if within { u32::MAX } else { 0 }
+        })
+    })
+}
+
+impl Canvas {
+    /// Makes room for maps of a rectangle.
+    fn stretch(&mut self, rect: MapRect, parts: usize) {
+        let rows = (rect.height as usize).div_ceil(BLOCK);
+        self.rect = rect;
+        self.columns = (rect.width as usize).div_ceil(BLOCK);
+        self.parts = parts;
+        self.bands.clear();
+        self.bands.resize(rows, NOTHING);
+        // What is there is 0, whatever its place was.
+        let blocks = rows * self.columns * parts;
+        if self.masks.len() < blocks {
+            self.masks.resize(blocks, [0; BLOCK_TEXELS]);
+        }
+    }
+
+    #[inline(always)]
+    fn draw_layer(
+        &mut self,
+        attack: &AttackDrawing,
+        layer: &AttackLayer,
+        (lanes, kinds): (usize, usize),
+    ) {
+        let discs = attack.discs_of(layer).into_iter().take(kinds);
+        for (kind, discs) in discs.enumerate() {
+            for &TimedDisc { disc, slice } in discs {
+                let ink = Ink {
+                    part: kind * lanes + slice as usize / 32,
+                    bit: 1 << (slice % 32),
+                };
+                self.draw(disc, ink);
+            }
+        }
+    }
+
+    /// Draws a disc block by block, with the arithmetic of [`Disc::covers`].
+    #[inline(always)]
+    fn draw(&mut self, disc: Disc, ink: Ink) {
+        let radius = disc.radius.min(Disc::MAX_RADIUS);
+        let (rows, columns) = (
+            blocks_near(disc.z, radius, (SIDE, self.bands.len())),
+            blocks_near(disc.x, radius, (SIDE, self.columns)),
+        );
+        if columns.is_empty() {
+            return;
+        }
+        for row in rows {
+            let band = &mut self.bands[row];
+            *band = band.start.min(columns.start)..band.end.max(columns.end);
+            let mut left = [0; BLOCK_TEXELS];
+            for (k, left) in left.iter_mut().enumerate() {
+                let dz = centre(row, k / BLOCK) - disc.z;
+                *left = radius * radius - dz * dz;
+            }
+            for column in columns.clone() {
+                let at = (row * self.columns + column) * self.parts + ink.part;
+                let masks = &mut self.masks[at];
+                for (k, (mask, left)) in masks.iter_mut().zip(&left).enumerate() {
+                    let dx = centre(column, k % BLOCK) - disc.x;
+                    *mask |= if dx * dx <= *left { ink.bit } else { 0 };
+                }
+            }
+        }
+    }
+}
+
+/// Centre of a block's texel along one axis, sub-texels.
+#[inline(always)]
+fn centre(block: usize, texel: usize) -> i32 {
+    (block * BLOCK + texel) as i32 * SUB_TEXELS + SUB_TEXELS / 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn timed() -> impl Strategy<Value = TimedDisc> {
+        let place = prop_oneof![8 => -200..800i32, 1 => Just(1 << 29), 1 => Just(-(1 << 29))];
+        let radius = prop_oneof![8 => 0..300i32, 1 => Just(Disc::MAX_RADIUS)];
+        (place.clone(), place, radius, 0..64u32).prop_map(|(x, z, radius, slice)| TimedDisc {
+            disc: Disc { x, z, radius },
+            slice,
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn a_block_has_the_texels_that_discs_cover(
+            (inner, outer) in (prop::collection::vec(timed(), 0..5), prop::collection::vec(timed(), 0..5)),
+            (width, height) in (0u32..40, 0u32..40),
+            with_outer in any::<bool>(),
+        ) {
+            let ends = (inner.len() as u32, (inner.len() + outer.len()) as u32);
+            let attack = AttackDrawing {
+                rect: MapRect { u: 3, v: -5, width, height },
+                layers: vec![AttackLayer { slab: Slab(2), clock: 1, inner: 0..ends.0, outer: ends.0..ends.1 }; 2],
+                discs: inner.iter().chain(&outer).copied().collect(),
+            };
+            let counted = Counted { outer: with_outer, ..Counted::ALL };
+            for isa in Isa::available() {
+                let mut texels = AttackTexels::default();
+                // What was drawn before leaves nothing behind.
+                texels.draw(isa, &attack, (2, Counted::ALL));
+                texels.draw(isa, &attack, (2, counted));
+                prop_assert_eq!(texels.outer.len(), if with_outer { texels.inner.len() } else { 0 });
+                for layer in &texels.layers {
+                    let mut found = vec![[0u64; 2]; (width * height) as usize];
+                    for block in layer.blocks.clone() {
+                        let [u, v] = texels.places[block as usize];
+                        for k in 0..BLOCK_TEXELS {
+                            let mask = |list: &[BlockMasks]| -> u64 {
+                                let lanes = list.get(2 * block as usize..2 * block as usize + 2);
+                                lanes.map_or(0, |l| u64::from(l[0][k]) | u64::from(l[1][k]) << 32)
+                            };
+                            let (x, z) = (u as u32 + (k % BLOCK) as u32, v as u32 + (k / BLOCK) as u32);
+                            let masks = [mask(&texels.inner), mask(&texels.outer)];
+                            if x < width && z < height {
+                                found[(z * width + x) as usize] = masks;
+                            } else {
+                                prop_assert_eq!(masks, [0; 2]);
+                            }
+                        }
+                    }
+                    for (at, masks) in found.iter().enumerate() {
+                        let (u, v) = (at as i32 % width as i32, at as i32 / width as i32);
+                        let covered = |discs: &[TimedDisc]| -> u64 {
+                            let near = discs.iter().filter(|one| one.disc.x.abs() < 1 << 20 && one.disc.z.abs() < 1 << 20);
+                            near.filter(|one| one.disc.covers(u, v)).fold(0, |all, one| all | 1 << one.slice)
+                        };
+                        let outer = if with_outer { covered(&outer) } else { 0 };
+                        prop_assert_eq!(masks, &[covered(&inner), outer]);
+                    }
+                }
+            }
+        }
+    }
+}

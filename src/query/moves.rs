@@ -1,0 +1,247 @@
+//! Paths that avoid by moving: any motion at all, for as long as the attack lasts.
+//!
+//! Source: Masaoka & Oshita, section 5.1: where no evasion will do, every path within the horizon.
+//! Differs: paths that lead to nearly the same posture at nearly the same place and time are one;
+//! the search follows a limited number at a time, evenly chosen, and what that cuts off is counted.
+
+use rustc_hash::FxHashSet;
+use serde::{Deserialize, Serialize};
+
+use crate::graph::{EdgeId, MotionGraph, NodeId};
+use crate::math::{Rigid2, floor};
+
+/// How wide the search for moves goes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MoveSettings {
+    /// Most paths that are followed at a time. Default 12: more of them end more alike, and avoid no more.
+    pub width: usize,
+    /// Most candidates. Default 48: with 24 1% more of all
+    /// attacks hit (thrown balls, the fighter of the benches).
+    pub candidates: usize,
+    /// Paths that end in the same stretch of a clip are alike when they do so in one cell of a grid
+    /// with this side, metres; 0.001 at least. Default 0.10.
+    pub alike_distance: f32,
+    /// And when their headings lie in one cell of this size, radians; 0.001 at least. Default 15°.
+    pub alike_angle: f32,
+}
+
+impl Default for MoveSettings {
+    fn default() -> Self {
+        Self {
+            width: 12,
+            candidates: 48,
+            alike_distance: 0.10,
+            alike_angle: 15f32.to_radians(),
+        }
+    }
+}
+
+/// How the search went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SearchReport {
+    /// Paths that were followed.
+    pub followed: usize,
+    /// Paths that were not followed since an alike one was.
+    pub alike: usize,
+    /// Paths that a limit of the settings cut off.
+    pub cut: usize,
+}
+
+/// A path in a [`MoveSearch`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct MoveId(u32);
+
+/// The end of a path, linked to the path that it extends.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    node: NodeId,
+    frames: u32,
+    to_start: Rigid2,
+    /// What came before, and the edge from there to here.
+    before: Option<(MoveId, EdgeId)>,
+}
+
+/// A search for moves; its memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MoveSearch {
+    states: Vec<State>,
+    /// Positions in `states`, by frames since the start.
+    layers: Vec<Vec<u32>>,
+    seen: FxHashSet<[i32; 6]>,
+    ends: Vec<u32>,
+    report: SearchReport,
+}
+
+/// Equal for paths that are alike, in frames.
+const ALIKE_FRAMES: u32 = 5;
+
+impl MoveSearch {
+    /// Looks for paths from `start` that last `seconds`, as different from each other as the
+    /// settings allow, and hands them to `found`; first what would be played without an attack.
+    pub(crate) fn run(
+        &mut self,
+        graph: &MotionGraph,
+        (start, seconds): (NodeId, f32),
+        settings: &MoveSettings,
+        mut found: impl FnMut(MoveId),
+    ) -> SearchReport {
+        self.clear();
+        let frames = (seconds * graph.frame_rate() as f32).ceil().max(1.0) as u32;
+        self.states.push(State {
+            node: start,
+            frames: 0,
+            to_start: Rigid2::IDENTITY,
+            before: None,
+        });
+        let natural = self.natural(graph, frames);
+        self.place(0, 0);
+        let mut time = 0;
+        while time < self.layers.len() {
+            let open = std::mem::take(&mut self.layers[time]);
+            if time as u32 >= frames {
+                self.ends.extend_from_slice(&open);
+            } else {
+                self.report.followed += open.len().min(settings.width);
+                self.report.cut += open.len().saturating_sub(settings.width);
+                for index in evenly(&open, settings.width) {
+                    self.extend(graph, index, settings);
+                }
+            }
+            self.layers[time] = open;
+            time += 1;
+        }
+        found(natural);
+        self.hand_out(graph, settings, natural, &mut found);
+        self.report
+    }
+
+    /// A path and all that it begins with, the longest first, each with the frames that it lasts.
+    pub(crate) fn beginnings(&self, path: MoveId) -> impl Iterator<Item = (MoveId, u32)> + '_ {
+        let before = |at: &MoveId| Some(self.states[at.0 as usize].before?.0);
+        let all = std::iter::successors(Some(path), before);
+        all.map(|at| (at, self.states[at.0 as usize].frames))
+    }
+
+    /// The edges of a path, the last one first.
+    pub(crate) fn edges_backwards(&self, path: MoveId) -> impl Iterator<Item = EdgeId> + '_ {
+        let mut next = self.states[path.0 as usize].before;
+        std::iter::from_fn(move || {
+            let (before, edge) = next?;
+            next = self.states[before.0 as usize].before;
+            Some(edge)
+        })
+    }
+
+    fn clear(&mut self) {
+        self.states.clear();
+        self.layers.iter_mut().for_each(Vec::clear);
+        self.seen.clear();
+        self.ends.clear();
+        self.report = SearchReport::default();
+    }
+
+    fn place(&mut self, frames: u32, state: u32) {
+        let time = frames as usize;
+        if self.layers.len() <= time {
+            self.layers.resize_with(time + 1, Vec::new);
+        }
+        self.layers[time].push(state);
+    }
+
+    /// What would be played without an attack.
+    fn natural(&mut self, graph: &MotionGraph, frames: u32) -> MoveId {
+        let mut at = MoveId(0);
+        while self.states[at.0 as usize].frames < frames {
+            let edge = graph.natural_edge(self.states[at.0 as usize].node);
+            at = self.push(graph, at, edge);
+        }
+        at
+    }
+
+    fn push(&mut self, graph: &MotionGraph, before: MoveId, edge: EdgeId) -> MoveId {
+        let state = self.states[before.0 as usize];
+        self.states.push(State {
+            node: graph.edge(edge).to,
+            frames: state.frames + graph.edge(edge).frames,
+            to_start: state.to_start * graph.clip_change(edge),
+            before: Some((before, edge)),
+        });
+        MoveId(self.states.len() as u32 - 1)
+    }
+
+    fn extend(&mut self, graph: &MotionGraph, index: u32, settings: &MoveSettings) {
+        let node = self.states[index as usize].node;
+        for edge in graph.edges_from(node) {
+            let next = self.push(graph, MoveId(index), edge);
+            let state = self.states[next.0 as usize];
+            if self.seen.insert(key(graph, &state, settings)) {
+                self.place(state.frames, next.0);
+            } else {
+                self.states.pop();
+                self.report.alike += 1;
+            }
+        }
+    }
+
+    /// Even steps through the ends, sorted by how far they lead: near ones and far ones.
+    fn hand_out(
+        &mut self,
+        graph: &MotionGraph,
+        settings: &MoveSettings,
+        natural: MoveId,
+        found: &mut impl FnMut(MoveId),
+    ) {
+        let mut ends = std::mem::take(&mut self.ends);
+        let from = ground(graph, &self.states[0]);
+        let travelled = |&index: &u32| ground(graph, &self.states[index as usize]).distance(from);
+        ends.sort_unstable_by(|a, b| travelled(a).total_cmp(&travelled(b)).then(a.cmp(b)));
+        let room = settings.candidates.saturating_sub(1);
+        self.report.cut += ends.len().saturating_sub(room);
+        for end in evenly(&ends, room) {
+            if !self.same_edges(MoveId(end), natural) {
+                found(MoveId(end));
+            }
+        }
+        self.ends = ends;
+    }
+
+    fn same_edges(&self, a: MoveId, b: MoveId) -> bool {
+        self.edges_backwards(a).eq(self.edges_backwards(b))
+    }
+}
+
+fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
+    let node = graph.node(state.node);
+    let root = graph.clip(node.clip).root(node.frame as usize);
+    let place = state.to_start.point(root);
+    glam::Vec2::new(place.x, place.z)
+}
+
+fn key(graph: &MotionGraph, state: &State, settings: &MoveSettings) -> [i32; 6] {
+    /// With no side at all everything would be infinitely far, and so all in one cell.
+    const SHORTEST: f32 = 1e-3;
+    let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
+    let (node, place) = (graph.node(state.node), ground(graph, state));
+    [
+        node.clip.0 as i32,
+        (node.frame / ALIKE_FRAMES) as i32,
+        (state.frames / ALIKE_FRAMES) as i32,
+        cell(place.x, settings.alike_distance),
+        cell(place.y, settings.alike_distance),
+        cell(state.to_start.heading(), settings.alike_angle),
+    ]
+}
+
+/// At most `count` of `all`, evenly spread.
+fn evenly(all: &[u32], count: usize) -> impl Iterator<Item = u32> + '_ {
+    let kept = all.len().min(count);
+    (0..kept).map(move |i| all[i * all.len() / kept.max(1)])
+}
+
+impl std::ops::AddAssign for SearchReport {
+    fn add_assign(&mut self, other: Self) {
+        self.followed += other.followed;
+        self.alike += other.alike;
+        self.cut += other.cut;
+    }
+}
