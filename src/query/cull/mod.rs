@@ -10,12 +10,14 @@
 pub mod cpu;
 mod drawing;
 mod groups;
+mod path;
 mod scene;
 mod steps;
 mod texels;
 
 pub(super) use drawing::Reach;
 pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
+pub use path::{CullPath, UnknownCullPath};
 pub(super) use scene::{PlacedRegion, Scene};
 pub(super) use steps::Steps;
 
