@@ -10,12 +10,13 @@ use std::sync::OnceLock;
 use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::demo::throw::Throw;
+use sabaki::gpu::compute;
 use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
-use sabaki::gpu::{Headless, HeadlessDesc, compute};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{Counted, CullCandidate, CullInput, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
+use sabaki_app::demo::throw::Throw;
+use sabaki_app::headless::{Headless, HeadlessDesc};
 
 /// How many candidates are culled, on which maps, and what is counted of them.
 #[derive(Clone, Copy)]

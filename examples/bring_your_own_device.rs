@@ -14,15 +14,11 @@ use std::error::Error;
 use ash::vk;
 use plain_memory::PlainMemory;
 use renderer::Renderer;
-use sabaki::{
-    anim::Pose,
-    demo::throw::{ThrowSettings, throw},
-    gpu::{
-        Context, ContextDesc, Terms, check,
-        stencil::{Culler, CullerDesc},
-    },
-    query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull},
-};
+use sabaki::anim::Pose;
+use sabaki::gpu::stencil::{Culler, CullerDesc};
+use sabaki::gpu::{Context, ContextDesc, Terms, check};
+use sabaki::query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // SAFETY: everything is made and used in order, and destroyed in the opposite one when the device has finished.

@@ -5,14 +5,14 @@ use std::error::Error;
 
 use glam::Vec3;
 use sabaki::anim::Pose;
-use sabaki::demo;
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
+use sabaki_app::demo;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // Offline: clips and events in, one immutable baked graph out. `sabaki::io::read_clips` reads your own clips.
+    // Offline: clips and events in, one immutable baked graph out. `sabaki_import::read_clips` reads your own clips.
     let motions = demo::motions()?;
     let source = ClipSource {
         skeleton: &motions.skeleton,

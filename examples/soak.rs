@@ -4,19 +4,15 @@
 //! `cargo run --release --example soak -- 100000`
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki::{
-    demo::{
-        self,
-        throw::{ThrowSettings, throw},
-    },
-    gpu::{Context, Headless, HeadlessDesc, ash::vk, compute, stencil},
-    graph::{self, ClipSource, GraphSettings},
-    maps::{BakeSettings, BakedGraph, Baker},
-    query::{
-        Query, QueryContext, QuerySettings,
-        cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu},
-    },
-};
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::{Context, compute, stencil};
+use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu};
+use sabaki::query::{Query, QueryContext, QuerySettings};
+use sabaki_app::demo;
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_app::headless::{Headless, HeadlessDesc};
 
 const SLOTS: usize = 3;
 

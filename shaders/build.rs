@@ -51,18 +51,7 @@ mod table {
             .collect();
         files.sort();
 
-        let view = |file: &PathBuf| {
-            file.file_name()
-                .is_some_and(|name| is_of_view(name.as_ref()))
-        };
-        let (of_view, others): (Vec<PathBuf>, _) = files.into_iter().partition(view);
-        write_table(&others, "shader_table.rs")?;
-        write_table(&of_view, "view_shader_table.rs")
-    }
-
-    /// What pictures are drawn with has a table of its own, which is read only where pictures are drawn.
-    fn is_of_view(name: &Path) -> bool {
-        name.to_str().is_some_and(|name| name.starts_with("view_"))
+        write_table(&files, "shader_table.rs")
     }
 
     fn write_table(files: &[PathBuf], table: &str) -> Result<(), String> {

@@ -54,20 +54,15 @@ pub mod archive;
 mod capi;
 pub mod character;
 pub mod crowd;
-#[cfg(feature = "demo")]
-pub mod demo;
 pub mod duel;
 #[cfg(feature = "vulkan")]
 pub mod gpu;
 pub mod graph;
 pub mod guide;
-pub mod io;
 pub mod lod;
 pub mod maps;
 pub mod math;
 pub mod query;
-#[cfg(feature = "view")]
-pub mod view;
 
 /// The README's code, compiled with the tests of the documentation.
 #[cfg(doctest)]

@@ -7,9 +7,9 @@ use std::path::Path;
 use sabaki::anim::Skeleton;
 use sabaki::archive::LARGEST_FILE;
 use sabaki::graph::GraphSettings;
-use sabaki::io::{LONGEST_CLIP, gltf};
 use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
+use sabaki_import::{LONGEST_CLIP, gltf};
 
 const PAGES: [(&str, &str); 7] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),

@@ -7,10 +7,10 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement, Repertoire,
 };
-use sabaki::demo;
-use sabaki::io::{ReadOptions, read_clip};
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
 use sabaki::math::{Line, Rigid2};
+use sabaki_app::demo;
+use sabaki_import::{ReadOptions, read_clip};
 
 use super::plain::{PlainCharacter, PlainClip};
 

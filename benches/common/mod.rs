@@ -5,11 +5,11 @@
 use std::path::PathBuf;
 
 use sabaki::anim::{Clip, Event, Skeleton};
-use sabaki::demo;
-use sabaki::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki::graph::{self, ClipSource, GraphSettings};
-use sabaki::io::{ReadOptions, read_clips};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki_app::demo;
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_import::{ReadOptions, read_clips};
 
 pub(crate) struct Motions {
     pub(crate) skeleton: Skeleton,

@@ -3,13 +3,11 @@
 use std::{error::Error, fs, io::BufWriter};
 
 use glam::{Quat, Vec3};
-use sabaki::{
-    anim::{Pose, forward_kinematics},
-    demo,
-    graph::{self, ClipSource, GraphSettings},
-    maps::{BakeSettings, BakedGraph, Baker},
-    query::Attack,
-};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::query::Attack;
+use sabaki_app::demo;
 
 /// A sphere in camera space: x, y, radius, lowness; red, green, blue, and padding.
 pub type Instance = [f32; 8];

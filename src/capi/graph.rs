@@ -1,59 +1,19 @@
-//! Baked graphs, made and read.
+//! Baked graphs.
 
 use std::ffi::{CString, c_char};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::ptr::null;
 use std::sync::Arc;
 
 use super::status::{Failure, OK, Status, call};
-use super::{given, given_mut, text};
+use super::{given_mut, text};
 use crate::archive;
-use crate::graph::{ClipSource, GraphSettings, build};
-use crate::io::{ReadOptions, read_clips};
-use crate::maps::{BakeSettings, BakedGraph, Baker};
+use crate::maps::BakedGraph;
 
 /// `sabaki_graph`.
 pub(super) struct Graph {
     pub(super) baked: Arc<BakedGraph>,
     joint_names: Vec<CString>,
-}
-
-/// # Safety
-/// As `sabaki.h` says.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn sabaki_bake(
-    clips: *const *const c_char,
-    clip_count: usize,
-    events: *const c_char,
-    out: *const c_char,
-) -> Status {
-    call(|| {
-        // SAFETY: the caller gives that many texts, and the two others.
-        let (clips, events, out) = unsafe {
-            given(clips, "clips")?;
-            let clips = std::slice::from_raw_parts(clips, clip_count).iter();
-            let clips: Result<Vec<_>, String> =
-                clips.map(|&clip| Ok(PathBuf::from(text(clip)?))).collect();
-            (clips?, Path::new(text(events)?), Path::new(text(out)?))
-        };
-        bake(&clips, events, out)?;
-        Ok(OK)
-    })
-}
-
-fn bake(clips: &[PathBuf], events: &Path, out: &Path) -> Result<(), String> {
-    let words = |error: &dyn std::error::Error| error.to_string();
-    let set = read_clips(clips, Some(events), &ReadOptions::default());
-    let set = set.map_err(|error| words(&error))?;
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
-    let (graph, _) = build(source, &GraphSettings::default()).map_err(|error| words(&error))?;
-    let baker = Baker::new(graph, BakeSettings::default()).map_err(|error| words(&error))?;
-    let baked = baker.finish_on_cpu().map_err(|error| words(&error))?;
-    archive::write(out, &baked).map_err(|error| words(&error))
 }
 
 /// # Safety

@@ -35,10 +35,7 @@ enum {
 /* Of the last call on this thread that failed. Lives until the next one does. Never NULL. */
 const char *sabaki_last_error(void);
 
-/* ---- Graphs: clips in, a file out, once; the file in, whenever the program starts ---- */
-
-/* Bakes BVH files, or folders of them, and their events (JSON, see the README) into a file. Takes seconds. */
-sabaki_status sabaki_bake(const char *const *clips, size_t clip_count, const char *events, const char *out);
+/* ---- Graphs: baked once by the command `sabaki bake`, opened whenever the program starts ---- */
 
 typedef struct sabaki_graph sabaki_graph;
 

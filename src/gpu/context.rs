@@ -238,7 +238,8 @@ impl Context {
     }
 
     /// Whether that family can do something.
-    pub(crate) fn queue_has(&self, flags: vk::QueueFlags) -> bool {
+    #[doc(hidden)]
+    pub fn queue_has(&self, flags: vk::QueueFlags) -> bool {
         self.queue_flags.contains(flags)
     }
 
@@ -282,7 +283,8 @@ impl Context {
     }
 
     /// Gives an object a name that debuggers and validation show. A name that cannot be given is no error.
-    pub(crate) fn name<T: Handle>(&self, handle: T, name: &str) {
+    #[doc(hidden)]
+    pub fn name<T: Handle>(&self, handle: T, name: &str) {
         let (Some(names), Ok(name)) = (&self.names, CString::new(name)) else {
             return;
         };

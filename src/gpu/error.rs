@@ -120,18 +120,20 @@ impl From<Mismatch> for GpuError {
 }
 
 /// Names the call that a Vulkan error came from.
-pub(crate) trait Named<T> {
+pub trait Named<T> {
+    /// The result, with the name of the Vulkan function that gave it.
     fn call(self, call: &'static str) -> Result<T, GpuError>;
 }
 
 impl<T> Named<T> for Result<T, vk::Result> {
+    /// The result, with the name of the Vulkan function that gave it.
     fn call(self, call: &'static str) -> Result<T, GpuError> {
         self.map_err(|result| GpuError::Call { call, result })
     }
 }
 
 /// Whether `needed` is within a limit.
-pub(crate) fn within(limit: &'static str, needed: u64, most: u64) -> Result<(), GpuError> {
+pub fn within(limit: &'static str, needed: u64, most: u64) -> Result<(), GpuError> {
     if needed > most {
         return Err(GpuError::Limit {
             limit,

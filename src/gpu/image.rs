@@ -8,30 +8,36 @@ use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, error::Name
 
 /// What an image is for.
 #[derive(Clone, Copy)]
-pub(crate) struct ImageDesc<'a> {
-    pub(crate) name: &'a str,
+pub struct ImageDesc<'a> {
+    /// Name for debuggers and validation.
+    pub name: &'a str,
     /// Columns and rows.
-    pub(crate) side: [u32; 2],
-    pub(crate) format: vk::Format,
-    pub(crate) samples: vk::SampleCountFlags,
-    pub(crate) usage: vk::ImageUsageFlags,
+    pub side: [u32; 2],
+    /// Format of the texels.
+    pub format: vk::Format,
+    /// Samples a texel.
+    pub samples: vk::SampleCountFlags,
+    /// What the device uses it for.
+    pub usage: vk::ImageUsageFlags,
     /// Of the view.
-    pub(crate) aspect: vk::ImageAspectFlags,
+    pub aspect: vk::ImageAspectFlags,
 }
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
-pub(crate) struct Image {
-    pub(crate) handle: vk::Image,
-    pub(crate) view: vk::ImageView,
+pub struct Image {
+    /// The Vulkan object.
+    pub handle: vk::Image,
+    /// A view of the whole image.
+    pub view: vk::ImageView,
     /// Columns and rows.
-    pub(crate) side: [u32; 2],
+    pub side: [u32; 2],
     block: Option<Block>,
 }
 
 impl Image {
     /// Leaves nothing behind when it fails.
-    pub(crate) fn new(
+    pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &ImageDesc<'_>,
@@ -100,7 +106,7 @@ impl Image {
     }
 
     /// Frees all; the device must be done with it.
-    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+    pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {
             context.device().destroy_image_view(self.view, None);

@@ -41,20 +41,19 @@
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
 
 mod allocator;
-pub(crate) mod barriers;
+mod barriers;
 pub mod compute;
 mod context;
 mod counts;
 mod drivers;
-pub(crate) mod error;
-mod headless;
-pub(crate) mod image;
+mod error;
+mod image;
 mod limits;
 mod memory;
 mod pipelines;
 mod requirements;
-pub(crate) mod resources;
-pub(crate) mod shader_table;
+mod resources;
+mod shader_table;
 pub mod stencil;
 mod uploaded;
 
@@ -66,9 +65,17 @@ pub use gpu_allocator;
 pub use allocator::GpuAllocatorMemory;
 pub use context::{Context, ContextDesc, RawContextDesc, check_raw, command_buffer};
 pub use error::{GpuError, Mismatch};
-pub use headless::{
-    Accepted, DeviceChoice, DeviceInfo, DeviceKind, Headless, HeadlessDesc, Message, accepted,
-    devices,
-};
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
 pub use requirements::{Report, Requirement, RequirementKind, Terms, Without, check, requirements};
+
+/// Building blocks of components that come with this crate and record into the same command buffers, such as
+/// `sabaki-draw`. Not covered by semantic versioning.
+#[doc(hidden)]
+pub mod internal {
+    pub use super::error::{Named, within};
+    pub use super::image::{Image, ImageDesc};
+    pub use super::resources::{Buffer, BufferDesc};
+    pub use super::shader_table::{
+        Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words,
+    };
+}

@@ -12,18 +12,22 @@ use super::{
 
 /// What a buffer is for.
 #[derive(Clone, Copy)]
-pub(crate) struct BufferDesc<'a> {
-    pub(crate) name: &'a str,
+pub struct BufferDesc<'a> {
+    /// Name for debuggers and validation.
+    pub name: &'a str,
     /// Bytes; 0 is taken for 4, as a buffer cannot be empty.
-    pub(crate) size: u64,
-    pub(crate) usage: vk::BufferUsageFlags,
-    pub(crate) memory: MemoryUse,
+    pub size: u64,
+    /// What the device uses it for.
+    pub usage: vk::BufferUsageFlags,
+    /// Which side writes and which reads.
+    pub memory: MemoryUse,
 }
 
 /// A buffer and its memory.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Buffer {
-    pub(crate) handle: vk::Buffer,
+pub struct Buffer {
+    /// The Vulkan object.
+    pub handle: vk::Buffer,
     name: String,
     size: u64,
     block: Option<Block>,
@@ -31,7 +35,7 @@ pub(crate) struct Buffer {
 
 impl Buffer {
     /// One that shaders may read the whole of. Leaves nothing behind when it fails.
-    pub(crate) fn new(
+    pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: BufferDesc<'_>,
@@ -44,7 +48,7 @@ impl Buffer {
     }
 
     /// One that is bound a part at a time, where shaders read it. Leaves nothing behind when it fails.
-    pub(crate) fn paged(
+    pub fn paged(
         context: &Context,
         memory: &mut dyn Memory,
         desc: BufferDesc<'_>,
@@ -100,7 +104,7 @@ impl Buffer {
     }
 
     /// Frees both; the device must be done with them.
-    pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+    pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handle is null or was made from this device, and the caller knows that the device is done with it.
         unsafe { context.device().destroy_buffer(self.handle, None) };
         self.handle = vk::Buffer::null();
@@ -110,12 +114,7 @@ impl Buffer {
     }
 
     /// Copies bytes into a mapped buffer, and hands them to the device.
-    pub(crate) fn write(
-        &self,
-        context: &Context,
-        offset: u64,
-        bytes: &[u8],
-    ) -> Result<(), GpuError> {
+    pub fn write(&self, context: &Context, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         within("size of a buffer", offset + bytes.len() as u64, self.size)?;
         if bytes.is_empty() {
             return Ok(());
@@ -130,7 +129,7 @@ impl Buffer {
     }
 
     /// Hands what the host wrote to the device.
-    pub(crate) fn flush(&self, context: &Context) -> Result<(), GpuError> {
+    pub fn flush(&self, context: &Context) -> Result<(), GpuError> {
         let (block, _) = self.mapped()?;
         if block.coherent {
             return Ok(());
@@ -142,7 +141,7 @@ impl Buffer {
     }
 
     /// Makes what the device wrote visible to the host.
-    pub(crate) fn invalidate(&self, context: &Context) -> Result<(), GpuError> {
+    pub fn invalidate(&self, context: &Context) -> Result<(), GpuError> {
         let (block, _) = self.mapped()?;
         if block.coherent {
             return Ok(());
@@ -157,7 +156,7 @@ impl Buffer {
     ///
     /// # Safety
     /// The device has finished writing them.
-    pub(crate) unsafe fn bytes(&self, size: u64) -> Result<&[u8], GpuError> {
+    pub unsafe fn bytes(&self, size: u64) -> Result<&[u8], GpuError> {
         within("size of a buffer", size, self.size)?;
         let (_, mapped) = self.mapped()?;
         // SAFETY: the range is mapped, and the caller knows that nobody writes to it.
@@ -165,7 +164,7 @@ impl Buffer {
     }
 
     /// A word of a mapped buffer that the device may be writing at this moment.
-    pub(crate) fn word(&self, offset: u64) -> Result<u32, GpuError> {
+    pub fn word(&self, offset: u64) -> Result<u32, GpuError> {
         within("size of a buffer", offset + 4, self.size)?;
         let (_, mapped) = self.mapped()?;
         // SAFETY: the word is mapped and aligned (offsets and blocks are multiples of 4), and is only read as an atomic.
@@ -180,8 +179,7 @@ impl Buffer {
     ///
     /// # Safety
     /// The device does not use them while they are borrowed, and nobody else writes them.
-    #[cfg(feature = "view")]
-    pub(crate) unsafe fn bytes_mut(&mut self) -> Result<&mut [u8], GpuError> {
+    pub unsafe fn bytes_mut(&mut self) -> Result<&mut [u8], GpuError> {
         let size = self.size as usize;
         let (_, mapped) = self.mapped()?;
         // SAFETY: the range is mapped, and the caller knows that nobody else uses it.

@@ -6,39 +6,45 @@ use crate::maps::{Disc, MapTurn};
 
 /// One entry of the table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shader {
+pub struct Shader {
     /// Of its file, without the ending.
-    pub(crate) name: &'static str,
-    pub(crate) stage: Stage,
+    pub name: &'static str,
+    /// Pipeline stage.
+    pub stage: Stage,
     /// Bytes.
-    pub(crate) push_constants: u32,
+    pub push_constants: u32,
     /// Bytes that a work group shares.
-    pub(crate) shared: u32,
+    pub shared: u32,
     /// Invocations of a work group, by axis; zeros where there are no groups.
-    pub(crate) group: [u32; 3],
+    pub group: [u32; 3],
     /// Of its buffers, how many are storage buffers.
-    pub(crate) storage_buffers: u32,
+    pub storage_buffers: u32,
     /// Its storage and uniform buffers, and its images.
-    pub(crate) bindings: &'static [Binding],
+    pub bindings: &'static [Binding],
     /// SPIR-V.
-    pub(crate) words: &'static [u32],
+    pub words: &'static [u32],
 }
 
 /// The stages in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
+pub enum Stage {
+    /// Vertex shader.
     Vertex,
+    /// Fragment shader.
     Fragment,
+    /// Compute shader.
     Compute,
 }
 
 /// A storage or uniform buffer that holds one array, or an image.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Binding {
-    pub(crate) set: u32,
-    pub(crate) binding: u32,
+pub struct Binding {
+    /// Descriptor set.
+    pub set: u32,
+    /// Binding number in the set.
+    pub binding: u32,
     /// Of its elements, bytes; 0 for an image.
-    pub(crate) stride: u32,
+    pub stride: u32,
 }
 
 include!(concat!(env!("OUT_DIR"), "/shader_table.rs"));
@@ -109,8 +115,25 @@ pub(crate) struct PlacedDisc {
     pub(crate) clip: [u16; 4],
 }
 
+/// The words of a SPIR-V file.
+pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    let mut words = [0; N];
+    let mut at = 0;
+    while at < N {
+        let byte = 4 * at;
+        words[at] = u32::from_le_bytes([
+            bytes[byte],
+            bytes[byte + 1],
+            bytes[byte + 2],
+            bytes[byte + 3],
+        ]);
+        at += 1;
+    }
+    words
+}
+
 /// Stride of a buffer's elements as a shader reads them; 0 where it does not read that buffer.
-pub(crate) const fn stride(shader: &Shader, binding: u32) -> usize {
+pub const fn stride(shader: &Shader, binding: u32) -> usize {
     let mut index = 0;
     while index < shader.bindings.len() {
         if shader.bindings[index].binding == binding {
@@ -122,7 +145,7 @@ pub(crate) const fn stride(shader: &Shader, binding: u32) -> usize {
 }
 
 /// Whether every device takes it, however few its limits: those that Vulkan guarantees (`limits.rs`).
-pub(crate) const fn runs_anywhere(shader: &Shader) -> bool {
+pub const fn runs_anywhere(shader: &Shader) -> bool {
     let [x, y, z] = shader.group;
     shader.push_constants <= 128
         && shader.storage_buffers <= 4
@@ -134,7 +157,7 @@ pub(crate) const fn runs_anywhere(shader: &Shader) -> bool {
 }
 
 /// Whether all that a shader reads is in the one set there is.
-pub(crate) const fn has_one_set(shader: &Shader) -> bool {
+pub const fn has_one_set(shader: &Shader) -> bool {
     let mut index = 0;
     while index < shader.bindings.len() {
         if shader.bindings[index].set != 0 {

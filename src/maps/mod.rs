@@ -12,7 +12,6 @@ mod body;
 mod body_rows;
 mod disc;
 mod drawings;
-pub mod fit;
 mod gather;
 mod grid;
 mod hulls;

@@ -2,7 +2,6 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::BodySphere;
-use super::fit::{FitError, FitSettings, JointFit, Mesh, fit_held};
 use crate::anim::{JointId, Skeleton};
 
 /// A sphere in a joint's own frame.
@@ -26,27 +25,6 @@ pub struct Prop {
 }
 
 impl Prop {
-    /// A mesh as `joint` holds it: in the joint's frame, in metres. [`Mesh::placed`] takes it there, with the grip (where the mesh's
-    /// origin lies in the hand, and how its axes are turned). No part of the body.
-    ///
-    /// # Errors
-    /// Settings out of range; a mesh that reaches further from the joint than they allow.
-    pub fn fitted(
-        joint: JointId,
-        mesh: &Mesh,
-        settings: &FitSettings,
-    ) -> Result<(Self, JointFit), FitError> {
-        let (spheres, fit) = fit_held(mesh, settings)?;
-        Ok((
-            Self {
-                joint,
-                spheres,
-                is_body: false,
-            },
-            fit,
-        ))
-    }
-
     /// Its spheres as the body has them.
     pub fn body_spheres(&self) -> impl Iterator<Item = BodySphere> + '_ {
         self.spheres

@@ -1,0 +1,318 @@
+//! `sabaki compare`: the paper's Table 1, measured here.
+//!
+//! Source: Masaoka & Oshita, section 6, Table 1.
+
+use sabaki::maps::BakedGraph;
+use sabaki::query::measure::{MapTally, Truth};
+use sabaki::query::{Enumerate, Lookup, Source};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use serde_json::{Value, json};
+
+use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::passes::{LookupArg, Method};
+use super::plot::Plot;
+use super::source::{self, GraphArgs};
+use super::stats::{Asker, Run, Times, percentile};
+use super::{Done, Failure, cancel, crossover, map_settings, output};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// How many random attacks.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attacks: u64,
+    /// Where the random attacks begin.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Which of the grid's cells are looked up.
+    #[arg(long, value_enum, default_value = "union")]
+    lookup: LookupArg,
+    /// Compare settings of the maps instead: each is baked and held to the exact test.
+    #[arg(long, conflicts_with_all = ["plot", "lookup"])]
+    settings: bool,
+    /// Measure the time of culling over the number of candidates as well, and draw it: a PNG, or - for letters on
+    /// stdout.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<Plot>,
+}
+
+/// One line of the table.
+struct Row {
+    method: Method,
+    runs: Vec<Run>,
+    tally: MapTally,
+    hit_though_avoidable: usize,
+}
+
+/// What was measured.
+struct Table {
+    rows: Vec<Row>,
+    /// For each attack that the grid answered, V of its choice minus V of the whole search's.
+    regret: Vec<f64>,
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    Plot::check(args.plot.as_ref(), as_json)?;
+    let baked = args.graph.load()?;
+    let throws = throws(args, &baked.graph)?;
+    if args.settings {
+        return map_settings::run(&baked.graph, &throws, as_json);
+    }
+    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let table = measure(&baked.graph, &throws, (&mut culling, args.lookup.into()))?;
+    let mut drawn = String::new();
+    let crossover = match &args.plot {
+        None => None,
+        Some(plot) => {
+            let lines = crossover::measure(&baked.graph, &throws, &mut culling)?;
+            let letters = |paint| crossover::letters(&lines, paint);
+            drawn = plot.draw(|| crossover::plot(&lines), letters)?;
+            Some(lines)
+        }
+    };
+    Ok(Done::ok(if as_json {
+        let mut document = table.to_json();
+        document["device"] = json!(culling.device_name());
+        document["graph"] = source::statistics(&baked);
+        if let Some(lines) = &crossover {
+            document["crossover"] = crossover::to_json(lines);
+        }
+        Done::json(&document)
+    } else {
+        let crossover = crossover.map_or(String::new(), |lines| crossover::text(&lines));
+        format!(
+            "{}{}\n\n{}{crossover}",
+            source::describe(&baked),
+            culling.describe(),
+            table.text(throws.len())
+        ) + &drawn
+    }))
+}
+
+fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
+    let settings = ThrowSettings::default();
+    let random = |index| {
+        throw(baked, &settings, args.seed, index).map_err(|error| Failure::Attack {
+            index: index as usize,
+            error,
+        })
+    };
+    (0..args.attacks).map(random).collect()
+}
+
+/// All methods, attack by attack, so that what disturbs the machine disturbs all of them.
+fn measure(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    (culling, lookup): (&mut Culling, Lookup),
+) -> Result<Table, Failure> {
+    let grids = [Enumerate::Whole, Enumerate::Grid(lookup)];
+    let paths = culling.paths();
+    let methods = paths
+        .iter()
+        .flat_map(|&cull| grids.map(|enumerate| Method { cull, enumerate }));
+    let mut rows: Vec<Row> = methods.map(Row::new).collect();
+    let mut askers: Vec<Asker<'_>> = rows.iter().map(|_| Asker::new(baked)).collect();
+    let mut regret = Vec::new();
+    cancel::listen();
+    let bar = output::progress("comparing", throws.len() as u64);
+    // The first attack twice: memory is filled when times begin to count.
+    for (count, throw) in throws[..1].iter().chain(throws).enumerate() {
+        cancel::check()?;
+        let mut runs = Vec::new();
+        for (row, asker) in rows.iter().zip(&mut askers) {
+            asker.watches = true;
+            let settings = row.method.settings();
+            runs.push(asker.ask(&settings, throw, (&mut *culling, row.method.cull))?);
+        }
+        if count == 0 {
+            continue;
+        }
+        // The first two are exact, without and with the grid.
+        let of = |index: usize| (&askers[index].answer, askers[index].rounds.as_slice());
+        let truth = Truth::new([of(0), of(1)]);
+        for ((row, asker), run) in rows.iter_mut().zip(&askers).zip(&runs) {
+            truth.judge(&asker.rounds, &mut row.tally);
+            row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
+            row.runs.push(run.clone());
+        }
+        if let (Source::Grid, Some(by_grid), Some(best)) =
+            (runs[1].source, runs[1].score, runs[0].score)
+        {
+            regret.push(f64::from(by_grid) - f64::from(best));
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(Table { rows, regret })
+}
+
+impl Row {
+    fn new(method: Method) -> Self {
+        Self {
+            method,
+            runs: Vec::new(),
+            tally: MapTally::default(),
+            hit_though_avoidable: 0,
+        }
+    }
+
+    /// What the maps left; of the exact test, what is clean.
+    fn tally(&self) -> MapTally {
+        match self.method.cull {
+            CullPath::Exact => MapTally {
+                hits_kept: 0,
+                clean_removed: 0,
+                undecided: 0,
+                ..self.tally
+            },
+            _ => self.tally,
+        }
+    }
+
+    fn avoided(&self) -> usize {
+        self.runs.iter().filter(|run| run.avoided).count()
+    }
+
+    fn per_attack(&self, count: usize) -> f64 {
+        count as f64 / self.runs.len().max(1) as f64
+    }
+
+    fn to_json(&self) -> Value {
+        let tally = self.tally();
+        json!({
+            "cull": self.method.cull.name(),
+            "grid": self.method.grid_name(),
+            "attacks": self.runs.len(),
+            "candidates": self.per_attack(tally.candidates()),
+            "kept": self.per_attack(tally.kept()),
+            "weak": tally.weak(),
+            "wrong": tally.wrong(),
+            "undecided": tally.undecided_share(),
+            "tally": tally,
+            "avoided": self.avoided(),
+            "hit_though_avoidable": self.hit_though_avoidable,
+            "query_ms": Times::of(&self.runs, Run::query_ms).to_json(),
+            "cull_ms": Times::of(&self.runs, |run| run.cull_ms).to_json(),
+        })
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let tally = self.tally();
+        let percent = |share: f64| format!("{:.1}%", 100.0 * share);
+        vec![
+            self.method.cull.name().to_owned(),
+            self.method.grid_name().to_owned(),
+            format!("{:.1}", self.per_attack(tally.candidates())),
+            format!("{:.1}", self.per_attack(tally.kept())),
+            percent(tally.weak()),
+            percent(tally.wrong()),
+            percent(tally.undecided_share()),
+            percent(self.per_attack(self.avoided())),
+            self.hit_though_avoidable.to_string(),
+            Times::of(&self.runs, Run::query_ms).text(2),
+            Times::of(&self.runs, |run| run.cull_ms).text(3),
+        ]
+    }
+}
+
+/// The paper's Table 1 and what it says beside it.
+const PAPER: &str = "\
+The paper, on its machine: no grid 496 ms exact, 225 ms stencil; grid 18 ms exact, 14 ms stencil. About 100 candidates
+without the grid, culled to 70; about 5 with it, culled to 3. The grid used in about 90% of the attacks.
+";
+
+impl Table {
+    /// The row of the exact test with the grid.
+    fn filed(&self) -> &Row {
+        &self.rows[1]
+    }
+
+    /// Attacks for which the grid held paths, and those answered by one of them.
+    fn grid(&self) -> [usize; 2] {
+        let runs = &self.filed().runs;
+        let used = runs.iter().filter(|run| run.used_grid()).count();
+        let answered = runs.iter().filter(|run| run.source == Source::Grid).count();
+        [used, answered]
+    }
+
+    fn regret(&self) -> [f64; 2] {
+        [0.5, 0.9].map(|share| percentile(self.regret.clone(), share))
+    }
+
+    /// Candidates in the median where the grid answers, and how many of them the maps keep.
+    fn of_grid(&self) -> [f64; 2] {
+        let is_cpu = |row: &&Row| {
+            row.method.cull == CullPath::Cpu && row.method.enumerate != Enumerate::Whole
+        };
+        let runs = self
+            .rows
+            .iter()
+            .find(is_cpu)
+            .map_or(&[][..], |row| &row.runs);
+        let median = |of: fn(&Run) -> usize| {
+            let answered = runs.iter().filter(|run| run.source == Source::Grid);
+            percentile(answered.map(|run| of(run) as f64).collect(), 0.5)
+        };
+        [
+            median(|run| run.counts.with_evasion),
+            median(|run| run.counts.with_evasion - run.counts.culled),
+        ]
+    }
+
+    fn to_json(&self) -> Value {
+        let ([used, answered], [median, p90]) = (self.grid(), self.regret());
+        let [candidates, kept] = self.of_grid();
+        json!({
+            "rows": self.rows.iter().map(Row::to_json).collect::<Vec<_>>(),
+            "grid_used": used,
+            "grid_answered": answered,
+            "grid_regret": { "median": median, "p90": p90 },
+            "where_the_grid_answers": { "candidates": candidates, "kept": kept },
+            "paper": {
+                "rows": [
+                    { "cull": "exact", "grid": "off", "query_ms": 496, "candidates": 100 },
+                    { "cull": "stencil", "grid": "off", "query_ms": 225, "candidates": 100, "kept": 70 },
+                    { "cull": "exact", "grid": "on", "query_ms": 18, "candidates": 5 },
+                    { "cull": "stencil", "grid": "on", "query_ms": 14, "candidates": 5, "kept": 3 },
+                ],
+                "grid_used_share": 0.9,
+            },
+        })
+    }
+
+    fn text(&self, attacks: usize) -> String {
+        let head = [
+            "culled by",
+            "grid",
+            "candidates",
+            "kept",
+            "weak",
+            "wrong",
+            "undecided",
+            "avoided",
+            "hit though avoidable",
+            "query ms, median / p99",
+            "culling ms, median / p99",
+        ];
+        let mut table = output::table(&head, 2);
+        for row in &self.rows {
+            table.add_row(row.cells());
+        }
+        let ([used, answered], [median, p90]) = (self.grid(), self.regret());
+        let percent = |count: usize| 100.0 * count as f64 / attacks.max(1) as f64;
+        let [candidates, kept] = self.of_grid();
+        format!(
+            "{attacks} attacks, one after the other by all methods:\n{table}\n\
+             candidates: that end in an evasion, a query, in the mean; kept: that the maps (exact: the exact test) leave of them.\n\
+             weak: share of the hit candidates that is kept. wrong: share of the clean ones that is removed. undecided: share that\n\
+             is neither removed nor proven clean. hit though avoidable: where the exact whole search finds a way.\n\n\
+             The grid holds paths for {:.0}% of the attacks and answers {:.0}%; there it has {candidates:.0} candidates in the median,\n\
+             culled to {kept:.0}. Its choice is worse than that of the whole search by {median:.3} in V in the median, {p90:.3} at the\n\
+             90th percentile (both exact).\n\n{PAPER}",
+            percent(used),
+            percent(answered),
+        )
+    }
+}

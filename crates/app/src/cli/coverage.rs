@@ -1,0 +1,329 @@
+//! `sabaki coverage`: which attacks does a graph have an answer to?
+
+use std::fmt::Write;
+
+use sabaki::maps::BakedGraph;
+use sabaki::math::in_parallel;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
+use serde_json::{Value, json};
+
+use super::picture::Picture;
+use super::plot::{Paint, Plot, shade};
+use super::source::{self, GraphArgs};
+use super::{Done, Failure, cancel, output};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// How many attacks; at least one of every kind.
+    #[arg(long, value_name = "N", default_value_t = 2800, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attacks: u64,
+    /// Where the random moments begin.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// From how many directions.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(2..=36))]
+    directions: u64,
+    /// How fast the balls are, metres per second.
+    #[arg(long, value_name = "M/S", default_value_t = 10.0)]
+    speed: f32,
+    /// Threads; 0 for as many as the machine has. The result is the same for any number.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
+    /// Draw the table as a heat map: a PNG, or - for letters on stdout.
+    #[arg(long, alias = "png", value_name = "FILE")]
+    plot: Option<Plot>,
+}
+
+/// Gaps that are named.
+const NAMED: usize = 3;
+
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    if !(args.speed >= 0.1 && args.speed <= 1000.0) {
+        let what = format!("--speed must be 0.1 to 1000 m/s; it is {}", args.speed);
+        return Err(Failure::Usage(what));
+    }
+    Plot::check(args.plot.as_ref(), as_json)?;
+    let baked = args.graph.load()?;
+    let coverage = throw_all(args, &baked.graph)?;
+    let drawn = match &args.plot {
+        None => String::new(),
+        Some(plot) => plot.draw(
+            || heat_map(&coverage),
+            |paint| heat_letters(&coverage, paint),
+        )?,
+    };
+    Ok(Done::ok(if as_json {
+        let mut document = document(&coverage);
+        document["graph"] = source::statistics(&baked);
+        Done::json(&document)
+    } else {
+        format!("{}\n{}{drawn}", source::describe(&baked), text(&coverage))
+    }))
+}
+
+/// Throws at every cell, each time at the same moments.
+fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
+    let mut coverage = Coverage::new(args.directions as usize);
+    let cells: Vec<Cell> = coverage.cells().collect();
+    let each = (args.attacks / cells.len() as u64).max(1);
+    cancel::listen();
+    let bar = output::progress("throwing", each * cells.len() as u64);
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let of_cell = |number: usize| {
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        let one = |index: u64| {
+            cancel::check()?;
+            let cell = cells[number];
+            let thrown = coverage.throw(baked, cell, (args.seed, index), args.speed);
+            let throw = thrown.map_err(|error| Failure::Attack {
+                index: index as usize,
+                error,
+            })?;
+            query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
+            bar.inc(1);
+            Ok(answer.avoided)
+        };
+        (0..each).map(one).collect::<Result<Vec<bool>, Failure>>()
+    };
+    let results = in_parallel(args.threads as usize, cells.len(), of_cell);
+    bar.finish_and_clear();
+    for (&cell, avoided) in cells.iter().zip(results) {
+        avoided?.iter().for_each(|&one| coverage.add(cell, one));
+    }
+    Ok(coverage)
+}
+
+/// A direction in words where it has one.
+fn direction_name(coverage: &Coverage, direction: usize) -> String {
+    const NAMES: [&str; 8] = [
+        "front",
+        "front left",
+        "left",
+        "back left",
+        "back",
+        "back right",
+        "right",
+        "front right",
+    ];
+    let eighths = 8 * direction;
+    if eighths.is_multiple_of(coverage.directions()) {
+        return NAMES[eighths / coverage.directions()].to_owned();
+    }
+    format!("{:.0}° left", coverage.from(direction).to_degrees())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0}%", 100.0 * share)
+}
+
+fn document(coverage: &Coverage) -> Value {
+    let name = |direction: usize| direction_name(coverage, direction);
+    let cell = |cell: Cell| {
+        let [thrown, avoided] = coverage.counts(|other| other == cell);
+        json!({
+            "direction": name(cell.direction),
+            "degrees": coverage.from(cell.direction).to_degrees(),
+            "height": HEIGHTS[cell.height].0,
+            "lead": LEADS[cell.lead],
+            "attacks": thrown,
+            "avoided": avoided,
+            "share": coverage.share(|other| other == cell),
+        })
+    };
+    let gap = |gap: &Gap| {
+        json!({
+            "direction": name(gap.cell.direction),
+            "height": HEIGHTS[gap.cell.height].0,
+            "share": gap.any_lead,
+            "lead": LEADS[gap.cell.lead],
+            "share_at_lead": gap.share,
+            "share_of_others_at_lead": gap.others,
+        })
+    };
+    let [thrown, avoided] = coverage.counts(|_| true);
+    let gaps = coverage.gaps();
+    json!({
+        "attacks": thrown,
+        "avoided": avoided,
+        "share": coverage.share(|_| true),
+        "cells": coverage.cells().map(cell).collect::<Vec<_>>(),
+        "gaps": gaps.iter().map(gap).collect::<Vec<_>>(),
+        "capture_next": gaps.first().map(|gap| advice(coverage, gap)),
+    })
+}
+
+/// Which evasion would fill a gap.
+fn advice(coverage: &Coverage, gap: &Gap) -> String {
+    let Cell {
+        direction,
+        height,
+        lead,
+    } = gap.cell;
+    let what = match HEIGHTS[height].0 {
+        "ankle" | "knee" => "a jump or a step away",
+        "hip" => "a side step or a leap back",
+        "chest" => "a deep duck or a side step",
+        _ => "a duck, a slip or a sway",
+    };
+    format!(
+        "{what} for {}-high attacks from the {}, that can start {:.2} s after they are announced",
+        HEIGHTS[height].0,
+        direction_name(coverage, direction),
+        LEADS[lead],
+    )
+}
+
+fn text(coverage: &Coverage) -> String {
+    let leads: Vec<String> = LEADS.iter().map(|lead| format!("{lead:.2} s")).collect();
+    let head = ["height", "from"].into_iter();
+    let head: Vec<&str> = head
+        .chain(leads.iter().map(String::as_str))
+        .chain(["all"])
+        .collect();
+    let mut table = output::table(&head, 2);
+    for height in (0..HEIGHTS.len()).rev() {
+        for direction in 0..coverage.directions() {
+            let is = |cell: Cell| cell.height == height && cell.direction == direction;
+            let at = |lead: usize| percent(coverage.share(|c| is(c) && c.lead == lead));
+            let names = [
+                HEIGHTS[height].0.to_owned(),
+                direction_name(coverage, direction),
+            ];
+            let row = names.into_iter().chain((0..LEADS.len()).map(at));
+            table.add_row(row.chain([percent(coverage.share(is))]));
+        }
+    }
+    let at = |lead: usize| percent(coverage.share(|c| c.lead == lead));
+    let names = ["all".to_owned(), String::new()].into_iter();
+    let row = names.chain((0..LEADS.len()).map(at));
+    table.add_row(row.chain([percent(coverage.share(|_| true))]));
+    let [thrown, avoided] = coverage.counts(|_| true);
+    let mut text = format!(
+        "{avoided} of {thrown} attacks are avoided. By height, direction and lead (from the query to the throw):\n{table}\n\n"
+    );
+    text.push_str(&words(coverage));
+    text
+}
+
+/// Where the gaps are.
+fn words(coverage: &Coverage) -> String {
+    let least = |count: usize, share: &dyn Fn(usize) -> f64| {
+        let shares = (0..count).map(|index| (index, share(index)));
+        shares
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0, 0.0))
+    };
+    let (direction, of_direction) = least(coverage.directions(), &|index| {
+        coverage.share(|cell| cell.direction == index)
+    });
+    let (height, of_height) = least(HEIGHTS.len(), &|index| {
+        coverage.share(|cell| cell.height == index)
+    });
+    let (lead, of_lead) = least(LEADS.len(), &|index| {
+        coverage.share(|cell| cell.lead == index)
+    });
+    let mut text = format!(
+        "Avoided least: from the {} ({}), {}-high ({}), thrown {:.2} s ahead ({}).\nThe widest gaps:\n",
+        direction_name(coverage, direction),
+        percent(of_direction),
+        HEIGHTS[height].0,
+        percent(of_height),
+        LEADS[lead],
+        percent(of_lead),
+    );
+    let gaps = coverage.gaps();
+    for gap in gaps.iter().take(NAMED) {
+        let _ = writeln!(
+            text,
+            "  {}-high from the {}: {} are avoided; thrown {:.2} s ahead {}, while of all attacks then {} are",
+            HEIGHTS[gap.cell.height].0,
+            direction_name(coverage, gap.cell.direction),
+            percent(gap.any_lead),
+            LEADS[gap.cell.lead],
+            percent(gap.share),
+            percent(gap.others),
+        );
+    }
+    if let Some(gap) = gaps.first() {
+        let _ = writeln!(text, "Capture next: {}.", advice(coverage, gap));
+    }
+    text
+}
+
+/// Pixels of a cell, between panels, and for labels.
+const CELL: (usize, usize) = (44, 22);
+const NAMES: usize = 110;
+const GAP: usize = 16;
+const LABEL: usize = 18;
+
+/// A panel for each height, from the head down; rows are directions, columns leads.
+fn heat_map(coverage: &Coverage) -> Picture {
+    let rows = coverage.directions();
+    let panel = 2 * LABEL + rows * CELL.1 + GAP;
+    let size = (
+        NAMES + LEADS.len() * CELL.0 + GAP,
+        2 * LABEL + HEIGHTS.len() * panel,
+    );
+    let mut picture = Picture::new(size.0.max(480), size.1);
+    picture.text(
+        GAP,
+        6,
+        "share of attacks avoided, percent; columns: lead, s",
+    );
+    for (place, height) in (0..HEIGHTS.len()).rev().enumerate() {
+        let top = 2 * LABEL + place * panel;
+        picture.text(GAP, top, HEIGHTS[height].0);
+        for (column, lead) in LEADS.iter().enumerate() {
+            picture.text(NAMES + column * CELL.0 + 6, top, &format!("{lead:.2}"));
+        }
+        for direction in 0..rows {
+            let y = top + LABEL + direction * CELL.1;
+            let name: String = direction_name(coverage, direction).replace('°', " deg");
+            picture.text(GAP, y + 7, &name);
+            for lead in 0..LEADS.len() {
+                let cell = Cell {
+                    direction,
+                    height,
+                    lead,
+                };
+                let share = coverage.share(|other| other == cell);
+                let x = NAMES + lead * CELL.0;
+                picture.fill((x, y), (CELL.0 - 2, CELL.1 - 2), heat(share));
+                picture.text(x + 8, y + 7, &format!("{:3.0}", 100.0 * share));
+            }
+        }
+    }
+    picture
+}
+
+/// The same in letters: for each height a block, rows are directions, columns leads.
+fn heat_letters(coverage: &Coverage, paint: Paint) -> String {
+    let mut letters = "\nshare of attacks avoided, · none, █ all; columns: lead\n".to_owned();
+    for height in (0..HEIGHTS.len()).rev() {
+        let _ = writeln!(letters, "{}", HEIGHTS[height].0);
+        for direction in 0..coverage.directions() {
+            let _ = write!(letters, "  {:<12}", direction_name(coverage, direction));
+            for lead in 0..LEADS.len() {
+                let is = |c: Cell| (c.height, c.direction, c.lead) == (height, direction, lead);
+                let share = coverage.share(is);
+                let cell = shade(share).to_string().repeat(4);
+                letters.push_str(&paint.on(heat(share), &cell));
+                letters.push(' ');
+            }
+            letters.push('\n');
+        }
+    }
+    letters
+}
+
+/// From red over brown to green.
+fn heat(share: f64) -> [u8; 3] {
+    const NONE: [f64; 3] = [170.0, 30.0, 30.0];
+    const ALL: [f64; 3] = [30.0, 120.0, 60.0];
+    let mix = |axis: usize| NONE[axis] + (ALL[axis] - NONE[axis]) * share;
+    [0, 1, 2].map(|axis| mix(axis) as u8)
+}

@@ -1,0 +1,187 @@
+//! Which culling paths run on this machine, and running them.
+
+use clap::ValueEnum;
+use sabaki::maps::RegionAtlas;
+use sabaki::query::Judging;
+use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
+
+use super::Failure;
+
+#[path = "device.rs"]
+mod device;
+
+pub(crate) use device::{DeviceReport, list};
+
+/// Who counts the overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CullPath {
+    /// Nobody: every candidate is tested exactly, to the end.
+    Exact,
+    /// The maps on the CPU.
+    Cpu,
+    /// The maps by the stencil buffer and occlusion queries of the Vulkan device.
+    Stencil,
+    /// The maps as masks of bits, by a compute shader of the Vulkan device.
+    Compute,
+}
+
+impl CullPath {
+    /// Whether every candidate is tested, or just as many as the choice needs.
+    pub(crate) fn judging(self) -> Judging {
+        if self == Self::Exact {
+            Judging::All
+        } else {
+            Judging::Needed
+        }
+    }
+
+    /// Whether the Vulkan device is needed.
+    pub(crate) fn needs_device(self) -> bool {
+        matches!(self, Self::Stencil | Self::Compute)
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Cpu => "cpu",
+            Self::Stencil => "stencil",
+            Self::Compute => "compute",
+        }
+    }
+}
+
+/// Which device to use.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DeviceArgs {
+    /// Use the Vulkan device whose name contains this (any case); otherwise the most capable one.
+    #[arg(long, global = true, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// Listen to Vulkan's validation layer, and print what it says on stderr.
+    #[arg(long, global = true)]
+    pub(crate) validation: bool,
+}
+
+/// The culling paths of one graph.
+pub(crate) struct Culling {
+    device: Device,
+    culler: Option<device::Culler>,
+    cpu: cpu::Culler,
+    /// Counts what no choice needs, too.
+    whole: cpu::Culler,
+}
+
+/// A Vulkan device, or why there is none.
+pub(crate) type Device = Result<device::Opened, String>;
+
+/// Opens the device that the arguments ask for.
+pub(crate) fn open(args: &DeviceArgs) -> Device {
+    device::Opened::new(args)
+}
+
+impl Culling {
+    /// The maps of `atlas` go to the device, if there is one that takes them.
+    pub(crate) fn new(mut device: Device, atlas: &RegionAtlas) -> Self {
+        let culler = device.as_mut().ok().map(|device| device.culler(atlas));
+        Self {
+            device,
+            culler,
+            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
+            whole: cpu::Culler::default(),
+        }
+    }
+
+    /// The paths that need no device, and why there is none.
+    pub(crate) fn without_device(why: String) -> Self {
+        Self {
+            device: Err(why),
+            culler: None,
+            cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
+            whole: cpu::Culler::default(),
+        }
+    }
+
+    /// The paths that run here.
+    pub(crate) fn paths(&self) -> Vec<CullPath> {
+        let all = CullPath::value_variants().iter().copied();
+        let runs = |path: &CullPath| match path {
+            CullPath::Exact | CullPath::Cpu => true,
+            CullPath::Stencil => self.stencil().is_ok(),
+            CullPath::Compute => self.device.is_ok(),
+        };
+        all.filter(runs).collect()
+    }
+
+    /// Which device culls, if there is one.
+    pub(crate) fn device_name(&self) -> Option<&str> {
+        self.device.as_ref().ok().map(device::Opened::name)
+    }
+
+    /// The stencil path where it can run, else the CPU's.
+    pub(crate) fn best(&self) -> CullPath {
+        if self.stencil().is_ok() {
+            CullPath::Stencil
+        } else {
+            CullPath::Cpu
+        }
+    }
+
+    /// In one line, which device culls, or why none does.
+    pub(crate) fn describe(&self) -> String {
+        match self.stencil() {
+            Ok(name) => format!("culling by stencil buffer on {name}"),
+            Err(why) => format!("culling on the cpu, since no Vulkan device can be used: {why}"),
+        }
+    }
+
+    /// The name of the device that takes the stencil path, or why none does.
+    fn stencil(&self) -> Result<&str, &str> {
+        let device = self.device.as_ref().map_err(String::as_str)?;
+        let culler = self.culler.as_ref().ok_or("it has no maps")?;
+        culler.stencil().map(|()| device.name())
+    }
+
+    /// Makes what a path needs on the device and takes the maps there, so that the first query's time is one like the others.
+    ///
+    /// # Errors
+    /// As [`Culling::count`].
+    pub(crate) fn warm_up(&mut self, path: CullPath, atlas: &RegionAtlas) -> Result<(), Failure> {
+        let attack = AttackDrawing::default();
+        let input = CullInput {
+            atlas,
+            attack: &attack,
+            candidates: &[],
+        };
+        self.count(path, &input, &mut Vec::new())
+    }
+
+    /// Counts everything, outer maps included, which a choice does not need and the times of
+    /// [`Culling::count`] do not hold. All paths count the same.
+    pub(crate) fn count_whole(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+        self.whole.count(input, overlaps);
+    }
+
+    /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of
+    /// the score.
+    ///
+    /// # Errors
+    /// The paths of the device without one, or with one that fails.
+    pub(crate) fn count(
+        &mut self,
+        path: CullPath,
+        input: &CullInput<'_>,
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
+        if !path.needs_device() {
+            self.cpu.count(input, overlaps);
+            return Ok(());
+        }
+        let counted = match (&mut self.device, &mut self.culler) {
+            (Ok(device), Some(culler)) => device.cull((culler, path), input),
+            (Err(why), _) => Err(why.clone()),
+            _ => Err("the device has no maps".to_owned()),
+        };
+        let failed = |why| format!("the {} path cannot run: {why}", path.name());
+        *overlaps = counted.map_err(|why| Failure::Device(failed(why)))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,197 @@
+//! `sabaki` without a subcommand: the demo.
+
+use std::path::Path;
+
+use sabaki::maps::BakedGraph;
+use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings, Source};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use serde_json::json;
+
+use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::passes::{Method, Pass, PassSettings, pass};
+use super::source::Baked;
+use super::stats::{Asker, Run};
+use super::summary::{self, Summary};
+use super::{Done, Failure, dodge, sheet, source};
+
+/// Balls that are thrown.
+const ATTACKS: u64 = 100;
+/// Of these, how many are listed one by one.
+const LISTED: usize = 10;
+const SEED: u64 = 1;
+const FOLDER: &str = "out";
+
+/// Everything that the demo found.
+struct Shown {
+    baked: Baked,
+    culling: String,
+    passes: Vec<Pass>,
+    /// The attack whose answer was written.
+    written: usize,
+    files: Vec<String>,
+}
+
+pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    // Before the work, so that it is not done in vain.
+    let folder = Path::new(FOLDER);
+    std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let baked = source::embedded()?;
+    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let throws = throws(&baked.graph)?;
+    let passes = passes(&baked.graph, &throws, &mut culling)?;
+    let written = closest_shave(&baked.graph, &passes[0].runs);
+    let method = passes[0].method;
+    let files = write_files(&baked.graph, &throws[written], (&mut culling, method))?;
+    let shown = Shown {
+        baked,
+        culling: culling.describe(),
+        passes,
+        written,
+        files,
+    };
+    Ok(Done::ok(if as_json {
+        shown.document()
+    } else {
+        shown.tables()
+    }))
+}
+
+/// Answers all attacks, once with each culling path that runs here, with and without the grid; the
+/// best one first.
+fn passes(
+    baked: &BakedGraph,
+    throws: &[Throw],
+    culling: &mut Culling,
+) -> Result<Vec<Pass>, Failure> {
+    let best = culling.best();
+    let mut paths = culling.paths();
+    paths.sort_by_key(|&path| (path != best, path == CullPath::Exact));
+    let grids = [Enumerate::default(), Enumerate::Whole];
+    let methods = paths
+        .into_iter()
+        .flat_map(|cull| grids.map(|enumerate| Method { cull, enumerate }));
+    let one = |method: Method| {
+        let settings = PassSettings {
+            method,
+            threads: 1,
+            query_threads: 1,
+            list_late: false,
+        };
+        pass((baked, throws), &settings, culling, |_, _, _| Ok(()))
+    };
+    methods.map(one).collect()
+}
+
+impl Shown {
+    fn document(&self) -> String {
+        let exact = summary::exact(&self.passes);
+        let summary = |pass: &Pass| Summary::of(pass, exact).to_json();
+        let mut document = summary(&self.passes[0]);
+        document["rows"] = self.passes.iter().map(summary).collect();
+        document["graph"] = source::statistics(&self.baked);
+        document["files"] = json!(self.files);
+        Done::json(&document)
+    }
+
+    fn tables(&self) -> String {
+        let runs = &self.passes[0].runs;
+        let first = &runs[..LISTED.min(runs.len())];
+        format!(
+            "The embedded motions:\n{graph}{culling}\n\n\
+             {ATTACKS} balls are thrown; each would hit a character that does nothing. The first {LISTED}:\n{each}\n\
+             by: the evasion and its seconds in the clip, or whatever else moves out of the way. rate p: how fast the way\n\
+             to the evasion is played. clearance: between ball and body; below zero, how deep the ball hits.\n\n\
+             All of them, by who removes hopeless candidates (exact: nobody; every answer is tested exactly in the end):\n\
+             {all}\n\nAttack {written}, a close shave, is in {files}\n",
+            graph = source::describe(&self.baked),
+            culling = self.culling,
+            each = dodge::attack_table(&self.baked.graph, first),
+            all = summary::table(&self.passes),
+            written = self.written,
+            files = self.files.join(", "),
+        )
+    }
+}
+
+fn throws(baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
+    let random = |index| {
+        let thrown = throw(baked, &ThrowSettings::default(), SEED, index);
+        thrown.map_err(|error| Failure::Attack {
+            index: index as usize,
+            error,
+        })
+    };
+    (0..ATTACKS).map(random).collect()
+}
+
+/// The clean answer by an evasion with the best score, before all by one in which a part of the
+/// body stays where it is: of that the pictures show most. The first attack where no evasion
+/// answers any.
+fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
+    let rank = |run: &Run| {
+        let score = run.score?;
+        let region = baked.evasion(run.evasion?)?.region;
+        let stays = baked
+            .atlas()
+            .region(region)
+            .slabs
+            .iter()
+            .any(|maps| maps.body.count() > 0);
+        Some((!stays, score))
+    };
+    let ranked = runs
+        .iter()
+        .enumerate()
+        .filter_map(|(index, run)| Some((index, rank(run)?)));
+    ranked
+        .min_by(|a, b| a.1.0.cmp(&b.1.0).then(a.1.1.total_cmp(&b.1.1)))
+        .map_or(0, |(index, _)| index)
+}
+
+/// Writes the answer as BVH and JSON, and its maps as a picture. Returns their names.
+fn write_files(
+    baked: &BakedGraph,
+    throw: &Throw,
+    (culling, method): (&mut Culling, Method),
+) -> Result<Vec<String>, Failure> {
+    let folder = Path::new(FOLDER);
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |source| Failure::Write { path, source }
+    };
+    let settings = QuerySettings {
+        list_late: true,
+        ..method.settings()
+    };
+    let mut asker = Asker::new(baked);
+    asker.ask(&settings, throw, (culling, method.cull))?;
+    let answer = &asker.answer;
+    let question = dodge::question(dodge::graph_name(baked)?, throw, (&settings, method));
+    let mut files =
+        sabaki_import::export::write_answer(folder, "dodge", baked, (&question, answer))
+            .map_err(failed(folder))?
+            .to_vec();
+    let chosen = answer.chosen;
+    // The candidates that the answer was found among.
+    let settings = match answer.source {
+        Source::Grid => settings,
+        _ => Method::EXACT.settings(),
+    };
+    let mut context = QueryContext::default();
+    let query = Query::new(baked, &settings);
+    let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+    let input = prepared.cull_input();
+    // Candidates with an evasion come first, in the order of the culling input.
+    if let Some(candidate) = input.candidates.get(chosen) {
+        let path = folder.join("maps.png");
+        sheet::draw(&input, candidate).write(&path)?;
+        files.push(path);
+    }
+    Ok(files
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect())
+}

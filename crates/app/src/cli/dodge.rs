@@ -1,0 +1,295 @@
+//! `sabaki dodge`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use sabaki::archive;
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::BakedGraph;
+use sabaki::math::Rigid2;
+use sabaki::query::{Answer, Attack, QuerySettings};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_import::export::{MotionFormat, Target};
+use sabaki_import::{self, Question};
+use serde_json::Value;
+
+use super::culling::{self, Culling, DeviceArgs};
+use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
+use super::source::{self, Baked, GraphArgs};
+use super::summary::{self, Summary};
+use super::{Done, Failure, explain, output, replay};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// How many random attacks: balls thrown at a part of the body, which would hit a character
+    /// that does nothing.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attacks: u64,
+    /// Where the random attacks begin; the same seed throws the same balls.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
+    #[arg(long, value_name = "FILE")]
+    attack: Option<PathBuf>,
+    #[command(flatten)]
+    methods: MethodArgs,
+    /// Threads that share the attacks, where no device culls; 0 for as many as the machine has.
+    /// Times are those of each query within its thread.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
+    /// Run the exact whole search as well, and hold every hit to it.
+    #[arg(long)]
+    check: bool,
+    /// Write each answer as a motion and JSON into this folder.
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+    /// What the motion is written as: BVH, or glTF with the events that it plays.
+    #[arg(long, value_enum, requires = "export", default_value = "bvh")]
+    format: FormatArg,
+    /// Answer only the attack with this number, and say of every candidate what became of it.
+    #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
+    explain: Option<u64>,
+    /// With --explain: all candidates, however many.
+    #[arg(long, requires = "explain")]
+    all: bool,
+    /// Ask again what an exported JSON was the answer to, and compare: exit code 1 where the answer
+    /// is another one.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed", "attack", "cull", "grid", "lookup", "threads", "check", "export", "explain"])]
+    replay: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum FormatArg {
+    Bvh,
+    Glb,
+}
+
+impl FormatArg {
+    fn format(self) -> MotionFormat {
+        match self {
+            Self::Bvh => MotionFormat::Bvh,
+            Self::Glb => MotionFormat::Glb,
+        }
+    }
+}
+
+/// Attacks in a table one by one up to this many.
+const LISTED: usize = 20;
+
+pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    let baked = args.graph.load()?;
+    if let Some(path) = &args.replay {
+        return replay::run(path, &baked.graph, as_json);
+    }
+    let throws = throws(args, &baked.graph)?;
+    if let Some(folder) = &args.export {
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
+            path: folder.clone(),
+            source,
+        })?;
+    }
+    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let mut methods = args.methods.methods(&culling);
+    if let Some(index) = args.explain {
+        let case = explain::Case {
+            baked: &baked.graph,
+            throw: &throws[0],
+            index,
+            method: methods[0],
+            all: args.all,
+        };
+        let export = args
+            .export
+            .as_deref()
+            .map(|folder| (folder, args.format.format()));
+        let done = explain::run(&case, (&mut culling, export), as_json)?;
+        let no = done.no && args.attack.is_some();
+        return Ok(Done { no, ..done });
+    }
+    if args.check && !methods.contains(&Method::EXACT) {
+        methods.push(Method::EXACT);
+    }
+    let passes = passes(args, (&baked.graph, &throws), &methods, &mut culling)?;
+    let no = args.attack.is_some() && passes[0].runs.iter().any(|run| !run.avoided);
+    let text = if as_json {
+        document(&baked, &passes)
+    } else {
+        tables(&baked, &passes, &culling)
+    };
+    Ok(Done { text, no })
+}
+
+/// Answers all attacks by each method. The first one's answers are exported.
+fn passes(
+    args: &Args,
+    (baked, throws): (&BakedGraph, &[Throw]),
+    methods: &[Method],
+    culling: &mut Culling,
+) -> Result<Vec<Pass>, Failure> {
+    let folder = args.export.as_deref();
+    let graph = folder.map(|_| graph_name(baked)).transpose()?;
+    let mut passes = Vec::new();
+    for &method in methods {
+        let folder = folder.filter(|_| passes.is_empty());
+        let settings = PassSettings {
+            method,
+            threads: args.threads as usize,
+            query_threads: args.methods.query_threads(),
+            list_late: folder.is_some(),
+        };
+        let export = |index: usize, settings: &QuerySettings, answer: &Answer| {
+            let (Some(folder), Some(graph)) = (folder, graph) else {
+                return Ok(());
+            };
+            let question = question(graph, &throws[index], (settings, method));
+            let format = args.format.format();
+            write((folder, format), (baked, index as u64), &question, answer)
+        };
+        passes.push(pass((baked, throws), &settings, culling, export)?);
+    }
+    Ok(passes)
+}
+
+/// The number that exported answers name the graph by.
+pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
+    archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// What is asked when a throw is answered by a method.
+pub(super) fn question(
+    graph: u32,
+    throw: &Throw,
+    (settings, method): (&QuerySettings, Method),
+) -> Question {
+    Question {
+        graph,
+        playhead: throw.playhead,
+        attack: throw.attack.clone(),
+        settings: *settings,
+        judging: method.cull.judging(),
+    }
+}
+
+/// Writes an answer as `attack_0000.bvh` or `.glb`, and `.json`.
+pub(super) fn write(
+    (folder, format): (&Path, MotionFormat),
+    (baked, index): (&BakedGraph, u64),
+    question: &Question,
+    answer: &Answer,
+) -> Result<(), Failure> {
+    let name = format!("attack_{index:04}");
+    let target = Target {
+        folder,
+        name: &name,
+        format,
+    };
+    let written = sabaki_import::export::write_answer_as(target, baked, (question, answer));
+    let failed = |source| Failure::Write {
+        path: folder.join(name),
+        source,
+    };
+    written.map(|_| ()).map_err(failed)
+}
+
+/// The attacks: of those with --explain only the one that is explained.
+fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
+    let Some(path) = &args.attack else {
+        let settings = ThrowSettings::default();
+        let numbers = args
+            .explain
+            .map_or(0..args.attacks, |index| index..index.saturating_add(1));
+        let random = |index| {
+            let thrown = throw(baked, &settings, args.seed, index);
+            thrown.map_err(|error| Failure::Attack {
+                index: index as usize,
+                error,
+            })
+        };
+        return numbers.map(random).collect();
+    };
+    let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
+    let file = sabaki_import::AttackFile::read(path)?;
+    let count = file.attacks.len();
+    let explained = |index: usize| args.explain.is_none_or(|number| number == index as u64);
+    let numbered = file.attacks.into_iter().enumerate();
+    let throws = numbered.filter(|(index, _)| explained(*index));
+    let throws = throws.map(|(index, entry)| {
+        let attack = Attack::new(entry.spheres)
+            .map_err(|error| Failure::Attack { index, error }.within(path))?;
+        Ok(Throw { playhead, attack })
+    });
+    let throws: Vec<Throw> = throws.collect::<Result<_, Failure>>()?;
+    match args.explain {
+        Some(index) if throws.is_empty() => {
+            let what = format!("there is no attack {index}: the file has {count}, from 0 on");
+            Err(Failure::Usage(what).within(path))
+        }
+        _ => Ok(throws),
+    }
+}
+
+fn document(baked: &Baked, passes: &[Pass]) -> String {
+    let exact = summary::exact(passes);
+    let rows: Vec<Value> = passes
+        .iter()
+        .map(|pass| Summary::of(pass, exact).to_json())
+        .collect();
+    let results = passes.iter().flat_map(|pass| {
+        let numbered = pass.runs.iter().enumerate();
+        numbered.map(|(index, run)| run.to_json(&baked.graph, index, pass.method))
+    });
+    let mut document = rows[0].clone();
+    document["results"] = results.collect();
+    document["rows"] = Value::Array(rows);
+    document["graph"] = source::statistics(baked);
+    Done::json(&document)
+}
+
+fn tables(baked: &Baked, passes: &[Pass], culling: &Culling) -> String {
+    let mut text = source::describe(baked);
+    text.push_str(&culling.describe());
+    text.push('\n');
+    let first = &passes[0];
+    if first.runs.len() <= LISTED {
+        let _ = writeln!(
+            text,
+            "\nEach attack, culled by {}, grid {}:\n{}",
+            first.method.cull.name(),
+            first.method.grid_name(),
+            attack_table(&baked.graph, &first.runs)
+        );
+    }
+    let _ = writeln!(text, "\n{}", summary::table(passes));
+    text
+}
+
+pub(super) fn attack_table(baked: &BakedGraph, runs: &[super::stats::Run]) -> comfy_table::Table {
+    let head = [
+        "attack",
+        "answer",
+        "by",
+        "from",
+        "rate p",
+        "clearance cm",
+        "candidates",
+        "culled",
+        "query ms",
+    ];
+    let mut table = output::table(&head, 4);
+    for (index, run) in runs.iter().enumerate() {
+        table.add_row(vec![
+            index.to_string(),
+            if run.avoided { "avoided" } else { "HIT" }.to_owned(),
+            run.evasion(baked).unwrap_or_else(|| "moving on".to_owned()),
+            explain::source_name(run.source).to_owned(),
+            format!("{:.2}", run.rate),
+            format!("{:.1}", run.clearance * 100.0),
+            run.counts.candidates.to_string(),
+            run.counts.culled.to_string(),
+            format!("{:.2}", run.query_ms()),
+        ]);
+    }
+    table
+}

@@ -1,0 +1,249 @@
+//! `sabaki duel`: two fighters of one graph, in turn.
+
+use std::fmt::Write;
+use std::time::Instant;
+
+use sabaki::duel::Fighter;
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
+use sabaki::graph::EdgeId;
+use sabaki::maps::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use serde_json::{Value, json};
+
+use super::culling::DeviceArgs;
+use super::source::{self, GraphArgs};
+use super::{Done, Failure, cancel, output};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// How many exchanges; who attacks changes after each.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    rounds: u32,
+    /// Where chance begins; the same seed fights the same duel.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// How far apart the fighters begin, metres.
+    #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
+    apart: f32,
+    /// Threads that file the attacks; 0 for as many as the machine has. The duel is the same for any number.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
+    #[command(flatten)]
+    film: super::render::DuelArgs,
+}
+
+/// A duel that has been fought, with what it took.
+pub(crate) struct Fought {
+    pub(crate) exchanges: Vec<Exchange>,
+    /// Of each exchange's query, milliseconds.
+    pub(crate) query_ms: Vec<f64>,
+    pub(crate) score: Score,
+    pub(crate) fighters: [Fighter; 2],
+    pub(crate) seconds: f32,
+    /// Why it ended before its last round.
+    pub(crate) ended: Option<DuelError>,
+}
+
+/// The attacks of all nodes, and how long it took to file them.
+struct Filed {
+    grid: AttackGrid,
+    seconds: f64,
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    args.film.check()?;
+    let baked = args.graph.load()?;
+    let filed = file(&baked.graph, args.threads as usize);
+    let fought = fight(args, &baked.graph, &filed.grid)?;
+    let told = args.film.draw(&baked.graph, &fought, device)?;
+    // A duel that could not be fought out is no duel.
+    let no = fought.ended.is_some();
+    let text = if as_json {
+        let mut document = document(&baked.graph, &filed, &fought);
+        document["graph"] = source::statistics(&baked);
+        if let Some((film, _)) = told {
+            document["film"] = film;
+        }
+        Done::json(&document)
+    } else {
+        let mut text = source::describe(&baked);
+        text.push_str(&describe(&baked.graph, &filed, &fought));
+        if let Some((_, film)) = told {
+            text.push_str(&film);
+        }
+        text
+    };
+    Ok(Done { text, no })
+}
+
+fn file(baked: &BakedGraph, threads: usize) -> Filed {
+    let started = Instant::now();
+    let mut settings = AttackGridSettings::default();
+    settings.paths.threads = threads;
+    Filed {
+        grid: AttackGrid::new(baked, &settings),
+        seconds: started.elapsed().as_secs_f64(),
+    }
+}
+
+fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, Failure> {
+    let settings = DuelSettings {
+        seed: args.seed,
+        opening: args.apart,
+        ..DuelSettings::default()
+    };
+    let usage = |error: DuelError| Failure::Usage(error.to_string());
+    let mut duel = Duel::new(baked, grid, &settings).map_err(usage)?;
+    cancel::listen();
+    let bar = output::progress("fighting", u64::from(args.rounds));
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let (mut query_ms, mut ended) = (Vec::new(), None);
+    while query_ms.len() < args.rounds as usize {
+        cancel::check()?;
+        let challenge = match duel.challenge() {
+            Ok(challenge) => challenge,
+            Err(error) => {
+                ended = Some(error);
+                break;
+            }
+        };
+        let started = Instant::now();
+        query.answer(
+            challenge.playhead,
+            &challenge.attack,
+            &mut context,
+            &mut answer,
+        );
+        let milliseconds = started.elapsed().as_secs_f64() * 1e3;
+        if let Settled::Fought(_) = duel.settle(&challenge, &answer) {
+            query_ms.push(milliseconds);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    Ok(Fought {
+        exchanges: duel.exchanges().to_vec(),
+        query_ms,
+        score: duel.score(),
+        seconds: duel.now(),
+        fighters: duel.into_fighters(),
+        ended,
+    })
+}
+
+/// The clip that an edge starts in.
+pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
+    let graph = baked.graph();
+    graph.clip(graph.node(graph.edge(edge).from).clip).name()
+}
+
+fn document(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> Value {
+    let numbers = |edges: &[EdgeId]| edges.iter().map(|edge| edge.0).collect::<Vec<_>>();
+    let exchanges = fought.exchanges.iter().zip(&fought.query_ms);
+    let exchanges: Vec<Value> = exchanges
+        .map(|(exchange, query_ms)| {
+            json!({
+                "attacker": exchange.attacker,
+                "attack": clip_of(baked, exchange.strike),
+                "edge": exchange.strike.0,
+                "path": numbers(&exchange.path),
+                "announced": exchange.announced,
+                "lead": exchange.lead,
+                "candidates": exchange.counts.candidates,
+                "culled": exchange.counts.culled,
+                "source": exchange.source,
+                "avoided": exchange.avoided,
+                "by": exchange.evasion.map(|edge| clip_of(baked, edge)),
+                "answer": exchange.answer.iter().map(|step| json!({ "edge": step.edge.0, "rate": step.rate })).collect::<Vec<_>>(),
+                "clearance": exchange.clearance.metres,
+                "nearest_at": exchange.announced + exchange.clearance.time,
+                "clearance_without": exchange.without,
+                "query_ms": query_ms,
+            })
+        })
+        .collect();
+    json!({
+        "rounds": exchanges.len(),
+        "seconds": fought.seconds,
+        "score": {
+            "hits": { "white": fought.score.hits[0], "blue": fought.score.hits[1] },
+            "dodges": { "white": fought.score.dodges[0], "blue": fought.score.dodges[1] },
+            "called_off": fought.score.called_off,
+        },
+        "ended": fought.ended.map(|error| error.to_string()),
+        "exchanges": exchanges,
+        "attack_grid": {
+            "build_seconds": filed.seconds,
+            "size": filed.grid.report(),
+        },
+    })
+}
+
+fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
+    let AttackGridReport {
+        nodes,
+        cells,
+        blows,
+        bytes,
+        paths,
+        path_bytes,
+    } = filed.grid.report();
+    let mut text = format!(
+        "attacks of {nodes} nodes filed in {:.2} s: {} paths, {cells} cells, {blows} blows; {:.1} MB, and {:.1} MB of paths\n\n",
+        filed.seconds,
+        paths.kept,
+        bytes as f64 * 1e-6,
+        path_bytes as f64 * 1e-6,
+    );
+    let head = [
+        "attacker",
+        "attack",
+        "answer",
+        "by",
+        "at s",
+        "lead s",
+        "path",
+        "candidates",
+        "clearance cm",
+        "without",
+        "query ms",
+    ];
+    let mut table = output::table(&head, 4);
+    for (exchange, query_ms) in fought.exchanges.iter().zip(&fought.query_ms) {
+        let by = exchange
+            .evasion
+            .map_or("moving on", |edge| clip_of(baked, edge));
+        table.add_row(vec![
+            exchange.attacker.name().to_owned(),
+            clip_of(baked, exchange.strike).to_owned(),
+            if exchange.avoided { "avoided" } else { "HIT" }.to_owned(),
+            by.to_owned(),
+            format!("{:.2}", exchange.announced),
+            format!("{:.2}", exchange.lead),
+            exchange.path.len().to_string(),
+            exchange.counts.candidates.to_string(),
+            format!("{:.1}", 100.0 * exchange.clearance.metres),
+            format!("{:.1}", 100.0 * exchange.without),
+            format!("{query_ms:.2}"),
+        ]);
+    }
+    let _ = writeln!(text, "{table}");
+    let Score {
+        hits,
+        dodges,
+        called_off,
+    } = fought.score;
+    let _ = writeln!(
+        text,
+        "\nwhite {} : {} blue; white avoided {}, blue {}; {:.1} s, {called_off} attacks called off",
+        hits[0], hits[1], dodges[0], dodges[1], fought.seconds
+    );
+    if let Some(error) = fought.ended {
+        let _ = writeln!(text, "it ended early: {error}");
+    }
+    text
+}

@@ -1,0 +1,284 @@
+//! `sabaki dodge --explain`: one query, and what became of each of its candidates.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use sabaki::graph::{EdgeId, EdgeMotion};
+use sabaki::maps::BakedGraph;
+use sabaki::query::retime::RateError;
+use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
+use sabaki_app::demo::throw::Throw;
+use sabaki_import::export::MotionFormat;
+use sabaki_import::{self, Question};
+use serde_json::json;
+
+use super::culling::Culling;
+use super::passes::Method;
+use super::stats::{Asker, Run};
+use super::{Done, Failure, dodge};
+
+/// Letters of a line.
+const WIDTH: usize = 120;
+/// Candidates of one fate that are listed unless all are asked for.
+const LISTED: usize = 8;
+
+/// What is explained.
+pub(crate) struct Case<'a> {
+    pub(crate) baked: &'a BakedGraph,
+    pub(crate) throw: &'a Throw,
+    /// The attack's number.
+    pub(crate) index: u64,
+    pub(crate) method: Method,
+    /// Whether long lists are whole.
+    pub(crate) all: bool,
+}
+
+/// The fates, best first, and what they mean.
+const FATES: [(Fate, &str); 5] = [
+    (Fate::Chosen, "chosen"),
+    (
+        Fate::Outscored,
+        "outscored: another one has a smaller V, or none could be small enough",
+    ),
+    (Fate::Hit, "hit: the exact test finds where"),
+    (Fate::Culled, "culled: the body maps meet the attack"),
+    (
+        Fate::NotInTime,
+        "not in time: no rate starts the evasion when the attack starts",
+    ),
+];
+
+pub(crate) fn run(
+    case: &Case<'_>,
+    (culling, export): (&mut Culling, Option<(&Path, MotionFormat)>),
+    as_json: bool,
+) -> Result<Done, Failure> {
+    let settings = QuerySettings {
+        list_late: true,
+        ..case.method.settings()
+    };
+    let mut asker = Asker::new(case.baked);
+    let run = asker.ask(&settings, case.throw, (culling, case.method.cull))?;
+    let graph = dodge::graph_name(case.baked)?;
+    let question = dodge::question(graph, case.throw, (&settings, case.method));
+    if let Some(export) = export {
+        dodge::write(export, (case.baked, case.index), &question, &asker.answer)?;
+    }
+    let text = if as_json {
+        let mut document = sabaki_import::export::document(case.baked, &question, &asker.answer);
+        document["attack_index"] = json!(case.index);
+        document["cull"] = json!(case.method.cull.name());
+        Done::json(&document)
+    } else {
+        text(case, &question, (&asker.answer, &run))
+    };
+    Ok(Done {
+        text,
+        no: !run.avoided,
+    })
+}
+
+/// Where candidates come from, in words.
+pub(super) fn source_name(source: Source) -> &'static str {
+    match source {
+        Source::Grid => "grid",
+        Source::NothingFiled => "everywhere: nothing filed",
+        Source::NothingClean => "everywhere: nothing filed is clean",
+        Source::Whole => "everywhere",
+    }
+}
+
+fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) -> String {
+    let (playhead, graph) = (case.throw.playhead, case.baked.graph());
+    let mut text = format!(
+        "Attack {}, culled by {}, grid {}; candidates from: {}\n",
+        case.index,
+        case.method.cull.name(),
+        case.method.grid_name(),
+        source_name(answer.source),
+    );
+    let place = playhead.placement(graph);
+    let _ = writeln!(
+        text,
+        "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
+         stands    at x {:.2} z {:.2} m, facing {:.0}°",
+        sabaki_import::export::describe_edge(case.baked, playhead.edge),
+        playhead.frame,
+        playhead.seconds_to_next_node(graph),
+        // Nothing below zero where there is nothing.
+        place.x + 0.0,
+        place.z + 0.0,
+        place.heading().to_degrees(),
+    );
+    for (number, sphere) in question.attack.spheres().iter().enumerate() {
+        let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
+        let [from, to] = ends.map(|key| {
+            let [x, y, z] = key.center.to_array();
+            format!("({x:.2}, {y:.2}, {z:.2}) at {:.3} s", key.t)
+        });
+        let _ = writeln!(
+            text,
+            "attack    sphere {number}: radius {:.2} m, {} keys, from {from} to {to}",
+            ends[0].radius,
+            sphere.keys().len(),
+        );
+    }
+    let counts = answer.counts;
+    let _ = writeln!(
+        text,
+        "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
+         counted   {} candidates, {} with an evasion; {} culled ({} of them tested after all), {} hit, {} clean, {} not in time",
+        if answer.avoided { "avoided" } else { "HIT" },
+        answer.clearance().metres * 100.0,
+        answer.clearance().time,
+        run.query_ms(),
+        counts.candidates,
+        counts.with_evasion,
+        counts.culled,
+        counts.reconsidered,
+        counts.hits,
+        counts.clean,
+        counts.not_in_time,
+    );
+    text.push_str(
+        "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven clean), the\n\
+         evasion map. V = weighted sum of Va (evasion region missed), Vd (m), Vt ((p-1)²). clear: clearance, cm.\n",
+    );
+    for (fate, meaning) in FATES {
+        list(&mut text, (case, answer), (fate, meaning));
+    }
+    text
+}
+
+/// The candidates of one fate, best first.
+fn list(text: &mut String, (case, answer): (&Case<'_>, &Answer), (fate, meaning): (Fate, &str)) {
+    let reports = answer.candidates.iter();
+    let mut some: Vec<&CandidateReport> = reports.filter(|report| report.fate == fate).collect();
+    if some.is_empty() {
+        return;
+    }
+    some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let _ = writeln!(text, "\n{meaning} ({})", some.len());
+    if fate != Fate::NotInTime {
+        let _ = writeln!(
+            text,
+            "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",
+            "p",
+            "evades at x, z, facing",
+            "texels body/outer/evas.",
+            "Va    Vd    Vt     V",
+            "clear"
+        );
+    }
+    let shown = if case.all { some.len() } else { LISTED };
+    for report in some.iter().take(shown) {
+        candidate(text, (case, answer), report);
+    }
+    if let Some(more) = some.len().checked_sub(shown + 1) {
+        let _ = writeln!(text, "  ... and {} more; --all lists them", more + 1);
+    }
+}
+
+/// The smaller, the better among those of one fate.
+fn rank(report: &CandidateReport) -> f32 {
+    let by_clearance = report.clearance.map(|clearance| -clearance.metres);
+    let by_maps = report.overlap.map(|overlap| overlap.body as f32);
+    match report.fate {
+        Fate::Chosen | Fate::Outscored => report.score.map_or(f32::MAX, |score| score.total),
+        Fate::Hit => by_clearance.unwrap_or(f32::MAX),
+        Fate::Culled => by_maps.unwrap_or(f32::MAX),
+        Fate::NotInTime => match report.rate {
+            Err(RateError::OutOfRange { rate }) => rate.ln().abs(),
+            _ => f32::INFINITY,
+        },
+    }
+}
+
+/// A line of figures, and one of the path.
+fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &CandidateReport) {
+    let playhead = case.throw.playhead;
+    match &report.rate {
+        Err(reason) => {
+            let reason = match reason {
+                RateError::OutOfRange { rate } if rate.is_infinite() => {
+                    "too long, whatever the rate".to_owned()
+                }
+                _ => reason.to_string(),
+            };
+            let _ = writeln!(text, "  {reason}");
+        }
+        Ok(rate) => {
+            let place =
+                sabaki_import::export::evasion_placement(case.baked, playhead, answer, report);
+            let place = place.map_or("no evasion".to_owned(), |at| {
+                let degrees = at.heading().to_degrees();
+                format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
+            });
+            let texels = report.overlap.map_or("-".to_owned(), |overlap| {
+                format!("{}/{}/{}", overlap.body, overlap.outer, overlap.evasion)
+            });
+            let score = report.score.map_or("-".to_owned(), |score| {
+                format!(
+                    "{:.2}  {:.2}  {:.2}  {:.3}",
+                    score.avoid, score.distance, score.time, score.total
+                )
+            });
+            let clear = report.clearance.map_or("-".to_owned(), |clearance| {
+                format!("{:.1}", clearance.metres * 100.0)
+            });
+            let _ = writeln!(
+                text,
+                "  {:>5.2}  {place:<22} {texels:>22}  {score:>26}  {clear:>7}",
+                rate.rate
+            );
+        }
+    }
+    let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
+    let path = way(case.baked, &edges, report.evasion);
+    let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
+}
+
+/// A path in words; neighbouring stretches of one clip are one.
+fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String {
+    let graph = baked.graph();
+    let is_stretch = |edge: EdgeId| graph.edge(edge).motion == EdgeMotion::Clip;
+    let mut words: Vec<String> = Vec::new();
+    for part in edges.chunk_by(|&a, &b| is_stretch(a) && is_stretch(b)) {
+        let (first, last) = (part[0], part[part.len() - 1]);
+        words.push(if part.len() == 1 {
+            sabaki_import::export::describe_edge(baked, first)
+        } else {
+            let from = graph.node(graph.edge(first).from);
+            let to = graph.node(graph.edge(last).to);
+            format!(
+                "{} {}-{}",
+                graph.clip(from.clip).name(),
+                from.frame,
+                to.frame
+            )
+        });
+    }
+    if let Some(evasion) = evasion {
+        let event = sabaki_import::export::describe_evasion(baked, evasion);
+        words.push(format!("evades: {}", event.unwrap_or_default()));
+    }
+    if words.is_empty() {
+        return "goes on as it does".to_owned();
+    }
+    words.join(", ")
+}
+
+/// Leaves out the middle of what is too long.
+fn shortened(text: &str, width: usize) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    if letters.len() <= width {
+        return text.to_owned();
+    }
+    let (head, tail) = (width / 3, width - width / 3 - 5);
+    let part = |letters: &[char]| letters.iter().collect::<String>();
+    format!(
+        "{} ... {}",
+        part(&letters[..head]),
+        part(&letters[letters.len() - tail..])
+    )
+}

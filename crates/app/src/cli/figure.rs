@@ -1,0 +1,329 @@
+//! The body and what it holds, from files.
+
+use std::path::{Path, PathBuf};
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, JointTransform, Skeleton};
+use sabaki::maps::{Body, Prop};
+use sabaki_import::fit::{BindPose, FitError, FitSettings, JointFit, Mesh, fit_body};
+use sabaki_import::{self, BodyFile, ClipSet, ReadError};
+use serde_json::{Value, json};
+
+use super::{Failure, output};
+
+/// The body and its props.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(crate) struct FigureArgs {
+    /// The body: spheres (.json), or a mesh (.obj) that spheres are fitted to. Without it: spheres
+    /// by the lengths of the bones.
+    #[arg(long, value_name = "FILE", requires = "clips")]
+    body: Option<PathBuf>,
+    /// Metres per unit of the body's mesh; found from the skeleton's size where it is not given.
+    #[arg(long, value_name = "METRES", requires = "body")]
+    body_scale: Option<f64>,
+    /// The posture that the mesh has: a frame of a clip, counted from 0. Without it: the skeleton's
+    /// rest pose, in which no joint is turned.
+    #[arg(long, value_name = "CLIP:FRAME", requires = "body")]
+    body_pose: Option<String>,
+    /// Moves the mesh so that it stands where the skeleton stands in that posture; without it the
+    /// mesh stays in the clip's own space.
+    #[arg(long, requires = "body")]
+    body_stand: bool,
+    /// A thing that is held (.obj); spheres are fitted to it, which attack where the hand does.
+    #[arg(long, value_name = "FILE", requires = "clips")]
+    prop: Vec<PathBuf>,
+    /// The joint that holds it; one for each prop.
+    #[arg(long, value_name = "JOINT", requires = "prop")]
+    prop_joint: Vec<String>,
+    /// Where its origin lies in the joint's frame, metres, and how it is turned (a quaternion):
+    /// X,Y,Z or X,Y,Z,QX,QY,QZ,QW. None, or one for each prop.
+    #[arg(long, value_name = "GRIP", requires = "prop", value_parser = grip, allow_hyphen_values = true)]
+    prop_grip: Vec<JointTransform>,
+    /// Metres per unit of the props; the clips' unit, or another that makes them of a size to hold,
+    /// where it is not given.
+    #[arg(long, value_name = "METRES", requires = "prop")]
+    prop_scale: Option<f64>,
+    /// The props are part of the body: what meets them hits.
+    #[arg(long, requires = "prop")]
+    prop_is_body: bool,
+    /// A fitted mesh may stick out of its spheres by this much, metres.
+    #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().cover)]
+    fit_cover: f32,
+    /// The spheres may stick out of the mesh by this much, metres.
+    #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().bulge)]
+    fit_bulge: f32,
+}
+
+/// What was read, and how well it was fitted.
+#[derive(Default)]
+pub(crate) struct Figure {
+    pub(crate) body: Option<Body>,
+    pub(crate) props: Vec<Prop>,
+    fits: Vec<Fit>,
+}
+
+/// A mesh and its spheres.
+struct Fit {
+    file: PathBuf,
+    metres_per_unit: f64,
+    size: Vec3,
+    spacing: Option<f32>,
+    joints: Vec<JointFit>,
+    all: JointFit,
+}
+
+impl FigureArgs {
+    /// Reads the files and fits the meshes.
+    pub(crate) fn read(&self, set: &ClipSet) -> Result<Figure, Failure> {
+        if self.prop.len() != self.prop_joint.len() {
+            return Err(Failure::Usage(
+                "each --prop needs its --prop-joint".to_owned(),
+            ));
+        }
+        if ![0, self.prop.len()].contains(&self.prop_grip.len()) {
+            return Err(Failure::Usage(
+                "none or each --prop has its --prop-grip".to_owned(),
+            ));
+        }
+        let scales = [
+            ("--body-scale", self.body_scale),
+            ("--prop-scale", self.prop_scale),
+        ];
+        for (name, scale) in scales {
+            if let Some(scale) = scale.filter(|scale| !(scale.is_finite() && *scale > 0.0)) {
+                return Err(Failure::Usage(format!("{name} {scale}: must be above 0")));
+            }
+        }
+        let mut figure = Figure::default();
+        if let Some(path) = &self.body {
+            self.read_body(path, set, &mut figure)?;
+        }
+        for index in 0..self.prop.len() {
+            self.read_prop(index, set, &mut figure)?;
+        }
+        Ok(figure)
+    }
+
+    fn read_body(&self, path: &Path, set: &ClipSet, figure: &mut Figure) -> Result<(), Failure> {
+        if !path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
+        {
+            let file = BodyFile::read(path)?;
+            let body = file.resolve(&set.skeleton);
+            let path = path.to_owned();
+            figure.body = Some(body.map_err(|error| ReadError::Body { path, error })?);
+            return Ok(());
+        }
+        let wrong = |error: FitError| Failure::Usage(error.to_string()).within(path);
+        let mesh = sabaki_import::read_obj(path)?;
+        let pose = self.pose(set)?;
+        let found = sabaki_import::body_scale(&mesh, pose.joints()).metres_per_unit;
+        let scale = self.body_scale.unwrap_or(found);
+        let placed = |mesh: &Mesh, scale: f64, translation| {
+            let place = JointTransform {
+                translation,
+                ..JointTransform::IDENTITY
+            };
+            mesh.placed(scale as f32, place)
+                .map_err(|error| wrong(error.into()))
+        };
+        let mut mesh = placed(&mesh, scale, Vec3::ZERO)?;
+        if self.body_stand {
+            mesh = placed(&mesh, 1.0, mesh.to_stand_at(pose.joints()))?;
+        }
+        let (body, report) =
+            fit_body(&pose, &mesh, &self.settings(FitSettings::default())).map_err(wrong)?;
+        figure.body = Some(body);
+        figure.fits.push(Fit {
+            spacing: Some(report.spacing),
+            all: report.worst(),
+            joints: report.joints,
+            ..Fit::of(path, scale, &mesh)
+        });
+        Ok(())
+    }
+
+    fn read_prop(&self, index: usize, set: &ClipSet, figure: &mut Figure) -> Result<(), Failure> {
+        let (path, name) = (&self.prop[index], &self.prop_joint[index]);
+        let joint = set
+            .skeleton
+            .find(name)
+            .ok_or_else(|| unknown_joint(&set.skeleton, name))?;
+        let wrong = |error: FitError| Failure::Usage(error.to_string()).within(path);
+        let mesh = sabaki_import::read_obj(path)?;
+        let clips = set
+            .scales
+            .first()
+            .map_or(1.0, |scale| scale.metres_per_unit);
+        let scale = self
+            .prop_scale
+            .unwrap_or_else(|| sabaki_import::held_scale(&mesh, clips).metres_per_unit);
+        let grip = self
+            .prop_grip
+            .get(index)
+            .copied()
+            .unwrap_or(JointTransform::IDENTITY);
+        let mesh = mesh
+            .placed(scale as f32, grip)
+            .map_err(|error| wrong(error.into()))?;
+        let fitted = sabaki_import::fit::fit_prop(joint, &mesh, &self.settings(FitSettings::HELD));
+        let (prop, fit) = fitted.map_err(wrong)?;
+        figure.props.push(Prop {
+            is_body: self.prop_is_body,
+            ..prop
+        });
+        let fit = JointFit {
+            joint: name.clone(),
+            ..fit
+        };
+        figure.fits.push(Fit {
+            joints: vec![fit.clone()],
+            all: fit,
+            ..Fit::of(path, scale, &mesh)
+        });
+        Ok(())
+    }
+
+    fn settings(&self, other: FitSettings) -> FitSettings {
+        FitSettings {
+            cover: self.fit_cover,
+            bulge: self.fit_bulge,
+            ..other
+        }
+    }
+
+    fn pose<'a>(&self, set: &'a ClipSet) -> Result<BindPose<'a>, Failure> {
+        let Some(named) = &self.body_pose else {
+            return Ok(BindPose::rest(&set.skeleton));
+        };
+        let place = named
+            .rsplit_once(':')
+            .and_then(|(clip, frame)| Some((clip, frame.parse().ok()?)));
+        let Some((name, frame)) = place else {
+            return Err(Failure::Usage(format!(
+                "--body-pose {named}: not CLIP:FRAME, as boxing.bvh:0"
+            )));
+        };
+        let Some(clip) = set.clips.iter().find(|clip: &&Clip| clip.name() == name) else {
+            return Err(Failure::Usage(format!(
+                "--body-pose {named}: no clip \"{name}\""
+            )));
+        };
+        let pose = BindPose::of_frame(&set.skeleton, clip, frame);
+        pose.map_err(|error| Failure::Usage(error.to_string()))
+    }
+}
+
+fn unknown_joint(skeleton: &Skeleton, name: &str) -> Failure {
+    let names: Vec<&str> = skeleton
+        .joints()
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .take(64)
+        .collect();
+    Failure::Usage(format!(
+        "the skeleton has no joint \"{name}\"; it has {}",
+        names.join(", ")
+    ))
+}
+
+/// `X,Y,Z` or `X,Y,Z,QX,QY,QZ,QW`.
+fn grip(text: &str) -> Result<JointTransform, String> {
+    let numbers: Result<Vec<f32>, _> = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect();
+    let numbers = numbers.map_err(|error| format!("{error}"))?;
+    let (place, turn) = match numbers[..] {
+        [x, y, z] => (Vec3::new(x, y, z), Quat::IDENTITY),
+        [x, y, z, qx, qy, qz, qw] => (Vec3::new(x, y, z), Quat::from_xyzw(qx, qy, qz, qw)),
+        _ => return Err("three or seven numbers are wanted".to_owned()),
+    };
+    if !(place.is_finite() && turn.is_finite() && turn.length_squared() > 1e-6) {
+        return Err("not a finite place and rotation".to_owned());
+    }
+    Ok(JointTransform {
+        rotation: turn.normalize(),
+        translation: place,
+    })
+}
+
+impl Fit {
+    fn of(path: &Path, metres_per_unit: f64, mesh: &Mesh) -> Self {
+        let (low, high) = mesh.bounds();
+        Self {
+            file: path.to_owned(),
+            metres_per_unit,
+            size: high - low,
+            spacing: None,
+            joints: Vec::new(),
+            all: JointFit::default(),
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        json!({
+            "file": self.file,
+            "metres_per_unit": self.metres_per_unit,
+            "size": self.size,
+            "spacing": self.spacing,
+            "all": self.all,
+            "joints": self.joints,
+        })
+    }
+
+    fn describe(&self) -> String {
+        let Vec3 { x, y, z } = self.size;
+        let mut table = output::table(
+            &[
+                "joint",
+                "vertices",
+                "spheres",
+                "mesh out: most",
+                "mean",
+                "spheres out: most",
+                "mean",
+            ],
+            1,
+        );
+        for fit in &self.joints {
+            let figures = [
+                fit.mesh_out_max,
+                fit.mesh_out_mean,
+                fit.spheres_out_max,
+                fit.spheres_out_mean,
+            ];
+            let mut row = vec![
+                fit.joint.clone(),
+                fit.vertices.to_string(),
+                fit.spheres.to_string(),
+            ];
+            row.extend(figures.map(|metres| format!("{:.1} mm", metres * 1e3)));
+            table.add_row(row);
+        }
+        let limited = if self.all.limited {
+            "; not as closely as wished: more spheres would be needed"
+        } else {
+            ""
+        };
+        format!(
+            "{}: {x:.2} x {y:.2} x {z:.2} m at {} m a unit, {} spheres{limited}\n{table}\n",
+            self.file.display(),
+            self.metres_per_unit,
+            self.all.spheres
+        )
+    }
+}
+
+impl Figure {
+    /// How well the meshes were fitted, with stable keys.
+    pub(crate) fn to_json(&self) -> Value {
+        json!(self.fits.iter().map(Fit::to_json).collect::<Vec<_>>())
+    }
+
+    /// The same in words.
+    pub(crate) fn describe(&self) -> String {
+        self.fits.iter().map(Fit::describe).collect()
+    }
+}

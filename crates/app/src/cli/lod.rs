@@ -1,0 +1,247 @@
+//! `sabaki lod`: energies, levels of detail, what they cost in accuracy, and from where on they are drawn.
+//!
+//! Source: Hasegawa, Nishio & Kobori; the columns beyond the energy are not in the paper.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use sabaki::anim::{Clip, JointId, Pose, Skeleton};
+use sabaki::archive;
+use sabaki::lod::{
+    Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure,
+    Order, Rule, SwitchSettings, Switching, View,
+};
+use sabaki_app::demo;
+
+use super::lod_report::Report;
+use super::plot::Plot;
+use super::source::ReadArgs;
+use super::{Done, Failure, lod_report};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// BVH, AMC or glTF files of one skeleton, or folders of them; without: the embedded motions.
+    #[arg(value_name = "CLIP")]
+    clips: Vec<PathBuf>,
+    #[command(flatten)]
+    read: ReadArgs,
+    /// Which joint goes next: the one with the least energy (the paper), or the one whose removal
+    /// displaces the body least.
+    #[arg(long, value_enum, default_value = "energy")]
+    order: OrderArg,
+    /// What the distance of a level follows: its energy (the paper), or its error on the screen.
+    #[arg(long, value_enum, default_value = "energy")]
+    switch: OrderArg,
+    /// How bent joints count: raised above the threshold, literally as the paper's equation, or not.
+    #[arg(long, value_enum, default_value = "raised")]
+    flexion: FlexionArg,
+    /// Moments of inertia about the joint, or about the axis that it turns about.
+    #[arg(long, value_enum, default_value = "joint")]
+    inertia: InertiaArg,
+    /// What a removed joint's points ride on: the nearest kept joint, or always the one above.
+    #[arg(long, value_enum, default_value = "nearest")]
+    carrier: CarrierArg,
+    /// The masses of joints (JSON); without: 70 kg, by the lengths of bones.
+    #[arg(long, value_name = "FILE")]
+    masses: Option<PathBuf>,
+    /// Joints that stay.
+    #[arg(long, value_name = "JOINT", num_args = 1..)]
+    lock: Vec<String>,
+    /// Vertical field of view, degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
+    fov: f32,
+    /// The screen's height, pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = 1080.0)]
+    screen: f32,
+    /// How high the character is on the screen where no motion can be made out any more.
+    #[arg(long, value_name = "PIXELS", default_value_t = 20.0)]
+    vanish: f32,
+    /// The error that is allowed on the screen, for --switch error.
+    #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
+    error: f32,
+    /// Whether that is the greatest error of any point in any frame, or the mean.
+    #[arg(long, value_enum, default_value = "greatest")]
+    measure: MeasureArg,
+    /// Write the first clip as every level draws it, each an animation (GLB), to look at with any viewer.
+    #[arg(long, value_name = "FILE")]
+    export: Option<PathBuf>,
+    /// Draw errors and distances, and in letters the joints' energies: a PNG, or - for letters on stdout.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<Plot>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum OrderArg {
+    Energy,
+    Error,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MeasureArg {
+    Greatest,
+    Mean,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FlexionArg {
+    Raised,
+    Literal,
+    Ignored,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum InertiaArg {
+    Joint,
+    Axis,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum CarrierArg {
+    Nearest,
+    Parent,
+}
+
+/// What is looked at.
+pub(crate) struct Source {
+    pub(crate) skeleton: Skeleton,
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) warnings: Vec<String>,
+}
+
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    Plot::check(args.plot.as_ref(), as_json)?;
+    let source = args.source()?;
+    let settings = args.level_settings(&source.skeleton)?;
+    let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;
+    let mut pose = Pose::default();
+    source.clips[0].pose(0, &mut pose);
+    let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
+    // Not everything stands: a figure without height is as high as it reaches.
+    let stature = if stature > 0.0 { stature } else { levels.reach };
+    let switching = args.switch_settings(stature)?;
+    let bands = Switching::new(&levels, &switching).map_err(usage)?;
+    let report = Report {
+        source,
+        levels,
+        stature,
+        order: settings.order,
+        bands,
+        steps: lod_report::Steps::default(),
+        settings: switching,
+    };
+    let report = report.measured().map_err(usage)?;
+    if let Some(path) = &args.export {
+        let clips = report.drawn().map_err(usage)?;
+        let skeleton = &report.source.skeleton;
+        archive::write_atomically(path, |file| {
+            sabaki_import::gltf::write(file, skeleton, &clips)
+        })
+        .map_err(|source| Failure::Write {
+            path: path.clone(),
+            source,
+        })?;
+    }
+    let drawn = match &args.plot {
+        None => String::new(),
+        Some(plot) => plot.draw(|| report.plot(), |paint| report.letters(paint))?,
+    };
+    Ok(Done::ok(if as_json {
+        Done::json(&report.to_json())
+    } else {
+        report.describe() + &drawn
+    }))
+}
+
+fn usage(error: LodError) -> Failure {
+    Failure::Usage(error.to_string())
+}
+
+impl Args {
+    fn source(&self) -> Result<Source, Failure> {
+        if self.clips.is_empty() {
+            let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
+            return Ok(Source {
+                skeleton: motions.skeleton,
+                clips: motions.clips,
+                warnings: Vec::new(),
+            });
+        }
+        let set = sabaki_import::read_clips(&self.clips, None, &self.read.options())?;
+        Ok(Source {
+            skeleton: set.skeleton,
+            clips: set.clips,
+            warnings: set.warnings,
+        })
+    }
+
+    fn level_settings(&self, skeleton: &Skeleton) -> Result<LevelSettings, Failure> {
+        let locked: Result<Vec<JointId>, Failure> = { self.lock.iter() }
+            .map(|name| {
+                let unknown = || Failure::Usage(format!("the skeleton has no joint \"{name}\""));
+                skeleton.find(name).ok_or_else(unknown)
+            })
+            .collect();
+        let masses = match &self.masses {
+            None => Masses::default(),
+            Some(path) => {
+                let masses = sabaki_import::MassFile::read(path)?.resolve(skeleton);
+                let path = path.clone();
+                masses.map_err(|error| sabaki_import::ReadError::Masses { path, error })?
+            }
+        };
+        Ok(LevelSettings {
+            order: match self.order {
+                OrderArg::Energy => Order::Energy,
+                OrderArg::Error => Order::Error,
+            },
+            energy: EnergySettings {
+                masses,
+                flexion: match self.flexion {
+                    FlexionArg::Raised => Flexion::Raised,
+                    FlexionArg::Literal => Flexion::Literal,
+                    FlexionArg::Ignored => Flexion::Ignored,
+                },
+                inertia: match self.inertia {
+                    InertiaArg::Joint => Inertia::Joint,
+                    InertiaArg::Axis => Inertia::Axis,
+                },
+                ..EnergySettings::default()
+            },
+            locked: locked?,
+            carrier: match self.carrier {
+                CarrierArg::Nearest => Carrier::Nearest,
+                CarrierArg::Parent => Carrier::Parent,
+            },
+            ..LevelSettings::default()
+        })
+    }
+
+    fn switch_settings(&self, stature: f32) -> Result<SwitchSettings, Failure> {
+        if !(self.vanish.is_finite() && self.vanish > 0.0) {
+            return Err(Failure::Usage(format!(
+                "--vanish {}: must be above 0",
+                self.vanish
+            )));
+        }
+        let view = View {
+            fov: self.fov.to_radians(),
+            height: self.screen,
+        };
+        Ok(SwitchSettings {
+            view,
+            rule: match self.switch {
+                OrderArg::Energy => Rule::Energy {
+                    furthest: view.distance(stature, self.vanish),
+                },
+                OrderArg::Error => Rule::ScreenError {
+                    pixels: self.error,
+                    measure: match self.measure {
+                        MeasureArg::Greatest => Measure::Greatest,
+                        MeasureArg::Mean => Measure::Mean,
+                    },
+                },
+            },
+            ..SwitchSettings::default()
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! The command's face: one file for each subcommand, and what they share.
+
+mod bake;
+mod cancel;
+mod chart;
+mod compare;
+mod coverage;
+mod crossover;
+mod crowd;
+mod culling;
+mod demo;
+mod distances;
+mod doctor;
+mod dodge;
+mod duel;
+mod explain;
+mod figure;
+mod inspect;
+mod lod;
+mod lod_report;
+mod map_settings;
+mod maps;
+mod output;
+mod passes;
+mod picture;
+mod plot;
+mod render;
+mod replay;
+mod sheet;
+mod source;
+mod stats;
+mod summary;
+mod text_chart;
+#[cfg(feature = "window")]
+mod view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub(crate) use output::{Done, Failure};
+
+/// Dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
+///
+/// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and
+/// writes pictures and a BVH into out/.
+#[derive(Parser)]
+#[command(
+    version,
+    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// One JSON document on stdout instead of tables.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say more on stderr: -v what is done, -vv in detail.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    #[command(flatten)]
+    device: culling::DeviceArgs,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Clips to a baked graph; prints its statistics.
+    Bake(bake::Args),
+    /// Throws attacks at a character and answers them.
+    Dodge(dodge::Args),
+    /// All culling paths with and without the grid, side by side on the same attacks.
+    Compare(compare::Args),
+    /// From which side, at which height and how soon attacks are avoided, and where the gaps are.
+    Coverage(coverage::Args),
+    /// Joint energies, levels of detail, their errors, and from where on they are drawn.
+    Lod(lod::Args),
+    /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
+    Crowd(crowd::Args),
+    /// Two fighters of one graph: one attacks, the other avoids, in turn.
+    Duel(duel::Args),
+    /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
+    Render(render::Args),
+    /// A window: click, and a ball flies there; the fighter dodges. Or a crowd.
+    #[cfg(feature = "window")]
+    View(view::Args),
+    /// What a file holds: BVH or glTF, baked graph, events or attacks.
+    Inspect(inspect::Args),
+    /// What this machine's Vulkan offers and which culling paths will run.
+    Doctor,
+}
+
+/// Runs the command and says how it went.
+pub(crate) fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors; clap knows where they go and with which code.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    start_log(cli.verbose);
+    let done = match cli.command {
+        None => demo::run(&cli.device, cli.json),
+        Some(Command::Bake(args)) => bake::run(&args, cli.json),
+        Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
+        Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
+        Some(Command::Coverage(args)) => coverage::run(&args, cli.json),
+        Some(Command::Lod(args)) => lod::run(&args, cli.json),
+        Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
+        Some(Command::Duel(args)) => duel::run(&args, &cli.device, cli.json),
+        Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
+        #[cfg(feature = "window")]
+        Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),
+        Some(Command::Inspect(args)) => inspect::run(&args, cli.json),
+        Some(Command::Doctor) => doctor::run(&cli.device, cli.json),
+    };
+    match done.and_then(Done::print) {
+        Ok(code) => code,
+        Err(failure) => {
+            failure.print();
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn start_log(verbose: u8) {
+    let level = match verbose {
+        0 => tracing::Level::WARN,
+        1 => tracing::Level::INFO,
+        _ => tracing::Level::DEBUG,
+    };
+    use tracing_subscriber::layer::SubscriberExt;
+    use tracing_subscriber::util::SubscriberInitExt;
+    let lines = tracing_subscriber::fmt::layer()
+        .with_writer(std::io::stderr)
+        .without_time();
+    // What a window system has to grumble about is of no use to whoever has not asked.
+    let others = match verbose {
+        0 => tracing::Level::ERROR,
+        _ => level,
+    };
+    let heard = tracing_subscriber::filter::Targets::new()
+        .with_default(level)
+        .with_targets([("winit", others), ("egui", others)]);
+    tracing_subscriber::registry()
+        .with(lines)
+        .with(heard)
+        .init();
+}

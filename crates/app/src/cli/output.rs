@@ -1,0 +1,125 @@
+//! What a subcommand prints, and how it fails.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use indicatif::{ProgressBar, ProgressStyle};
+use sabaki::archive;
+use sabaki::graph::GraphError;
+use sabaki::maps::BakeError;
+use sabaki::query::AttackError;
+use thiserror::Error;
+
+/// What a subcommand has to say, and whether the answer is no.
+pub(crate) struct Done {
+    pub(crate) text: String,
+    pub(crate) no: bool,
+}
+
+impl Done {
+    /// The answer is yes, or there was no question.
+    pub(crate) fn ok(text: String) -> Self {
+        Self { text, no: false }
+    }
+
+    /// A JSON document as text.
+    pub(crate) fn json(document: &serde_json::Value) -> String {
+        format!("{document:#}\n")
+    }
+
+    /// Prints it all at once. A reader that has gone away (`| head`) is no failure.
+    pub(crate) fn print(self) -> Result<ExitCode, Failure> {
+        let mut stdout = std::io::stdout().lock();
+        match stdout
+            .write_all(self.text.as_bytes())
+            .and_then(|()| stdout.flush())
+        {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(Failure::Stdout(error))
+            }
+            _ => Ok(ExitCode::from(u8::from(self.no))),
+        }
+    }
+}
+
+/// Bad input or usage: one line, exit code 2.
+#[derive(Debug, Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Read(#[from] sabaki_import::ReadError),
+    #[error(transparent)]
+    Archive(#[from] archive::ArchiveError),
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    #[error(transparent)]
+    Bake(#[from] BakeError),
+    #[error("attack {index}: {error}")]
+    Attack { index: usize, error: AttackError },
+    #[error("{path}: {source}")]
+    Open {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path}: {source}")]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("cannot write to stdout: {0}")]
+    Stdout(std::io::Error),
+    #[error("{0}")]
+    Device(String),
+    #[error("cancelled; no file is left half-written")]
+    Cancelled,
+    #[error("{0}")]
+    Usage(String),
+    #[error("{place}: {failure}")]
+    Within {
+        place: String,
+        failure: Box<Failure>,
+    },
+}
+
+impl Failure {
+    /// The same, with the file that it lies in.
+    pub(crate) fn within(self, place: &Path) -> Self {
+        Self::Within {
+            place: place.display().to_string(),
+            failure: Box::new(self),
+        }
+    }
+
+    /// Says it on stderr in one line, whatever names stand in it. Nobody may be there to read it.
+    pub(crate) fn print(&self) {
+        let text = self.to_string().replace(char::is_control, " ");
+        let _ = writeln!(std::io::stderr(), "sabaki: {text}");
+    }
+}
+
+/// A table with a head; the columns after the first `left` are numbers and stand to the right.
+pub(crate) fn table(head: &[&str], left: usize) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(presets::ASCII_MARKDOWN)
+        .set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(head.to_vec());
+    for (index, column) in table.column_iter_mut().enumerate() {
+        column.set_cell_alignment(if index < left {
+            CellAlignment::Left
+        } else {
+            CellAlignment::Right
+        });
+    }
+    table
+}
+
+/// A bar on stderr, if that is a terminal.
+pub(crate) fn progress(what: &'static str, steps: u64) -> ProgressBar {
+    let bar = ProgressBar::new(steps).with_message(what);
+    match ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

@@ -1,0 +1,129 @@
+//! The crowd: a column of thousands, posed straight into the memory that the device draws from.
+
+use std::fmt::Write;
+
+use sabaki::graph::GraphError;
+use sabaki::maps::Body;
+use sabaki_app::demo;
+use sabaki_app::film::Film;
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Crowd, FormationSettings};
+use serde_json::json;
+
+use super::canvas::Canvas;
+use super::file::{self, Kind};
+use super::{Args, Told};
+use crate::cli::culling::DeviceArgs;
+use crate::cli::picture::{Letters, Picture};
+use crate::cli::{Failure, cancel, output};
+
+/// Of a crowd.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct CrowdArgs {
+    /// How many characters.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=200_000))]
+    count: u32,
+    /// What they do: one of the embedded motions.
+    #[arg(long, value_name = "CLIP", default_value = "front_kick")]
+    motion: String,
+    /// All joints for everybody.
+    #[arg(long)]
+    no_levels: bool,
+    /// Everybody in the colour of their level of detail.
+    #[arg(long)]
+    levels: bool,
+}
+
+const INK: [u8; 3] = [38, 44, 56];
+
+fn usage(error: impl std::fmt::Display) -> Failure {
+    Failure::Usage(error.to_string())
+}
+
+pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, Failure> {
+    let mut crowd = args.crowd.formation()?;
+    let desc = StageDesc {
+        shadow_side: 4096,
+        max_members: args.crowd.count,
+        max_crowd_lines: crowd.most_lines() as u32,
+        max_parts: crowd.parts() as u32,
+        ..StageDesc::default()
+    };
+    let mut canvas = Canvas::new(device, args.size, &desc)?;
+    let pictures = match kind.is_film() {
+        true => (crowd.period() * args.rate as f32).round().max(1.0) as u32,
+        false => 1,
+    };
+    let step = crowd.period() / pictures as f32;
+    let bar = output::progress("drawing", u64::from(pictures));
+    let mut film = Film {
+        size: args.size,
+        delay: (100.0 * step).round() as u16,
+        pictures: Vec::new(),
+    };
+    for _ in 0..pictures {
+        cancel::check()?;
+        film.pictures
+            .push(picture(args, &mut crowd, &mut canvas)?.into_pixels());
+        crowd.advance(step);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    drop(canvas);
+    let bytes = file::write(&args.out, kind, &film)?;
+    let census = crowd.census();
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{} characters; on each of {} levels: {census:?}",
+        crowd.len(),
+        crowd.levels()
+    );
+    Ok(Told {
+        bytes,
+        pictures: film.pictures.len(),
+        text,
+        more: vec![
+            ("characters", json!(crowd.len())),
+            ("levels", json!(census)),
+        ],
+    })
+}
+
+impl CrowdArgs {
+    fn formation(&self) -> Result<Crowd, Failure> {
+        let motions = demo::motions().map_err(GraphError::from)?;
+        let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
+        let clip = clip.ok_or_else(|| {
+            let names: Vec<_> = motions.clips.iter().map(|clip| clip.name()).collect();
+            usage(format!(
+                "no motion {:?} among {}",
+                self.motion,
+                names.join(", ")
+            ))
+        })?;
+        let settings = FormationSettings {
+            count: self.count,
+            ..FormationSettings::default()
+        };
+        let body = Body::from_bones(&motions.skeleton);
+        let mut crowd = Crowd::new((&motions.skeleton, &body), clip, &settings).map_err(usage)?;
+        crowd.use_levels(!self.no_levels);
+        crowd.show_levels(self.levels);
+        Ok(crowd)
+    }
+}
+
+fn picture(args: &Args, crowd: &mut Crowd, canvas: &mut Canvas) -> Result<Picture, Failure> {
+    let camera = crowd.camera();
+    crowd.look_from(&camera, args.size).map_err(usage)?;
+    crowd.pose(canvas.poses()?).map_err(usage)?;
+    let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
+    let mut picture = canvas.paint(&shot, Some(&shown))?;
+    if !args.plain {
+        let zoom = if args.size[0] >= 480 { 2 } else { 1 };
+        let text = format!("{} characters", crowd.len());
+        picture.text_in((6 * zoom, 6 * zoom), &text, Letters { zoom, colour: INK });
+    }
+    Ok(picture)
+}

@@ -1,0 +1,242 @@
+//! The dodge: a film of it, one moment, or eight on a sheet.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use glam::Vec2;
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::BakedGraph;
+use sabaki::math::Rigid2;
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_app::film::Film;
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, MapStyle};
+use serde_json::json;
+
+use super::canvas::Canvas;
+use super::file::{self, Kind};
+use super::{Args, Told};
+use crate::cli::culling::DeviceArgs;
+use crate::cli::picture::{Letters, Picture};
+use crate::cli::{Failure, cancel, output};
+
+/// What of a dodge is shown.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DodgeArgs {
+    /// Which random attacks; the same seed throws the same balls as `sabaki dodge`.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Which of the attacks.
+    #[arg(long, value_name = "INDEX", default_value_t = 2)]
+    index: u64,
+    /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
+    #[arg(long, value_name = "FILE", conflicts_with = "seed")]
+    attack: Option<PathBuf>,
+    /// A picture's moment, seconds since the query; without it the one at which the attack is nearest.
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
+    at: Option<f32>,
+    /// Eight moments on one sheet, with the clearance at each.
+    #[arg(long, conflicts_with = "at")]
+    storyboard: bool,
+    /// The slabs' maps at their heights: body green, attack red, evasion blue.
+    #[arg(long)]
+    maps: bool,
+    /// The same regions of all slabs together, on the ground.
+    #[arg(long, conflicts_with = "maps")]
+    regions: bool,
+    /// Without the ghost of who did nothing.
+    #[arg(long)]
+    no_ghost: bool,
+}
+
+/// Moments of a storyboard that stand side by side.
+const ABREAST: usize = 4;
+/// Pixels between pictures.
+const GAP: usize = 6;
+
+const INK: [u8; 3] = [38, 44, 56];
+const NEAR: [u8; 3] = [176, 34, 18];
+
+pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, Failure> {
+    let baked = args.graph.load()?;
+    let thrown = args.dodge.throw(&baked.graph)?;
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let settings = QuerySettings::default();
+    let query = Query::new(&baked.graph, &settings);
+    query.answer(thrown.playhead, &thrown.attack, &mut context, &mut answer);
+    let settings = DodgeSettings {
+        ghost: !args.dodge.no_ghost,
+        ..DodgeSettings::default()
+    };
+    let case = (thrown.playhead, &thrown.attack);
+    let mut show = Show {
+        dodge: Dodge::new(&baked.graph, case, &answer, &settings),
+        args,
+        camera: Camera::orbit(glam::Vec3::ZERO, (0.0, 0.0), 1.0),
+    };
+    let [width, height] = args.size;
+    show.camera = show.dodge.camera(width as f32 / height as f32);
+    let mut canvas = Canvas::new(device, args.size, &StageDesc::default())?;
+    let film = match kind.is_film() {
+        true => show.film(&mut canvas)?,
+        false if args.dodge.storyboard => show.storyboard(&mut canvas)?,
+        false => show.still(&mut canvas)?,
+    };
+    drop(canvas);
+    let bytes = file::write(&args.out, kind, &film)?;
+    let clearance = show.dodge.clearance();
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "the attack is {}; nearest at {:.2} s: {:.1} cm",
+        if answer.avoided {
+            "avoided"
+        } else {
+            "NOT avoided"
+        },
+        clearance.time,
+        clearance.metres * 100.0
+    );
+    Ok(Told {
+        bytes,
+        pictures: film.pictures.len(),
+        text,
+        more: vec![
+            ("avoided", json!(answer.avoided)),
+            ("clearance", json!(clearance.metres)),
+            ("nearest_at", json!(clearance.time)),
+        ],
+    })
+}
+
+impl DodgeArgs {
+    fn throw(&self, baked: &BakedGraph) -> Result<Throw, Failure> {
+        let index = self.index as usize;
+        let wrong = |error| Failure::Attack { index, error };
+        let Some(path) = &self.attack else {
+            let settings = ThrowSettings::default();
+            return throw(baked, &settings, self.seed, self.index).map_err(wrong);
+        };
+        let mut attacks = sabaki_import::AttackFile::read(path)?.attacks;
+        if index >= attacks.len() {
+            let what = format!("there is no attack {index} among {}", attacks.len());
+            return Err(Failure::Usage(what).within(path));
+        }
+        let spheres = attacks.swap_remove(index).spheres;
+        Ok(Throw {
+            playhead: Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY),
+            attack: Attack::new(spheres).map_err(|error| wrong(error).within(path))?,
+        })
+    }
+}
+
+/// A dodge, and how it is shown.
+struct Show<'a> {
+    dodge: Dodge<'a>,
+    args: &'a Args,
+    camera: Camera,
+}
+
+impl Show<'_> {
+    fn still(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+        let t = self.args.dodge.at.unwrap_or(self.dodge.clearance().time);
+        let picture = self.picture(t, canvas)?;
+        Ok(self.film_of(vec![picture.into_pixels()]))
+    }
+
+    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+        let moments = self.dodge.moments(self.args.rate as f32);
+        let bar = output::progress("drawing", moments.len() as u64);
+        let mut pictures = Vec::with_capacity(moments.len());
+        for t in moments {
+            cancel::check()?;
+            pictures.push(self.picture(t, canvas)?.into_pixels());
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(self.film_of(pictures))
+    }
+
+    fn film_of(&self, pictures: Vec<Vec<u8>>) -> Film {
+        Film {
+            size: self.args.size,
+            delay: (100 / self.args.rate) as u16,
+            pictures,
+        }
+    }
+
+    /// From the throw to the end of the flight, denser about the nearest moment.
+    fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+        let (near, flight) = (self.dodge.clearance().time, self.dodge.flight());
+        let (before, after) = (near - flight.0, flight.1 - near);
+        let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];
+        let size = self.args.size.map(|side| side as usize);
+        let rows = shares.len().div_ceil(ABREAST);
+        let whole = [
+            ABREAST * (size[0] + GAP) + GAP,
+            rows * (size[1] + GAP) + GAP,
+        ];
+        let mut sheet = Picture::new(whole[0], whole[1]);
+        let bar = output::progress("drawing", shares.len() as u64);
+        for (index, share) in shares.into_iter().enumerate() {
+            cancel::check()?;
+            let t = near + share * if share < 0.0 { before } else { after };
+            let picture = self.picture(t.clamp(flight.0, flight.1), canvas)?;
+            let (column, row) = (index % ABREAST, index / ABREAST);
+            let at = (GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP));
+            sheet.place(at, &picture);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(Film {
+            size: whole.map(|side| side as u32),
+            ..self.film_of(vec![sheet.into_pixels()])
+        })
+    }
+
+    fn picture(&self, t: f32, canvas: &mut Canvas) -> Result<Picture, Failure> {
+        let mut shot = self.dodge.shot(t, self.camera);
+        let DodgeArgs { maps, regions, .. } = self.args.dodge;
+        if maps {
+            self.dodge.add_maps(t, MapStyle::Heights, &mut shot);
+        }
+        if regions {
+            self.dodge.add_maps(t, MapStyle::Ground, &mut shot);
+        }
+        let mut picture = canvas.paint(&shot, None)?;
+        if !self.args.plain {
+            self.write_on(&mut picture, t);
+        }
+        Ok(picture)
+    }
+
+    /// The time, and how near the attack is where it is near.
+    fn write_on(&self, picture: &mut Picture, t: f32) {
+        let zoom = if self.args.size[0] >= 480 { 2 } else { 1 };
+        let dark = Letters { zoom, colour: INK };
+        let margin = 6 * zoom;
+        picture.text_in((margin, margin), &format!("{t:+.2} s"), dark);
+        // In a film a number that changes too fast to be read only flickers.
+        let shown = |metres: f32| metres < 0.6 || self.args.dodge.storyboard;
+        let Some(nearest) = self
+            .dodge
+            .nearest(t)
+            .filter(|nearest| shown(nearest.metres))
+        else {
+            return;
+        };
+        let text = format!("{:.1} cm", nearest.metres * 100.0);
+        let colour = if nearest.metres < 0.1 { NEAR } else { INK };
+        picture.text_in(
+            (margin, margin + 11 * zoom),
+            &text,
+            Letters { zoom, colour },
+        );
+        let seen = |place| self.camera.pixel(place, self.args.size);
+        if let (Some(from), Some(to)) = (seen(nearest.body), seen(nearest.attack)) {
+            let point = |at: Vec2| (f64::from(at.x), f64::from(at.y));
+            picture.line(point(from), point(to), colour);
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! The film of a duel: its exchanges one after the other, or one moment of each on a sheet.
+
+use std::path::PathBuf;
+
+use sabaki::anim::Clip;
+use sabaki::duel::Exchange;
+use sabaki::maps::BakedGraph;
+use sabaki_app::film::Film;
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Bout, BoutSettings, Cut};
+use serde_json::{Value, json};
+
+use super::canvas::Canvas;
+use super::file::{self, Kind};
+use super::{Told, size};
+use crate::cli::culling::DeviceArgs;
+use crate::cli::duel::{Fought, clip_of};
+use crate::cli::picture::{Letters, Picture};
+use crate::cli::{Failure, cancel, output};
+
+/// What of a duel is shown, and where.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct DuelArgs {
+    /// Draw it: a film of all exchanges (.gif, .apng), or a sheet with four moments of each of the first four (.png).
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Columns and rows of a picture.
+    #[arg(long, value_name = "WxH", requires = "out", default_value = "480x300", value_parser = size)]
+    size: [u32; 2],
+    /// Pictures of a film in a second.
+    #[arg(long, value_name = "N", requires = "out", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=50))]
+    rate: u32,
+    /// Only the exchanges from this one on, counted from 1.
+    #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    from: u32,
+    /// Without words.
+    #[arg(long, requires = "out")]
+    plain: bool,
+}
+
+const INK: [u8; 3] = [38, 44, 56];
+const STRUCK: [u8; 3] = [176, 34, 18];
+const AVOIDED: [u8; 3] = [20, 104, 52];
+/// Exchanges of a sheet, and moments of each.
+const ROWS: usize = 4;
+const MOMENTS: usize = 4;
+/// Pixels between pictures.
+const GAP: usize = 6;
+
+impl DuelArgs {
+    /// Before anything is fought.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        match &self.out {
+            Some(path) => Kind::of(path).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
+    /// Draws the duel where that is asked for; what it says of it, as JSON and in words.
+    pub(crate) fn draw(
+        &self,
+        baked: &BakedGraph,
+        fought: &Fought,
+        device: &DeviceArgs,
+    ) -> Result<Option<(Value, String)>, Failure> {
+        let Some(path) = &self.out else {
+            return Ok(None);
+        };
+        let kind = Kind::of(path)?;
+        let settings = BoutSettings::default();
+        let exchanges = &fought.exchanges;
+        let bout = Bout::new(baked, &fought.fighters, exchanges, &settings);
+        let mut cuts = bout.cuts(self.size[0] as f32 / self.size[1] as f32);
+        cuts.drain(..cuts.len().min(self.from as usize - 1));
+        if cuts.is_empty() {
+            let what = format!("there is no exchange {} to draw", self.from);
+            return Err(Failure::Usage(what));
+        }
+        let show = Show {
+            args: self,
+            baked,
+            exchanges,
+            bout,
+            cuts,
+        };
+        let mut canvas = Canvas::new(device, self.size, &StageDesc::default())?;
+        let film = match kind.is_film() {
+            true => show.film(&mut canvas)?,
+            false => show.sheet(&mut canvas)?,
+        };
+        drop(canvas);
+        let told = Told {
+            bytes: file::write(path, kind, &film)?,
+            pictures: film.pictures.len(),
+            text: String::new(),
+            more: Vec::new(),
+        };
+        let file = path.display();
+        let document =
+            json!({ "file": file.to_string(), "bytes": told.bytes, "pictures": told.pictures });
+        Ok(Some((document, format!("{file}: {}\n", told.describe()))))
+    }
+}
+
+/// A duel, and how it is shown.
+struct Show<'a> {
+    args: &'a DuelArgs,
+    baked: &'a BakedGraph,
+    exchanges: &'a [Exchange],
+    bout: Bout<'a>,
+    cuts: Vec<Cut>,
+}
+
+impl Show<'_> {
+    fn film(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+        let rate = self.args.rate as f32;
+        let moments = self.cuts.iter().flat_map(|cut| {
+            let moments = self.bout.moments(cut, rate);
+            moments.into_iter().map(move |t| (cut, t))
+        });
+        let moments: Vec<(&Cut, f32)> = moments.collect();
+        let bar = output::progress("drawing", moments.len() as u64);
+        let mut pictures = Vec::with_capacity(moments.len());
+        for (cut, t) in moments {
+            cancel::check()?;
+            pictures.push(self.picture(cut, t, canvas)?.into_pixels());
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(Film {
+            size: self.args.size,
+            delay: (100 / self.args.rate) as u16,
+            pictures,
+        })
+    }
+
+    /// A row for each exchange: before the attack, on its way, where it is nearest, and after it.
+    fn sheet(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
+        let size = self.args.size.map(|side| side as usize);
+        let rows = self.cuts.len().min(ROWS);
+        let whole = [
+            MOMENTS * (size[0] + GAP) + GAP,
+            rows * (size[1] + GAP) + GAP,
+        ];
+        let mut sheet = Picture::new(whole[0], whole[1]);
+        for (row, cut) in self.cuts.iter().take(rows).enumerate() {
+            cancel::check()?;
+            let exchange = &self.exchanges[cut.exchange];
+            let near = self.bout.nearest_at(cut);
+            let start = exchange.announced + exchange.attack.start();
+            let moments = [
+                0.5 * (cut.span.0 + start),
+                start.max(near - 0.12),
+                near,
+                0.5 * (near + cut.span.1),
+            ];
+            for (column, t) in moments.into_iter().enumerate() {
+                let picture = self.picture(cut, t, canvas)?;
+                let at = (GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP));
+                sheet.place(at, &picture);
+            }
+        }
+        Ok(Film {
+            size: whole.map(|side| side as u32),
+            delay: 0,
+            pictures: vec![sheet.into_pixels()],
+        })
+    }
+
+    fn picture(&self, cut: &Cut, t: f32, canvas: &mut Canvas) -> Result<Picture, Failure> {
+        let mut picture = canvas.paint(&self.bout.shot(cut, t), None)?;
+        if !self.args.plain {
+            self.write_on(&mut picture, cut, t);
+        }
+        Ok(picture)
+    }
+
+    /// The score, who strikes with what, and what became of it once it has.
+    fn write_on(&self, picture: &mut Picture, cut: &Cut, t: f32) {
+        let zoom = if self.args.size[0] >= 640 { 2 } else { 1 };
+        let margin = 6 * zoom;
+        let exchange = &self.exchanges[cut.exchange];
+        let is_over = t >= self.bout.nearest_at(cut);
+        let mut hits = [0; 2];
+        let over = self.exchanges[..cut.exchange + usize::from(is_over)].iter();
+        for landed in over.filter(|exchange| !exchange.avoided) {
+            hits[landed.attacker.index()] += 1;
+        }
+        let mut write = |line: usize, text: &str, colour| {
+            let at = (margin, margin + line * 11 * zoom);
+            picture.text_in(at, text, Letters { zoom, colour });
+        };
+        write(0, &format!("white {} : {} blue", hits[0], hits[1]), INK);
+        let attack = Clip::title(clip_of(self.baked, exchange.strike));
+        let told = (t - exchange.announced >= 0.0).then_some(attack);
+        if let Some(attack) = told {
+            write(1, &format!("{}: {attack}", exchange.attacker.name()), INK);
+        }
+        if is_over {
+            let centimetres = 100.0 * exchange.clearance.metres;
+            match exchange.avoided {
+                true => write(2, &format!("avoided by {centimetres:.1} cm"), AVOIDED),
+                false => write(2, "hit", STRUCK),
+            }
+        }
+    }
+}

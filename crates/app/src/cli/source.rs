@@ -1,0 +1,311 @@
+//! Where a graph comes from: a baked file, clips, or the embedded motions.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sabaki::anim::EventKind;
+use sabaki::archive;
+use sabaki::graph::{self, BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki_app::demo;
+use serde_json::{Value, json};
+
+use super::figure::{Figure, FigureArgs};
+use super::maps::MapArgs;
+use super::{Failure, cancel, output};
+
+/// What the files of motions do not say themselves.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(crate) struct ReadArgs {
+    /// Metres per unit of the files; found from the skeleton's height where it is not given (glTF: 1).
+    #[arg(long, value_name = "METRES")]
+    scale: Option<f64>,
+    /// Which way is up in the files: x, y or z.
+    #[arg(long, value_name = "AXIS", default_value = "y")]
+    up: sabaki_import::Up,
+    /// Frames a second of AMC files, which do not say.
+    #[arg(long, value_name = "HZ", default_value_t = sabaki_import::asf::AmcFile::USUAL_RATE)]
+    amc_rate: f64,
+}
+
+impl ReadArgs {
+    pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
+        sabaki_import::ReadOptions {
+            scale: self.scale,
+            up: self.up,
+            amc_rate: Some(self.amc_rate),
+        }
+    }
+}
+
+/// Clips and how to make a graph of them.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ClipArgs {
+    /// BVH, AMC or glTF files, or folders of them.
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub(crate) clips: Vec<PathBuf>,
+    /// The events file (JSON) that labels evasions and attacks in the clips.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    /// Moments whose postures lie further apart are not joined: root of the mean squared distance
+    /// of joints, metres.
+    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
+    pub(crate) threshold: f32,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) maps: MapArgs,
+}
+
+/// Which graph is asked.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct GraphArgs {
+    /// A graph that `bake` wrote; otherwise --clips, otherwise the embedded motions.
+    baked: Option<PathBuf>,
+    #[command(flatten)]
+    clips: ClipArgs,
+}
+
+impl GraphArgs {
+    pub(crate) fn load(&self) -> Result<Baked, Failure> {
+        match (&self.baked, self.clips.clips.is_empty()) {
+            (_, true) if self.clips.events.is_some() => {
+                Err(Failure::Usage("--events needs --clips".to_owned()))
+            }
+            (Some(_), false) => Err(Failure::Usage(
+                "either a baked graph or --clips, not both".to_owned(),
+            )),
+            (Some(path), true) => from_file(path),
+            (None, false) => from_clips(&self.clips),
+            (None, true) => embedded(),
+        }
+    }
+}
+
+/// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
+const MEASURED: usize = 2000;
+
+/// A graph, and how it was made where it was.
+pub(crate) struct Baked {
+    pub(crate) graph: BakedGraph,
+    pub(crate) made: Option<Made>,
+}
+
+/// How a graph was made.
+pub(crate) struct Made {
+    pub(crate) report: BuildReport,
+    pub(crate) feet: FootSlide,
+    pub(crate) seconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) figure: Figure,
+}
+
+/// Bakes the clips of `args`.
+pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
+    let started = Instant::now();
+    let set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &args.read.options())?;
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &set.clips,
+        events: &set.events,
+    };
+    let figure = args.figure.read(&set)?;
+    let settings = BakeSettings {
+        body: figure.body.clone(),
+        props: figure.props.clone(),
+        maps: args.maps.grid(),
+        ..BakeSettings::default()
+    };
+    let baked = bake(source, (args.threshold, settings), started);
+    // Not one of them is at fault, but the first says which of many runs it was.
+    let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
+        [] => failure,
+        [only] => failure.within(only),
+        [first, more @ ..] => failure.within(Path::new(&format!(
+            "{} and {} more",
+            first.display(),
+            more.len()
+        ))),
+    })?;
+    if let Some(made) = &mut baked.made {
+        made.warnings.splice(..0, set.warnings);
+        made.figure = figure;
+    }
+    Ok(baked)
+}
+
+/// Bakes the embedded motions.
+pub(crate) fn embedded() -> Result<Baked, Failure> {
+    let started = Instant::now();
+    let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &motions.events,
+    };
+    let settings = (GraphSettings::default().threshold, BakeSettings::default());
+    bake(source, settings, started)
+}
+
+/// Reads a baked file.
+pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
+    Ok(Baked {
+        graph: archive::read(path)?,
+        made: None,
+    })
+}
+
+fn bake(
+    source: ClipSource<'_>,
+    (threshold, settings): (f32, BakeSettings),
+    started: Instant,
+) -> Result<Baked, Failure> {
+    cancel::listen();
+    let bar = output::progress("baking", 3);
+    bar.tick();
+    let graph_settings = GraphSettings {
+        threshold,
+        ..GraphSettings::default()
+    };
+    let (graph, report) = graph::build(source, &graph_settings)?;
+    let feet = graph.foot_slide(MEASURED);
+    bar.inc(1);
+    cancel::check()?;
+    let baker = Baker::new(graph, settings)?;
+    let maps = baker.draw_on_cpu();
+    bar.inc(1);
+    cancel::check()?;
+    let graph = baker.finish(maps)?;
+    bar.finish_and_clear();
+    let mut warnings = Vec::new();
+    if graph.evasions().is_empty() {
+        let labelled = report.events.0;
+        warnings.push(match labelled {
+            0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
+            n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
+        });
+    }
+    Ok(Baked {
+        graph,
+        made: Some(Made {
+            report,
+            feet,
+            seconds: started.elapsed().as_secs_f64(),
+            warnings,
+            figure: Figure::default(),
+        }),
+    })
+}
+
+fn count(graph: &MotionGraph, kind: EventKind) -> usize {
+    graph
+        .events()
+        .iter()
+        .filter(|event| event.kind == kind)
+        .count()
+}
+
+/// What a graph holds, with stable keys.
+pub(crate) fn statistics(baked: &Baked) -> Value {
+    let graph = baked.graph.graph();
+    let mut value = json!({
+        "joints": graph.skeleton().len(),
+        "frame_rate": graph.frame_rate(),
+        "clips": graph.clips().len(),
+        "nodes": graph.nodes().len(),
+        "edges": graph.edges().len(),
+        "transitions": graph.transitions(),
+        "seconds_kept": graph.seconds_kept(),
+        "evasions": count(graph, EventKind::Evasion),
+        "attacks": count(graph, EventKind::Attack),
+        "body_spheres": baked.graph.body().spheres.len(),
+        "props": baked.graph.body().props.len(),
+        "map_bytes": baked.graph.atlas().bytes(),
+        "evasion_within": {
+            "0.5": baked.graph.responsive_share(0.5),
+            "1.0": baked.graph.responsive_share(1.0),
+            "1.5": baked.graph.responsive_share(1.5),
+        },
+    });
+    if let Some(made) = &baked.made {
+        value["build_seconds"] = json!(made.seconds);
+        value["report"] = json!(made.report);
+        value["foot_slide"] = json!(made.feet);
+        value["warnings"] = json!(made.warnings);
+        value["fits"] = made.figure.to_json();
+    }
+    value
+}
+
+/// The same in words.
+pub(crate) fn describe(baked: &Baked) -> String {
+    let graph = baked.graph.graph();
+    let mut text = String::new();
+    let mut line = |text_line: String| {
+        text.push_str(&text_line);
+        text.push('\n');
+    };
+    let kept = format!("{:.1} s of motion", graph.seconds_kept());
+    line(match &baked.made {
+        Some(made) => format!(
+            "{} clips, {:.1} s; kept {kept}",
+            made.report.clips, made.report.seconds
+        ),
+        None => format!("{} clips; {kept}", graph.clips().len()),
+    });
+    line(format!(
+        "{} nodes, {} edges ({} of them transitions)",
+        graph.nodes().len(),
+        graph.edges().len(),
+        graph.transitions()
+    ));
+    line(format!(
+        "{} evasions and {} attacks",
+        count(graph, EventKind::Evasion),
+        count(graph, EventKind::Attack)
+    ));
+    let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
+    line(format!(
+        "an evasion can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%, within 1.5 s from {:.0}%",
+        share(0.5),
+        share(1.0),
+        share(1.5)
+    ));
+    if let Some(made) = &baked.made {
+        text.push_str(&made.figure.describe());
+    }
+    let mut line = |text_line: String| {
+        text.push_str(&text_line);
+        text.push('\n');
+    };
+    if let Some(made) = &baked.made {
+        let dropped = &made.report.dropped;
+        if dropped.seconds > 0.05 {
+            line(format!(
+                "dropped, since no way leads there and back: {:.1} s, {} whole clips",
+                dropped.seconds,
+                dropped.clips.len()
+            ));
+        }
+        for event in dropped.evasions.iter().chain(&dropped.attacks) {
+            line(format!("dropped event: {event}"));
+        }
+        if made.feet.planted_seconds > 0.0 {
+            line(format!(
+                "planted feet slide {:.0} mm/s in transitions ({:.0} if only blended, {:.0} in the clips)",
+                made.feet.kept, made.feet.blended, made.feet.clips
+            ));
+        }
+        line(format!(
+            "baked in {:.2} s; {:.1} MB of maps",
+            made.seconds,
+            baked.graph.atlas().bytes() as f64 * 1e-6
+        ));
+        made.warnings
+            .iter()
+            .for_each(|warning| line(format!("note: {warning}")));
+    }
+    text
+}

@@ -1,0 +1,195 @@
+//! Answers to attacks, and what is kept of each.
+
+use std::time::{Duration, Instant};
+
+use sabaki::graph::EdgeId;
+use sabaki::maps::BakedGraph;
+use sabaki::query::cull::Overlap;
+use sabaki::query::measure::Round;
+use sabaki::query::{
+    Answer, Counts, Query, QueryContext, QuerySettings, SearchReport, Source, Verdict,
+};
+use sabaki_app::demo::throw::Throw;
+use serde_json::{Value, json};
+
+use super::Failure;
+use super::culling::{CullPath, Culling};
+use super::passes::Method;
+
+/// How one attack was answered: what is needed of it when there are ten thousand.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    pub(crate) avoided: bool,
+    /// Metres.
+    pub(crate) clearance: f32,
+    /// What is performed; `None` for a path that only moves.
+    pub(crate) evasion: Option<EdgeId>,
+    /// Of the path's retimable edges.
+    pub(crate) rate: f32,
+    /// V of the chosen path; `None` for a hit.
+    pub(crate) score: Option<f32>,
+    pub(crate) counts: Counts,
+    search: SearchReport,
+    pub(crate) source: Source,
+    /// Whether every candidate was tested and is hit.
+    pub(crate) all_hit: bool,
+    /// Milliseconds: finding candidates, counting overlaps, exact test and choice.
+    pub(crate) enumerate_ms: f64,
+    pub(crate) cull_ms: f64,
+    pub(crate) decide_ms: f64,
+}
+
+impl Run {
+    pub(crate) fn query_ms(&self) -> f64 {
+        self.enumerate_ms + self.cull_ms + self.decide_ms
+    }
+
+    /// Whether paths were filed in the cells that the attack touches.
+    pub(crate) fn used_grid(&self) -> bool {
+        matches!(self.source, Source::Grid | Source::NothingClean)
+    }
+
+    /// The chosen evasion by clip and seconds.
+    pub(crate) fn evasion(&self, baked: &BakedGraph) -> Option<String> {
+        sabaki_import::export::describe_evasion(baked, self.evasion?)
+    }
+
+    pub(crate) fn to_json(&self, baked: &BakedGraph, index: usize, method: Method) -> Value {
+        json!({
+            "attack": index,
+            "cull": method.cull.name(),
+            "grid": method.grid_name(),
+            "source": self.source,
+            "avoided": self.avoided,
+            "clearance": self.clearance,
+            "evasion": self.evasion(baked),
+            "p": self.rate,
+            "score": self.score,
+            "counts": self.counts,
+            "search": self.search,
+            "ms": {
+                "query": self.query_ms(),
+                "enumerate": self.enumerate_ms,
+                "cull": self.cull_ms,
+                "decide": self.decide_ms,
+            },
+        })
+    }
+}
+
+/// Asks one query after the other, in the same memory.
+pub(crate) struct Asker<'a> {
+    baked: &'a BakedGraph,
+    context: QueryContext,
+    overlaps: Vec<Overlap>,
+    /// To the last query.
+    pub(crate) answer: Answer,
+    /// What was counted for the last query, where it is watched.
+    pub(crate) rounds: Vec<Round>,
+    /// Whether `rounds` are noted.
+    pub(crate) watches: bool,
+}
+
+impl<'a> Asker<'a> {
+    pub(crate) fn new(baked: &'a BakedGraph) -> Self {
+        Self {
+            baked,
+            context: QueryContext::default(),
+            overlaps: Vec::new(),
+            answer: Answer::default(),
+            rounds: Vec::new(),
+            watches: false,
+        }
+    }
+
+    /// Answers one attack with one culling path.
+    pub(crate) fn ask(
+        &mut self,
+        settings: &QuerySettings,
+        throw: &Throw,
+        (culling, path): (&mut Culling, CullPath),
+    ) -> Result<Run, Failure> {
+        self.rounds.clear();
+        let query = Query::new(self.baked, settings);
+        let (mut cull, mut decide) = (Duration::ZERO, Duration::ZERO);
+        let started = Instant::now();
+        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut self.context);
+        let enumerate = started.elapsed();
+        loop {
+            let input = prepared.cull_input();
+            let counting = Instant::now();
+            culling.count(path, &input, &mut self.overlaps)?;
+            cull += counting.elapsed();
+            if self.watches || settings.list_late {
+                prepared.draw_outer_maps();
+                culling.count_whole(&prepared.cull_input(), &mut self.overlaps);
+            }
+            if self.watches {
+                let round = Round::new(&prepared, &self.overlaps);
+                self.rounds.push(round);
+            }
+            let deciding = Instant::now();
+            let verdict = prepared.decide(&self.overlaps, path.judging(), &mut self.answer);
+            decide += deciding.elapsed();
+            match verdict {
+                Verdict::Answered => break,
+                Verdict::Widened(wider) => prepared = wider,
+            }
+        }
+        Ok(self.run([enumerate, cull, decide]))
+    }
+
+    fn run(&self, times: [Duration; 3]) -> Run {
+        let answer = &self.answer;
+        let chosen = answer.chosen();
+        let mut in_time = answer.candidates.iter().filter(|c| c.rate.is_ok());
+        let [enumerate_ms, cull_ms, decide_ms] = times.map(|time| time.as_secs_f64() * 1e3);
+        Run {
+            avoided: answer.avoided,
+            clearance: answer.clearance().metres,
+            evasion: chosen.evasion,
+            rate: chosen.rate.as_ref().map_or(1.0, |rate| rate.rate),
+            score: chosen.score.map(|score| score.total),
+            counts: answer.counts,
+            search: answer.search,
+            source: answer.source,
+            all_hit: in_time.all(|c| c.clearance.is_some_and(|clearance| !clearance.is_clean())),
+            enumerate_ms,
+            cull_ms,
+            decide_ms,
+        }
+    }
+}
+
+/// The value below which a share of all lies; 0 of none.
+pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = (share * (values.len().saturating_sub(1)) as f64).round() as usize;
+    values.get(index).copied().unwrap_or(0.0)
+}
+
+/// Median and 99th percentile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Times {
+    pub(crate) median: f64,
+    pub(crate) p99: f64,
+}
+
+impl Times {
+    pub(crate) fn of(runs: &[Run], milliseconds: fn(&Run) -> f64) -> Self {
+        let all: Vec<f64> = runs.iter().map(milliseconds).collect();
+        Self {
+            median: percentile(all.clone(), 0.5),
+            p99: percentile(all, 0.99),
+        }
+    }
+
+    pub(crate) fn to_json(self) -> Value {
+        json!({ "median": self.median, "p99": self.p99 })
+    }
+
+    /// In words, with so many decimals.
+    pub(crate) fn text(self, decimals: usize) -> String {
+        format!("{:.decimals$} / {:.decimals$}", self.median, self.p99)
+    }
+}

@@ -1,0 +1,254 @@
+//! `sabaki view`: a window. Click, and a ball flies there; the fighter dodges.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use sabaki::duel::DuelSettings;
+use sabaki::graph::GraphError;
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, Body};
+use sabaki::query::Enumerate;
+use sabaki_app::demo;
+use sabaki_app::headless::{DeviceChoice, Message};
+use sabaki_app::live::{
+    AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
+};
+use sabaki_app::window::{
+    Click, DuelExhibit, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
+};
+use sabaki_draw::scene::{Crowd, FormationSettings};
+
+use super::culling::{CullPath, DeviceArgs};
+use super::source::GraphArgs;
+use super::{Done, Failure, cancel};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// Columns and rows of the window at first.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::render::size)]
+    size: [u32; 2],
+    /// Who culls at first.
+    #[arg(long, value_enum, value_name = "PATH", default_value = "cpu")]
+    cull: CullPath,
+    /// Candidates from everywhere at first, not from the node's grid.
+    #[arg(long)]
+    no_grid: bool,
+    /// Which way the fighter walks.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Without panels at first; P shows them.
+    #[arg(long)]
+    plain: bool,
+    /// Samples a pixel: 1, 2, 4 or 8; without it 4, or 1 where the processor draws.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    samples: u32,
+    /// Pictures as fast as they come, out of step with the screen.
+    #[arg(long)]
+    uncapped: bool,
+    /// Closes after so many pictures.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    frames: Option<u64>,
+    /// Seconds on the stage from one picture to the next, however long that takes; answers are waited for. The same pictures
+    /// each time.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    step: Option<f32>,
+    /// Writes the last picture (PNG).
+    #[arg(long, value_name = "FILE", requires = "frames")]
+    screenshot: Option<PathBuf>,
+    /// A click that comes by itself: where, as shares of width and height, and when, seconds on the stage.
+    #[arg(long, value_name = "X,Y,SECONDS", value_parser = click)]
+    click: Vec<Click>,
+    /// Every answer comes so much later, seconds: what a slow device would look like.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    delay: Option<f32>,
+    /// Two fighters instead of one, who attack and avoid in turn.
+    #[arg(long, conflicts_with = "crowd")]
+    duel: bool,
+    #[command(flatten)]
+    crowd: CrowdArgs,
+}
+
+/// Of a crowd.
+#[derive(Clone, Debug, clap::Args)]
+struct CrowdArgs {
+    /// A crowd in a column instead of a fighter.
+    #[arg(long)]
+    crowd: bool,
+    /// How many there are.
+    #[arg(long, value_name = "N", default_value_t = 10_000, requires = "crowd", value_parser = clap::value_parser!(u32).range(1..=200_000))]
+    count: u32,
+    /// What they do: one of the embedded motions.
+    #[arg(
+        long,
+        value_name = "CLIP",
+        default_value = "front_kick",
+        requires = "crowd"
+    )]
+    motion: String,
+    /// All joints for everybody at first.
+    #[arg(long, requires = "crowd")]
+    no_levels: bool,
+    /// Everybody in the colour of their level of detail at first.
+    #[arg(long, requires = "crowd")]
+    levels: bool,
+}
+
+fn seconds(text: &str) -> Result<f32, String> {
+    let value = text
+        .parse()
+        .ok()
+        .filter(|value| (0.0..=60.0).contains(value));
+    value.ok_or_else(|| "not seconds from 0 to 60".to_owned())
+}
+
+fn click(text: &str) -> Result<Click, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|part| part.parse().ok())
+        .collect();
+    match numbers[..] {
+        [x, y, seconds] if [x, y].iter().all(|share| (0.0..=1.0).contains(share)) => Ok(Click {
+            at: [x, y],
+            seconds,
+        }),
+        _ => Err("not X,Y,SECONDS such as 0.5,0.4,1.2, X and Y from 0 to 1".to_owned()),
+    }
+}
+
+impl From<WindowError> for Failure {
+    fn from(error: WindowError) -> Self {
+        match error {
+            WindowError::Write { path, source } => Self::Write { path, source },
+            other => Self::Device(other.to_string()),
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    cancel::listen();
+    if args.crowd.crowd {
+        let mut exhibit = MarchExhibit::new(args.crowd.march()?);
+        args.show(&mut exhibit, device, as_json)?;
+        return Ok(Done::ok(String::new()));
+    }
+    let baked = args.graph.load()?.graph;
+    if args.duel {
+        return args.duel(&baked, device, as_json);
+    }
+    let mut settings = FighterSettings {
+        culling: match args.cull {
+            CullPath::Exact => Culling::Exact,
+            CullPath::Cpu => Culling::Cpu,
+            CullPath::Stencil => Culling::Stencil,
+            CullPath::Compute => Culling::Compute,
+        },
+        waits: args.step.is_some(),
+        ..FighterSettings::default()
+    };
+    if args.no_grid {
+        settings.query.enumerate = Enumerate::Whole;
+    }
+    let desc = AskerDesc {
+        device: choice(device),
+        validation: device.validation,
+        delay: Duration::from_secs_f32(args.delay.unwrap_or(0.0)),
+    };
+    let maps = MapChoices::slabs(&baked);
+    let (shown, heard) = with_asker(&maps, &desc, |asker| {
+        let fighter = Fighter::new(&maps, asker, (settings, args.seed));
+        args.show(&mut FighterExhibit::new(fighter), device, as_json)
+    });
+    heard.iter().for_each(complain);
+    shown?;
+    Ok(Done::ok(String::new()))
+}
+
+fn choice(device: &DeviceArgs) -> DeviceChoice {
+    let name = device.device.clone();
+    name.map_or(DeviceChoice::Best, DeviceChoice::Named)
+}
+
+fn complain(message: &Message) {
+    eprintln!("validation: {message:?}");
+}
+
+impl Args {
+    fn duel(
+        &self,
+        baked: &BakedGraph,
+        device: &DeviceArgs,
+        as_json: bool,
+    ) -> Result<Done, Failure> {
+        let grid = AttackGrid::new(baked, &AttackGridSettings::default());
+        let settings = DuelSettings {
+            seed: self.seed,
+            ..DuelSettings::default()
+        };
+        let sparring = Sparring::new((baked, &grid), &settings);
+        let sparring = sparring.map_err(|error| Failure::Usage(error.to_string()))?;
+        self.show(&mut DuelExhibit::new(sparring), device, as_json)?;
+        Ok(Done::ok(String::new()))
+    }
+
+    fn show(
+        &self,
+        exhibit: &mut dyn Exhibit,
+        device: &DeviceArgs,
+        as_json: bool,
+    ) -> Result<(), Failure> {
+        let desc = WindowDesc {
+            size: self.size,
+            device: choice(device),
+            validation: device.validation,
+            samples: self.samples,
+            panels: !self.plain,
+            in_step: !self.uncapped,
+            step: self.step,
+            frames: self.frames,
+            screenshot: self.screenshot.clone(),
+            clicks: self.click.clone(),
+            stops: || cancel::check().is_err(),
+            ..WindowDesc::default()
+        };
+        let mut hear = |event: &Event| hear(event, as_json);
+        Ok(open(exhibit, &desc, &mut hear)?)
+    }
+}
+
+/// One line for each event, at once. Whoever has stopped reading does not close the window.
+fn hear(event: &Event, as_json: bool) {
+    if let (true, Ok(line)) = (as_json, serde_json::to_string(event)) {
+        let mut stdout = std::io::stdout().lock();
+        let _ = writeln!(stdout, "{line}").and_then(|()| stdout.flush());
+        return;
+    }
+    if let Event::Closed { validation, .. } = event {
+        for message in validation {
+            eprintln!("validation: {message}");
+        }
+    }
+}
+
+impl CrowdArgs {
+    fn march(&self) -> Result<March, Failure> {
+        let motions = demo::motions().map_err(GraphError::from)?;
+        let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
+        let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
+        let clip = clip.ok_or_else(|| {
+            let names: Vec<_> = motions.clips.iter().map(|clip| clip.name()).collect();
+            let names = names.join(", ");
+            Failure::Usage(format!("no motion {:?} among {names}", self.motion))
+        })?;
+        let settings = FormationSettings {
+            count: self.count,
+            ..FormationSettings::default()
+        };
+        let body = Body::from_bones(&motions.skeleton);
+        let crowd = Crowd::new((&motions.skeleton, &body), clip, &settings);
+        let mut march = March::new(crowd.map_err(|error| usage(&error))?);
+        (march.levels, march.tinted) = (!self.no_levels, self.levels);
+        Ok(march)
+    }
+}

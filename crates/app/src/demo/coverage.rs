@@ -1,0 +1,218 @@
+//! From which side, at which height and how soon is an attack avoided?
+//!
+//! Balls are thrown from every direction at every height with every lead, always at the same moments
+//! of the graph, so that cells differ by the attack alone.
+
+use std::f32::consts::TAU;
+
+use super::throw::{Aim, Throw, aimed};
+use sabaki::maps::BakedGraph;
+use sabaki::query::AttackError;
+
+/// Parts of the body and how high they are, as a share of its height.
+pub const HEIGHTS: [(&str, f32); 5] = [
+    ("ankle", 0.05),
+    ("knee", 0.28),
+    ("hip", 0.53),
+    ("chest", 0.74),
+    ("head", 0.94),
+];
+
+/// From the query to the throw, seconds.
+pub const LEADS: [f32; 7] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5];
+
+/// One kind of attack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Of the report's directions.
+    pub direction: usize,
+    /// Of [`HEIGHTS`].
+    pub height: usize,
+    /// Of [`LEADS`].
+    pub lead: usize,
+}
+
+/// How many attacks of each kind were avoided.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coverage {
+    directions: usize,
+    /// Thrown and avoided, by direction, height and lead.
+    counts: Vec<[u32; 2]>,
+}
+
+/// The kind of attack that a new evasion should answer first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Which kind; of its leads the one at which it is furthest behind the others.
+    pub cell: Cell,
+    /// Share of its attacks that is avoided, at any lead.
+    pub any_lead: f64,
+    /// Share that is avoided at that lead.
+    pub share: f64,
+    /// Share of all attacks with that lead that is avoided.
+    pub others: f64,
+}
+
+impl Coverage {
+    /// Nothing was thrown yet, from so many directions (1 at least).
+    #[must_use]
+    pub fn new(directions: usize) -> Self {
+        let directions = directions.max(1);
+        Self {
+            directions,
+            counts: vec![[0; 2]; directions * HEIGHTS.len() * LEADS.len()],
+        }
+    }
+
+    /// How many directions there are.
+    #[must_use]
+    pub fn directions(&self) -> usize {
+        self.directions
+    }
+
+    /// How many cells there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// Never: there is one cell at least.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.counts.is_empty()
+    }
+
+    /// The cell with this number, counted by direction, height and lead, the last one first.
+    #[must_use]
+    pub fn cell(number: usize) -> Cell {
+        Cell {
+            lead: number % LEADS.len(),
+            height: number / LEADS.len() % HEIGHTS.len(),
+            direction: number / LEADS.len() / HEIGHTS.len(),
+        }
+    }
+
+    /// All cells.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + use<> {
+        (0..self.counts.len()).map(Self::cell)
+    }
+
+    /// Where attacks of a direction come from, radians from the way that the character faces, to
+    /// its left.
+    #[must_use]
+    pub fn from(&self, direction: usize) -> f32 {
+        direction as f32 / self.directions as f32 * TAU
+    }
+
+    /// The `index`th throw of a cell, `speed` metres per second fast.
+    ///
+    /// # Errors
+    /// A speed that is not above 0.
+    pub fn throw(
+        &self,
+        baked: &BakedGraph,
+        cell: Cell,
+        (seed, index): (u64, u64),
+        speed: f32,
+    ) -> Result<Throw, AttackError> {
+        let aim = Aim {
+            from: self.from(cell.direction),
+            height: HEIGHTS[cell.height].1,
+            lead: LEADS[cell.lead],
+            speed,
+            radius: 0.1,
+            distance: 2.0,
+        };
+        aimed(baked, &aim, seed, index)
+    }
+
+    /// Notes what became of a throw.
+    pub fn add(&mut self, cell: Cell, avoided: bool) {
+        let Cell {
+            direction,
+            height,
+            lead,
+        } = cell;
+        let number = (direction * HEIGHTS.len() + height) * LEADS.len() + lead;
+        self.counts[number][0] += 1;
+        self.counts[number][1] += u32::from(avoided);
+    }
+
+    /// How many attacks of the cells that `of` names were thrown and how many of them were avoided.
+    #[must_use]
+    pub fn counts(&self, of: impl Fn(Cell) -> bool) -> [u32; 2] {
+        let cells = self.cells().zip(&self.counts);
+        let chosen = cells.filter(|(cell, _)| of(*cell));
+        chosen.fold([0; 2], |sum, (_, one)| [sum[0] + one[0], sum[1] + one[1]])
+    }
+
+    /// Share of the attacks of the cells that `of` names that was avoided; 0 of none.
+    #[must_use]
+    pub fn share(&self, of: impl Fn(Cell) -> bool) -> f64 {
+        let [thrown, avoided] = self.counts(of);
+        f64::from(avoided) / f64::from(thrown.max(1))
+    }
+
+    /// Directions and heights, those first that are avoided least. A lead at which hardly anything
+    /// is avoided from anywhere is no fault of one of them.
+    #[must_use]
+    pub fn gaps(&self) -> Vec<Gap> {
+        let places = (0..self.directions)
+            .flat_map(|direction| (0..HEIGHTS.len()).map(move |height| (direction, height)));
+        let mut gaps: Vec<Gap> = places.map(|place| self.gap(place)).collect();
+        gaps.sort_by(|a, b| a.any_lead.total_cmp(&b.any_lead));
+        gaps
+    }
+
+    fn gap(&self, (direction, height): (usize, usize)) -> Gap {
+        let at = |lead: usize| {
+            let cell = Cell {
+                direction,
+                height,
+                lead,
+            };
+            Gap {
+                cell,
+                any_lead: self.share(|c| c.direction == direction && c.height == height),
+                share: self.share(|c| c == cell),
+                others: self.share(|c| c.lead == lead),
+            }
+        };
+        let behind = |gap: &Gap| gap.others - gap.share;
+        let first = at(0);
+        (1..LEADS.len()).map(at).fold(first, |worst, gap| {
+            if behind(&gap) > behind(&worst) {
+                gap
+            } else {
+                worst
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gap_is_where_less_is_avoided_than_elsewhere() {
+        let mut coverage = Coverage::new(8);
+        let missing = Cell {
+            direction: 2,
+            height: 0,
+            lead: 3,
+        };
+        for cell in coverage.cells() {
+            let too_soon = cell.lead == 0;
+            (0..4).for_each(|_| coverage.add(cell, !too_soon && cell != missing));
+        }
+        assert_eq!(coverage.share(|cell| cell.lead == 0), 0.0);
+        assert_eq!(coverage.share(|cell| cell == missing), 0.0);
+        let worst = coverage.gaps()[0];
+        assert_eq!((worst.cell, worst.share), (missing, 0.0));
+        assert!(worst.others > 0.9);
+        assert_eq!(coverage.gaps().len(), 40);
+        let numbered: Vec<Cell> = (0..coverage.len()).map(Coverage::cell).collect();
+        assert_eq!(numbered, coverage.cells().collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,191 @@
+//! Random attacks: thrown balls that would hit a character that does nothing.
+//!
+//! The balls are announced before they are thrown, as by an arm that is seen to swing: the lead is the time from the query
+//! to the throw. A ball is there from the throw on, flies straight at a part of the body as it is at the moment of the
+//! query, and on beyond it.
+
+use glam::Vec3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::graph::{Edge, EdgeId, EdgeMotion, Playhead};
+use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::math::Rigid2;
+use sabaki::query::{Attack, AttackError};
+
+/// What balls are thrown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThrowSettings {
+    /// Seconds from the query to the throw. Default 0.4 to 1.5.
+    pub lead: (f32, f32),
+    /// Metres per second. Default 5 to 15.
+    pub speed: (f32, f32),
+    /// Metres. Default 0.05 to 0.15.
+    pub radius: (f32, f32),
+    /// From the thrower to the part of the body that is aimed at, metres. Default 2 to 4.
+    pub distance: (f32, f32),
+    /// How far the ball flies on behind that part, metres. Default 1.
+    pub beyond: f32,
+    /// Largest slope of the flight, up or down, radians. Default 20°.
+    pub slope: f32,
+}
+
+impl Default for ThrowSettings {
+    fn default() -> Self {
+        Self {
+            lead: (0.4, 1.5),
+            speed: (5.0, 15.0),
+            radius: (0.05, 0.15),
+            distance: (2.0, 4.0),
+            beyond: 1.0,
+            slope: 20f32.to_radians(),
+        }
+    }
+}
+
+/// A character somewhere in the graph, and a ball that it has to avoid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Throw {
+    /// Where the character is. Its frame (root on the ground, facing +Z) is the world.
+    pub playhead: Playhead,
+    /// In the same world.
+    pub attack: Attack,
+}
+
+/// The `index`th throw of a seed: the same for any order in which throws are asked for.
+///
+/// # Errors
+/// Settings that make no attack: radii that are not above 0, leads below 0.
+pub fn throw(
+    baked: &BakedGraph,
+    settings: &ThrowSettings,
+    seed: u64,
+    index: u64,
+) -> Result<Throw, AttackError> {
+    let mut random = random_of(seed, index);
+    let playhead = random_moment(baked, &mut random);
+    let attack = ball_at(baked, playhead, settings, &mut random)?;
+    Ok(Throw { playhead, attack })
+}
+
+/// A ball from a side, at a height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// Where it comes from, radians from the way that the character faces: 0 from the front, π/2
+    /// from its left.
+    pub from: f32,
+    /// At which height it is aimed, as a share of the body's own height in its posture: 0 the
+    /// ground, 1 the top of the head.
+    pub height: f32,
+    /// Seconds from the query to the throw.
+    pub lead: f32,
+    /// Metres per second.
+    pub speed: f32,
+    /// Metres.
+    pub radius: f32,
+    /// From the thrower to the body, and as far behind it, metres.
+    pub distance: f32,
+}
+
+/// The `index`th throw of a seed that is aimed: at any moment, level, at the part of the body that
+/// is nearest to the middle of the body at the wanted height. Two throws of one index find the
+/// character at the same moment.
+///
+/// # Errors
+/// An aim that makes no attack: a radius or a speed that is not above 0.
+pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Throw, AttackError> {
+    let playhead = random_moment(baked, &mut random_of(seed, index));
+    let spheres = &baked.body().spheres;
+    let centres = centres(baked, playhead);
+    let tops = centres.iter().zip(spheres).map(|(c, s)| c.y + s.radius);
+    let top = tops.fold(0.0, f32::max);
+    let wanted = Vec3::new(0.0, aim.height * top, 0.0);
+    let nearest = |a: &&Vec3, b: &&Vec3| {
+        let apart = |centre: &Vec3| centre.distance_squared(wanted);
+        apart(a).total_cmp(&apart(b))
+    };
+    let target = centres.iter().min_by(nearest).copied().unwrap_or(wanted);
+    let back = Vec3::new(aim.from.sin(), 0.0, aim.from.cos()) * aim.distance;
+    let key = |t: f32, center: Vec3| SphereKey {
+        t,
+        center,
+        radius: aim.radius,
+    };
+    let end = aim.lead + 2.0 * aim.distance / aim.speed;
+    let attack = Attack::new(vec![vec![
+        key(aim.lead, target + back),
+        key(end, target - back),
+    ]])?;
+    Ok(Throw { playhead, attack })
+}
+
+fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(seed ^ (index + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+}
+
+/// The centres of the body's spheres at a place of the graph, in the world.
+fn centres(baked: &BakedGraph, playhead: Playhead) -> Vec<Vec3> {
+    let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
+    playhead.pose(baked.graph(), &mut pose);
+    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    baked.body().centres(&joints, &mut centres);
+    centres
+}
+
+/// Any moment of the clips in the graph, each as likely as any other.
+fn random_moment(baked: &BakedGraph, random: &mut impl Rng) -> Playhead {
+    let graph = baked.graph();
+    // A graph of transitions alone is possible; its moments are those of the transitions.
+    let clips_only = graph
+        .edges()
+        .iter()
+        .any(|edge| edge.motion == EdgeMotion::Clip);
+    let counts = |edge: &Edge| !clips_only || edge.motion == EdgeMotion::Clip;
+    let moments = || {
+        graph
+            .edge_ids()
+            .map(|id| (id, graph.edge(id)))
+            .filter(|(_, edge)| counts(edge))
+    };
+    let total: u64 = moments().map(|(_, edge)| u64::from(edge.frames)).sum();
+    let mut left = random.random_range(0.0..total as f64);
+    let mut place = (EdgeId(0), 0.0);
+    for (id, edge) in moments() {
+        let frames = f64::from(edge.frames);
+        place = (id, left.min(frames) as f32);
+        if left < frames {
+            break;
+        }
+        left -= frames;
+    }
+    Playhead::at(graph, place.0, place.1, Rigid2::IDENTITY)
+}
+
+fn ball_at(
+    baked: &BakedGraph,
+    playhead: Playhead,
+    settings: &ThrowSettings,
+    random: &mut impl Rng,
+) -> Result<Attack, AttackError> {
+    let centres = centres(baked, playhead);
+    let target = centres[random.random_range(0..centres.len())];
+    let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
+    let (lead, speed, radius) = (
+        between(settings.lead),
+        between(settings.speed),
+        between(settings.radius),
+    );
+    let distance = between(settings.distance);
+    let (around, up) = (
+        between((0.0, std::f32::consts::TAU)),
+        between((-settings.slope, settings.slope)),
+    );
+    let flight = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
+    let key = |metres: f32| SphereKey {
+        t: lead + (metres + distance) / speed,
+        center: target + flight * metres,
+        radius,
+    };
+    Attack::new(vec![vec![key(-distance), key(settings.beyond)]])
+}

@@ -1,0 +1,112 @@
+//! The devices of this machine.
+
+use std::fmt;
+
+use ash::vk;
+
+use super::{HeadlessDesc, device};
+use sabaki::gpu::{GpuError, Report, Terms, check, internal::Named};
+
+/// A device of this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// As its driver names it.
+    pub name: String,
+    /// What it is.
+    pub kind: DeviceKind,
+    /// The Vulkan version that it offers: `1.3.230`.
+    pub api: String,
+    /// What it offers of [`requirements`](sabaki::gpu::requirements()).
+    pub report: Report,
+}
+
+/// What a device is. The order is that of preference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// Part of the processor.
+    Integrated,
+    /// Part of a host that this machine is a guest of.
+    Virtual,
+    /// Runs on the CPU.
+    Software,
+    /// Something else.
+    Other,
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Discrete => "discrete",
+            Self::Integrated => "integrated",
+            Self::Virtual => "virtual",
+            Self::Software => "software",
+            Self::Other => "other",
+        })
+    }
+}
+
+impl DeviceKind {
+    fn of(kind: vk::PhysicalDeviceType) -> Self {
+        match kind {
+            vk::PhysicalDeviceType::DISCRETE_GPU => Self::Discrete,
+            vk::PhysicalDeviceType::INTEGRATED_GPU => Self::Integrated,
+            vk::PhysicalDeviceType::VIRTUAL_GPU => Self::Virtual,
+            vk::PhysicalDeviceType::CPU => Self::Software,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// The devices of this machine, those first that can be used, and among these the most capable.
+///
+/// # Errors
+/// [`GpuError::NoLoader`], or a call's.
+pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
+    // SAFETY: the library is the system's Vulkan loader, whose loading has no conditions.
+    let entry =
+        unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
+    let instance = device::instance(&entry, &HeadlessDesc::default())?;
+    let known = all(&instance, &Terms::default());
+    // SAFETY: nothing was made from the instance.
+    unsafe { instance.destroy_instance(None) };
+    Ok(known?.into_iter().map(|(_, info)| info).collect())
+}
+
+/// As [`devices`], with the handles.
+pub(super) fn all(
+    instance: &ash::Instance,
+    terms: &Terms,
+) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>, GpuError> {
+    // SAFETY: the instance is valid.
+    let devices =
+        unsafe { instance.enumerate_physical_devices() }.call("vkEnumeratePhysicalDevices")?;
+    let mut known: Vec<_> = devices
+        .into_iter()
+        .map(|device| (device, info(instance, device, terms)))
+        .collect();
+    known.sort_by_key(|(_, info)| (!info.report.is_usable(), info.kind));
+    Ok(known)
+}
+
+fn info(instance: &ash::Instance, device: vk::PhysicalDevice, terms: &Terms) -> DeviceInfo {
+    // SAFETY: the device is of this instance.
+    let properties = unsafe { instance.get_physical_device_properties(device) };
+    // SAFETY: as above.
+    let report = unsafe { check(instance, device, terms) };
+    let name = properties
+        .device_name_as_c_str()
+        .map(|name| name.to_string_lossy().into_owned());
+    let version = properties.api_version;
+    let (major, minor) = (
+        vk::api_version_major(version),
+        vk::api_version_minor(version),
+    );
+    DeviceInfo {
+        name: name.unwrap_or_default(),
+        kind: DeviceKind::of(properties.device_type),
+        api: format!("{major}.{minor}.{}", vk::api_version_patch(version)),
+        report,
+    }
+}

@@ -1,0 +1,259 @@
+//! A device of our own, without a window: for the command, tests and benches. A renderer brings its own device instead.
+
+mod device;
+mod list;
+mod messages;
+mod work;
+
+use std::ffi::CStr;
+
+use ash::vk;
+
+pub use device::DeviceChoice;
+pub use list::{DeviceInfo, DeviceKind, devices};
+pub use messages::{Accepted, Message, accepted};
+
+use device::DevicePart;
+use messages::Collector;
+use sabaki::gpu::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory, Terms};
+use work::WorkPart;
+
+/// How a [`Headless`] device is made.
+#[derive(Clone, Debug, Default)]
+pub struct HeadlessDesc {
+    /// Which device.
+    pub device: DeviceChoice,
+    /// Listens to core, synchronization and best-practices validation; an error if the layer is not installed.
+    pub validation: bool,
+    /// The version of Vulkan that is asked for, and what is done without even where the device has it.
+    pub terms: Terms,
+    /// Extensions of the instance beside those that are needed anyway: those of a window system, for instance.
+    pub instance_extensions: Vec<&'static CStr>,
+    /// Extensions of the device beside those that are needed anyway. A device without one of them is refused.
+    pub device_extensions: Vec<&'static CStr>,
+}
+
+/// An instance, a device, a queue, and what is needed to run commands on it and to wait for them.
+pub struct Headless {
+    // In the order in which they are made; `teardown` goes back through them.
+    entry: ash::Entry,
+    instance: ash::Instance,
+    collector: Option<Collector>,
+    device: Option<DevicePart>,
+    work: Option<WorkPart>,
+    memory: Option<GpuAllocatorMemory>,
+    context: Option<Context>,
+    live: bool,
+}
+
+impl std::fmt::Debug for Headless {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Headless")
+            .field("device", &self.device_name())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Headless {
+    /// Makes a device. Leaves nothing behind when it fails.
+    ///
+    /// # Errors
+    /// [`GpuError::NoLoader`], [`GpuError::NoLayer`], [`GpuError::NoDevice`], [`GpuError::Missing`], or a call's.
+    pub fn new(desc: &HeadlessDesc) -> Result<Self, GpuError> {
+        // SAFETY: the library is the system's Vulkan loader, whose loading has no conditions.
+        let entry =
+            unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
+        // SAFETY: it is the loader.
+        unsafe { Self::with_loader(entry, desc) }
+    }
+
+    /// The same by another loader than the system's: one that wraps it, for instance.
+    ///
+    /// # Errors
+    /// As for [`Headless::new`].
+    ///
+    /// # Safety
+    /// The functions that `entry` hands out do what Vulkan says of them, until the device has been destroyed.
+    pub unsafe fn with_loader(entry: ash::Entry, desc: &HeadlessDesc) -> Result<Self, GpuError> {
+        let instance = device::instance(&entry, desc)?;
+        let mut headless = Self {
+            entry,
+            instance,
+            collector: None,
+            device: None,
+            work: None,
+            memory: None,
+            context: None,
+            live: true,
+        };
+        match headless.fill(desc) {
+            Ok(()) => Ok(headless),
+            Err(error) => {
+                headless.teardown();
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&mut self, desc: &HeadlessDesc) -> Result<(), GpuError> {
+        if desc.validation {
+            // SAFETY: the instance has the extension, as it was made for validation.
+            self.collector = Some(unsafe { Collector::new(&self.entry, &self.instance) }?);
+        }
+        let device = DevicePart::new(&self.instance, desc)?;
+        let context = ContextDesc {
+            instance: &self.instance,
+            physical_device: device.physical,
+            device: &device.device,
+            queue_family: device.queue_family,
+            precise_queries: device.precise_queries,
+            fragment_atomics: device.fragment_atomics,
+            debug_names: desc.validation,
+            terms: desc.terms,
+        };
+        // SAFETY: the handles belong together, the features were enabled, and teardown destroys the device last.
+        let context = unsafe { Context::new(&context) };
+        let device = self.device.insert(device);
+        let context = self.context.insert(context?);
+        // With the functions that the version in use has by other names.
+        device.device = context.device().clone();
+        self.work = Some(WorkPart::new(device)?);
+        self.memory = Some(GpuAllocatorMemory::of(context)?);
+        Ok(())
+    }
+
+    /// What components are made from.
+    ///
+    /// # Errors
+    /// None while the device lives.
+    pub fn context(&self) -> Result<&Context, GpuError> {
+        self.context.as_ref().ok_or_else(gone)
+    }
+
+    /// Its memory, for making and destroying components.
+    ///
+    /// # Errors
+    /// None while the device lives.
+    pub fn memory(&mut self) -> Result<&mut GpuAllocatorMemory, GpuError> {
+        self.memory.as_mut().ok_or_else(gone)
+    }
+
+    /// Makes a component: calls `make` with the context and the memory.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn make<T>(
+        &mut self,
+        make: impl FnOnce(&Context, &mut dyn Memory) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        let (Some(context), Some(memory)) = (&self.context, &mut self.memory) else {
+            return Err(gone());
+        };
+        make(context, memory)
+    }
+
+    /// The loader that it was made with.
+    #[must_use]
+    pub fn entry(&self) -> &ash::Entry {
+        &self.entry
+    }
+
+    /// Its only queue, of the [context's](Headless::context) family. [`Headless::run`] uses it, too.
+    ///
+    /// # Errors
+    /// None while the device lives.
+    pub fn queue(&self) -> Result<vk::Queue, GpuError> {
+        self.device
+            .as_ref()
+            .map(|device| device.queue)
+            .ok_or_else(gone)
+    }
+
+    /// The device's name.
+    #[must_use]
+    pub fn device_name(&self) -> &str {
+        self.device.as_ref().map_or("", |device| &device.name)
+    }
+
+    /// What validation has said so far, without what is [`accepted`] for this device.
+    #[must_use]
+    pub fn messages(&self) -> Vec<Message> {
+        let heard = self.collector.as_ref().map(Collector::messages);
+        self.unexpected(heard.unwrap_or_default())
+    }
+
+    fn unexpected(&self, mut heard: Vec<Message>) -> Vec<Message> {
+        let name = self.device_name();
+        heard.retain(|message| {
+            !accepted()
+                .iter()
+                .any(|known| name.contains(known.device) && message.id.starts_with(known.id))
+        });
+        heard
+    }
+
+    /// Records commands, submits them, and waits until they are done.
+    ///
+    /// # Errors
+    /// Those of `record`, a call's, or [`GpuError::Timeout`].
+    pub fn run<T>(
+        &mut self,
+        record: impl FnOnce(vk::CommandBuffer) -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        let (Some(device), Some(work)) = (&self.device, &mut self.work) else {
+            return Err(gone());
+        };
+        work.run(device, record)
+    }
+
+    /// Destroys the device. Components made from it must have been destroyed.
+    ///
+    /// Returns what validation has said from the beginning to the end, without what is [`accepted`].
+    #[must_use = "these are the complaints of validation"]
+    pub fn destroy(mut self) -> Vec<Message> {
+        self.teardown()
+    }
+
+    fn teardown(&mut self) -> Vec<Message> {
+        self.live = false;
+        if self.work.as_ref().is_some_and(WorkPart::is_stuck) {
+            tracing::error!("the device did not finish: it is left as it is");
+            std::mem::forget((self.memory.take(), self.collector.take()));
+            return Vec::new();
+        }
+        self.context = None;
+        // The allocator frees its blocks while the device still lives.
+        self.memory = None;
+        if let (Some(device), Some(work)) = (&self.device, self.work.take()) {
+            work.destroy(device);
+        }
+        if let Some(device) = &self.device {
+            device.destroy();
+        }
+        // SAFETY: the device is gone, and the messenger goes before the instance.
+        let heard = self
+            .collector
+            .take()
+            .map(|collector| unsafe { collector.destroy() });
+        // SAFETY: everything made from the instance is gone.
+        unsafe { self.instance.destroy_instance(None) };
+        self.unexpected(heard.unwrap_or_default())
+    }
+}
+
+impl Drop for Headless {
+    fn drop(&mut self) {
+        if self.live {
+            tracing::error!("a Headless was dropped without destroy: its device leaks");
+            // The allocator would free its blocks here, perhaps under living components.
+            std::mem::forget(self.memory.take());
+        }
+    }
+}
+
+fn gone() -> GpuError {
+    GpuError::Call {
+        call: "use of a destroyed device",
+        result: vk::Result::ERROR_DEVICE_LOST,
+    }
+}

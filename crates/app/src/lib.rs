@@ -1,0 +1,16 @@
+//! The parts of the command `sabaki` that tests, benches and examples use as well: embedded motions, random attacks, a headless
+//! Vulkan device, pictures without a window, and the window itself.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
+#![warn(unreachable_pub)]
+
+pub mod demo;
+pub mod film;
+pub mod headless;
+pub mod live;
+mod painter;
+#[cfg(feature = "window")]
+mod present;
+#[cfg(feature = "window")]
+pub mod window;
+
+pub use painter::Painter;

@@ -1,0 +1,150 @@
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use glam::Vec3;
+
+use sabaki::crowd::PoseError;
+use sabaki::math::Line;
+use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Shot};
+
+/// How a camera goes past a crowd.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraPath {
+    /// Stands before its head: the paper's view.
+    #[default]
+    Head,
+    /// Flies along it and back.
+    Along,
+    /// Goes around its head, low and near.
+    Around,
+    /// As the mouse says.
+    Free,
+}
+
+impl CameraPath {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Head, Self::Along, Self::Around, Self::Free];
+
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Head => "head",
+            Self::Along => "along",
+            Self::Around => "around",
+            Self::Free => "free",
+        }
+    }
+
+    /// Where it is after so many seconds, past a column that is so long, metres; `None` for [`CameraPath::Free`].
+    #[must_use]
+    pub fn camera(self, (crowd, long): (&Crowd, f32), seconds: f32) -> Option<Camera> {
+        let head = crowd.camera();
+        match self {
+            Self::Head => Some(head),
+            Self::Along => {
+                // There and back in a minute, slow at both ends.
+                let share = 0.5 - 0.5 * (seconds * std::f32::consts::TAU / 60.0).cos();
+                let z = -share * (long - 30.0).max(0.0);
+                Some(Camera {
+                    eye: head.eye + Vec3::new(0.0, 1.5 * share.min(0.5), z),
+                    target: head.target + Vec3::new(0.0, 0.0, z),
+                    ..head
+                })
+            }
+            Self::Around => {
+                let around = 1.1 * (0.25 * seconds).sin();
+                let target = Vec3::new(0.0, 1.0, -2.5);
+                Some(Camera {
+                    field: head.field,
+                    ..Camera::orbit(target, (around, 0.22), 9.0)
+                })
+            }
+            Self::Free => None,
+        }
+    }
+}
+
+/// A crowd that goes on for ever, its poses written straight into the memory that it is drawn from.
+pub struct March {
+    /// Who marches.
+    pub crowd: Crowd,
+    /// Whether levels go by distance.
+    pub levels: bool,
+    /// Whether everybody has the colour of its level.
+    pub tinted: bool,
+    /// How the camera goes.
+    pub path: CameraPath,
+    seconds: f32,
+    pose_ms: VecDeque<f32>,
+}
+
+/// So many of the last pictures' times are kept.
+const TIMES: usize = 120;
+
+impl March {
+    /// With levels by distance, in its own colours.
+    #[must_use]
+    pub fn new(crowd: Crowd) -> Self {
+        Self {
+            crowd,
+            levels: true,
+            tinted: false,
+            path: CameraPath::default(),
+            seconds: 0.0,
+            pose_ms: VecDeque::new(),
+        }
+    }
+
+    /// Time goes on, seconds.
+    pub fn advance(&mut self, seconds: f32) {
+        self.crowd.advance(seconds);
+        self.seconds += seconds;
+    }
+
+    /// Where the path has the camera now; `None` where the mouse has it.
+    #[must_use]
+    pub fn camera(&self) -> Option<Camera> {
+        self.path
+            .camera((&self.crowd, self.crowd.long()), self.seconds)
+    }
+
+    /// Milliseconds in which everybody was posed, of the last pictures, the latest one last.
+    pub fn pose_times(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
+        self.pose_ms.iter().copied()
+    }
+
+    /// Poses everybody into `poses` as `camera` sees it in a picture of that many pixels, and says what it sees.
+    ///
+    /// # Errors
+    /// A camera without a field of view; less memory than [`Crowd::most_lines`].
+    pub fn shot(
+        &mut self,
+        camera: Camera,
+        size: [u32; 2],
+        poses: &mut [Line],
+    ) -> Result<(Shot, CrowdShot), MarchError> {
+        self.crowd.use_levels(self.levels);
+        self.crowd.show_levels(self.tinted);
+        self.crowd.look_from(&camera, size)?;
+        let started = Instant::now();
+        self.crowd.pose(poses)?;
+        self.pose_ms
+            .push_back(1e3 * started.elapsed().as_secs_f32());
+        if self.pose_ms.len() > TIMES {
+            self.pose_ms.pop_front();
+        }
+        Ok(self.crowd.shot(camera, size)?)
+    }
+}
+
+/// Why a crowd is not shown.
+#[derive(Debug, thiserror::Error)]
+pub enum MarchError {
+    /// The formation's.
+    #[error(transparent)]
+    Formation(#[from] FormationError),
+    /// The kernels'.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+}

@@ -1,0 +1,205 @@
+//! A duel that goes on for ever: fought a little ahead of what is shown.
+
+use glam::Vec3;
+
+use crate::live::Event;
+use sabaki::anim::JointTransform;
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
+use sabaki::maps::{AttackGrid, BakedGraph};
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Shot};
+
+/// The duel is fought so far ahead, seconds.
+const AHEAD: f32 = 0.25;
+
+/// Two fighters of one graph, who attack and avoid in turn.
+pub struct Sparring<'a> {
+    baked: &'a BakedGraph,
+    duel: Duel<'a>,
+    settings: BoutSettings,
+    context: QueryContext,
+    answer: Answer,
+    /// What is shown now, seconds since the duel's start.
+    t: f32,
+    /// Which exchange, and from where; `None` before the first picture.
+    cut: Option<Cut>,
+    /// Width by height of the picture.
+    aspect: f32,
+    /// Exchanges whose outcome has been seen.
+    told: usize,
+    ended: Option<DuelError>,
+    events: Vec<Event>,
+}
+
+impl<'a> Sparring<'a> {
+    /// Two fighters face each other.
+    ///
+    /// # Errors
+    /// As for [`Duel::new`].
+    pub fn new(
+        (baked, grid): (&'a BakedGraph, &'a AttackGrid),
+        settings: &DuelSettings,
+    ) -> Result<Self, DuelError> {
+        let mut sparring = Self {
+            baked,
+            duel: Duel::new(baked, grid, settings)?,
+            settings: BoutSettings::default(),
+            context: QueryContext::default(),
+            answer: Answer::default(),
+            t: 0.0,
+            cut: None,
+            aspect: 4.0 / 3.0,
+            told: 0,
+            ended: None,
+            events: Vec::new(),
+        };
+        sparring.advance(0.0);
+        Ok(sparring)
+    }
+
+    /// Time goes on, slower where an attack is near. It stands still when nobody comes within reach any more.
+    pub fn advance(&mut self, seconds: f32) {
+        let pace = self.cut.map_or(1.0, |cut| {
+            self.bout(cut.exchange).pace(&self.of_one(cut), self.t)
+        });
+        self.t += seconds * pace;
+        while self.ended.is_none() && self.duel.now() < self.t + AHEAD {
+            self.fight();
+        }
+        self.t = self.t.min(self.duel.now());
+        self.tell();
+        let current = self.current();
+        if self.cut.is_none_or(|cut| cut.exchange != current) {
+            let cuts = self.bout(current).cuts(self.aspect);
+            self.cut = cuts.first().map(|&cut| Cut {
+                exchange: current,
+                ..cut
+            });
+        }
+    }
+
+    /// One exchange more.
+    fn fight(&mut self) {
+        let query_settings = QuerySettings::default();
+        let query = Query::new(self.baked, &query_settings);
+        match self.duel.challenge() {
+            Ok(challenge) => {
+                let (context, answer) = (&mut self.context, &mut self.answer);
+                query.answer(challenge.playhead, &challenge.attack, context, answer);
+                if let Settled::CalledOff = self.duel.settle(&challenge, answer) {
+                    tracing::debug!("an attack was called off");
+                }
+            }
+            Err(error) => self.ended = Some(error),
+        }
+    }
+
+    /// Which exchange is shown: the first one that is not over yet.
+    fn current(&self) -> usize {
+        let exchanges = self.duel.exchanges();
+        let over = |one: &Exchange| one.end() + self.settings.after <= self.t;
+        exchanges
+            .partition_point(over)
+            .min(exchanges.len().saturating_sub(1))
+    }
+
+    /// Says what became of attacks that have been seen by now.
+    fn tell(&mut self) {
+        while let Some(exchange) = self.duel.exchanges().get(self.told) {
+            if exchange.announced + exchange.clearance.time > self.t {
+                break;
+            }
+            self.told += 1;
+            self.events.push(Event::Exchange {
+                number: self.told as u32,
+                attacker: exchange.attacker.name(),
+                attack: self.attack(exchange).to_owned(),
+                avoided: exchange.avoided,
+                clearance: exchange.clearance.metres,
+                lead: exchange.attack.start(),
+            });
+        }
+    }
+
+    /// An exchange alone.
+    fn bout(&self, exchange: usize) -> Bout<'_> {
+        let exchanges = self.duel.exchanges();
+        let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
+        Bout::new(self.baked, self.duel.fighters(), one, &self.settings)
+    }
+
+    /// A cut as that of its exchange alone.
+    fn of_one(&self, cut: Cut) -> Cut {
+        Cut { exchange: 0, ..cut }
+    }
+
+    /// From where the exchange is seen best.
+    #[must_use]
+    pub fn camera(&self) -> Option<Camera> {
+        self.cut.map(|cut| cut.camera)
+    }
+
+    /// The picture that `camera` sees, so many times as wide as high.
+    pub fn shot(&mut self, camera: Camera, aspect: f32) -> Shot {
+        self.aspect = aspect;
+        let Some(cut) = self.cut else {
+            return Shot::new(camera, sabaki_draw::scene::Light::default());
+        };
+        let cut = Cut {
+            camera,
+            ..self.of_one(cut)
+        };
+        self.bout(self.cut.map_or(0, |cut| cut.exchange))
+            .shot(&cut, self.t)
+    }
+
+    /// Between the two fighters, at the height of their hips.
+    #[must_use]
+    pub fn middle(&self) -> Vec3 {
+        let (bout, mut joints) = (self.bout(0), Vec::<JointTransform>::new());
+        let hips = [Side::White, Side::Blue].map(|side| {
+            bout.joints(side, self.t, &mut joints);
+            joints.first().map_or(Vec3::Y, |joint| joint.translation)
+        });
+        0.5 * (hips[0] + hips[1])
+    }
+
+    /// The exchanges whose outcome has been seen.
+    #[must_use]
+    pub fn seen(&self) -> &[Exchange] {
+        &self.duel.exchanges()[..self.told]
+    }
+
+    /// The one that is shown, if its attack has been announced.
+    #[must_use]
+    pub fn shown(&self) -> Option<&Exchange> {
+        let exchange = self.duel.exchanges().get(self.current())?;
+        (exchange.announced <= self.t).then_some(exchange)
+    }
+
+    /// How often each was hit, and avoided, of what has been seen.
+    #[must_use]
+    pub fn score(&self) -> Score {
+        Score::of(self.seen(), self.duel.score().called_off)
+    }
+
+    /// The name of an exchange's attack.
+    #[must_use]
+    pub fn attack(&self, exchange: &Exchange) -> &str {
+        let graph = self.baked.graph();
+        graph
+            .clip(graph.node(graph.edge(exchange.strike).from).clip)
+            .name()
+    }
+
+    /// Why it goes on no longer.
+    #[must_use]
+    pub fn ended(&self) -> Option<&DuelError> {
+        self.ended.as_ref()
+    }
+
+    /// What has happened since it was asked last.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.events)
+    }
+}

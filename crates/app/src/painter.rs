@@ -1,0 +1,94 @@
+//! Shots to pixels on a headless device.
+
+use crate::headless::Headless;
+use sabaki::gpu::GpuError;
+use sabaki::math::Line;
+use sabaki_draw::scene::{CrowdShot, Shot};
+use sabaki_draw::{Offscreen, Stage, StageDesc};
+
+/// A stage and a target of one size.
+#[derive(Debug)]
+pub struct Painter {
+    stage: Stage,
+    target: Offscreen,
+    size: [u32; 2],
+}
+
+impl Painter {
+    /// Makes both on the device; format, size and frames in flight are the painter's own.
+    ///
+    /// # Errors
+    /// [`Stage::new`]'s and [`Offscreen::new`]'s.
+    pub fn new(
+        device: &mut Headless,
+        size: [u32; 2],
+        desc: &StageDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let desc = StageDesc {
+            format: Offscreen::FORMAT,
+            size,
+            frames_in_flight: 1,
+            ..*desc
+        };
+        let stage = device.make(|context, memory| Stage::new(context, memory, &desc))?;
+        match device.make(|context, memory| Offscreen::new(context, memory, size)) {
+            Ok(target) => Ok(Self {
+                stage,
+                target,
+                size,
+            }),
+            Err(error) => {
+                stage.destroy(device.memory()?);
+                Err(error)
+            }
+        }
+    }
+
+    /// Columns and rows.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Memory for a crowd's poses, which the next picture shows.
+    ///
+    /// # Errors
+    /// None.
+    pub fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+        // SAFETY: every picture has been waited for.
+        unsafe { self.stage.poses(0) }
+    }
+
+    /// Draws a picture and waits for it: four bytes a pixel, row by row from the upper left.
+    ///
+    /// # Errors
+    /// [`Stage::record`]'s, or those of [`Headless::run`].
+    pub fn paint(
+        &mut self,
+        device: &mut Headless,
+        shot: &Shot,
+        crowd: Option<&CrowdShot>,
+    ) -> Result<Vec<u8>, GpuError> {
+        let (stage, target) = (&mut self.stage, &self.target);
+        // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+        device.run(|cmd| unsafe {
+            target.record_start(cmd);
+            stage.record(cmd, 0, (shot, crowd), &target.target())?;
+            target.record_end(cmd);
+            Ok(())
+        })?;
+        // SAFETY: `run` has waited.
+        unsafe { target.pixels() }.map(<[u8]>::to_vec)
+    }
+
+    /// Frees everything.
+    ///
+    /// # Errors
+    /// None while the device lives.
+    pub fn destroy(self, device: &mut Headless) -> Result<(), GpuError> {
+        let memory = device.memory()?;
+        self.stage.destroy(memory);
+        self.target.destroy(memory);
+        Ok(())
+    }
+}

@@ -1,0 +1,82 @@
+//! What a window shows, read back.
+
+use ash::vk;
+
+use sabaki::gpu::internal::{Buffer, BufferDesc};
+use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
+use sabaki_draw::internal::copy_to_host;
+
+/// A buffer that an image was copied to.
+pub(super) struct Capture {
+    pixels: Buffer,
+    size: [u32; 2],
+    /// Whether blue comes first.
+    swapped: bool,
+}
+
+impl Capture {
+    pub(super) fn new(
+        (context, memory): (&Context, &mut dyn Memory),
+        (size, format): ([u32; 2], vk::Format),
+    ) -> Result<Self, GpuError> {
+        let desc = BufferDesc {
+            name: "screenshot",
+            size: 4 * u64::from(size[0]) * u64::from(size[1]),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryUse::Readback,
+        };
+        Ok(Self {
+            pixels: Buffer::new(context, memory, desc)?,
+            size,
+            swapped: matches!(
+                format,
+                vk::Format::B8G8R8A8_SRGB | vk::Format::B8G8R8A8_UNORM
+            ),
+        })
+    }
+
+    /// Copies an image, which is in the layout of a copy's source.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of rendering; the image is of the size and format of [`Capture::new`].
+    pub(super) unsafe fn record(
+        &self,
+        context: &Context,
+        cmd: vk::CommandBuffer,
+        image: vk::Image,
+    ) {
+        // SAFETY: the caller vouches for `cmd` and the image; the buffer has room for every pixel.
+        unsafe { copy_to_host(context, cmd, (image, self.size), self.pixels.handle) };
+    }
+
+    /// Red, green and blue of each pixel, row by row from the upper left; then it is freed.
+    ///
+    /// # Safety
+    /// The commands have finished.
+    pub(super) unsafe fn take(
+        mut self,
+        (context, memory): (&Context, &mut dyn Memory),
+    ) -> Result<Vec<u8>, GpuError> {
+        let order = match self.swapped {
+            true => [2, 1, 0],
+            false => [0, 1, 2],
+        };
+        let count = 4 * u64::from(self.size[0]) * u64::from(self.size[1]);
+        let read = self.pixels.invalidate(context);
+        // SAFETY: the caller knows that the device has written them.
+        let taken = read.and_then(|()| unsafe { self.pixels.bytes(count) });
+        let taken = taken.map(|bytes| {
+            let pixels = bytes.chunks_exact(4);
+            pixels
+                .flat_map(|pixel| order.map(|channel| pixel[channel]))
+                .collect()
+        });
+        self.pixels.destroy(context, memory);
+        taken
+    }
+
+    /// Frees it unread: nothing was submitted.
+    pub(super) fn destroy(&mut self, (context, memory): (&Context, &mut dyn Memory)) {
+        self.pixels.destroy(context, memory);
+    }
+}

@@ -1,0 +1,416 @@
+//! A stage in a window: swapchain, frames in flight, panels over the picture, pictures of the screen.
+//!
+//! Whoever has made the window only has to hand it over: nothing here knows which library that was. The presenter owns its
+//! device, as [`Headless`](crate::headless::Headless) does, and is the only one who submits to its queue.
+
+mod capture;
+mod frames;
+mod overlay;
+mod surface;
+mod swapchain;
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
+use capture::Capture;
+use frames::Frame;
+use overlay::Overlay;
+use sabaki::gpu::{Context, GpuError};
+use sabaki::math::Line;
+use sabaki_draw::internal::{COPIED, DRAWN, Use, turn};
+use sabaki_draw::scene::{CrowdShot, Shot};
+use sabaki_draw::{Stage, StageDesc, Target};
+use surface::Surface;
+use swapchain::{Acquired, SwapImage, Swapchain};
+
+pub(crate) use overlay::Laid;
+pub(crate) use surface::WindowSystem;
+
+/// How a [`Presenter`] is made.
+#[derive(Clone, Debug)]
+pub(crate) struct PresenterDesc<'a> {
+    pub(crate) device: DeviceChoice,
+    /// Listens to validation.
+    pub(crate) validation: bool,
+    /// Columns and rows, where the window system leaves them to us.
+    pub(crate) size: [u32; 2],
+    /// Shows pictures in step with the screen; else as fast as it goes.
+    pub(crate) in_step: bool,
+    /// Format, size and frames in flight are the presenter's own; 0 samples are as many as the device has time for.
+    pub(crate) stage: StageDesc<'a>,
+}
+
+/// What became of a frame.
+pub(crate) enum Outcome {
+    /// It is on its way to the screen. Red, green and blue of its pixels where they were asked for.
+    Shown(Option<Vec<u8>>),
+    /// The window takes none at the moment.
+    Skipped,
+}
+
+/// What is drawn in a frame.
+pub(crate) struct Scene<'a> {
+    /// Columns and rows of the picture, from the left upper corner; what is beside it the panels cover.
+    pub(crate) size: [u32; 2],
+    pub(crate) shot: &'a Shot,
+    pub(crate) crowd: Option<&'a CrowdShot>,
+    pub(crate) panels: Option<&'a Laid>,
+    /// Whether its pixels are read.
+    pub(crate) read: bool,
+}
+
+/// Draws into a window.
+#[derive(Default)]
+pub(crate) struct Presenter {
+    // In the order in which they are made; `teardown` goes back through them.
+    device: Option<Headless>,
+    surface: Option<Surface>,
+    swapchain: Swapchain,
+    format: vk::Format,
+    frames: [Frame; FRAMES],
+    stage: Option<Stage>,
+    overlay: Option<Overlay>,
+    size: [u32; 2],
+    in_step: bool,
+    /// Whether the swapchain no longer fits the window.
+    stale: bool,
+    turn: usize,
+    acquired: Option<u32>,
+}
+
+/// Frames in flight.
+const FRAMES: usize = 2;
+
+impl Presenter {
+    /// Makes everything. Leaves nothing behind when it fails.
+    ///
+    /// # Errors
+    /// Those of [`Headless::new`] and [`Stage::new`]; [`GpuError::Missing`] where the device cannot show anything in this window.
+    pub(crate) fn new(
+        window: Arc<dyn WindowSystem>,
+        desc: &PresenterDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let mut presenter = Self::default();
+        (presenter.size, presenter.in_step) = (desc.size, desc.in_step);
+        match presenter.fill(window, desc) {
+            Ok(()) => Ok(presenter),
+            Err(error) => {
+                presenter.teardown();
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(
+        &mut self,
+        window: Arc<dyn WindowSystem>,
+        desc: &PresenterDesc<'_>,
+    ) -> Result<(), GpuError> {
+        let wanted = HeadlessDesc {
+            device: desc.device.clone(),
+            validation: desc.validation,
+            instance_extensions: surface::extensions(&*window)?,
+            device_extensions: vec![ash::khr::swapchain::NAME],
+            ..HeadlessDesc::default()
+        };
+        let device = self.device.insert(Headless::new(&wanted)?);
+        let surface = self.surface.insert(Surface::new(device, window)?);
+        let context = device.context()?.clone();
+        let offer = surface.offer(&context)?;
+        self.format = offer.format()?.format;
+        for frame in &mut self.frames {
+            frame.fill(&context)?;
+        }
+        let size = offer.size(desc.size).map(|side| side.max(1));
+        let samples = match desc.stage.samples {
+            0 if is_software(&context) => 1,
+            0 => StageDesc::default().samples,
+            samples => samples,
+        };
+        let stage = StageDesc {
+            samples,
+            format: self.format,
+            size,
+            frames_in_flight: FRAMES as u32,
+            ..desc.stage
+        };
+        let stage = device.make(|context, memory| Stage::new(context, memory, &stage))?;
+        self.stage = Some(stage);
+        self.overlay = Some(Overlay::new(&context, (self.format, FRAMES))?);
+        self.stale = true;
+        Ok(())
+    }
+
+    /// The device's name.
+    pub(crate) fn device_name(&self) -> &str {
+        self.device.as_ref().map_or("", Headless::device_name)
+    }
+
+    /// The longest side of a texture.
+    pub(crate) fn most_side(&self) -> u32 {
+        let limit = |context: &Context| context.limits().max_image_dimension2_d;
+        self.context().map_or(2048, limit)
+    }
+
+    /// Columns and rows of what is drawn; 0 where nothing is.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.swapchain.size
+    }
+
+    /// The window has another size.
+    pub(crate) fn resize(&mut self, size: [u32; 2]) {
+        self.stale |= size != self.swapchain.size;
+        self.size = size;
+    }
+
+    /// Gets the next image, and waits until the frame's memory is free. False where there is nothing to draw into at the moment.
+    ///
+    /// # Errors
+    /// A call's, [`GpuError::Timeout`].
+    pub(crate) fn begin(&mut self) -> Result<bool, GpuError> {
+        if self.acquired.is_some() {
+            return Ok(true);
+        }
+        let context = self.context()?.clone();
+        self.frames[self.turn].wait(&context)?;
+        if self.stale {
+            self.remake(&context)?;
+        }
+        if self.swapchain.size.contains(&0) {
+            return Ok(false);
+        }
+        match self.swapchain.acquire(self.frames[self.turn].free)? {
+            Acquired::Image(image) => self.acquired = Some(image),
+            Acquired::None => {}
+            Acquired::Stale => self.stale = true,
+        }
+        Ok(self.acquired.is_some())
+    }
+
+    fn remake(&mut self, context: &Context) -> Result<(), GpuError> {
+        self.idle()?;
+        let (Some(device), Some(surface), Some(stage)) =
+            (&mut self.device, &self.surface, &mut self.stage)
+        else {
+            return Err(GpuError::Unfinished);
+        };
+        let wished = (self.size, self.in_step);
+        let instance = context.instance().clone();
+        { &mut self.swapchain }.remake((context, &instance), surface, wished)?;
+        // Of no size while the window is minimised: then it is asked again each time.
+        self.stale = self.swapchain.size.contains(&0);
+        if !self.stale {
+            stage.resize(device.memory()?, self.swapchain.size)?;
+        }
+        Ok(())
+    }
+
+    /// Memory for the poses of a crowd, of the frame that [`Presenter::begin`] began.
+    ///
+    /// # Errors
+    /// None.
+    pub(crate) fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+        let slot = self.turn as u32;
+        let stage = self.stage.as_mut().ok_or(GpuError::Unfinished)?;
+        // SAFETY: `begin` has waited for what was recorded into this slot.
+        unsafe { stage.poses(slot) }
+    }
+
+    /// Draws the frame that [`Presenter::begin`] began.
+    ///
+    /// # Errors
+    /// Those of [`Stage::record`], or a call's.
+    pub(crate) fn show(&mut self, scene: &Scene<'_>) -> Result<Outcome, GpuError> {
+        let Some(number) = self.acquired else {
+            return Ok(Outcome::Skipped);
+        };
+        let context = self.context()?.clone();
+        let image = self.swapchain.image(number);
+        let (format, size) = (self.format, self.swapchain.size);
+        let (Some(device), Some(overlay)) = (&mut self.device, &mut self.overlay) else {
+            return Err(GpuError::Unfinished);
+        };
+        let queue = device.queue()?;
+        if let Some(panels) = scene.panels {
+            // SAFETY: the queue is this presenter's, and `begin` has waited for a frame.
+            unsafe { overlay.update(&context, queue, &panels.textures) }?;
+        }
+        let capture = match scene.read && self.swapchain.readable {
+            true => Some(Capture::new((&context, device.memory()?), (size, format))?),
+            false => None,
+        };
+        let recorded = self.record(&context, image, (scene, capture.as_ref()));
+        let submitted = recorded.and_then(|()| {
+            let turn = &mut self.frames[self.turn];
+            turn.submit(&context, (queue, image.drawn))
+        });
+        if let Err(error) = submitted {
+            if let (Some(mut capture), Some(device)) = (capture, &mut self.device) {
+                capture.destroy((&context, device.memory()?));
+            }
+            return Err(error);
+        }
+        self.acquired = None;
+        self.stale |= !self.swapchain.present(queue, number)?;
+        let pixels = match capture {
+            Some(capture) => Some(self.read(&context, capture)?),
+            None => None,
+        };
+        self.turn = (self.turn + 1) % FRAMES;
+        Ok(Outcome::Shown(pixels))
+    }
+
+    fn read(&mut self, context: &Context, capture: Capture) -> Result<Vec<u8>, GpuError> {
+        self.frames[self.turn].wait(context)?;
+        let device = self.device.as_mut().ok_or(GpuError::Unfinished)?;
+        // SAFETY: the frame has been waited for.
+        unsafe { capture.take((context, device.memory()?)) }
+    }
+
+    fn record(
+        &mut self,
+        context: &Context,
+        image: SwapImage,
+        (scene, capture): (&Scene<'_>, Option<&Capture>),
+    ) -> Result<(), GpuError> {
+        let frame = &self.frames[self.turn];
+        frame.begin(context)?;
+        let (cmd, size) = (frame.cmd, self.swapchain.size);
+        let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else {
+            return Err(GpuError::Unfinished);
+        };
+        let whole = Target {
+            view: image.view,
+            size,
+        };
+        let target = Target {
+            size: [0, 1].map(|axis: usize| scene.size[axis].min(size[axis])),
+            ..whole
+        };
+        let shot = (scene.shot, scene.crowd);
+        let colour = (image.handle, vk::ImageAspectFlags::COLOR);
+        // SAFETY: the buffer is being recorded; `begin` has waited for the slot and acquired the image, and the submission waits
+        // for the image at the stage that the first barrier names.
+        unsafe {
+            turn(context, cmd, colour, (FRESH, DRAWN));
+            stage.record(cmd, self.turn as u32, shot, &target)?;
+            if let Some(panels) = scene.panels {
+                turn(context, cmd, colour, (DRAWN, BLENDED));
+                begin_panels(context, cmd, &whole);
+                overlay.draw(cmd, size, panels)?;
+                context.device().cmd_end_rendering(cmd);
+            }
+            match capture {
+                Some(capture) => {
+                    turn(context, cmd, colour, (BLENDED, COPIED));
+                    capture.record(context, cmd, image.handle);
+                    turn(context, cmd, colour, (COPIED, PRESENTED));
+                }
+                None => turn(context, cmd, colour, (BLENDED, PRESENTED)),
+            }
+        }
+        Ok(())
+    }
+
+    fn context(&self) -> Result<&Context, GpuError> {
+        self.device.as_ref().ok_or(GpuError::Unfinished)?.context()
+    }
+
+    /// Waits until the device has nothing to do.
+    fn idle(&mut self) -> Result<(), GpuError> {
+        let context = self.context()?.clone();
+        // SAFETY: the queue is used by this thread alone.
+        let idle = unsafe { context.device().device_wait_idle() };
+        sabaki::gpu::internal::Named::call(idle, "vkDeviceWaitIdle")
+    }
+
+    /// Destroys everything. Returns what validation has said.
+    #[must_use = "these are the complaints of validation"]
+    pub(crate) fn destroy(mut self) -> Vec<Message> {
+        self.teardown()
+    }
+
+    fn teardown(&mut self) -> Vec<Message> {
+        if let Err(error) = self.idle() {
+            tracing::warn!("{error}");
+        }
+        let Some(mut device) = self.device.take() else {
+            return Vec::new();
+        };
+        if let Ok(context) = device.context().cloned() {
+            if let Some(overlay) = self.overlay.take() {
+                overlay.destroy(&context);
+            }
+            if let (Some(stage), Ok(memory)) = (self.stage.take(), device.memory()) {
+                stage.destroy(memory);
+            }
+            for frame in &mut self.frames {
+                std::mem::take(frame).destroy(&context);
+            }
+            std::mem::take(&mut self.swapchain).destroy(&context);
+        }
+        if let Some(surface) = self.surface.take() {
+            surface.destroy();
+        }
+        device.destroy()
+    }
+}
+
+impl Drop for Presenter {
+    fn drop(&mut self) {
+        if self.device.is_some() {
+            tracing::error!("a Presenter was dropped without destroy: its device leaks");
+        }
+    }
+}
+
+fn is_software(context: &Context) -> bool {
+    let (instance, device) = (context.instance(), context.physical_device());
+    // SAFETY: both are the context's.
+    let properties = unsafe { instance.get_physical_device_properties(device) };
+    properties.device_type == vk::PhysicalDeviceType::CPU
+}
+
+/// Whether the window itself is gone.
+pub(crate) fn is_window_gone(error: &GpuError) -> bool {
+    let lost = vk::Result::ERROR_SURFACE_LOST_KHR;
+    matches!(error, GpuError::Call { result, .. } if *result == lost)
+}
+
+const OUTPUT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+
+/// As it was acquired.
+const FRESH: Use = (OUTPUT, vk::AccessFlags2::NONE, vk::ImageLayout::UNDEFINED);
+/// Drawn over.
+const BLENDED: Use = (
+    OUTPUT,
+    vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw()
+            | vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw(),
+    ),
+    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+);
+const PRESENTED: Use = (
+    vk::PipelineStageFlags2::BOTTOM_OF_PIPE,
+    vk::AccessFlags2::NONE,
+    vk::ImageLayout::PRESENT_SRC_KHR,
+);
+
+/// # Safety
+/// `cmd` is being recorded, outside of rendering; the target is a colour attachment.
+unsafe fn begin_panels(context: &Context, cmd: vk::CommandBuffer, target: &Target) {
+    let [width, height] = target.size;
+    let colours = [vk::RenderingAttachmentInfo::default()
+        .image_view(target.view)
+        .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::LOAD)
+        .store_op(vk::AttachmentStoreOp::STORE)];
+    let info = vk::RenderingInfo::default()
+        .render_area(vk::Rect2D::default().extent(vk::Extent2D { width, height }))
+        .layer_count(1)
+        .color_attachments(&colours);
+    // SAFETY: the caller vouches for `cmd` and the target.
+    unsafe { context.device().cmd_begin_rendering(cmd, &info) };
+}

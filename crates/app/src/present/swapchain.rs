@@ -1,0 +1,197 @@
+//! The images that a window shows in turn.
+
+use ash::{khr, vk};
+
+use super::surface::{Offer, Surface};
+use sabaki::gpu::internal::Named;
+use sabaki::gpu::{Context, GpuError};
+
+/// Null handles by default.
+#[derive(Default)]
+pub(super) struct Swapchain {
+    functions: Option<khr::swapchain::Device>,
+    handle: vk::SwapchainKHR,
+    images: Vec<SwapImage>,
+    pub(super) size: [u32; 2],
+    /// Whether its images can be read.
+    pub(super) readable: bool,
+}
+
+/// One of them.
+#[derive(Clone, Copy)]
+pub(super) struct SwapImage {
+    pub(super) handle: vk::Image,
+    pub(super) view: vk::ImageView,
+    /// Signalled when it is drawn.
+    pub(super) drawn: vk::Semaphore,
+}
+
+/// What came of asking for an image.
+pub(super) enum Acquired {
+    /// Its number.
+    Image(u32),
+    /// None in a while: nobody sees the window, perhaps.
+    None,
+    /// The window has changed; the swapchain is to be made anew.
+    Stale,
+}
+
+/// How long an image is waited for, nanoseconds: a window that nobody sees may give none.
+const PATIENCE: u64 = 100_000_000;
+
+impl Swapchain {
+    /// Makes it anew for what the surface is now. The device is idle. Empty where the window has no size.
+    pub(super) fn remake(
+        &mut self,
+        (context, instance): (&Context, &ash::Instance),
+        surface: &Surface,
+        (wished, in_step): ([u32; 2], bool),
+    ) -> Result<(), GpuError> {
+        let offer = surface.offer(context)?;
+        let size = offer.size(wished);
+        let old = std::mem::take(self);
+        if size.contains(&0) {
+            old.destroy(context);
+            return Ok(());
+        }
+        let functions = khr::swapchain::Device::new(instance, context.device());
+        let (info, readable) = info(&offer, (surface.handle, size), (in_step, old.handle))?;
+        // SAFETY: surface and old swapchain are of this device's instance, and the device is idle.
+        let made = unsafe { functions.create_swapchain(&info, None) };
+        old.destroy(context);
+        self.handle = made.call("vkCreateSwapchainKHR")?;
+        self.functions = Some(functions);
+        self.size = size;
+        self.readable = readable;
+        self.fill(context, info.image_format)
+    }
+
+    fn fill(&mut self, context: &Context, format: vk::Format) -> Result<(), GpuError> {
+        let (Some(functions), device) = (&self.functions, context.device()) else {
+            return Ok(());
+        };
+        // SAFETY: the swapchain is of these functions' device.
+        let images = unsafe { functions.get_swapchain_images(self.handle) };
+        for handle in images.call("vkGetSwapchainImagesKHR")? {
+            let range = vk::ImageSubresourceRange::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .level_count(1)
+                .layer_count(1);
+            let info = vk::ImageViewCreateInfo::default()
+                .image(handle)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(format)
+                .subresource_range(range);
+            // SAFETY: the device is valid, the image of its swapchain.
+            let (view, drawn) = unsafe {
+                (
+                    device.create_image_view(&info, None),
+                    device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None),
+                )
+            };
+            // Both are kept before either is asked about, so that none is lost.
+            self.images.push(SwapImage {
+                handle,
+                view: view.unwrap_or_default(),
+                drawn: drawn.unwrap_or_default(),
+            });
+            view.call("vkCreateImageView")?;
+            drawn.call("vkCreateSemaphore")?;
+        }
+        Ok(())
+    }
+
+    /// The next image; `free` is signalled when it may be drawn.
+    pub(super) fn acquire(&self, free: vk::Semaphore) -> Result<Acquired, GpuError> {
+        let Some(functions) = &self.functions else {
+            return Ok(Acquired::Stale);
+        };
+        let fence = vk::Fence::null();
+        // SAFETY: all are of one device; the semaphore's last wait has finished.
+        match unsafe { functions.acquire_next_image(self.handle, PATIENCE, free, fence) } {
+            Ok((image, _)) => Ok(Acquired::Image(image)),
+            Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::None),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Acquired::Stale),
+            Err(result) => Err(result).call("vkAcquireNextImageKHR"),
+        }
+    }
+
+    pub(super) fn image(&self, number: u32) -> SwapImage {
+        self.images[number as usize]
+    }
+
+    /// Shows an image when it is drawn. Whether the swapchain still fits the window.
+    pub(super) fn present(&self, queue: vk::Queue, number: u32) -> Result<bool, GpuError> {
+        let Some(functions) = &self.functions else {
+            return Ok(false);
+        };
+        let (waits, chains, numbers) = (
+            [self.image(number).drawn],
+            [self.handle],
+            std::slice::from_ref(&number),
+        );
+        let info = vk::PresentInfoKHR::default()
+            .wait_semaphores(&waits)
+            .swapchains(&chains)
+            .image_indices(numbers);
+        // SAFETY: the image was acquired, and a submission that signals the semaphore went before.
+        match unsafe { functions.queue_present(queue, &info) } {
+            Ok(suboptimal) => Ok(!suboptimal),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
+            Err(result) => Err(result).call("vkQueuePresentKHR"),
+        }
+    }
+
+    /// The device is idle.
+    pub(super) fn destroy(self, context: &Context) {
+        let device = context.device();
+        // SAFETY: the handles are null or of this device, which is done with them.
+        unsafe {
+            for image in self.images {
+                device.destroy_image_view(image.view, None);
+                device.destroy_semaphore(image.drawn, None);
+            }
+            if let Some(functions) = self.functions {
+                functions.destroy_swapchain(self.handle, None);
+            }
+        }
+    }
+}
+
+fn info(
+    offer: &Offer,
+    (surface, [width, height]): (vk::SurfaceKHR, [u32; 2]),
+    (in_step, old): (bool, vk::SwapchainKHR),
+) -> Result<(vk::SwapchainCreateInfoKHR<'static>, bool), GpuError> {
+    use vk::ImageUsageFlags as Usage;
+    let (now, format) = (&offer.now, offer.format()?);
+    let readable = now.supported_usage_flags.contains(Usage::TRANSFER_SRC);
+    let read = match readable {
+        true => Usage::TRANSFER_SRC,
+        false => Usage::empty(),
+    };
+    // One that is shown, one that waits, one that is drawn.
+    let most = match now.max_image_count {
+        0 => u32::MAX,
+        most => most,
+    };
+    use vk::CompositeAlphaFlagsKHR as Alpha;
+    let alphas = [Alpha::OPAQUE, Alpha::INHERIT, Alpha::PRE_MULTIPLIED];
+    let mut offered = alphas.into_iter();
+    let alpha = offered.find(|alpha| now.supported_composite_alpha.contains(*alpha));
+    let info = vk::SwapchainCreateInfoKHR::default()
+        .surface(surface)
+        .min_image_count(3.max(now.min_image_count).min(most))
+        .image_format(format.format)
+        .image_color_space(format.color_space)
+        .image_extent(vk::Extent2D { width, height })
+        .image_array_layers(1)
+        .image_usage(Usage::COLOR_ATTACHMENT | read)
+        .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
+        .pre_transform(now.current_transform)
+        .composite_alpha(alpha.unwrap_or(Alpha::OPAQUE))
+        .present_mode(offer.mode(in_step))
+        .clipped(true)
+        .old_swapchain(old);
+    Ok((info, readable))
+}

@@ -1,0 +1,137 @@
+//! A duel in the window.
+
+use egui::{Color32, RichText};
+use glam::Vec3;
+
+use super::{Exhibit, Seen, WindowError};
+use crate::live::{Clock, Event, Sparring};
+use sabaki::anim::Clip;
+use sabaki::duel::Exchange;
+use sabaki::math::Line;
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Camera, CrowdShot, Shot};
+
+/// Two fighters, and the keys for them.
+pub struct DuelExhibit<'a> {
+    sparring: Sparring<'a>,
+    /// Whether the mouse has the camera.
+    is_free: bool,
+}
+
+const KEYS: [(&str, &str); 1] = [("c", "the mouse has the camera, or each exchange its own")];
+/// Exchanges that the panel lists.
+const LISTED: usize = 20;
+const AVOIDED: Color32 = Color32::from_rgb(110, 220, 120);
+const HIT: Color32 = Color32::from_rgb(240, 90, 80);
+
+impl<'a> DuelExhibit<'a> {
+    /// Shows a duel.
+    #[must_use]
+    pub fn new(sparring: Sparring<'a>) -> Self {
+        Self {
+            sparring,
+            is_free: false,
+        }
+    }
+}
+
+impl Exhibit for DuelExhibit<'_> {
+    fn stage(&self) -> StageDesc<'static> {
+        StageDesc::default()
+    }
+
+    fn advance(&mut self, seconds: f32) {
+        self.sparring.advance(seconds);
+    }
+
+    fn focus(&self) -> Vec3 {
+        self.sparring.middle()
+    }
+
+    fn distance(&self) -> f32 {
+        4.5
+    }
+
+    fn camera(&self) -> Option<Camera> {
+        self.sparring.camera().filter(|_| !self.is_free)
+    }
+
+    fn draw(
+        &mut self,
+        camera: Camera,
+        size: [u32; 2],
+        _: &mut [Line],
+    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+        let aspect = size[0].max(1) as f32 / size[1].max(1) as f32;
+        Ok((self.sparring.shot(camera, aspect), None))
+    }
+
+    fn click(&mut self, _: &Camera, _: Vec3) -> Result<(), WindowError> {
+        Ok(())
+    }
+
+    fn key(&mut self, key: &str) {
+        if key == "c" {
+            self.is_free = !self.is_free;
+        }
+    }
+
+    fn keys(&self) -> &'static [(&'static str, &'static str)] {
+        &KEYS
+    }
+
+    fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
+        let score = self.sparring.score();
+        let [white, blue] = score.hits;
+        ui.label(RichText::new(format!("white {white} : {blue} blue")).strong());
+        let [white, blue] = score.dodges;
+        ui.label(format!("avoided: white {white}, blue {blue}"));
+        ui.checkbox(&mut self.is_free, "the mouse has the camera");
+        if let Some(error) = self.sparring.ended() {
+            ui.label(RichText::new(error.to_string()).color(HIT));
+        }
+        ui.separator();
+        if let Some(exchange) = self.sparring.shown() {
+            let lead = exchange.attack.start();
+            let from = exchange.attacker.name();
+            let attack = Clip::title(self.sparring.attack(exchange));
+            ui.label(format!(
+                "{from}: {attack}, announced {lead:.2} s before it starts"
+            ));
+            ui.label(format!("{} candidates", exchange.counts.candidates));
+        }
+        ui.separator();
+        ui.label("exchanges, the last one first");
+        for exchange in self.sparring.seen().iter().rev().take(LISTED) {
+            let attack = Clip::title(self.sparring.attack(exchange));
+            let (text, colour) = outcome(exchange);
+            let line = format!("{:<5} {attack:<16} {text}", exchange.attacker.name());
+            ui.label(RichText::new(line).monospace().size(11.0).color(colour));
+        }
+    }
+
+    fn label(&self, painter: &egui::Painter, _: &Seen) {
+        let shown = self.sparring.shown();
+        let Some(exchange) = shown.filter(|one| self.sparring.seen().contains(one)) else {
+            return;
+        };
+        let (text, colour) = outcome(exchange);
+        let at = painter.clip_rect().left_top() + egui::vec2(18.0, 14.0);
+        let letters = egui::FontId::proportional(22.0);
+        let dark = colour.gamma_multiply(0.6);
+        painter.text(at, egui::Align2::LEFT_TOP, text, letters, dark);
+    }
+
+    fn take_events(&mut self) -> Vec<Event> {
+        self.sparring.take_events()
+    }
+}
+
+/// What became of an attack, in words and a colour.
+fn outcome(exchange: &Exchange) -> (String, Color32) {
+    let centimetres = 100.0 * exchange.clearance.metres;
+    match exchange.avoided {
+        true => (format!("avoided by {centimetres:.1} cm"), AVOIDED),
+        false => ("hit".to_owned(), HIT),
+    }
+}

@@ -1,0 +1,305 @@
+//! The fighter in the window.
+
+use egui::{CollapsingHeader, Color32, RichText, Slider, Stroke};
+use glam::Vec3;
+
+use super::gui::{bars, word};
+use super::panels::candidates::{Listed, candidates};
+use super::panels::maps::Thumbnails;
+use super::{Exhibit, Seen, WindowError};
+use crate::live::{Clock, Culling, Event, Fighter, MapChoice, map_name};
+use sabaki::maps::MapGrid;
+use sabaki::math::Line;
+use sabaki::query::{Enumerate, Lookup, Source};
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Camera, CrowdShot, MapStyle, Shot};
+
+/// A fighter, and what the panels beside it remember.
+pub struct FighterExhibit<'a> {
+    fighter: Fighter<'a>,
+    listed: Listed,
+    thumbnails: Thumbnails,
+}
+
+const KEYS: [(&str, &str); 4] = [
+    ("r", "replay of the last throw"),
+    ("b", "slabs of the next height"),
+    ("m", "maps: at their heights, on the ground, none"),
+    ("g", "ghost of who did nothing"),
+];
+
+impl<'a> FighterExhibit<'a> {
+    /// Shows a fighter.
+    #[must_use]
+    pub fn new(fighter: Fighter<'a>) -> Self {
+        Self {
+            fighter,
+            listed: Listed::default(),
+            thumbnails: Thumbnails::default(),
+        }
+    }
+}
+
+impl Exhibit for FighterExhibit<'_> {
+    fn stage(&self) -> StageDesc<'static> {
+        StageDesc::default()
+    }
+
+    fn advance(&mut self, seconds: f32) {
+        self.fighter.advance(seconds);
+    }
+
+    fn focus(&self) -> Vec3 {
+        self.fighter.focus()
+    }
+
+    fn distance(&self) -> f32 {
+        4.6
+    }
+
+    fn draw(
+        &mut self,
+        camera: Camera,
+        _: [u32; 2],
+        _: &mut [Line],
+    ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
+        Ok((self.fighter.shot(camera), None))
+    }
+
+    fn click(&mut self, camera: &Camera, ray: Vec3) -> Result<(), WindowError> {
+        Ok(self.fighter.throw(camera, ray)?)
+    }
+
+    fn key(&mut self, key: &str) {
+        let settings = &mut self.fighter.settings;
+        match key {
+            "r" => self.fighter.replay(),
+            "b" => {
+                let count = self.fighter.map_choices().grids().count();
+                let next = (self.fighter.maps().0 + 1) % count;
+                self.fighter.choose_maps(MapChoice(next));
+            }
+            "g" => settings.ghost = !settings.ghost,
+            "m" => {
+                settings.maps = match settings.maps {
+                    None => Some(MapStyle::Heights),
+                    Some(MapStyle::Heights) => Some(MapStyle::Ground),
+                    Some(MapStyle::Ground) => None,
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn keys(&self) -> &'static [(&'static str, &'static str)] {
+        &KEYS
+    }
+
+    fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
+        self.state(ui);
+        section(ui, "Last query", true, |ui| self.last(ui));
+        section(ui, "Candidates", true, |ui| {
+            candidates(ui, &mut self.fighter, &mut self.listed);
+        });
+        section(ui, "Throw", true, |ui| self.throw(ui));
+        section(ui, "Query", true, |ui| self.query(ui));
+        section(ui, "Maps", false, |ui| self.maps(ui));
+    }
+
+    fn label(&self, painter: &egui::Painter, seen: &Seen) {
+        let Some(nearest) = self.fighter.nearest().filter(|one| one.metres < 0.6) else {
+            return;
+        };
+        let (Some(body), Some(ball)) = (seen.point(nearest.body), seen.point(nearest.attack))
+        else {
+            return;
+        };
+        let colour = match nearest.metres {
+            hit if hit < 0.0 => Color32::from_rgb(170, 0, 0),
+            near if near < 0.1 => Color32::from_rgb(150, 45, 0),
+            _ => Color32::from_rgb(30, 36, 48),
+        };
+        painter.line_segment([body, ball], Stroke::new(2.0, colour));
+        let text = match nearest.metres {
+            hit if hit < 0.0 => format!("hit, {:.1} cm deep", -hit * 100.0),
+            clear => format!("{:.1} cm", clear * 100.0),
+        };
+        let at = ball + egui::vec2(26.0, -34.0);
+        word(painter, at, (&text, colour));
+    }
+
+    fn take_events(&mut self) -> Vec<Event> {
+        self.fighter.take_events()
+    }
+
+    fn is_asking(&self) -> bool {
+        self.fighter.is_asking()
+    }
+}
+
+/// A part of the panel that folds.
+fn section(ui: &mut egui::Ui, name: &str, open: bool, fill: impl FnOnce(&mut egui::Ui)) {
+    CollapsingHeader::new(RichText::new(name).strong())
+        .default_open(open)
+        .show(ui, fill);
+}
+
+impl FighterExhibit<'_> {
+    fn state(&mut self, ui: &mut egui::Ui) {
+        let fighter = &mut self.fighter;
+        let text = match (fighter.moment(), fighter.is_replaying()) {
+            (Some(t), true) => format!("replay {t:+.2} s"),
+            (Some(t), false) => format!("dodging {t:+.2} s"),
+            _ if fighter.is_asking() => "asking".to_owned(),
+            _ => "walking: click at it".to_owned(),
+        };
+        ui.horizontal(|ui| {
+            ui.label(text);
+            let word = if fighter.is_replaying() {
+                "end"
+            } else {
+                "replay"
+            };
+            let button = egui::Button::new(word);
+            if ui.add_enabled(fighter.last().is_some(), button).clicked() {
+                fighter.pick(None);
+                match word {
+                    "end" => {}
+                    _ => fighter.replay(),
+                }
+            }
+        });
+    }
+
+    fn throw(&mut self, ui: &mut egui::Ui) {
+        let settings = &mut self.fighter.settings;
+        let ball = &mut settings.ball;
+        let mut slide = |value: &mut f32, (low, high): (f32, f32), text: &str| {
+            ui.add(Slider::new(value, low..=high).text(text).max_decimals(2));
+        };
+        slide(&mut ball.speed, (2.0, 20.0), "speed, m/s");
+        slide(&mut ball.radius, (0.03, 0.25), "radius, m");
+        slide(&mut ball.lead, (0.0, 2.0), "lead, s");
+        slide(&mut ball.distance, (1.0, 6.0), "distance, m");
+        slide(&mut settings.near_speed, (0.05, 1.0), "time near it");
+        ui.checkbox(&mut ball.ahead, "aim at where the body will be");
+        ui.checkbox(&mut settings.ghost, "ghost of who does nothing");
+    }
+
+    fn query(&mut self, ui: &mut egui::Ui) {
+        self.choose_maps(ui);
+        let settings = &mut self.fighter.settings;
+        ui.horizontal(|ui| {
+            for culling in Culling::ALL {
+                ui.selectable_value(&mut settings.culling, culling, culling.name());
+            }
+        });
+        let mut grid = matches!(settings.query.enumerate, Enumerate::Grid(_));
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut grid, "grid");
+            if !grid {
+                settings.query.enumerate = Enumerate::Whole;
+                return;
+            }
+            let mut lookup = match settings.query.enumerate {
+                Enumerate::Grid(lookup) => lookup,
+                Enumerate::Whole => Lookup::default(),
+            };
+            ui.selectable_value(&mut lookup, Lookup::Union, "all cells");
+            ui.selectable_value(&mut lookup, Lookup::NearestFiled, "nearest filed");
+            ui.selectable_value(&mut lookup, Lookup::Nearest, "nearest");
+            settings.query.enumerate = Enumerate::Grid(lookup);
+        });
+        let weights = &mut settings.query.weights;
+        let mut slide = |value: &mut f32, text: &str| {
+            ui.add(Slider::new(value, 0.0..=8.0).text(text).max_decimals(1));
+        };
+        slide(&mut weights.avoid, "w_a, region");
+        slide(&mut weights.distance, "w_d, clearance");
+        slide(&mut weights.time, "w_t, rate");
+    }
+
+    /// By which maps the next query culls.
+    fn choose_maps(&mut self, ui: &mut egui::Ui) {
+        let (mut chosen, before) = (self.fighter.maps(), self.fighter.maps());
+        let mut grid = MapGrid::default();
+        ui.horizontal(|ui| {
+            ui.label("slabs");
+            for (choice, one) in self.fighter.map_choices().grids() {
+                ui.selectable_value(&mut chosen, choice, map_name(one));
+                if chosen == choice {
+                    grid = one;
+                }
+            }
+        });
+        if chosen != before {
+            self.fighter.choose_maps(chosen);
+        }
+        let words = format!(
+            "{} of time, texels of {:.1} cm",
+            match grid.slices {
+                1 => "1 slice".to_owned(),
+                slices => format!("{slices} slices"),
+            },
+            100.0 * grid.texel
+        );
+        ui.label(RichText::new(words).small().weak());
+    }
+
+    fn last(&mut self, ui: &mut egui::Ui) {
+        let Some(last) = self.fighter.last() else {
+            ui.label(RichText::new("nothing was thrown yet").weak());
+            return;
+        };
+        let (answer, counts) = (last.answer(), last.answer().counts);
+        let (word, colour) = match answer.avoided {
+            true => ("avoided", Color32::from_rgb(120, 215, 130)),
+            false => ("hit", Color32::from_rgb(245, 110, 90)),
+        };
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(word).strong().color(colour));
+            let clearance = answer.clearance();
+            ui.label(format!(
+                "{:.1} cm at {:+.2} s",
+                100.0 * clearance.metres,
+                clearance.time
+            ));
+        });
+        let from = match answer.source {
+            Source::Grid => "the node's grid",
+            Source::NothingFiled => "everywhere: nothing filed",
+            Source::NothingClean => "everywhere: nothing filed is clean",
+            Source::Whole => "everywhere",
+        };
+        ui.label(format!("candidates from {from}"));
+        ui.label(format!(
+            "{} candidates: {} culled, {} hit, {} clean",
+            counts.candidates, counts.culled, counts.hits, counts.clean
+        ));
+        ui.label(format!(
+            "{:.2} ms by {}",
+            1e3 * last.reply.seconds,
+            last.reply.culling.name()
+        ));
+        if let Some(why) = &last.reply.trouble {
+            ui.label(
+                RichText::new(why)
+                    .small()
+                    .color(Color32::from_rgb(245, 170, 90)),
+            );
+        }
+        bars(ui, self.fighter.query_times(), "ms");
+    }
+
+    fn maps(&mut self, ui: &mut egui::Ui) {
+        let style = &mut self.fighter.settings.maps;
+        ui.horizontal(|ui| {
+            ui.selectable_value(style, None, "none");
+            ui.selectable_value(style, Some(MapStyle::Heights), "at heights");
+            ui.selectable_value(style, Some(MapStyle::Ground), "on the ground");
+        });
+        let words = "body green, attack red, where the body was blue";
+        ui.label(RichText::new(words).small().weak());
+        self.thumbnails.show(ui, self.fighter.last());
+    }
+}

@@ -1,0 +1,156 @@
+//! Every candidate of the last query, with its fate and the parts of its score.
+
+use egui::{Color32, RichText, Sense};
+
+use crate::live::{Fighter, Throw};
+use sabaki::query::{CandidateReport, Fate};
+
+/// Which are listed.
+#[derive(Default)]
+pub(in crate::window) struct Listed {
+    /// Lines of the throw with this number, in the order in which they stand.
+    lines: Vec<Listing>,
+    of: u32,
+}
+
+struct Listing {
+    candidate: usize,
+    fate: Fate,
+    text: String,
+    name: String,
+}
+
+/// Points of a line.
+const LINE: f32 = 17.0;
+/// Lines that are seen at once.
+const LINES: f32 = 11.0;
+
+/// The list; a click shows one's ghost, another click shows none.
+pub(in crate::window) fn candidates(
+    ui: &mut egui::Ui,
+    fighter: &mut Fighter<'_>,
+    listed: &mut Listed,
+) {
+    let Some(last) = fighter.last() else {
+        ui.label(RichText::new("click one of them to see its ghost").weak());
+        return;
+    };
+    if listed.of != last.number {
+        listed.of = last.number;
+        listed.lines = lines(fighter, last);
+    }
+    let head = format!(
+        "{:<9} {:>4} {:>5} {:>5} {:>4} {:>5}",
+        "fate", "p", "V_a", "V_d", "V_t", "V"
+    );
+    ui.label(RichText::new(head).monospace().size(11.0).weak());
+    let (mut picked, before) = (fighter.picked(), fighter.picked());
+    let count = listed.lines.len();
+    egui::ScrollArea::vertical()
+        .id_salt("candidates")
+        .max_height(LINE * LINES)
+        .auto_shrink([false, true])
+        .show_rows(ui, LINE - ui.spacing().item_spacing.y, count, |ui, rows| {
+            for line in &listed.lines[rows] {
+                let is_picked = picked == Some(line.candidate);
+                if listing(ui, line, is_picked) {
+                    picked = (!is_picked).then_some(line.candidate);
+                }
+            }
+        });
+    if picked != before {
+        fighter.pick(picked);
+    }
+}
+
+/// One line; whether it was clicked.
+fn listing(ui: &mut egui::Ui, line: &Listing, is_picked: bool) -> bool {
+    let wide = egui::vec2(ui.available_width(), LINE - ui.spacing().item_spacing.y);
+    let (rect, response) = ui.allocate_exact_size(wide, Sense::click());
+    let painter = ui.painter_at(rect);
+    if is_picked || response.hovered() {
+        let shade = if is_picked { 85 } else { 48 };
+        painter.rect_filled(rect, 2.0, Color32::from_gray(shade));
+    }
+    let font = egui::FontId::monospace(11.0);
+    let at = egui::pos2(rect.left(), rect.center().y);
+    let align = egui::Align2::LEFT_CENTER;
+    painter.text(at, align, &line.text, font, colour(line.fate));
+    response.on_hover_text(&line.name).clicked()
+}
+
+fn colour(fate: Fate) -> Color32 {
+    match fate {
+        Fate::Chosen => Color32::from_rgb(130, 225, 140),
+        Fate::Outscored => Color32::from_gray(205),
+        Fate::Culled => Color32::from_rgb(225, 175, 90),
+        Fate::Hit => Color32::from_rgb(240, 115, 95),
+        Fate::NotInTime => Color32::from_gray(120),
+    }
+}
+
+fn lines(fighter: &Fighter<'_>, last: &Throw<'_>) -> Vec<Listing> {
+    let graph = fighter.baked().graph();
+    let name = |report: &CandidateReport| {
+        let Some(edge) = report.evasion else {
+            return "only moves".to_owned();
+        };
+        let event = graph.edge(edge).event;
+        event.map_or_else(String::new, |event| {
+            graph.describe_event(graph.event(event))
+        })
+    };
+    let all = last.answer().candidates.iter().enumerate();
+    let mut lines: Vec<(f32, Listing)> = all
+        .map(|(candidate, report)| {
+            let total = report.score.map_or(f32::INFINITY, |score| score.total);
+            let line = Listing {
+                candidate,
+                fate: report.fate,
+                text: text(report),
+                name: name(report),
+            };
+            (total, line)
+        })
+        .collect();
+    lines.sort_by(|a, b| {
+        (rank(a.1.fate), a.0)
+            .partial_cmp(&(rank(b.1.fate), b.0))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    lines.into_iter().map(|(_, line)| line).collect()
+}
+
+fn rank(fate: Fate) -> u8 {
+    match fate {
+        Fate::Chosen => 0,
+        Fate::Outscored => 1,
+        Fate::Hit => 2,
+        Fate::Culled => 3,
+        Fate::NotInTime => 4,
+    }
+}
+
+fn text(report: &CandidateReport) -> String {
+    let fate = match report.fate {
+        Fate::Chosen => "chosen",
+        Fate::Outscored => "outscored",
+        Fate::NotInTime => "late",
+        Fate::Culled => "culled",
+        Fate::Hit => "hit",
+    };
+    let rate = report
+        .rate
+        .map_or_else(|_| "-".to_owned(), |rate| format!("{:.2}", rate.rate));
+    match (report.score, report.clearance) {
+        (Some(score), _) => format!(
+            "{fate:<9} {rate:>4} {:>5.2} {:>5.2} {:>4.2} {:>5.2}",
+            score.avoid, score.distance, score.time, score.total
+        ),
+        (None, Some(hit)) => format!("{fate:<9} {rate:>4}  {:.1} cm deep", -100.0 * hit.metres),
+        (None, None) => match report.overlap.filter(|overlap| overlap.body > 0) {
+            Some(overlap) => format!("{fate:<9} {rate:>4}  {} texels met", overlap.body),
+            None => format!("{fate:<9} {rate:>4}"),
+        },
+    }
+}

@@ -1,0 +1,386 @@
+//! Promise: the command's exit codes, streams, files and keys are those that it states.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod bad_input;
+use sabaki_testing as common;
+mod crowd;
+mod duel;
+mod figure;
+mod lod;
+mod measure;
+mod plots;
+mod render;
+mod run;
+
+use std::fs;
+use std::io::{PipeWriter, pipe};
+use std::path::Path;
+
+use common::plain_bvh::PlainBvh;
+use run::{baked, clips, command, folder, sabaki, text_of};
+use serde_json::{Value, json};
+
+/// Every key that stands for milliseconds or where a file lies, taken out: what is left is the same in every run.
+fn without_times(mut document: Value) -> Value {
+    fn strip(value: &mut Value) {
+        match value {
+            Value::Object(fields) => {
+                fields.retain(|name, _| !name.ends_with("ms") && name != "build_seconds");
+                fields.values_mut().for_each(strip);
+            }
+            Value::Array(items) => items.iter_mut().for_each(strip),
+            _ => {}
+        }
+    }
+    strip(&mut document);
+    document
+}
+
+fn assert_is_png(path: &Path) {
+    let bytes = fs::read(path).unwrap();
+    assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
+    let decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+    let mut reader = decoder.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert!(info.width > 100 && info.height > 100);
+    let first = pixels[..3].to_vec();
+    assert!(pixels.chunks(3).any(|pixel| pixel != first), "one colour");
+}
+
+#[test]
+fn without_a_subcommand_it_shows_what_it_does() {
+    let folder = folder();
+    let done = sabaki(folder.path(), &[]).is(0);
+    for word in ["evasions", "avoided", "cpu", "exact", "dodge.bvh"] {
+        assert!(done.stdout.contains(word), "{word} in\n{}", done.stdout);
+    }
+    let out = folder.path().join("out");
+    let motion = PlainBvh::parse(&text_of(&out.join("dodge.bvh")));
+    assert!(motion.frames() > 1);
+    let facts: Value = serde_json::from_str(&text_of(&out.join("dodge.json"))).unwrap();
+    assert_eq!(facts["avoided"], true);
+    assert_is_png(&out.join("maps.png"));
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 3, "nothing else");
+}
+
+#[test]
+fn bake_writes_a_graph_and_says_what_is_in_it() {
+    let folder = folder();
+    let (clips, events) = clips();
+    let args = [
+        "bake", "--clips", clips, "--events", events, "--out", "g.sabaki",
+    ];
+    let told = sabaki(folder.path(), &args).is(0);
+    assert!(told.stdout.contains("evasions") && told.stdout.contains("wrote g.sabaki"));
+    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    for key in ["clips", "nodes", "edges", "evasions", "report", "warnings"] {
+        assert!(!document[key].is_null(), "{key}");
+    }
+    assert!(document["evasions"].as_u64().unwrap() >= 3);
+    assert_eq!(document["out"], "g.sabaki");
+    let inspected = sabaki(folder.path(), &["inspect", "g.sabaki", "--json"]).json(0);
+    assert_eq!(inspected["kind"], "baked");
+    for key in ["clips", "nodes", "edges", "evasions"] {
+        assert_eq!(inspected[key], document[key], "{key}");
+    }
+    // Four texels to one, then the paper's maps; both graphs answer.
+    let bytes = |more: &[&str]| {
+        let document = sabaki(folder.path(), &[&args[..], &["--json"], more].concat()).json(0);
+        let asked = ["dodge", "g.sabaki", "--attacks", "3", "--cull", "cpu"];
+        sabaki(folder.path(), &asked).is(0);
+        document["map_bytes"].as_u64().unwrap()
+    };
+    let usual = document["map_bytes"].as_u64().unwrap();
+    let fine = bytes(&["--texel", "0.01", "--attack-pitch", "2"]);
+    assert!(fine > 3 * usual, "{fine} {usual}");
+    assert!(bytes(&["--paper-maps"]) < usual);
+}
+
+/// A pipe has no neighbour that could take its name.
+#[cfg(target_os = "linux")]
+#[test]
+fn bake_writes_into_a_pipe() {
+    let folder = folder();
+    let out = "/proc/self/fd/1";
+    let args = ["bake", "--clips", clips().0, "--out", out];
+    let done = command(folder.path(), &args).output().unwrap();
+    assert_eq!(done.status.code(), Some(0));
+    assert!(done.stdout.starts_with(b"sabaki\r\n"));
+}
+
+#[test]
+fn dodge_has_the_keys_that_it_promises_and_the_same_answers_for_a_seed() {
+    let folder = folder();
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "5",
+        "--cull",
+        "cpu",
+        "--json",
+        "--seed",
+    ];
+    let with_seed = |seed| sabaki(folder.path(), &[&args[..], &[seed]].concat()).json(0);
+    let document = with_seed("3");
+    let count = |key: &str| document[key].as_u64().unwrap_or_else(|| panic!("{key}"));
+    assert_eq!(count("attacks"), 5);
+    assert_eq!(count("avoided") + count("hit"), 5);
+    assert_eq!(
+        count("hit"),
+        count("unavoidable") + count("hit_though_avoidable")
+    );
+    assert_eq!(count("hit_though_avoidable"), 0);
+    assert!(count("grid_answered") <= count("grid_used") && count("grid_used") <= 5);
+    let [median, p99] = ["median", "p99"].map(|key| document["query_ms"][key].as_f64().unwrap());
+    assert!(0.0 < median && median <= p99);
+    let results = document["results"].as_array().unwrap();
+    assert_eq!(results.len(), 5);
+    let avoided = results.iter().filter(|result| result["avoided"] == true);
+    assert_eq!(avoided.count() as u64, count("avoided"));
+    assert_eq!(
+        without_times(with_seed("3")),
+        without_times(document.clone())
+    );
+    assert_ne!(without_times(with_seed("4")), without_times(document));
+}
+
+#[test]
+fn the_culling_paths_give_the_same_answers_with_the_grid_and_without() {
+    let folder = folder();
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "6",
+        "--cull",
+        "exact,cpu",
+        "--grid",
+        "on,off",
+        "--json",
+    ];
+    let document = sabaki(folder.path(), &args).json(0);
+    let rows = document["rows"].as_array().unwrap();
+    let names: Vec<_> = rows
+        .iter()
+        .map(|row| [&row["cull"], &row["grid"]])
+        .collect();
+    assert_eq!(
+        names,
+        [
+            ["exact", "on"],
+            ["exact", "off"],
+            ["cpu", "on"],
+            ["cpu", "off"]
+        ]
+    );
+    for row in rows {
+        assert_eq!(row["avoided"], rows[0]["avoided"]);
+        assert_eq!(row["hit_though_avoidable"], 0);
+        assert_eq!(row["checked_by_exact"], true);
+        assert_eq!(row["grid"] == "off", row["grid_used"] == 0, "{row}");
+    }
+    assert_eq!(document["results"].as_array().unwrap().len(), 24);
+    // One more thread, another order of work, the same answers.
+    let threads = [&args[..], &["--threads", "3"]].concat();
+    let by_threads = sabaki(folder.path(), &threads).json(0);
+    assert_eq!(without_times(by_threads), without_times(document));
+}
+
+#[test]
+fn a_check_adds_the_exact_whole_search() {
+    let folder = folder();
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "3",
+        "--cull",
+        "cpu",
+        "--json",
+    ];
+    let document = sabaki(folder.path(), &[&args[..], &["--check"]].concat()).json(0);
+    let rows = document["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2);
+    assert_eq!([&rows[1]["cull"], &rows[1]["grid"]], ["exact", "off"]);
+    assert_eq!(document["checked_by_exact"], true);
+    let unchecked = sabaki(folder.path(), &args).json(0);
+    assert_eq!(unchecked["checked_by_exact"], false);
+    assert_eq!(unchecked["avoided"], document["avoided"]);
+}
+
+#[test]
+fn an_attack_of_a_file_is_answered_with_yes_or_no() {
+    let folder = folder();
+    let attack = |name: &str, spheres: Value| {
+        let file = json!({ "attacks": [{ "spheres": spheres }] });
+        fs::write(folder.path().join(name), file.to_string()).unwrap();
+    };
+    let key = |t: f64, x: f64| json!({ "t": t, "center": [x, 0.9, 0.0], "radius": 0.1 });
+    attack("far.json", json!([key(0.5, 50.0), key(1.0, 51.0)]));
+    attack("at_once.json", json!([key(0.0, 0.0), key(0.05, 0.0)]));
+    let dodge = |file| {
+        sabaki(
+            folder.path(),
+            &["dodge", baked(), "--attack", file, "--json"],
+        )
+    };
+    let far = dodge("far.json").json(0);
+    assert_eq!((&far["attacks"], &far["avoided"]), (&json!(1), &json!(1)));
+    let hit = dodge("at_once.json").json(1);
+    assert_eq!((&hit["hit"], &hit["unavoidable"]), (&json!(1), &json!(1)));
+    let told = sabaki(
+        folder.path(),
+        &["dodge", baked(), "--attack", "at_once.json"],
+    )
+    .is(1);
+    assert!(told.stdout.contains("HIT"));
+    let inspected = sabaki(folder.path(), &["inspect", "far.json", "--json"]).json(0);
+    assert_eq!(inspected["kind"], "attacks");
+}
+
+#[test]
+fn export_writes_two_files_for_each_attack() {
+    let folder = folder();
+    let args = [
+        "dodge",
+        baked(),
+        "--attacks",
+        "2",
+        "--cull",
+        "cpu",
+        "--json",
+    ];
+    let exported = [&args[..], &["--export", "deep/er"]].concat();
+    let document = sabaki(folder.path(), &exported).json(0);
+    for (index, result) in document["results"].as_array().unwrap().iter().enumerate() {
+        let file = |ending| {
+            folder
+                .path()
+                .join(format!("deep/er/attack_{index:04}.{ending}"))
+        };
+        let facts: Value = serde_json::from_str(&text_of(&file("json"))).unwrap();
+        assert_eq!(facts["clearance"], result["clearance"]);
+        assert!(PlainBvh::parse(&text_of(&file("bvh"))).frames() > 1);
+    }
+    assert_eq!(
+        fs::read_dir(folder.path().join("deep/er")).unwrap().count(),
+        4
+    );
+    // The same as glTF, which says when it evades.
+    let as_gltf = [&args[..], &["--export", "glb", "--format", "glb"]].concat();
+    sabaki(folder.path(), &as_gltf).is(0);
+    let inspected = sabaki(folder.path(), &["inspect", "glb/attack_0001.glb", "--json"]).json(0);
+    assert_eq!(inspected["unit_found"], "the format says so");
+    assert!(inspected["clips"][0]["events"].is_array());
+}
+
+#[test]
+fn a_motion_that_lies_is_noted_and_stood_up() {
+    let folder = folder();
+    let motion = include_str!("../../import/tests/corpus/asf/person");
+    let (skeleton, motion) = motion.split_once("\n---\n").unwrap();
+    fs::write(folder.path().join("a.asf"), skeleton).unwrap();
+    fs::write(folder.path().join("a.amc"), motion).unwrap();
+    let plain = ["inspect", "a.amc", "--amc-rate", "60", "--json"];
+    let document = sabaki(folder.path(), &plain).json(0);
+    assert_eq!(
+        (&document["frame_rate"], &document["frames"]),
+        (&60.0.into(), &2.into())
+    );
+    let turned = [&plain[..], &["--up", "x"]].concat();
+    let lying = sabaki(folder.path(), &turned).json(0);
+    let spine = |document: &Value| document["skeleton"][4]["offset"][1].as_f64().unwrap();
+    assert_eq!(lying["skeleton"][4]["name"], "head");
+    assert!(spine(&document) > 0.3 && spine(&lying).abs() < 1e-6);
+    let wrong = [&plain[..], &["--up", "w"]].concat();
+    let told = sabaki(folder.path(), &wrong);
+    assert!(told.code == 2 && told.stderr.contains("up is x, y or z"));
+}
+
+#[test]
+fn inspect_knows_each_kind_of_file() {
+    let folder = folder();
+    let (clips, events) = clips();
+    let clip = fs::read_dir(clips).unwrap().next().unwrap().unwrap().path();
+    let kinds = [
+        (baked(), "baked", "nodes"),
+        (clip.to_str().unwrap(), "motion", "frames"),
+        (events, "events", "clips"),
+    ];
+    for (file, kind, key) in kinds {
+        let document = sabaki(folder.path(), &["inspect", file, "--json"]).json(0);
+        assert_eq!(document["kind"], kind);
+        assert!(!document[key].is_null(), "{key}");
+        assert!(
+            !sabaki(folder.path(), &["inspect", file])
+                .is(0)
+                .stdout
+                .is_empty()
+        );
+    }
+}
+
+#[test]
+fn doctor_says_whether_there_is_a_device() {
+    let folder = folder();
+    let document = sabaki(folder.path(), &["doctor", "--json"]);
+    let usable = document.code == 0;
+    let document = document.json(i32::from(!usable));
+    assert_eq!(document["paths"]["cpu"], true);
+    assert_eq!(document["paths"]["stencil"], usable);
+    assert_eq!(document["chosen"].is_string(), usable);
+    let told = sabaki(folder.path(), &["doctor"]).is(i32::from(!usable));
+    assert!(told.stdout.contains("stencil"));
+    if !usable {
+        // A path that cannot run is refused, and the others go on without it.
+        let args = ["dodge", baked(), "--attacks", "1", "--cull", "stencil"];
+        sabaki(folder.path(), &args).is_refused(&["stencil"]);
+    }
+}
+
+#[test]
+fn a_graph_without_an_evasion_moves_on_and_says_so() {
+    let folder = folder();
+    let (clips, _) = clips();
+    let args = ["dodge", "--clips", clips, "--attacks", "2", "--cull", "cpu"];
+    let told = sabaki(folder.path(), &args).is(0);
+    assert!(
+        told.stdout.contains("no clip has an evasion"),
+        "{}",
+        told.stdout
+    );
+    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    assert_eq!(document["graph"]["evasions"], 0);
+    assert_eq!(document["by_evasion"], 0);
+    assert!(document["graph"]["warnings"][0].is_string());
+}
+
+/// A pipe that nobody reads.
+fn unread() -> PipeWriter {
+    let (reader, writer) = pipe().unwrap();
+    drop(reader);
+    writer
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let folder = folder();
+    let (_, events) = clips();
+    let cases = [
+        vec!["inspect", events],
+        vec!["inspect", baked(), "--json"],
+        vec!["--help"],
+    ];
+    for args in cases {
+        let mut command = command(folder.path(), &args);
+        let done = command.stdout(unread()).output().unwrap();
+        assert_eq!(done.status.code(), Some(0), "{args:?}");
+        assert!(done.stderr.is_empty());
+    }
+    // Nor does an error crash that nobody hears.
+    let mut command = command(folder.path(), &["inspect", "nowhere.bvh"]);
+    let status = command.stderr(unread()).status().unwrap();
+    assert_eq!(status.code(), Some(2));
+}

@@ -1,0 +1,100 @@
+//! Two fighters.
+
+use super::run::{baked, folder, sabaki};
+use super::without_times;
+
+#[test]
+fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
+    let folder = folder();
+    let args = [
+        "duel",
+        baked(),
+        "--apart",
+        "0.8",
+        "--rounds",
+        "3",
+        "--json",
+        "--seed",
+    ];
+    let fight = |seed, threads| {
+        let more = [seed, "--threads", threads];
+        let mut document = sabaki(folder.path(), &[&args[..], &more].concat()).json(0);
+        document["attack_grid"]["build_seconds"] = serde_json::Value::Null;
+        without_times(document)
+    };
+    let document = fight("1", "1");
+    assert_eq!(document, fight("1", "3"), "any number of threads");
+    assert!(document != fight("2", "1"), "another seed");
+    assert_eq!(document["rounds"], 3);
+    let exchanges = document["exchanges"].as_array().unwrap();
+    assert_eq!(exchanges.len(), 3);
+    let mut hits = 0;
+    for (index, exchange) in exchanges.iter().enumerate() {
+        assert_eq!(exchange["attacker"], ["white", "blue"][index % 2]);
+        for key in [
+            "attack",
+            "path",
+            "announced",
+            "lead",
+            "candidates",
+            "clearance",
+            "source",
+        ] {
+            assert!(!exchange[key].is_null(), "{key}");
+        }
+        let clearance = exchange["clearance"].as_f64().unwrap();
+        assert_eq!(exchange["avoided"], clearance >= 0.0);
+        assert!(exchange["clearance_without"].as_f64().unwrap() < 0.0);
+        hits += u64::from(clearance < 0.0);
+    }
+    let score = &document["score"];
+    let of =
+        |what: &str| score[what]["white"].as_u64().unwrap() + score[what]["blue"].as_u64().unwrap();
+    assert_eq!((of("hits"), of("hits") + of("dodges")), (hits, 3));
+    assert!(document["attack_grid"]["size"]["blows"].as_u64().unwrap() > 1000);
+}
+
+#[test]
+fn a_duel_that_cannot_be_fought_says_why() {
+    let folder = folder();
+    let none = sabaki(folder.path(), &["duel", "--rounds", "0"]);
+    assert_eq!(none.code, 2);
+    let apart = sabaki(folder.path(), &["duel", baked(), "--apart", "nan"]);
+    apart.is_refused(&["opening"]);
+    // Nobody walks in those clips, so nobody comes near.
+    let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
+    assert!(
+        far.stdout
+            .contains("ended early: nobody comes within reach"),
+        "{}",
+        far.stdout
+    );
+}
+
+#[test]
+fn a_film_and_a_sheet_are_drawn() {
+    let folder = folder();
+    let args = [
+        "duel",
+        baked(),
+        "--apart",
+        "0.8",
+        "--rounds",
+        "1",
+        "--size",
+        "128x112",
+        "--rate",
+        "5",
+        "--json",
+        "--out",
+    ];
+    let said = sabaki(folder.path(), &[&args[..], &["d.gif"]].concat()).json(0);
+    let gif = std::fs::read(folder.path().join("d.gif")).unwrap();
+    assert!(gif.starts_with(b"GIF89a"));
+    assert_eq!(said["film"]["bytes"], gif.len());
+    assert!(said["film"]["pictures"].as_u64().unwrap() > 6);
+    sabaki(folder.path(), &[&args[..], &["d.png"]].concat()).is(0);
+    super::assert_is_png(&folder.path().join("d.png"));
+    sabaki(folder.path(), &[&args[..], &["d.bmp"]].concat()).is_refused(&[".png"]);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+}

@@ -1,0 +1,188 @@
+//! Bodies and props from files.
+
+use std::fs;
+
+use glam::Vec3;
+use sabaki::anim::Skeleton;
+use sabaki::archive;
+use sabaki::maps::Body;
+use sabaki_app::demo;
+use sabaki_import::BodyFile;
+use sabaki_import::fit::BindPose;
+
+use super::common::shapes::Shape;
+use super::run::{clips, folder, sabaki};
+
+fn skeleton() -> Skeleton {
+    demo::motions().unwrap().skeleton
+}
+
+#[test]
+fn bake_takes_spheres_from_a_file() {
+    let (folder, skeleton) = (folder(), skeleton());
+    let mut body = Body::from_bones(&skeleton);
+    body.spheres.truncate(9);
+    BodyFile::of(&body, &skeleton)
+        .write(&folder.path().join("body.json"))
+        .unwrap();
+    let args = [
+        "bake",
+        "--clips",
+        clips().0,
+        "--out",
+        "g.sabaki",
+        "--body",
+        "body.json",
+        "--json",
+    ];
+    let said = sabaki(folder.path(), &args).json(0);
+    assert_eq!(
+        (&said["body_spheres"], &said["props"]),
+        (&9.into(), &0.into())
+    );
+    assert_eq!(said["fits"], serde_json::json!([]));
+    let baked = archive::read(&folder.path().join("g.sabaki")).unwrap();
+    assert_eq!(baked.body(), &body);
+}
+
+#[test]
+fn bake_fits_a_body_and_a_staff_and_says_how_well() {
+    let (folder, skeleton) = (folder(), skeleton());
+    let pose = BindPose::rest(&skeleton);
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
+    // In millimetres, its origin between the feet.
+    let mut man = Shape::man(&skeleton, pose.joints(), |_| 0.05);
+    man.places
+        .iter_mut()
+        .for_each(|place| *place += Vec3::new(2.0, 1.0, 0.0));
+    write("man.obj", man.obj(0.001));
+    let mut staff = Shape::default();
+    staff.capsule(Vec3::NEG_Y * 0.5, Vec3::Y, 0.015, 8);
+    write("staff.obj", staff.obj(0.01));
+    let args = [
+        "bake",
+        "--clips",
+        clips().0,
+        "--events",
+        clips().1,
+        "--out",
+        "g.sabaki",
+        "--body",
+        "man.obj",
+        "--body-stand",
+        "--prop",
+        "staff.obj",
+        "--prop-joint",
+        "RightHand",
+        "--prop-grip",
+        "-0.05,0,0,0.7071,0,0,0.7071",
+    ];
+    let text = sabaki(folder.path(), &args).is(0).stdout;
+    for word in [
+        "man.obj",
+        "at 0.001 m a unit",
+        "LeftUpLeg",
+        "staff.obj",
+        "at 0.01 m a unit",
+        "1.53",
+    ] {
+        assert!(text.contains(word), "{word:?} is not in: {text}");
+    }
+    let said = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let fits = said["fits"].as_array().unwrap();
+    assert_eq!((fits.len(), &said["props"]), (2, &1.into()));
+    for fit in fits {
+        let most = fit["all"]["mesh_out_max"].as_f64().unwrap();
+        assert!(most > 0.0 && most <= 0.0201, "{fit}");
+    }
+    let baked = archive::read(&folder.path().join("g.sabaki")).unwrap();
+    assert_eq!(
+        baked.body().spheres.len(),
+        fits[0]["all"]["spheres"].as_u64().unwrap() as usize
+    );
+    let prop = &baked.body().props[0];
+    assert_eq!(skeleton.joint(prop.joint).name, "RightHand");
+    let furthest = prop
+        .spheres
+        .iter()
+        .map(|sphere| sphere.offset.z)
+        .fold(0.0, f32::max);
+    assert!(furthest > 0.95, "turned by its grip, it reaches forwards");
+}
+
+#[test]
+fn figures_that_do_not_fit_are_refused() {
+    let folder = folder();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("away.obj", "v 0 90 0\nv 1 90 0\nv 0 91 0\nf 1 2 3\n");
+    write("none.obj", "v 0 0 0\n");
+    write(
+        "tail.json",
+        r#"{"spheres":[{"joint":"Tail","offset":[0,0,0],"radius":0.1}]}"#,
+    );
+    write(
+        "thin.json",
+        r#"{"spheres":[{"joint":"Head","offset":[0,0,0],"radius":0}]}"#,
+    );
+    for (args, words) in [
+        (
+            &["--body", "away.obj", "--body-scale", "1"][..],
+            &["away.obj", "vertex 0", "m from the nearest bone"][..],
+        ),
+        (&["--body", "none.obj"], &["none.obj", "no faces"]),
+        (&["--body", "no.obj"], &["no.obj"]),
+        (&["--body", "tail.json"], &["tail.json", "sphere 0", "Tail"]),
+        (
+            &["--body", "thin.json"],
+            &["thin.json", "sphere 0", "Head", "radius"],
+        ),
+        (
+            &["--body", "away.obj", "--body-pose", "none.bvh:0"],
+            &["none.bvh"],
+        ),
+        (
+            &["--body", "away.obj", "--body-pose", "none"],
+            &["CLIP:FRAME"],
+        ),
+        (
+            &["--body", "away.obj", "--body-scale", "-1"],
+            &["--body-scale"],
+        ),
+        (&["--prop", "away.obj"], &["--prop-joint"]),
+        (
+            &["--prop", "away.obj", "--prop-joint", "Tail"],
+            &["Tail", "RightHand"],
+        ),
+        (
+            &[
+                "--prop",
+                "away.obj",
+                "--prop-joint",
+                "RightHand",
+                "--prop-scale",
+                "1",
+            ],
+            &["away.obj", "90"],
+        ),
+        (
+            &["--prop", "none.obj", "--prop-joint", "RightHand"],
+            &["none.obj", "no faces"],
+        ),
+    ] {
+        // A negative number would be taken for an option.
+        let args: Vec<String> = args
+            .join(" ")
+            .replace(" -1", "=-1")
+            .split(' ')
+            .map(str::to_owned)
+            .collect();
+        let args: Vec<&str> = args.iter().map(String::as_str).collect();
+        let whole = [
+            &["bake", "--clips", clips().0, "--out", "g.sabaki"],
+            &args[..],
+        ]
+        .concat();
+        sabaki(folder.path(), &whole).is_refused(words);
+    }
+    assert!(!folder.path().join("g.sabaki").exists());
+}

@@ -1,0 +1,140 @@
+//! `sabaki lod`.
+
+use serde_json::Value;
+
+use super::assert_is_png;
+use super::run::{clips, folder, sabaki};
+
+#[test]
+fn the_levels_of_a_clip_are_told_and_drawn() {
+    let folder = folder();
+    let (path, _) = clips();
+    let args = ["lod", path, "--plot", "lod.png", "--export", "lod.glb"];
+    let told = sabaki(folder.path(), &args).is(0);
+    for word in ["removed", "energy J", "L = ", "without\nblending"] {
+        assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
+    }
+    assert_is_png(&folder.path().join("lod.png"));
+    let file = sabaki_import::read_gltf(&folder.path().join("lod.glb")).unwrap();
+    assert_eq!(file.animations().len(), 19);
+    assert_eq!(file.animations()[0].name, "level 0");
+}
+
+fn levels(document: &Value) -> Vec<Value> {
+    document["levels"].as_array().unwrap().clone()
+}
+
+#[test]
+fn lod_json_has_its_keys() {
+    let folder = folder();
+    for order in ["energy", "error"] {
+        let document = sabaki(folder.path(), &["lod", "--json", "--order", order]).json(0);
+        assert_eq!(document["order"], order);
+        let levels = levels(&document);
+        // 24 joints, five ends and the root stay.
+        assert_eq!(levels.len(), 19);
+        for (index, level) in levels.iter().enumerate() {
+            assert_eq!(level["level"], index);
+            assert_eq!(level["joints"], 24 - index);
+            assert_eq!(level["removed"].is_null(), index == 0);
+            for key in [
+                "energy",
+                "position_error_mean",
+                "position_error_max",
+                "step",
+            ] {
+                assert!(level[key].as_f64().unwrap() >= 0.0, "{key}");
+            }
+        }
+        assert_eq!(document["energies"].as_array().unwrap().len(), 24);
+        let blended = document["largest_step_pixels"]["blended"].as_f64().unwrap();
+        let at_once = document["largest_step_pixels"]["at_once"].as_f64().unwrap();
+        assert!(blended < 1.0 && at_once > blended, "{blended} {at_once}");
+    }
+}
+
+#[test]
+fn settings_change_what_they_say() {
+    let folder = folder();
+    let run = |more: &[&str]| {
+        let args = [&["lod", "--json"], more].concat();
+        sabaki(folder.path(), &args).json(0)
+    };
+    let plain = run(&[]);
+    let locked = run(&["--lock", "LeftHand", "Head"]);
+    assert_eq!(levels(&locked).len(), levels(&plain).len() - 2);
+    for level in levels(&locked) {
+        assert!(level["removed"] != "LeftHand" && level["removed"] != "Head");
+    }
+    let parent = run(&["--carrier", "parent"]);
+    let last = |document: &Value| {
+        levels(document)[18]["position_error_mean"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(last(&parent) > last(&plain));
+    let small = run(&["--screen", "540"]);
+    let furthest = |document: &Value| document["switching"]["rule"]["energy"]["furthest"].as_f64();
+    assert!((furthest(&small).unwrap() * 2.0 - furthest(&plain).unwrap()).abs() < 1e-2);
+    std::fs::write(
+        folder.path().join("masses.json"),
+        r#"{"masses": {"LeftForeArm": 100.0}}"#,
+    )
+    .unwrap();
+    let heavy = run(&[
+        "--masses",
+        "masses.json",
+        "--inertia",
+        "axis",
+        "--flexion",
+        "literal",
+    ]);
+    let energy = |joint: &str| {
+        let energies = heavy["energies"].as_array().unwrap();
+        let found = energies
+            .iter()
+            .find(|energy| energy["joint"] == joint)
+            .unwrap();
+        found["energy"].as_f64().unwrap()
+    };
+    // Only what carries the weight has any energy.
+    assert!(energy("LeftArm") > 0.0);
+    assert_eq!(energy("RightArm"), 0.0);
+}
+
+#[test]
+fn lod_refuses_what_makes_no_sense() {
+    let folder = folder();
+    std::fs::write(
+        folder.path().join("masses.json"),
+        r#"{"masses": {"Tail": 1.0}}"#,
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("bad.glb"), b"glTF\x02\0\0\0\0\0").unwrap();
+    for (args, expected) in [
+        (
+            &["--lock", "Tail"][..],
+            "the skeleton has no joint \"Tail\"",
+        ),
+        (&["--fov", "0"], "fov: 0 is not possible"),
+        (&["--screen=-3"], "height: -3 is not possible"),
+        (&["--vanish", "0"], "--vanish 0: must be above 0"),
+        (
+            &["--switch", "error", "--error", "0"],
+            "pixels: 0 is not possible",
+        ),
+        (
+            &["--masses", "masses.json"],
+            "masses.json: the skeleton has no joint \"Tail\"",
+        ),
+        (&["--masses", "none.json"], "none.json"),
+        (&["nothing.bvh"], "nothing.bvh"),
+        (
+            &["bad.glb"],
+            "bad.glb: the GLB container is damaged: it is cut off",
+        ),
+    ] {
+        let done = sabaki(folder.path(), &[&["lod"], args].concat());
+        done.is_refused(&[expected]);
+    }
+}

@@ -1,0 +1,158 @@
+//! Runs the built command, on files that are made once.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+use sabaki::anim::{Clip, ClipDesc, Event};
+use sabaki_app::demo;
+use sabaki_import::{EventsFile, bvh};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// How the command ended.
+pub struct Ended {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Ended {
+    /// It ended with `code`, and said nothing on stderr.
+    pub fn is(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "{}{}", self.stdout, self.stderr);
+        assert!(self.stderr.is_empty(), "{}", self.stderr);
+        self
+    }
+
+    /// It ended with `code` and one JSON document.
+    pub fn json(self, code: i32) -> Value {
+        serde_json::from_str(&self.is(code).stdout).unwrap()
+    }
+
+    /// It refused what it was given in one line with all of `words` in it, and did nothing else.
+    pub fn is_refused(&self, words: &[&str]) {
+        let Self {
+            code,
+            stdout,
+            stderr,
+        } = self;
+        assert_eq!(*code, 2, "{words:?}: {stdout}{stderr}");
+        assert!(stdout.is_empty(), "{words:?}: {stdout}");
+        assert_eq!(stderr.lines().count(), 1, "{words:?}: {stderr}");
+        assert!(stderr.starts_with("sabaki: "), "{stderr}");
+        for word in words {
+            assert!(stderr.contains(word), "{word:?} is not in: {stderr}");
+        }
+        assert!(!stderr.contains("panicked"), "{stderr}");
+    }
+}
+
+pub fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sabaki"));
+    command.args(args).current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+pub fn sabaki(folder: &Path, args: &[&str]) -> Ended {
+    let output = command(folder, args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Ended {
+        code: output.status.code().expect("it was not killed"),
+        stdout: text(output.stdout),
+        stderr: text(output.stderr),
+    }
+}
+
+pub fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+pub fn text_of(path: &Path) -> String {
+    fs::read_to_string(path).unwrap()
+}
+
+struct Made {
+    clips: String,
+    events: String,
+    baked: String,
+}
+
+/// Embedded motions as files: a few with evasions and a few to walk on with.
+fn made() -> &'static Made {
+    static MADE: OnceLock<Made> = OnceLock::new();
+    MADE.get_or_init(|| {
+        // One folder for all runs, since nothing is dropped at a test's end; but clones may share a target folder.
+        let clone = Path::new(env!("CARGO_MANIFEST_DIR")).file_name().unwrap();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command");
+        let folder = folder.join(clone);
+        let clips_folder = folder.join("clips");
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&clips_folder).unwrap();
+        let motions = demo::motions().unwrap();
+        let evades = |clip: usize| motions.events.iter().any(|event| event.clip == clip);
+        let with = (0..motions.clips.len())
+            .filter(|&clip| evades(clip))
+            .step_by(6);
+        let without = (0..motions.clips.len())
+            .filter(|&clip| !evades(clip))
+            .take(4);
+        let chosen: Vec<usize> = with.chain(without).collect();
+        let named = |&clip: &usize| {
+            let desc = motions.clips[clip].desc();
+            let name = format!("{}.bvh", desc.name.replace(' ', "_"));
+            Clip::new(
+                &motions.skeleton,
+                ClipDesc {
+                    name,
+                    ..desc.clone()
+                },
+            )
+            .unwrap()
+        };
+        let clips: Vec<Clip> = chosen.iter().map(named).collect();
+        let renumbered = |event: &Event| {
+            let clip = chosen.iter().position(|&clip| clip == event.clip)?;
+            Some(Event {
+                clip,
+                ..event.clone()
+            })
+        };
+        let events: Vec<Event> = motions.events.iter().filter_map(renumbered).collect();
+        for clip in &clips {
+            let mut file = fs::File::create(clips_folder.join(clip.name())).unwrap();
+            bvh::write(&mut file, &motions.skeleton, clip, 0.01).unwrap();
+        }
+        let file = EventsFile::of(&events, &clips, &motions.skeleton).unwrap();
+        let events = folder.join("events.json");
+        fs::write(&events, serde_json::to_vec_pretty(&file).unwrap()).unwrap();
+        let text = |path: &Path| path.to_str().unwrap().to_owned();
+        let made = Made {
+            clips: text(&clips_folder),
+            events: text(&events),
+            baked: text(&folder.join("made.sabaki")),
+        };
+        let args = [
+            "bake",
+            "--clips",
+            &made.clips,
+            "--events",
+            &made.events,
+            "--out",
+            &made.baked,
+        ];
+        sabaki(&folder, &args).is(0);
+        made
+    })
+}
+
+/// A folder of BVH files, and the events file that goes with it.
+pub fn clips() -> (&'static str, &'static str) {
+    (&made().clips, &made().events)
+}
+
+/// A graph that was baked of them.
+pub fn baked() -> &'static str {
+    &made().baked
+}

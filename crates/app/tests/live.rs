@@ -1,0 +1,139 @@
+//! Promise: what goes on in a window goes on without one: the fighter does what the query answered, by the maps that were chosen.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::baked::embedded;
+use sabaki::maps::{BakedGraph, MapGrid};
+use sabaki::query::cull::cpu;
+use sabaki::query::{Answer, Judging, Query, QueryContext, Verdict};
+use sabaki_app::live::{
+    AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, Throw,
+    with_asker,
+};
+
+#[test]
+fn a_candidate_that_was_chosen_plays_the_answers_motion() {
+    let baked = embedded();
+    let maps = MapChoices::slabs(baked);
+    let (events, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
+        let mut fighter = Fighter::new(&maps, asker, (waiting(), 3));
+        let mut events = Vec::new();
+        for _ in 0..4 {
+            fighter.advance(0.4);
+            throw_at(&mut fighter);
+            let last = fighter.last().unwrap();
+            let (answer, end) = (last.answer(), last.ball.attack.end());
+            let from = (baked, last.playhead);
+            let again = answer.motion_of(from, answer.chosen(), end).unwrap();
+            for step in 0..=20 {
+                let t = end * step as f32 / 20.0;
+                let (one, other) = (
+                    again.playhead(baked.graph(), t),
+                    answer.motion.playhead(baked.graph(), t),
+                );
+                assert_eq!(one, other, "at {t} of {end}");
+            }
+            // Another candidate is another motion; to show it is to replay.
+            let other = (0..answer.candidates.len()).find(|&index| index != answer.chosen);
+            let count = answer.candidates.len();
+            fighter.pick(other);
+            assert_eq!(fighter.picked(), other, "of {count}");
+            while fighter.moment().is_some_and(|t| t <= end + 1.0) && !fighter.is_replaying() {
+                fighter.advance(0.05);
+            }
+            fighter.pick(None);
+            events.extend(fighter.take_events());
+        }
+        events
+    });
+    let answers = events
+        .iter()
+        .filter(|event| matches!(event, Event::Answer { .. }));
+    assert_eq!(answers.count(), 4);
+}
+
+#[test]
+fn slabs_of_another_height_cull_the_next_throw_on_every_path() {
+    let baked = embedded();
+    let choices = MapChoices::slabs(baked);
+    let desc = AskerDesc {
+        validation: true,
+        ..AskerDesc::default()
+    };
+    let ((), heard) = with_asker(&choices, &desc, |asker| {
+        let mut fighter = Fighter::new(&choices, asker, (waiting(), 5));
+        let grids: Vec<(MapChoice, MapGrid)> = choices.grids().collect();
+        let heights: Vec<f32> = grids.iter().map(|(_, grid)| grid.slab_height).collect();
+        assert_eq!(heights, [0.05, 0.10, 0.20, 0.30, 0.30]);
+        for (round, (choice, grid)) in grids.iter().chain(&grids[1..3]).enumerate() {
+            fighter.settings.culling = Culling::ALL[1 + round % 3];
+            fighter.choose_maps(*choice);
+            fighter.advance(3.0);
+            throw_at(&mut fighter);
+            let last = fighter.last().unwrap();
+            assert_eq!((last.reply.maps, last.maps), (*choice, *grid));
+            assert_eq!(last.reply.culling, Culling::ALL[1 + round % 3]);
+            assert_eq!(last.reply.trouble, None);
+
+            // What maps that were drawn for this alone count, and what is chosen by them.
+            let other = baked.with_maps(*grid).unwrap();
+            let answer = answered(&other, last);
+            assert_eq!(answer.counts, last.answer().counts, "{grid:?}");
+            assert_eq!(answer.motion, last.answer().motion, "{grid:?}");
+            while fighter.moment().is_some() {
+                fighter.advance(0.1);
+            }
+        }
+    });
+    assert!(heard.is_empty(), "{heard:?}");
+}
+
+#[test]
+fn maps_that_cannot_be_drawn_are_said_and_the_baked_ones_cull() {
+    let thin = MapGrid {
+        slab_height: 0.0,
+        ..MapGrid::default()
+    };
+    let choices = MapChoices::new(embedded(), [MapGrid::default(), thin]);
+    assert_eq!(choices.grids().count(), 2, "the baked ones only once");
+    let (events, _) = with_asker(&choices, &AskerDesc::default(), |asker| {
+        let mut fighter = Fighter::new(&choices, asker, (waiting(), 1));
+        fighter.choose_maps(MapChoice(1));
+        throw_at(&mut fighter);
+        assert_eq!(fighter.last().unwrap().maps, MapGrid::default());
+        fighter.take_events()
+    });
+    let said = |event: &Event| matches!(event, Event::Trouble { why } if why.contains("slabs"));
+    assert!(events.iter().any(said), "{events:?}");
+}
+
+/// Every answer is waited for.
+fn waiting() -> FighterSettings {
+    FighterSettings {
+        waits: true,
+        ..FighterSettings::default()
+    }
+}
+
+/// A ball at the fighter's middle.
+fn throw_at(fighter: &mut Fighter<'_>) {
+    let camera = Orbit::around_fighter(fighter.focus()).camera();
+    let ray = (fighter.focus() - camera.eye).normalize();
+    fighter.throw(&camera, ray).unwrap();
+}
+
+/// What a query answers to a throw, culled on the CPU.
+fn answered(baked: &BakedGraph, throw: &Throw<'_>) -> Answer {
+    let query = Query::new(baked, &throw.settings);
+    let (mut context, mut culler) = (QueryContext::default(), cpu::Culler::default());
+    let (mut overlaps, mut answer) = (Vec::new(), Answer::default());
+    let mut prepared = query.prepare(throw.playhead, &throw.ball.attack, &mut context);
+    loop {
+        culler.count(&prepared.cull_input(), &mut overlaps);
+        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
+            Verdict::Answered => return answer,
+            Verdict::Widened(wider) => prepared = wider,
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The tests of the command and of what it is made of.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod command;
+mod embedded_motions;
+mod live;
+mod view_window;

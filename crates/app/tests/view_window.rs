@@ -1,0 +1,405 @@
+//! Promise: a click in the window throws a ball that the fighter dodges; the window can be resized, hidden and closed at any moment,
+//! shows what is drawn without a window, and leaves validation nothing to say.
+// The screen and the hand are those of X11.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+use sabaki_testing::screen;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use common::baked::embedded;
+use common::{device, finish};
+use glam::Vec2;
+use sabaki::archive;
+use sabaki::duel::DuelSettings;
+use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
+use sabaki_app::Painter;
+use sabaki_app::demo;
+use sabaki_app::live::{
+    AskerDesc, Fighter, FighterSettings, MapChoices, March, Orbit, Sparring, with_asker,
+};
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{Crowd, FormationSettings};
+use screen::{Screen, Shown};
+use serde_json::Value;
+
+const TITLE: &str = "sabaki";
+const SIZE: [u32; 2] = [320, 240];
+
+fn program() -> &'static Path {
+    Path::new(env!("CARGO_BIN_EXE_sabaki"))
+}
+
+#[test]
+fn a_click_is_dodged_and_the_window_is_resized_hidden_and_closed() {
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let mut command = screen.command(program());
+    command.current_dir(folder.path());
+    let mut shown = Shown::start(
+        command,
+        &["--size", "480x320", "--plain", "--cull", "stencil"],
+    );
+    let opened = shown.wait("opened");
+    assert!(opened["device"].as_str().unwrap().contains("llvmpipe"));
+    assert_eq!(opened["size"], serde_json::json!([480, 320]));
+    let window = screen.window(TITLE);
+
+    screen.click([240, 150]);
+    let throw = shown.wait("throw");
+    assert_eq!(throw["number"], 1);
+    assert_eq!(
+        throw["at_body"], true,
+        "the fighter is in the middle: {throw:#}"
+    );
+    // A second click while the ball is on its way throws none.
+    screen.click([240, 150]);
+    let answer = shown.wait("answer");
+    assert_eq!(answer["number"], 1);
+    assert_eq!(
+        answer["cull"],
+        "stencil",
+        "{:?}",
+        shown.has_heard("trouble")
+    );
+    assert!(answer["query_ms"].as_f64().unwrap() > 0.0);
+    assert_eq!(answer["slab_height"], 0.05f32);
+    let passed = shown.wait("passed");
+    assert!(shown.has_heard("ignored"));
+    let number = |event: &serde_json::Value, key: &str| event[key].as_f64().unwrap();
+    assert!(number(&passed, "pictures") >= 1.0, "{passed:#}");
+    // Pictures are moments of the flight: in none of them the ball is nearer than in the whole of it.
+    let (nearest, clearance) = (number(&passed, "nearest"), number(&answer, "clearance"));
+    assert!(nearest > clearance - 0.005, "{nearest} {clearance}");
+    assert_eq!(answer["avoided"], clearance > 0.0);
+    // The next one is culled by slabs twice as high.
+    screen.focus(&window);
+    screen.key("b");
+    screen.click([240, 150]);
+    assert_eq!(shown.wait("answer")["slab_height"], 0.1f32);
+
+    screen.hand(&["windowsize", &window, "640", "400"]);
+    let resized = shown.wait("resized");
+    assert_eq!(resized["size"], serde_json::json!([640, 400]));
+    screen.hand(&["windowunmap", &window]);
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    screen.hand(&["windowmap", &window]);
+    screen.focus(&window);
+    screen.key("F12");
+    let file = shown.wait("screenshot");
+    let path = folder.path().join(file["file"].as_str().unwrap());
+    let (size, pixels) = read_png(&path);
+    assert_eq!(size, [640, 400]);
+    assert!(colours(&pixels) > 200, "{}", colours(&pixels));
+    // Panels, help, pause, step and the other keys.
+    for key in ["p", "h", "space", "period", "s", "m", "g", "r", "b"] {
+        screen.key(key);
+    }
+    screen.key("F12");
+    let file = shown.wait("screenshot");
+    let (_, with_panels) = read_png(&folder.path().join(file["file"].as_str().unwrap()));
+    assert!(with_panels != pixels);
+    screen.key("Escape");
+    let closed = shown.end();
+    assert_eq!(closed["asking"], false);
+    assert!(number(&closed, "median_frame_ms") > 0.0);
+}
+
+#[test]
+fn a_window_closes_while_a_query_is_open() {
+    let screen = Screen::new();
+    let args = ["--size", "240x160", "--plain", "--delay", "60"];
+    let mut shown = Shown::start(screen.command(program()), &args);
+    shown.wait("opened");
+    screen.window(TITLE);
+    screen.click([120, 70]);
+    closes_while_asked(&screen, shown, "Escape");
+}
+
+#[test]
+fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let screen = Screen::managed(folder.path());
+    let mut command = screen.command(program());
+    command.current_dir(folder.path());
+    let args = ["--size", "320x240", "--plain", "--delay", "60"];
+    let mut shown = Shown::start(command, &args);
+    shown.wait("opened");
+    let window = screen.window(TITLE);
+    screen.hand(&["windowminimize", &window]);
+    shown.wait("hidden");
+    screen.hand(&["windowactivate", "--sync", &window]);
+    shown.wait("shown");
+    screen.key("F12");
+    let file = shown.wait("screenshot");
+    let path = folder.path().join(file["file"].as_str().unwrap());
+    let (size, pixels) = read_png(&path);
+    assert_eq!(size, [320, 240]);
+    assert!(colours(&pixels) > 200, "{}", colours(&pixels));
+
+    screen.hand(&["mousemove", "--window", &window, "160", "110", "click", "1"]);
+    closes_while_asked(&screen, shown, "alt+F4");
+}
+
+#[test]
+fn what_the_window_shows_is_what_is_drawn_without_one() {
+    const STEP: f32 = 0.03125;
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let path = |name: &str| folder.path().join(name);
+    let baked = embedded();
+    let file = path("a.sabaki");
+    archive::write(&file, baked).unwrap();
+    let mut painted_on = device();
+    let desc = StageDesc {
+        samples: 1,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut painted_on, SIZE, &desc).unwrap();
+    // Before the throw, and while the ball flies by.
+    for (pictures, name) in [(10u32, "walk.png"), (48, "dodge.png")] {
+        let (frames, png) = (pictures.to_string(), path(name));
+        let args = [
+            file.to_str().unwrap(),
+            "--size",
+            "320x240",
+            "--plain",
+            "--samples",
+            "1",
+            "--step",
+            "0.03125",
+            "--frames",
+            &frames,
+            "--click",
+            "0.5,0.45,0.5",
+            "--screenshot",
+            png.to_str().unwrap(),
+        ];
+        let mut shown = Shown::start(screen.command(program()), &args);
+        shown.wait("screenshot");
+        assert_eq!(shown.has_heard("throw"), pictures > 20);
+        assert_eq!(shown.end()["frames"], pictures);
+
+        let settings = FighterSettings {
+            waits: true,
+            ..FighterSettings::default()
+        };
+        let maps = MapChoices::slabs(baked);
+        let (shot, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
+            let mut fighter = Fighter::new(&maps, asker, (settings, 1));
+            let mut orbit = Orbit::around_fighter(fighter.focus());
+            let mut thrown = false;
+            for picture in 1..=pictures {
+                fighter.advance(STEP);
+                orbit.follow(fighter.focus(), STEP);
+                let camera = orbit.camera();
+                if picture as f32 * STEP >= 0.5 && !std::mem::replace(&mut thrown, true) {
+                    let pixel = Vec2::new(0.5 * SIZE[0] as f32, 0.45 * SIZE[1] as f32);
+                    fighter.throw(&camera, camera.ray(pixel, SIZE)).unwrap();
+                }
+            }
+            fighter.shot(orbit.camera())
+        });
+        let drawn = painter.paint(&mut painted_on, &shot, None).unwrap();
+        assert_same(&png, &drawn, name);
+    }
+    painter.destroy(&mut painted_on).unwrap();
+    finish(painted_on);
+}
+
+#[test]
+fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let png = folder.path().join("crowd.png");
+    let args = [
+        "--crowd",
+        "--count",
+        "400",
+        "--size",
+        "320x240",
+        "--plain",
+        "--samples",
+        "1",
+        "--step",
+        "0.0625",
+        "--frames",
+        "12",
+        "--levels",
+        "--screenshot",
+    ];
+    let args = [&args[..], &[png.to_str().unwrap()]].concat();
+    let mut shown = Shown::start(screen.command(program()), &args);
+    shown.wait("screenshot");
+    let closed = shown.end();
+    assert_eq!(closed["frames"], 12);
+    assert!(closed["median_pose_ms"].as_f64().unwrap() > 0.0);
+
+    let motions = demo::motions().unwrap();
+    let clip = motions
+        .clips
+        .iter()
+        .find(|clip| clip.name() == "front_kick");
+    let settings = FormationSettings {
+        count: 400,
+        ..FormationSettings::default()
+    };
+    let body = Body::from_bones(&motions.skeleton);
+    let crowd = Crowd::new((&motions.skeleton, &body), clip.unwrap(), &settings).unwrap();
+    let mut device = device();
+    let desc = StageDesc {
+        samples: 1,
+        shadow_side: 4096,
+        max_members: 400,
+        max_crowd_lines: crowd.most_lines() as u32,
+        max_parts: crowd.parts() as u32,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let mut march = March::new(crowd);
+    march.tinted = true;
+    let mut last = None;
+    for _ in 0..12 {
+        march.advance(0.0625);
+        let camera = march.camera().unwrap();
+        last = Some(march.shot(camera, SIZE, painter.poses().unwrap()).unwrap());
+    }
+    let (shot, shown) = last.unwrap();
+    let drawn = painter.paint(&mut device, &shot, Some(&shown)).unwrap();
+    assert_same(&png, &drawn, "crowd");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+
+    // Every path, and the keys of the crowd, by hand.
+    let args = ["--crowd", "--count", "300", "--size", "320x240"];
+    let mut shown = Shown::start(screen.command(program()), &args);
+    shown.wait("opened");
+    screen.window(TITLE);
+    screen.hand(&["mousemove", "20", "120"]);
+    for key in ["c", "c", "c", "l", "t", "h", "Escape"] {
+        screen.key(key);
+        std::thread::sleep(std::time::Duration::from_millis(150));
+    }
+    shown.end();
+}
+
+#[test]
+fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
+    let (screen, folder) = (Screen::new(), tempfile::tempdir().unwrap());
+    let png = folder.path().join("duel.png");
+    let baked = folder.path().join("fighters.sabaki");
+    fs::write(&baked, archive::to_bytes(embedded()).unwrap()).unwrap();
+    let args = [
+        baked.to_str().unwrap(),
+        "--duel",
+        "--size",
+        "320x240",
+        "--plain",
+        "--samples",
+        "1",
+        "--step",
+        "0.05",
+        "--frames",
+        "120",
+        "--screenshot",
+        png.to_str().unwrap(),
+    ];
+    let mut shown = Shown::start(screen.command(program()), &args);
+    let first = shown.wait("exchange");
+    shown.wait("screenshot");
+    shown.end();
+
+    let grid = AttackGrid::new(embedded(), &AttackGridSettings::default());
+    let settings = DuelSettings {
+        seed: 1,
+        ..DuelSettings::default()
+    };
+    let mut sparring = Sparring::new((embedded(), &grid), &settings).unwrap();
+    let mut last = None;
+    for _ in 0..120 {
+        sparring.advance(0.05);
+        let camera = sparring.camera().unwrap();
+        last = Some(sparring.shot(camera, 320.0 / 240.0));
+    }
+    let events = sparring.take_events();
+    let line = serde_json::to_string(&events[0]).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&line).unwrap(), first);
+    assert_eq!(sparring.seen().len(), events.len());
+    assert!(sparring.ended().is_none());
+
+    let mut device = device();
+    let desc = StageDesc {
+        samples: 1,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let drawn = painter.paint(&mut device, &last.unwrap(), None).unwrap();
+    assert_same(&png, &drawn, "duel");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
+fn without_a_window_system_it_says_so_and_ends_with_2() {
+    let mut command = Command::new(program());
+    for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(name);
+    }
+    let crowd = ["view", "--crowd", "--count", "10"];
+    let output = command.args(crowd).stdin(Stdio::null()).output().unwrap();
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(output.stdout.is_empty());
+    assert_eq!(words.lines().count(), 1, "{words}");
+    assert!(words.contains("there is no window system"), "{words}");
+    // Nor where the one that is named does not answer.
+    let output = command.env("DISPLAY", ":12345").output().unwrap();
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("there is no window system"), "{words}");
+}
+
+/// After a throw a key closes the window; the answer, which comes a minute later, is not waited for.
+fn closes_while_asked(screen: &Screen, mut shown: Shown, key: &str) {
+    shown.wait("throw");
+    let asked = std::time::Instant::now();
+    screen.key(key);
+    let closed = shown.end();
+    assert_eq!(closed["asking"], true);
+    assert!(
+        asked.elapsed().as_secs() < 55,
+        "the answer was not waited for"
+    );
+}
+
+/// Columns and rows of a PNG, and three bytes of each pixel.
+fn read_png(path: &Path) -> ([u32; 2], Vec<u8>) {
+    let file = fs::File::open(path).unwrap();
+    let decoder = png::Decoder::new(std::io::BufReader::new(file));
+    let mut reader = decoder.read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    ([info.width, info.height], pixels)
+}
+
+/// How many different colours there are.
+fn colours(pixels: &[u8]) -> usize {
+    let mut all: Vec<&[u8]> = pixels.chunks_exact(3).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.len()
+}
+
+/// Whether a screenshot shows what the painter drew, four bytes a pixel; the window's format rounds as the painter's does.
+fn assert_same(path: &Path, drawn: &[u8], what: &str) {
+    let (size, pixels) = read_png(path);
+    assert_eq!(size, SIZE);
+    assert!(colours(&pixels) > 100, "{what}: {}", colours(&pixels));
+    let pairs = pixels.chunks_exact(3).zip(drawn.chunks_exact(4));
+    let apart = pairs.filter(|(one, other)| {
+        let channels = one.iter().zip(*other);
+        channels.map(|(a, b)| a.abs_diff(*b)).max() > Some(1)
+    });
+    assert_eq!(apart.count(), 0, "{what}: pixels that differ");
+}

@@ -1,0 +1,231 @@
+// The shaders of `shaders/spirv`, read by naga. Written by a test; do not edit.
+use super::{Binding, Shader, Stage, words};
+
+pub(crate) const VIEW_BODY_FRAG: Shader = Shader {
+    name: "view_body.frag",
+    stage: Stage::Fragment,
+    push_constants: 0,
+    shared: 0,
+    storage_buffers: 0,
+    group: [0, 0, 0],
+    bindings: &[
+        Binding {
+            set: 0,
+            binding: 0,
+            stride: 352,
+        },
+        Binding {
+            set: 0,
+            binding: 1,
+            stride: 0,
+        },
+    ],
+    words: spirv!("view_body.frag"),
+};
+pub(crate) const VIEW_BODY_VERT: Shader = Shader {
+    name: "view_body.vert",
+    stage: Stage::Vertex,
+    push_constants: 24,
+    shared: 0,
+    storage_buffers: 1,
+    group: [0, 0, 0],
+    bindings: &[
+        Binding {
+            set: 0,
+            binding: 0,
+            stride: 352,
+        },
+        Binding {
+            set: 0,
+            binding: 2,
+            stride: 48,
+        },
+    ],
+    words: spirv!("view_body.vert"),
+};
+pub(crate) const VIEW_CROWD_VERT: Shader = Shader {
+    name: "view_crowd.vert",
+    stage: Stage::Vertex,
+    push_constants: 24,
+    shared: 0,
+    storage_buffers: 3,
+    group: [0, 0, 0],
+    bindings: &[
+        Binding {
+            set: 0,
+            binding: 0,
+            stride: 352,
+        },
+        Binding {
+            set: 0,
+            binding: 4,
+            stride: 4,
+        },
+        Binding {
+            set: 0,
+            binding: 5,
+            stride: 32,
+        },
+        Binding {
+            set: 0,
+            binding: 6,
+            stride: 64,
+        },
+    ],
+    words: spirv!("view_crowd.vert"),
+};
+pub(crate) const VIEW_FLOOR_FRAG: Shader = Shader {
+    name: "view_floor.frag",
+    stage: Stage::Fragment,
+    push_constants: 0,
+    shared: 0,
+    storage_buffers: 1,
+    group: [0, 0, 0],
+    bindings: &[
+        Binding {
+            set: 0,
+            binding: 0,
+            stride: 352,
+        },
+        Binding {
+            set: 0,
+            binding: 1,
+            stride: 0,
+        },
+        Binding {
+            set: 0,
+            binding: 2,
+            stride: 48,
+        },
+    ],
+    words: spirv!("view_floor.frag"),
+};
+pub(crate) const VIEW_FLOOR_VERT: Shader = Shader {
+    name: "view_floor.vert",
+    stage: Stage::Vertex,
+    push_constants: 0,
+    shared: 0,
+    storage_buffers: 0,
+    group: [0, 0, 0],
+    bindings: &[Binding {
+        set: 0,
+        binding: 0,
+        stride: 352,
+    }],
+    words: spirv!("view_floor.vert"),
+};
+pub(crate) const VIEW_LAYER_FRAG: Shader = Shader {
+    name: "view_layer.frag",
+    stage: Stage::Fragment,
+    push_constants: 64,
+    shared: 0,
+    storage_buffers: 1,
+    group: [0, 0, 0],
+    bindings: &[
+        Binding {
+            set: 0,
+            binding: 0,
+            stride: 352,
+        },
+        Binding {
+            set: 0,
+            binding: 3,
+            stride: 4,
+        },
+    ],
+    words: spirv!("view_layer.frag"),
+};
+pub(crate) const VIEW_LAYER_VERT: Shader = Shader {
+    name: "view_layer.vert",
+    stage: Stage::Vertex,
+    push_constants: 64,
+    shared: 0,
+    storage_buffers: 0,
+    group: [0, 0, 0],
+    bindings: &[Binding {
+        set: 0,
+        binding: 0,
+        stride: 352,
+    }],
+    words: spirv!("view_layer.vert"),
+};
+pub(crate) const VIEW_SKY_FRAG: Shader = Shader {
+    name: "view_sky.frag",
+    stage: Stage::Fragment,
+    push_constants: 0,
+    shared: 0,
+    storage_buffers: 0,
+    group: [0, 0, 0],
+    bindings: &[Binding {
+        set: 0,
+        binding: 0,
+        stride: 352,
+    }],
+    words: spirv!("view_sky.frag"),
+};
+pub(crate) const VIEW_SKY_VERT: Shader = Shader {
+    name: "view_sky.vert",
+    stage: Stage::Vertex,
+    push_constants: 0,
+    shared: 0,
+    storage_buffers: 0,
+    group: [0, 0, 0],
+    bindings: &[],
+    words: spirv!("view_sky.vert"),
+};
+#[allow(non_snake_case)]
+pub(crate) mod Capsule {
+    pub(crate) const SIZE: usize = 48;
+    pub(crate) const A: usize = 0;
+    pub(crate) const B: usize = 16;
+    pub(crate) const COLOUR: usize = 32;
+}
+#[allow(non_snake_case)]
+pub(crate) mod Character {
+    pub(crate) const SIZE: usize = 32;
+    pub(crate) const PLACE: usize = 0;
+    pub(crate) const TINT: usize = 16;
+}
+#[allow(non_snake_case)]
+pub(crate) mod DrawBodies {
+    pub(crate) const SIZE: usize = 24;
+    pub(crate) const SUN: usize = 0;
+    pub(crate) const SEGMENTS: usize = 4;
+    pub(crate) const RINGS: usize = 8;
+    pub(crate) const FIRST_CHARACTER: usize = 12;
+    pub(crate) const FIRST_PART: usize = 16;
+    pub(crate) const PARTS: usize = 20;
+}
+#[allow(non_snake_case)]
+pub(crate) mod DrawLayer {
+    pub(crate) const SIZE: usize = 64;
+    pub(crate) const PLACEMENT: usize = 0;
+    pub(crate) const GRID: usize = 16;
+    pub(crate) const COLOUR: usize = 32;
+    pub(crate) const EXTENT: usize = 48;
+}
+#[allow(non_snake_case)]
+pub(crate) mod FrameData {
+    pub(crate) const SIZE: usize = 352;
+    pub(crate) const CAMERA: usize = 0;
+    pub(crate) const SUN: usize = 64;
+    pub(crate) const UNPROJECT: usize = 128;
+    pub(crate) const EYE: usize = 192;
+    pub(crate) const SUNWARD: usize = 208;
+    pub(crate) const SUNLIGHT: usize = 224;
+    pub(crate) const ABOVE: usize = 240;
+    pub(crate) const BELOW: usize = 256;
+    pub(crate) const HORIZON: usize = 272;
+    pub(crate) const ZENITH: usize = 288;
+    pub(crate) const GROUND: usize = 304;
+    pub(crate) const SHADE: usize = 320;
+    pub(crate) const COUNTS: usize = 336;
+}
+#[allow(non_snake_case)]
+pub(crate) mod Part {
+    pub(crate) const SIZE: usize = 64;
+    pub(crate) const JOINTS: usize = 0;
+    pub(crate) const A: usize = 16;
+    pub(crate) const B: usize = 32;
+    pub(crate) const COLOUR: usize = 48;
+}

@@ -1,0 +1,151 @@
+//! The shaders of pictures, and what the host must know of them: `shaders/table.rs` is made from the committed SPIR-V.
+
+use std::mem::{offset_of, size_of};
+
+use super::scene::Capsule;
+use sabaki::gpu::internal::{Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words};
+
+/// The words of a committed shader.
+macro_rules! spirv {
+    ($name:literal) => {{
+        const BYTES: &[u8] = include_bytes!(concat!("../shaders/spirv/", $name, ".spv"));
+        const WORDS: [u32; BYTES.len() / 4] = words(BYTES);
+        &WORDS
+    }};
+}
+
+#[path = "../shaders/table.rs"]
+mod table;
+
+pub(super) use table::{
+    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
+    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+};
+
+/// Camera and light: a uniform buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct FrameData {
+    pub(super) camera: [f32; 16],
+    pub(super) sun: [f32; 16],
+    pub(super) unproject: [f32; 16],
+    pub(super) eye: [f32; 4],
+    pub(super) sunward: [f32; 4],
+    pub(super) sunlight: [f32; 4],
+    pub(super) above: [f32; 4],
+    pub(super) below: [f32; 4],
+    pub(super) horizon: [f32; 4],
+    pub(super) zenith: [f32; 4],
+    pub(super) ground: [f32; 4],
+    pub(super) shade: [f32; 4],
+    pub(super) counts: [u32; 4],
+}
+
+/// Push constants where bodies are drawn.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct DrawBodies {
+    pub(super) sun: u32,
+    pub(super) segments: u32,
+    pub(super) rings: u32,
+    pub(super) first_character: u32,
+    pub(super) first_part: u32,
+    pub(super) parts: u32,
+}
+
+/// Push constants where a map is drawn.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct DrawLayer {
+    pub(super) placement: [f32; 4],
+    pub(super) grid: [f32; 4],
+    pub(super) colour: [f32; 4],
+    pub(super) extent: [u32; 4],
+}
+
+/// A member of a crowd, as the device reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct CrowdCharacter {
+    pub(super) place: [u32; 4],
+    pub(super) tint: [f32; 4],
+}
+
+/// A part of the members of a crowd, as the device reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct CrowdPart {
+    pub(super) joints: [u32; 4],
+    pub(super) a: [f32; 4],
+    pub(super) b: [f32; 4],
+    pub(super) colour: [f32; 4],
+}
+
+const _: () = {
+    use table::{Capsule as C, Character, DrawBodies as B, DrawLayer as L, FrameData as F, Part};
+
+    let shaders: [&Shader; 9] = [
+        &VIEW_BODY_FRAG,
+        &VIEW_BODY_VERT,
+        &VIEW_CROWD_VERT,
+        &VIEW_FLOOR_FRAG,
+        &VIEW_FLOOR_VERT,
+        &VIEW_LAYER_FRAG,
+        &VIEW_LAYER_VERT,
+        &VIEW_SKY_FRAG,
+        &VIEW_SKY_VERT,
+    ];
+    let mut index = 0;
+    while index < shaders.len() {
+        assert!(runs_anywhere(shaders[index]) && has_one_set(shaders[index]));
+        index += 1;
+    }
+    // All storage buffers of a stage are in its layout, whichever shader reads them.
+    assert!(VIEW_BODY_VERT.storage_buffers + VIEW_CROWD_VERT.storage_buffers <= 4);
+    assert!(VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers <= 4);
+
+    assert!(stride(&VIEW_BODY_FRAG, 0) == size_of::<FrameData>());
+    assert!(stride(&VIEW_BODY_VERT, 2) == size_of::<Capsule>());
+    assert!(stride(&VIEW_FLOOR_FRAG, 2) == size_of::<Capsule>());
+    assert!(stride(&VIEW_LAYER_FRAG, 3) == size_of::<u32>());
+    assert!(stride(&VIEW_CROWD_VERT, 4) == size_of::<f32>());
+    assert!(stride(&VIEW_CROWD_VERT, 5) == size_of::<CrowdCharacter>());
+    assert!(stride(&VIEW_CROWD_VERT, 6) == size_of::<CrowdPart>());
+
+    assert!(size_of::<Capsule>() == C::SIZE && offset_of!(Capsule, a) == C::A);
+    assert!(offset_of!(Capsule, b) == C::B && offset_of!(Capsule, colour) == C::COLOUR);
+
+    assert!(size_of::<FrameData>() == F::SIZE && offset_of!(FrameData, camera) == F::CAMERA);
+    assert!(offset_of!(FrameData, sun) == F::SUN);
+    assert!(offset_of!(FrameData, unproject) == F::UNPROJECT);
+    assert!(offset_of!(FrameData, eye) == F::EYE);
+    assert!(offset_of!(FrameData, sunward) == F::SUNWARD);
+    assert!(offset_of!(FrameData, sunlight) == F::SUNLIGHT);
+    assert!(offset_of!(FrameData, above) == F::ABOVE);
+    assert!(offset_of!(FrameData, below) == F::BELOW);
+    assert!(offset_of!(FrameData, horizon) == F::HORIZON);
+    assert!(offset_of!(FrameData, zenith) == F::ZENITH);
+    assert!(offset_of!(FrameData, ground) == F::GROUND);
+    assert!(offset_of!(FrameData, shade) == F::SHADE);
+    assert!(offset_of!(FrameData, counts) == F::COUNTS);
+
+    assert!(size_of::<DrawBodies>() == B::SIZE && offset_of!(DrawBodies, sun) == B::SUN);
+    assert!(offset_of!(DrawBodies, segments) == B::SEGMENTS);
+    assert!(offset_of!(DrawBodies, rings) == B::RINGS);
+    assert!(offset_of!(DrawBodies, first_character) == B::FIRST_CHARACTER);
+    assert!(offset_of!(DrawBodies, first_part) == B::FIRST_PART);
+    assert!(offset_of!(DrawBodies, parts) == B::PARTS);
+
+    assert!(size_of::<DrawLayer>() == L::SIZE && offset_of!(DrawLayer, placement) == L::PLACEMENT);
+    assert!(offset_of!(DrawLayer, grid) == L::GRID);
+    assert!(offset_of!(DrawLayer, colour) == L::COLOUR);
+    assert!(offset_of!(DrawLayer, extent) == L::EXTENT);
+
+    assert!(size_of::<CrowdCharacter>() == Character::SIZE);
+    assert!(offset_of!(CrowdCharacter, place) == Character::PLACE);
+    assert!(offset_of!(CrowdCharacter, tint) == Character::TINT);
+
+    assert!(size_of::<CrowdPart>() == Part::SIZE && offset_of!(CrowdPart, joints) == Part::JOINTS);
+    assert!(offset_of!(CrowdPart, a) == Part::A && offset_of!(CrowdPart, b) == Part::B);
+    assert!(offset_of!(CrowdPart, colour) == Part::COLOUR);
+};

@@ -1,0 +1,325 @@
+//! The pipelines of a stage.
+
+use ash::vk;
+
+use crate::shaders::{
+    VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
+    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+};
+use sabaki::gpu::internal::Named;
+use sabaki::gpu::internal::{Shader, Stage as ShaderStage};
+use sabaki::gpu::{Context, GpuError};
+
+/// Of the shadow map and of the depth buffer.
+pub(super) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+
+/// What a draw leaves behind.
+#[derive(Clone, Copy, PartialEq)]
+enum Leaves {
+    /// Colour and depth.
+    Solid,
+    /// Depth alone.
+    Depth,
+    /// Colour over what is there.
+    Glass,
+    /// Depth in the shadow map.
+    Shadow,
+}
+
+struct Desc {
+    name: &'static str,
+    vertex: &'static Shader,
+    fragment: Option<&'static Shader>,
+    leaves: Leaves,
+    /// A mesh, not a strip of four vertices that is seen from both sides.
+    is_mesh: bool,
+}
+
+const fn desc(
+    name: &'static str,
+    (vertex, fragment): (&'static Shader, Option<&'static Shader>),
+    leaves: Leaves,
+    is_mesh: bool,
+) -> Desc {
+    Desc {
+        name,
+        vertex,
+        fragment,
+        leaves,
+        is_mesh,
+    }
+}
+
+/// Which pipeline.
+#[derive(Clone, Copy)]
+pub(super) enum Draw {
+    Body,
+    Crowd,
+    Floor,
+    Sky,
+    Layer,
+    GhostDepth,
+    Ghost,
+    BodyShadow,
+    CrowdShadow,
+}
+
+/// In the order of [`Draw`].
+const ALL: [Desc; 9] = {
+    use Leaves::{Depth, Glass, Shadow, Solid};
+    let body = (&VIEW_BODY_VERT, Some(&VIEW_BODY_FRAG));
+    [
+        desc("view: body", body, Solid, true),
+        desc(
+            "view: crowd",
+            (&VIEW_CROWD_VERT, Some(&VIEW_BODY_FRAG)),
+            Solid,
+            true,
+        ),
+        desc(
+            "view: floor",
+            (&VIEW_FLOOR_VERT, Some(&VIEW_FLOOR_FRAG)),
+            Solid,
+            false,
+        ),
+        desc(
+            "view: sky",
+            (&VIEW_SKY_VERT, Some(&VIEW_SKY_FRAG)),
+            Solid,
+            false,
+        ),
+        desc(
+            "view: layer",
+            (&VIEW_LAYER_VERT, Some(&VIEW_LAYER_FRAG)),
+            Glass,
+            false,
+        ),
+        desc("view: ghosts' depth", body, Depth, true),
+        desc("view: ghosts", body, Glass, true),
+        desc("view: shadow", (&VIEW_BODY_VERT, None), Shadow, true),
+        desc(
+            "view: crowd's shadow",
+            (&VIEW_CROWD_VERT, None),
+            Shadow,
+            true,
+        ),
+    ]
+};
+
+/// All pipelines and their common layouts; null handles by default.
+#[derive(Debug, Default)]
+pub(super) struct Pipelines {
+    all: Vec<vk::Pipeline>,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+}
+
+/// Which stages push constants go to.
+pub(super) const PUSHED: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
+    vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw(),
+);
+/// Bytes of the largest push constants.
+const MOST_PUSHED: u32 = 64;
+
+/// Type and stages of each binding, by its number.
+pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 7] = {
+    use vk::{DescriptorType as Type, ShaderStageFlags as Stages};
+    [
+        (Type::UNIFORM_BUFFER, PUSHED),
+        (Type::SAMPLED_IMAGE, Stages::FRAGMENT),
+        (Type::STORAGE_BUFFER, PUSHED),
+        (Type::STORAGE_BUFFER, Stages::FRAGMENT),
+        (Type::STORAGE_BUFFER, Stages::VERTEX),
+        (Type::STORAGE_BUFFER, Stages::VERTEX),
+        (Type::STORAGE_BUFFER, Stages::VERTEX),
+    ]
+};
+
+impl Pipelines {
+    /// Fills default ones. After a failure [`Pipelines::destroy`] frees what there is.
+    pub(super) fn fill(
+        &mut self,
+        context: &Context,
+        format: vk::Format,
+        samples: vk::SampleCountFlags,
+    ) -> Result<(), GpuError> {
+        let device = context.device();
+        let bindings: Vec<_> = (0..)
+            .zip(BINDINGS)
+            .map(|(number, (kind, stages))| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(kind)
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the context's device is valid.
+        self.set_layout = unsafe { device.create_descriptor_set_layout(&info, None) }
+            .call("vkCreateDescriptorSetLayout")?;
+        let (sets, pushed) = (
+            [self.set_layout],
+            [vk::PushConstantRange::default()
+                .stage_flags(PUSHED)
+                .size(MOST_PUSHED)],
+        );
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&sets)
+            .push_constant_ranges(&pushed);
+        // SAFETY: as above; the set layout was just made.
+        self.layout =
+            unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
+        for desc in &ALL {
+            let made = build(context, desc, (self.layout, format, samples))?;
+            context.name(made, desc.name);
+            self.all.push(made);
+        }
+        Ok(())
+    }
+
+    pub(super) fn get(&self, draw: Draw) -> vk::Pipeline {
+        self.all[draw as usize]
+    }
+
+    /// Frees all; the device must be done with them.
+    pub(super) fn destroy(&mut self, context: &Context) {
+        let device = context.device();
+        // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
+        unsafe {
+            for pipeline in self.all.drain(..) {
+                device.destroy_pipeline(pipeline, None);
+            }
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+        *self = Self::default();
+    }
+}
+
+fn build(
+    context: &Context,
+    desc: &Desc,
+    (layout, format, samples): (vk::PipelineLayout, vk::Format, vk::SampleCountFlags),
+) -> Result<vk::Pipeline, GpuError> {
+    let device = context.device();
+    let mut modules = Vec::new();
+    let mut made = Ok(());
+    for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: the words were validated when the crate was built.
+        match unsafe { device.create_shader_module(&info, None) } {
+            Ok(module) => modules.push((module, shader)),
+            Err(result) => made = Err(result).call("vkCreateShaderModule"),
+        }
+    }
+    let built = made.and_then(|()| build_of(context, desc, &modules, (layout, format, samples)));
+    for (module, _) in modules {
+        // SAFETY: the pipeline does not need its modules after it was made.
+        unsafe { device.destroy_shader_module(module, None) };
+    }
+    built
+}
+
+fn build_of(
+    context: &Context,
+    desc: &Desc,
+    modules: &[(vk::ShaderModule, &Shader)],
+    (layout, format, samples): (vk::PipelineLayout, vk::Format, vk::SampleCountFlags),
+) -> Result<vk::Pipeline, GpuError> {
+    let stages: Vec<_> = modules
+        .iter()
+        .map(|&(module, shader)| {
+            let stage = match shader.stage {
+                ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
+                _ => vk::ShaderStageFlags::FRAGMENT,
+            };
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(stage)
+                .module(module)
+                .name(c"main")
+        })
+        .collect();
+    let is_shadow = desc.leaves == Leaves::Shadow;
+    let inputs = vk::PipelineVertexInputStateCreateInfo::default();
+    let (topology, cull) = if desc.is_mesh {
+        (
+            vk::PrimitiveTopology::TRIANGLE_LIST,
+            vk::CullModeFlags::BACK,
+        )
+    } else {
+        (
+            vk::PrimitiveTopology::TRIANGLE_STRIP,
+            vk::CullModeFlags::NONE,
+        )
+    };
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(cull)
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+        .depth_bias_enable(is_shadow)
+        .depth_bias_constant_factor(2.0)
+        .depth_bias_slope_factor(1.5)
+        .line_width(1.0);
+    let samples = if is_shadow {
+        vk::SampleCountFlags::TYPE_1
+    } else {
+        samples
+    };
+    let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(true)
+        .depth_write_enable(desc.leaves != Leaves::Glass)
+        .depth_compare_op(if is_shadow {
+            vk::CompareOp::LESS
+        } else {
+            // The nearest is 1.
+            vk::CompareOp::GREATER_OR_EQUAL
+        });
+    let colour = vk::PipelineColorBlendAttachmentState::default()
+        .blend_enable(desc.leaves == Leaves::Glass)
+        .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+        .color_write_mask(match desc.leaves {
+            Leaves::Solid | Leaves::Glass => vk::ColorComponentFlags::RGBA,
+            Leaves::Depth | Leaves::Shadow => vk::ColorComponentFlags::empty(),
+        });
+    let (colours, formats) = ([colour], [format]);
+    let mut blend = vk::PipelineColorBlendStateCreateInfo::default();
+    let mut rendering = vk::PipelineRenderingCreateInfo::default().depth_attachment_format(DEPTH);
+    if !is_shadow {
+        blend = blend.attachments(&colours);
+        rendering = rendering.color_attachment_formats(&formats);
+    }
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let info = [vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&inputs)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering)];
+    // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
+    let pipelines = unsafe {
+        let cache = vk::PipelineCache::null();
+        context
+            .device()
+            .create_graphics_pipelines(cache, &info, None)
+    };
+    match pipelines {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+    }
+}

@@ -1,0 +1,205 @@
+//! What one frame in flight reads: camera and light, capsules, maps, the crowd.
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::StageDesc;
+use super::pipelines::BINDINGS;
+use crate::scene::Capsule;
+use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
+use sabaki::gpu::internal::{Buffer, BufferDesc};
+use sabaki::gpu::internal::{Named, within};
+use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
+use sabaki::math::Line;
+
+/// Null handles by default.
+#[derive(Debug, Default)]
+pub(super) struct Slot {
+    pub(super) frame: Buffer,
+    pub(super) capsules: Buffer,
+    pub(super) words: Buffer,
+    poses: Buffer,
+    pub(super) members: Buffer,
+    pub(super) parts: Buffer,
+    pub(super) set: vk::DescriptorSet,
+    /// Of the crowd's memory: where its first whole line starts, in numbers.
+    pub(super) first_number: u32,
+    lines: usize,
+}
+
+impl Slot {
+    /// Fills a default one. After a failure [`Slot::destroy`] frees what there is.
+    pub(super) fn fill(
+        &mut self,
+        (context, memory): (&Context, &mut dyn Memory),
+        desc: &StageDesc<'_>,
+        number: u32,
+    ) -> Result<(), GpuError> {
+        use vk::BufferUsageFlags as Usage;
+        let mut buffer = |what: &str, size: u64, usage| {
+            let desc = BufferDesc {
+                name: &format!("{}: {what} {number}", desc.name),
+                size,
+                usage,
+                memory: MemoryUse::Upload,
+            };
+            Buffer::new(context, memory, desc)
+        };
+        let bytes = |count: u32, of: usize| u64::from(count) * of as u64;
+        let storage = Usage::STORAGE_BUFFER;
+        self.frame = buffer(
+            "frame",
+            bytes(1, size_of::<FrameData>()),
+            Usage::UNIFORM_BUFFER,
+        )?;
+        self.capsules = buffer(
+            "capsules",
+            bytes(desc.max_capsules, size_of::<Capsule>()),
+            storage,
+        )?;
+        self.words = buffer("maps", bytes(desc.max_map_words, size_of::<u32>()), storage)?;
+        // One more, since the first may start within a line.
+        let lines = desc.max_crowd_lines + u32::from(desc.max_crowd_lines > 0);
+        self.poses = buffer("poses", bytes(lines, size_of::<Line>()), storage)?;
+        self.members = buffer(
+            "crowd",
+            bytes(desc.max_members, size_of::<CrowdCharacter>()),
+            storage,
+        )?;
+        self.parts = buffer(
+            "parts",
+            bytes(desc.max_parts, size_of::<CrowdPart>()),
+            storage,
+        )?;
+        self.lines = desc.max_crowd_lines as usize;
+        // SAFETY: nobody else has the buffer yet.
+        let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;
+        let skipped = start.next_multiple_of(align_of::<Line>()) - start;
+        self.first_number = (skipped / size_of::<f32>()) as u32;
+        Ok(())
+    }
+
+    /// The crowd's memory: whole lines of it.
+    ///
+    /// # Safety
+    /// The device is done with what was recorded into this slot.
+    pub(super) unsafe fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+        let lines = self.lines;
+        // SAFETY: the caller knows that the device does not read it.
+        let bytes = unsafe { self.poses.bytes_mut() }?;
+        let start = self.first_number as usize * size_of::<f32>();
+        let end = (start + lines * size_of::<Line>()).min(bytes.len());
+        Ok(bytemuck::try_cast_slice_mut(&mut bytes[start..end]).unwrap_or(&mut []))
+    }
+
+    /// Hands what was written there to the device.
+    pub(super) fn flush_poses(&self, context: &Context) -> Result<(), GpuError> {
+        self.poses.flush(context)
+    }
+
+    /// Points the descriptor set at the buffers and the shadow map.
+    pub(super) fn point(&self, context: &Context, shadow: vk::ImageView) {
+        let buffer = |buffer: &Buffer| {
+            [vk::DescriptorBufferInfo::default()
+                .buffer(buffer.handle)
+                .range(vk::WHOLE_SIZE)]
+        };
+        let image = [vk::DescriptorImageInfo::default()
+            .image_view(shadow)
+            .image_layout(vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL)];
+        let all = [
+            &self.frame,
+            &self.capsules,
+            &self.words,
+            &self.poses,
+            &self.members,
+            &self.parts,
+        ];
+        let infos = all.map(buffer);
+        let writes: Vec<_> = (0..)
+            .zip(BINDINGS)
+            .map(|(number, (kind, _))| {
+                let write = vk::WriteDescriptorSet::default()
+                    .dst_set(self.set)
+                    .dst_binding(number)
+                    .descriptor_type(kind);
+                // The image is the second binding.
+                match number {
+                    1 => write.image_info(&image),
+                    0 => write.buffer_info(&infos[0]),
+                    _ => write.buffer_info(&infos[number as usize - 1]),
+                }
+            })
+            .collect();
+        // SAFETY: the set is of this device, not in use yet, and of the layout that the bindings describe.
+        unsafe { context.device().update_descriptor_sets(&writes, &[]) };
+    }
+
+    /// Frees all buffers; the device must be done with them.
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        for buffer in [
+            &mut self.frame,
+            &mut self.capsules,
+            &mut self.words,
+            &mut self.poses,
+            &mut self.members,
+            &mut self.parts,
+        ] {
+            buffer.destroy(context, memory);
+        }
+    }
+}
+
+/// Writes elements into a buffer from its start.
+pub(super) fn write<T: Pod>(
+    context: &Context,
+    buffer: &Buffer,
+    (elements, limit, most): (&[T], &'static str, u32),
+) -> Result<(), GpuError> {
+    within(limit, elements.len() as u64, most.into())?;
+    buffer.write(context, 0, bytemuck::cast_slice(elements))
+}
+
+/// One descriptor set for each slot.
+pub(super) fn sets(
+    context: &Context,
+    layout: vk::DescriptorSetLayout,
+    slots: &mut [Slot],
+) -> Result<vk::DescriptorPool, GpuError> {
+    let count = slots.len() as u32;
+    let of = |kind| BINDINGS.iter().filter(|(other, _)| *other == kind).count() as u32;
+    let sizes = [
+        vk::DescriptorType::UNIFORM_BUFFER,
+        vk::DescriptorType::SAMPLED_IMAGE,
+        vk::DescriptorType::STORAGE_BUFFER,
+    ]
+    .map(|kind| {
+        vk::DescriptorPoolSize::default()
+            .ty(kind)
+            .descriptor_count(count * of(kind))
+    });
+    let info = vk::DescriptorPoolCreateInfo::default()
+        .max_sets(count)
+        .pool_sizes(&sizes);
+    let device = context.device();
+    // SAFETY: the context's device is valid.
+    let pool =
+        unsafe { device.create_descriptor_pool(&info, None) }.call("vkCreateDescriptorPool")?;
+    let layouts = vec![layout; slots.len()];
+    let info = vk::DescriptorSetAllocateInfo::default()
+        .descriptor_pool(pool)
+        .set_layouts(&layouts);
+    // SAFETY: the pool was just made for as many sets of this layout.
+    let sets = match unsafe { device.allocate_descriptor_sets(&info) } {
+        Ok(sets) => sets,
+        Err(result) => {
+            // SAFETY: nothing was made from it.
+            unsafe { device.destroy_descriptor_pool(pool, None) };
+            return Err(result).call("vkAllocateDescriptorSets");
+        }
+    };
+    for (slot, set) in slots.iter_mut().zip(sets) {
+        slot.set = set;
+    }
+    Ok(pool)
+}

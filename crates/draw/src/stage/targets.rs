@@ -1,0 +1,75 @@
+//! What a stage draws into besides the caller's image: the shadow map, the depth buffer, and samples where there are several.
+
+use ash::vk;
+
+use super::StageDesc;
+use super::pipelines::DEPTH;
+use sabaki::gpu::internal::{Image, ImageDesc};
+use sabaki::gpu::{Context, GpuError, Memory};
+
+/// Null handles by default.
+#[derive(Debug, Default)]
+pub(super) struct Targets {
+    pub(super) shadow: Image,
+    pub(super) depth: Image,
+    /// Null where there is one sample a pixel.
+    pub(super) samples: Image,
+}
+
+impl Targets {
+    pub(super) fn fill_shadow(
+        &mut self,
+        (context, memory): (&Context, &mut dyn Memory),
+        desc: &StageDesc<'_>,
+    ) -> Result<(), GpuError> {
+        use vk::ImageUsageFlags as Usage;
+        let desc = ImageDesc {
+            name: &format!("{}: shadow map", desc.name),
+            side: [desc.shadow_side; 2],
+            format: DEPTH,
+            samples: vk::SampleCountFlags::TYPE_1,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
+            aspect: vk::ImageAspectFlags::DEPTH,
+        };
+        self.shadow = Image::new(context, memory, &desc)?;
+        Ok(())
+    }
+
+    /// Makes depth and samples of a size; frees what there was.
+    pub(super) fn resize(
+        &mut self,
+        (context, memory): (&Context, &mut dyn Memory),
+        (desc, samples): (&StageDesc<'_>, vk::SampleCountFlags),
+        side: [u32; 2],
+    ) -> Result<(), GpuError> {
+        use vk::ImageUsageFlags as Usage;
+        self.depth.destroy(context, memory);
+        self.samples.destroy(context, memory);
+        let depth = ImageDesc {
+            name: &format!("{}: depth", desc.name),
+            side,
+            format: DEPTH,
+            samples,
+            usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,
+            aspect: vk::ImageAspectFlags::DEPTH,
+        };
+        self.depth = Image::new(context, memory, &depth)?;
+        if samples != vk::SampleCountFlags::TYPE_1 {
+            let colour = ImageDesc {
+                name: &format!("{}: samples", desc.name),
+                format: desc.format,
+                usage: Usage::COLOR_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,
+                aspect: vk::ImageAspectFlags::COLOR,
+                ..depth
+            };
+            self.samples = Image::new(context, memory, &colour)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        for image in [&mut self.shadow, &mut self.depth, &mut self.samples] {
+            image.destroy(context, memory);
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! A shot into the buffers of a slot.
+
+use ash::vk;
+
+use super::frame::{FrameSettings, frame_data};
+use super::slot::write;
+use super::{Stage, Target};
+use crate::scene::{Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, Shot};
+use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
+use sabaki::gpu::GpuError;
+use sabaki::gpu::internal::within;
+
+/// What of a slot's buffers is drawn, and how.
+pub(super) struct Draws {
+    pub(super) solids: u32,
+    pub(super) ghosts: u32,
+    pub(super) layers: Vec<DrawLayer>,
+    pub(super) crowd: Vec<CrowdDraw>,
+}
+
+/// Members of a crowd that are drawn at once.
+pub(super) struct CrowdDraw {
+    pub(super) detail: Detail,
+    pub(super) first_character: u32,
+    pub(super) characters: u32,
+    pub(super) first_part: u32,
+    pub(super) parts: u32,
+    pub(super) casts: bool,
+}
+
+impl Stage {
+    /// Writes a shot into a slot's buffers.
+    pub(super) fn upload(
+        &mut self,
+        slot: u32,
+        (shot, crowd): (&Shot, Option<&CrowdShot>),
+        target: &Target,
+    ) -> Result<Draws, GpuError> {
+        let (context, desc) = (self.context.clone(), self.desc);
+        let slot = self.slot_mut(slot)?;
+        let settings = FrameSettings {
+            side: target.size,
+            encodes: !is_srgb(desc.format),
+            shadow_side: desc.shadow_side,
+        };
+        let frame = [frame_data(shot, settings)];
+        write(&context, &slot.frame, (&frame, "frames", 1))?;
+        let capsules: Vec<Capsule> = shot.solids.iter().chain(&shot.ghosts).copied().collect();
+        let most = desc.max_capsules;
+        write(
+            &context,
+            &slot.capsules,
+            (&capsules, "StageDesc::max_capsules", most),
+        )?;
+        let (layers, words) = layers(&shot.layers);
+        let most = desc.max_map_words;
+        write(
+            &context,
+            &slot.words,
+            (&words, "StageDesc::max_map_words", most),
+        )?;
+        let mut draws = Draws {
+            solids: shot.solids.len() as u32,
+            ghosts: shot.ghosts.len() as u32,
+            layers,
+            crowd: Vec::new(),
+        };
+        if let Some(crowd) = crowd {
+            let members = members(crowd, slot.first_number);
+            let most = desc.max_members;
+            write(
+                &context,
+                &slot.members,
+                (&members, "StageDesc::max_members", most),
+            )?;
+            let (parts, ranges) = parts(&crowd.figures);
+            let most = desc.max_parts;
+            write(
+                &context,
+                &slot.parts,
+                (&parts, "StageDesc::max_parts", most),
+            )?;
+            slot.flush_poses(&context)?;
+            for group in &crowd.groups {
+                let (end, all) = (u64::from(group.members.end), members.len() as u64);
+                within("members of a CrowdShot", end, all)?;
+                within(
+                    "figures of a CrowdShot",
+                    group.figure as u64 + 1,
+                    ranges.len() as u64,
+                )?;
+                let (first_part, parts) = ranges[group.figure];
+                draws.crowd.push(CrowdDraw {
+                    detail: group.detail,
+                    first_character: group.members.start,
+                    characters: group.members.len() as u32,
+                    first_part,
+                    parts,
+                    casts: group.casts,
+                });
+            }
+        }
+        Ok(draws)
+    }
+}
+
+fn is_srgb(format: vk::Format) -> bool {
+    use vk::Format as F;
+    matches!(
+        format,
+        F::R8G8B8A8_SRGB
+            | F::B8G8R8A8_SRGB
+            | F::A8B8G8R8_SRGB_PACK32
+            | F::R8G8B8_SRGB
+            | F::B8G8R8_SRGB
+    )
+}
+
+/// What is drawn of each layer, and the words of all.
+fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
+    let mut words = Vec::new();
+    let draws = layers.iter().map(|layer| {
+        let (rect, first) = (layer.map.rect(), words.len() as u32);
+        words.extend_from_slice(layer.map.words());
+        DrawLayer {
+            placement: [
+                layer.placement.cos(),
+                layer.placement.sin(),
+                layer.placement.x,
+                layer.placement.z,
+            ],
+            grid: [rect.u as f32, rect.v as f32, layer.texel, layer.height],
+            colour: layer.colour,
+            extent: [
+                rect.width,
+                rect.height,
+                first,
+                layer.map.words_per_row() as u32,
+            ],
+        }
+    });
+    let draws = draws.collect();
+    (draws, words)
+}
+
+/// The members; `first` is where the first number of their poses stands.
+fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
+    let member = |member: &CrowdMember| CrowdCharacter {
+        place: [first + member.first, member.stride, 0, 0],
+        tint: member.tint,
+    };
+    crowd.members.iter().map(member).collect()
+}
+
+/// The parts of all figures, and of each figure the first one and how many.
+fn parts(figures: &[Figure]) -> (Vec<CrowdPart>, Vec<(u32, u32)>) {
+    let mut parts: Vec<CrowdPart> = Vec::new();
+    let ranges = figures.iter().map(|figure| {
+        let first = parts.len() as u32;
+        parts.extend(figure.parts.iter().map(|part: &FigurePart| {
+            let [a, b] = part.joints.map(|joint| u32::from(joint.0));
+            CrowdPart {
+                joints: [a, b, 0, 0],
+                a: part.ends[0].extend(part.radii[0]).to_array(),
+                b: part.ends[1].extend(part.radii[1]).to_array(),
+                colour: part.colour.extend(1.0).to_array(),
+            }
+        }));
+        (first, figure.parts.len() as u32)
+    });
+    let ranges = ranges.collect();
+    (parts, ranges)
+}

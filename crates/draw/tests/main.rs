@@ -1,0 +1,353 @@
+//! Promise: pictures are the same each time, show things where the camera sees them, and leave validation nothing to say.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::{device, finish};
+use glam::{Vec2, Vec3};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::gpu::GpuError;
+use sabaki::maps::{BitMap, Body, MapRect};
+use sabaki::math::Rigid2;
+use sabaki_app::Painter;
+use sabaki_app::demo::{self, Motions};
+use sabaki_app::film::{Film, FilmError};
+use sabaki_app::headless::Headless;
+use sabaki_draw::StageDesc;
+use sabaki_draw::scene::{
+    Camera, Capsule, Crowd, Figure, FormationSettings, Layer, Light, Look, Shot,
+};
+
+const SIZE: [u32; 2] = [240, 160];
+const RED: [f32; 4] = [0.9, 0.1, 0.05, 1.0];
+
+struct Picture(Vec<u8>);
+
+impl Picture {
+    fn at(&self, pixel: Vec2) -> [i32; 3] {
+        let (x, y) = (pixel.x as usize, pixel.y as usize);
+        let first = 4 * (y * SIZE[0] as usize + x);
+        [0, 1, 2].map(|channel| i32::from(self.0[first + channel]))
+    }
+
+    fn differs(&self, other: &Self, pixel: Vec2) -> bool {
+        let pairs = self.at(pixel).into_iter().zip(other.at(pixel));
+        pairs.map(|(a, b)| (a - b).abs()).sum::<i32>() > 20
+    }
+}
+
+fn camera() -> Camera {
+    Camera::orbit(Vec3::new(0.0, 0.9, 0.0), (0.6, 0.2), 5.0)
+}
+
+fn empty() -> Shot {
+    Shot::new(camera(), Light::default())
+}
+
+fn paint(device: &mut Headless, painter: &mut Painter, shot: &Shot) -> Picture {
+    Picture(painter.paint(device, shot, None).unwrap())
+}
+
+fn is_red([red, green, blue]: [i32; 3]) -> bool {
+    red > 2 * green && red > 2 * blue
+}
+
+fn fighter(motions: &Motions) -> Vec<Capsule> {
+    let body = Body::from_bones(&motions.skeleton);
+    let figure = Figure::of(&motions.skeleton, &body, &Look::default());
+    let (mut pose, mut joints, mut capsules) = (Pose::default(), Vec::new(), Vec::new());
+    motions.clips[0].pose(0, &mut pose);
+    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    figure.capsules(&joints, 1.0, &mut capsules);
+    capsules
+}
+
+fn middle(capsule: &Capsule) -> Vec3 {
+    let end = |end: [f32; 4]| Vec3::new(end[0], end[1], end[2]);
+    0.5 * (end(capsule.a) + end(capsule.b))
+}
+
+#[test]
+fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
+    let mut device = device();
+    let desc = StageDesc::default();
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let floor = paint(&mut device, &mut painter, &empty());
+    let ball = Vec3::new(0.7, 1.4, -0.3);
+    let mut shot = empty();
+    shot.solids = fighter(&demo::motions().unwrap());
+    shot.solids.push(Capsule::ball(ball, 0.12, RED));
+    let picture = paint(&mut device, &mut painter, &shot);
+    let seen = |place| camera().pixel(place, SIZE).unwrap();
+    assert!(
+        is_red(picture.at(seen(ball))),
+        "{:?}",
+        picture.at(seen(ball))
+    );
+    assert!(!is_red(picture.at(seen(ball + 0.2 * Vec3::Y))));
+    for capsule in &shot.solids {
+        let pixel = seen(middle(capsule));
+        assert!(picture.differs(&floor, pixel), "{capsule:?} at {pixel}");
+    }
+    // The sun is behind the left shoulder: the ball's shadow lies on the other side, where nothing else is drawn.
+    let sunward = shot.light.sunward.normalize();
+    let shadow = ball - sunward * (ball.y / sunward.y);
+    assert!(
+        picture.differs(&floor, seen(shadow)),
+        "{:?}",
+        picture.at(seen(shadow))
+    );
+    let sum = |picture: &Picture, at| picture.at(at).iter().sum::<i32>();
+    assert!(sum(&picture, seen(shadow)) < sum(&floor, seen(shadow)));
+
+    let mut ghost = empty();
+    ghost
+        .ghosts
+        .push(Capsule::ball(ball, 0.12, [0.9, 0.1, 0.05, 0.4]));
+    let through = paint(&mut device, &mut painter, &ghost);
+    assert!(through.differs(&floor, seen(ball)) && through.differs(&picture, seen(ball)));
+
+    let mut mapped = empty();
+    let mut map = BitMap::new(MapRect {
+        u: 10,
+        v: -5,
+        width: 40,
+        height: 30,
+    });
+    (0..30).for_each(|row| (0..20).for_each(|column| map.set(column, row)));
+    let placement = Rigid2::new(0.4, -0.6, 0.3);
+    mapped.layers.push(Layer {
+        map,
+        texel: 0.02,
+        placement,
+        height: 0.8,
+        colour: RED,
+    });
+    let layered = paint(&mut device, &mut painter, &mapped);
+    let texel =
+        |column: f32, row: f32| seen(placement.point(Vec3::new(column * 0.02, 0.8, row * 0.02)));
+    assert!(is_red(layered.at(texel(20.0, 10.0))), "a set texel");
+    assert!(
+        !is_red(layered.at(texel(40.0, 10.0))),
+        "one that is not set"
+    );
+    assert!(!is_red(layered.at(texel(4.0, 10.0))), "outside of the map");
+
+    let again = paint(&mut device, &mut painter, &shot);
+    assert!(again.0 == picture.0, "the same shot is the same picture");
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
+fn one_sample_a_pixel_and_another_device_draw_the_same_scene() {
+    let mut shot = empty();
+    shot.solids = fighter(&demo::motions().unwrap());
+    let pictures: Vec<Picture> = [4, 4, 1]
+        .into_iter()
+        .map(|samples| {
+            let mut device = device();
+            let desc = StageDesc {
+                samples,
+                ..StageDesc::default()
+            };
+            let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+            let picture = paint(&mut device, &mut painter, &shot);
+            painter.destroy(&mut device).unwrap();
+            finish(device);
+            picture
+        })
+        .collect();
+    assert!(
+        pictures[0].0 == pictures[1].0,
+        "a new device draws the same bytes"
+    );
+    let pixels = SIZE[0] * SIZE[1];
+    let points = (0..pixels).map(|at| Vec2::new((at % SIZE[0]) as f32, (at / SIZE[0]) as f32));
+    let apart = points
+        .filter(|&at| pictures[0].differs(&pictures[2], at))
+        .count();
+    // Edges alone.
+    assert!(
+        apart > 0 && apart < pixels as usize / 20,
+        "{apart} of {pixels}"
+    );
+}
+
+#[test]
+fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
+    let mut device = device();
+    let motions = demo::motions().unwrap();
+    let body = Body::from_bones(&motions.skeleton);
+    let settings = FormationSettings {
+        count: 300,
+        threads: 1,
+        look: Look {
+            clothes: Vec3::new(0.7, 0.05, 0.05),
+            ..Look::default()
+        },
+        ..FormationSettings::default()
+    };
+    let skeleton = (&motions.skeleton, &body);
+    let mut crowd = Crowd::new(skeleton, &motions.clips[0], &settings).unwrap();
+    let desc = StageDesc {
+        max_members: 300,
+        max_crowd_lines: crowd.most_lines() as u32,
+        max_parts: crowd.parts() as u32,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let camera = crowd.camera();
+    let mut taken = Vec::new();
+    for (lod, tinted) in [(true, false), (false, false), (true, true)] {
+        crowd.use_levels(lod);
+        crowd.show_levels(tinted);
+        crowd.look_from(&camera, SIZE).unwrap();
+        crowd.pose(painter.poses().unwrap()).unwrap();
+        let (shot, shown) = crowd.shot(camera, SIZE).unwrap();
+        let nobody = Picture(painter.paint(&mut device, &shot, None).unwrap());
+        let everybody = Picture(painter.paint(&mut device, &shot, Some(&shown)).unwrap());
+        // The first row's trunks.
+        for file in 2..8 {
+            let place = Vec3::new((file as f32 - 4.5) * settings.apart, 1.05, 0.0);
+            let pixel = camera.pixel(place, SIZE).unwrap();
+            assert!(
+                everybody.differs(&nobody, pixel),
+                "file {file}, levels {lod}"
+            );
+        }
+        taken.push(everybody);
+    }
+    let points = |test: &dyn Fn(Vec2) -> bool| {
+        let all = (0..SIZE[0] * SIZE[1])
+            .map(|at| Vec2::new((at % SIZE[0]) as f32, (at / SIZE[0]) as f32));
+        all.filter(|&at| test(at)).count()
+    };
+    let changed = points(&|at| taken[0].differs(&taken[1], at));
+    assert!(
+        changed < 2000,
+        "levels change little that one sees: {changed}"
+    );
+    assert!(
+        points(&|at| taken[0].differs(&taken[2], at)) > 2000,
+        "colours show"
+    );
+    assert!(crowd.census()[0] < 300);
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
+fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
+    let mut device = device();
+    let desc = StageDesc {
+        max_capsules: 3,
+        max_map_words: 2,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let limit_of = |error: GpuError| match error {
+        GpuError::Limit { limit, .. } => limit,
+        other => panic!("{other}"),
+    };
+    let mut shot = empty();
+    shot.solids = vec![Capsule::ball(Vec3::Y, 0.1, RED); 4];
+    let error = painter.paint(&mut device, &shot, None).unwrap_err();
+    assert_eq!(limit_of(error), "StageDesc::max_capsules");
+    let mut shot = empty();
+    shot.layers.push(Layer {
+        map: BitMap::new(MapRect {
+            u: 0,
+            v: 0,
+            width: 33,
+            height: 2,
+        }),
+        texel: 0.02,
+        placement: Rigid2::IDENTITY,
+        height: 0.0,
+        colour: RED,
+    });
+    let error = painter.paint(&mut device, &shot, None).unwrap_err();
+    assert_eq!(limit_of(error), "StageDesc::max_map_words");
+    painter.paint(&mut device, &empty(), None).unwrap();
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+/// A square that moves over a slope of colours.
+fn film() -> Film {
+    let [width, height] = [40u32, 24];
+    let picture = |number: u32| {
+        let pixel = |at: u32| {
+            let (x, y) = (at % width, at / width);
+            match (x.wrapping_sub(4 * number) < 6, (5..12).contains(&y)) {
+                (true, true) => [220, 60, 30],
+                _ => [150 + x as u8, 160 + 2 * y as u8, 200],
+            }
+        };
+        (0..width * height).flat_map(pixel).collect()
+    };
+    Film {
+        size: [width, height],
+        delay: 4,
+        pictures: (0..5).map(picture).collect(),
+    }
+}
+
+#[test]
+fn a_gif_shows_what_was_drawn_and_only_writes_what_changes() {
+    let film = film();
+    let bytes = film.gif().unwrap();
+    assert_eq!(bytes, film.gif().unwrap());
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(&bytes[..]).unwrap();
+    assert_eq!(decoder.repeat(), gif::Repeat::Infinite);
+    let width = film.size[0] as usize;
+    let mut canvas = vec![0u8; film.pictures[0].len()];
+    let mut shown = 0;
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        assert_eq!(frame.delay, film.delay);
+        let columns = usize::from(frame.width);
+        for (at, pixel) in frame.buffer.chunks_exact(4).enumerate() {
+            let (x, y) = (
+                at % columns + usize::from(frame.left),
+                at / columns + usize::from(frame.top),
+            );
+            if pixel[3] > 0 {
+                canvas[3 * (y * width + x)..][..3].copy_from_slice(&pixel[..3]);
+            }
+        }
+        assert!(
+            shown == 0 || columns < width / 2,
+            "what stands still is left out"
+        );
+        let pairs = canvas.iter().zip(&film.pictures[shown]);
+        let apart: Vec<u8> = pairs.map(|(a, b)| a.abs_diff(*b)).collect();
+        let mean = apart.iter().map(|&apart| f64::from(apart)).sum::<f64>() / apart.len() as f64;
+        assert!(mean < 4.0, "picture {shown}: {mean} apart");
+        assert!(*apart.iter().max().unwrap() < 40, "picture {shown}");
+        shown += 1;
+    }
+    assert_eq!(shown, film.pictures.len());
+}
+
+#[test]
+fn an_animated_png_loses_nothing_and_a_film_of_nothing_is_an_error() {
+    let mut film = film();
+    let bytes = film.apng().unwrap();
+    let decoder = png::Decoder::new(std::io::Cursor::new(&bytes));
+    let mut reader = decoder.read_info().unwrap();
+    for picture in &film.pictures {
+        let mut pixels = vec![0; picture.len()];
+        reader.next_frame(&mut pixels).unwrap();
+        assert!(pixels == *picture);
+    }
+    film.pictures[2].pop();
+    let wrong = |result: Result<Vec<u8>, FilmError>| result.unwrap_err().to_string();
+    assert_eq!(wrong(film.gif()), "picture 2 has 2879 bytes, not 2880");
+    film.pictures.clear();
+    assert_eq!(wrong(film.apng()), "a film needs a picture");
+    film.size[0] = 0;
+    assert_eq!(wrong(film.gif()), "0 by 24 pixels are no picture");
+}

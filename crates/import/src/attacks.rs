@@ -1,0 +1,187 @@
+use std::fmt;
+use std::path::Path;
+
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use thiserror::Error;
+
+use super::ReadError;
+use super::json::{self, JsonError};
+use super::read::read_bytes;
+use sabaki::maps::SphereKey;
+
+/// An attack file: spheres that move, in the frame of the character at the moment of the query (root on the ground,
+/// facing +Z). Seconds count from that moment. Keys that are not known are passed over.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AttackFile {
+    /// In the order of the file.
+    pub attacks: Vec<AttackEntry>,
+}
+
+/// One attack.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AttackEntry {
+    /// For each moving sphere its keys, in order of time. In a file, one sphere may be given as a bare list of keys.
+    #[serde(deserialize_with = "one_or_many")]
+    pub spheres: Vec<Vec<SphereKey>>,
+}
+
+/// Why attacks cannot be used. Attacks, spheres and keys are counted from 0.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AttacksError {
+    /// The text is not what an attack file holds.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// The file has no attack.
+    #[error("the file holds no attack")]
+    NoAttack,
+    /// The attack has no sphere, or a sphere no key.
+    #[error("attack {attack}, sphere {sphere}: no key; a sphere needs one at least")]
+    NoKey {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+    },
+    /// A time, a place or a radius is NaN or infinite, or the radius is not above 0.
+    #[error(
+        "attack {attack}, sphere {sphere}, key {key}: not a finite time and place and a radius above 0"
+    )]
+    BadKey {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+        /// Index of the key.
+        key: usize,
+    },
+    /// A key is not later than the one before it.
+    #[error("attack {attack}, sphere {sphere}, key {key}: {t} s is not after {before} s")]
+    Order {
+        /// Index of the attack.
+        attack: usize,
+        /// Index of the sphere.
+        sphere: usize,
+        /// Index of the key.
+        key: usize,
+        /// Its time, seconds.
+        t: f32,
+        /// The time of the key before, seconds.
+        before: f32,
+    },
+}
+
+impl AttackFile {
+    /// Reads and checks the JSON text.
+    ///
+    /// # Errors
+    /// What is wrong, with line and column or the index of attack, sphere and key.
+    pub fn parse(text: &[u8]) -> Result<Self, AttacksError> {
+        let file: Self = json::parse(text)?;
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// What is wrong, with the file and the place in it.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Attacks {
+            path: path.to_owned(),
+            error,
+        })
+    }
+
+    fn check(&self) -> Result<(), AttacksError> {
+        if self.attacks.is_empty() {
+            return Err(AttacksError::NoAttack);
+        }
+        for (attack, entry) in self.attacks.iter().enumerate() {
+            if entry.spheres.is_empty() {
+                return Err(AttacksError::NoKey { attack, sphere: 0 });
+            }
+            for (sphere, keys) in entry.spheres.iter().enumerate() {
+                check_keys(attack, sphere, keys)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_keys(attack: usize, sphere: usize, keys: &[SphereKey]) -> Result<(), AttacksError> {
+    if keys.is_empty() {
+        return Err(AttacksError::NoKey { attack, sphere });
+    }
+    let is_good = |key: &SphereKey| {
+        key.t.is_finite() && key.center.is_finite() && key.radius.is_finite() && key.radius > 0.0
+    };
+    for (key, current) in keys.iter().enumerate() {
+        if !is_good(current) {
+            return Err(AttacksError::BadKey {
+                attack,
+                sphere,
+                key,
+            });
+        }
+        let before = key.checked_sub(1).map(|before| keys[before].t);
+        if let Some(before) = before.filter(|&before| current.t <= before) {
+            return Err(AttacksError::Order {
+                attack,
+                sphere,
+                key,
+                t: current.t,
+                before,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// An element of `spheres`: a key of the only sphere, or a sphere's keys.
+///
+/// Not serde's untagged enum, which forgets line and column.
+enum Element {
+    Key(SphereKey),
+    Sphere(Vec<SphereKey>),
+}
+
+impl<'de> Deserialize<'de> for Element {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct KeyOrSphere;
+        impl<'de> Visitor<'de> for KeyOrSphere {
+            type Value = Element;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a key {t, center, radius} or a list of keys")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Element, A::Error> {
+                SphereKey::deserialize(MapAccessDeserializer::new(map)).map(Element::Key)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Element, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(Element::Sphere)
+            }
+        }
+        deserializer.deserialize_any(KeyOrSphere)
+    }
+}
+
+fn one_or_many<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Vec<SphereKey>>, D::Error> {
+    let elements = Vec::<Element>::deserialize(deserializer)?;
+    let (mut keys, mut spheres) = (Vec::new(), Vec::new());
+    for element in elements {
+        match element {
+            Element::Key(key) => keys.push(key),
+            Element::Sphere(sphere) => spheres.push(sphere),
+        }
+    }
+    match (keys.is_empty(), spheres.is_empty()) {
+        (true, _) => Ok(spheres),
+        (false, true) => Ok(vec![keys]),
+        (false, false) => Err(serde::de::Error::custom(
+            "spheres mixes keys and lists of keys",
+        )),
+    }
+}

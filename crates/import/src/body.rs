@@ -1,0 +1,231 @@
+//! A body as a file: spheres on joints, by the joints' names.
+
+use std::io::Write;
+use std::path::Path;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::ReadError;
+use super::json::{self, JsonError};
+use super::read::read_bytes;
+use sabaki::anim::Skeleton;
+use sabaki::archive::write_atomically;
+use sabaki::maps::{Body, BodySphere};
+
+/// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`, metres, in the joint's own
+/// frame. The same object may stand under the key `body`, as in the files that [`super::export`] writes. Keys that are not
+/// known are passed over.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct BodyFile {
+    /// In the order of the file.
+    pub spheres: Vec<BodyEntry>,
+}
+
+/// One sphere.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct BodyEntry {
+    /// Name of the joint whose frame it moves with.
+    pub joint: String,
+    /// Of its centre, in the joint's own frame, metres.
+    pub offset: Vec3,
+    /// Metres.
+    pub radius: f32,
+}
+
+/// Why a body file cannot be used. Spheres are counted from 0.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BodyFileError {
+    /// The text is not what a body file holds.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// There is no sphere.
+    #[error("the file holds no sphere")]
+    NoSphere,
+    /// A field is not there.
+    #[error("sphere {sphere}{}: no {field}", of(joint))]
+    Missing {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of its joint; empty where it has none.
+        joint: String,
+        /// Which.
+        field: &'static str,
+    },
+    /// A field holds what it cannot be.
+    #[error("sphere {sphere}{}: {field} is {found}; {wanted}", of(joint))]
+    Field {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Name of its joint.
+        joint: String,
+        /// Which.
+        field: &'static str,
+        /// What it is, in words.
+        found: String,
+        /// What it should be.
+        wanted: String,
+    },
+    /// The skeleton has no such joint.
+    #[error("sphere {sphere}: the skeleton has no joint \"{joint}\"")]
+    UnknownJoint {
+        /// Index of the sphere.
+        sphere: usize,
+        /// The name that was not found.
+        joint: String,
+    },
+}
+
+fn of(joint: &str) -> String {
+    match joint {
+        "" => String::new(),
+        joint => format!(" (joint \"{joint}\")"),
+    }
+}
+
+/// As the text has it: what is missing is said with the sphere's number.
+#[derive(Deserialize)]
+struct RawFile {
+    spheres: Option<Vec<RawEntry>>,
+    body: Option<RawBody>,
+}
+
+#[derive(Deserialize)]
+struct RawBody {
+    spheres: Vec<RawEntry>,
+}
+
+#[derive(Deserialize)]
+struct RawEntry {
+    joint: Option<String>,
+    offset: Option<Vec<f64>>,
+    radius: Option<f64>,
+}
+
+impl BodyFile {
+    /// Reads and checks the JSON text.
+    ///
+    /// # Errors
+    /// What is wrong, with line and column, or with the sphere, its joint and the field.
+    pub fn parse(text: &[u8]) -> Result<Self, BodyFileError> {
+        let raw: RawFile = json::parse(text)?;
+        let spheres = raw.spheres.or(raw.body.map(|body| body.spheres));
+        let spheres = spheres.unwrap_or_default();
+        if spheres.is_empty() {
+            return Err(BodyFileError::NoSphere);
+        }
+        let entries = spheres.into_iter().enumerate();
+        let spheres = entries
+            .map(|(index, raw)| raw.check(index))
+            .collect::<Result<_, BodyFileError>>()?;
+        Ok(Self { spheres })
+    }
+
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// What is wrong, with the file and the place in it.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Body {
+            path: path.to_owned(),
+            error,
+        })
+    }
+
+    /// The spheres of a body, by the names of the joints.
+    #[must_use]
+    pub fn of(body: &Body, skeleton: &Skeleton) -> Self {
+        let entry = |sphere: &BodySphere| BodyEntry {
+            joint: skeleton.joint(sphere.joint).name.clone(),
+            offset: sphere.offset,
+            radius: sphere.radius,
+        };
+        Self {
+            spheres: body.spheres.iter().map(entry).collect(),
+        }
+    }
+
+    /// The spheres on the joints of `skeleton`.
+    ///
+    /// # Errors
+    /// The first joint that the skeleton has not.
+    pub fn resolve(&self, skeleton: &Skeleton) -> Result<Body, BodyFileError> {
+        let sphere = |(sphere, entry): (usize, &BodyEntry)| -> Result<_, BodyFileError> {
+            let unknown = || BodyFileError::UnknownJoint {
+                sphere,
+                joint: entry.joint.clone(),
+            };
+            Ok(BodySphere {
+                joint: skeleton.find(&entry.joint).ok_or_else(unknown)?,
+                offset: entry.offset,
+                radius: entry.radius,
+            })
+        };
+        let spheres = self
+            .spheres
+            .iter()
+            .enumerate()
+            .map(sphere)
+            .collect::<Result<_, BodyFileError>>()?;
+        Ok(Body::new(spheres))
+    }
+
+    /// Writes the file; it appears whole or not at all.
+    ///
+    /// # Errors
+    /// What the file system refuses.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        write_atomically(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self)?;
+            writeln!(file)
+        })
+    }
+}
+
+impl RawEntry {
+    fn check(self, sphere: usize) -> Result<BodyEntry, BodyFileError> {
+        let joint = self.joint.unwrap_or_default();
+        let missing = |field| BodyFileError::Missing {
+            sphere,
+            joint: joint.clone(),
+            field,
+        };
+        let wrong = |field, found: String, wanted: String| BodyFileError::Field {
+            sphere,
+            joint: joint.clone(),
+            field,
+            found,
+            wanted,
+        };
+        if joint.is_empty() {
+            return Err(missing("joint"));
+        }
+        let offset = self.offset.ok_or_else(|| missing("offset"))?;
+        let radius = self.radius.ok_or_else(|| missing("radius"))?;
+        let [x, y, z] = offset[..] else {
+            let found = format!("a list of {}", offset.len());
+            return Err(wrong(
+                "offset",
+                found,
+                "three numbers are wanted".to_owned(),
+            ));
+        };
+        let place = Vec3::new(x as f32, y as f32, z as f32);
+        let furthest = Skeleton::FURTHEST;
+        if !Skeleton::is_near(place) {
+            let wanted = format!("it must lie within {furthest} m");
+            return Err(wrong("offset", format!("[{x}, {y}, {z}]"), wanted));
+        }
+        let metres = radius as f32;
+        if !(metres > 0.0 && metres <= furthest) {
+            let wanted = format!("it must be above 0 and at most {furthest} m");
+            return Err(wrong("radius", radius.to_string(), wanted));
+        }
+        Ok(BodyEntry {
+            joint,
+            offset: place,
+            radius: metres,
+        })
+    }
+}

@@ -1,0 +1,160 @@
+use std::io::{self, Write};
+
+use super::euler::zxy_degrees;
+use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
+
+const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
+const POSITIONS: &str = "Xposition Yposition Zposition";
+
+/// Writes a motion as BVH: positions and Z X Y rotations at the root, rotations at the other joints, and positions too
+/// where the clip moves joints. Lengths are divided by `metres_per_unit`.
+///
+/// The joints stand depth first, which is their order in the file; of a skeleton that came from a BVH file, its own
+/// order. Characters that a name cannot have in a BVH file (braces, line ends) become `_`.
+///
+/// # Errors
+/// Those of `out`, and `InvalidInput` for a scale that is no positive number.
+pub fn write(
+    out: &mut impl Write,
+    skeleton: &Skeleton,
+    clip: &Clip,
+    metres_per_unit: f64,
+) -> io::Result<()> {
+    if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
+        let what = format!("a scale of {metres_per_unit} metres per unit is not possible");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    let mut writer = Writer {
+        out,
+        skeleton,
+        moves_joints: !clip.desc().translations.is_empty(),
+        units_per_metre: 1.0 / metres_per_unit,
+    };
+    let order = writer.hierarchy()?;
+    writeln!(writer.out, "MOTION\nFrames: {}", clip.frames())?;
+    writeln!(writer.out, "Frame Time: {}", 1.0 / clip.frame_rate())?;
+    let mut pose = Pose::default();
+    for frame in 0..clip.frames() {
+        clip.pose(frame, &mut pose);
+        writer.frame(&order, &pose)?;
+    }
+    Ok(())
+}
+
+struct Writer<'a, W> {
+    out: &'a mut W,
+    skeleton: &'a Skeleton,
+    moves_joints: bool,
+    units_per_metre: f64,
+}
+
+impl<W: Write> Writer<'_, W> {
+    /// Writes the tree; gives the joints that have channels, in the order of the file.
+    fn hierarchy(&mut self) -> io::Result<Vec<JointId>> {
+        let skeleton = self.skeleton;
+        let mut children = vec![Vec::new(); skeleton.len()];
+        for id in skeleton.ids().rev() {
+            if let Some(parent) = skeleton.joint(id).parent {
+                children[parent.index()].push(id);
+            }
+        }
+        writeln!(self.out, "HIERARCHY")?;
+        let mut order = Vec::new();
+        let mut open: Vec<JointId> = Vec::new();
+        let mut next = vec![JointId::ROOT];
+        while let Some(id) = next.pop() {
+            while open.last().copied() != skeleton.joint(id).parent {
+                open.pop();
+                self.line(open.len(), "}")?;
+            }
+            let below = &children[id.index()];
+            let has_channels = self.block(id, open.len(), below.is_empty())?;
+            if has_channels {
+                order.push(id);
+            }
+            open.push(id);
+            next.extend(below);
+        }
+        while open.pop().is_some() {
+            self.line(open.len(), "}")?;
+        }
+        Ok(order)
+    }
+
+    /// Opens a joint's block, down to its channels; says whether it has any.
+    fn block(&mut self, id: JointId, depth: usize, is_leaf: bool) -> io::Result<bool> {
+        let joint = self.skeleton.joint(id);
+        let is_root = id == JointId::ROOT;
+        let is_end = joint.kind == JointKind::EndSite && is_leaf && !is_root;
+        let title = match (is_end, is_root) {
+            (true, _) => "End Site".to_owned(),
+            (false, true) => format!("ROOT {}", file_name(&joint.name)),
+            (false, false) => format!("JOINT {}", file_name(&joint.name)),
+        };
+        self.line(depth, &title)?;
+        self.line(depth, "{")?;
+        let [x, y, z] = (joint.offset.as_dvec3() * self.units_per_metre).to_array();
+        self.line(depth + 1, &format!("OFFSET {x:.8} {y:.8} {z:.8}"))?;
+        if !is_end {
+            let channels = if self.has_positions(id) {
+                format!("CHANNELS 6 {POSITIONS} {ROTATIONS}")
+            } else {
+                format!("CHANNELS 3 {ROTATIONS}")
+            };
+            self.line(depth + 1, &channels)?;
+        }
+        Ok(!is_end)
+    }
+
+    fn has_positions(&self, id: JointId) -> bool {
+        self.moves_joints || id == JointId::ROOT
+    }
+
+    fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
+        // Deeper than any body, so that a chain of thousands of joints stays a small file.
+        for _ in 0..depth.min(40) {
+            self.out.write_all(b"\t")?;
+        }
+        writeln!(self.out, "{text}")
+    }
+
+    fn frame(&mut self, order: &[JointId], pose: &Pose) -> io::Result<()> {
+        let mut blank = "";
+        for &id in order {
+            if self.has_positions(id) {
+                let place = if id == JointId::ROOT {
+                    pose.root
+                } else {
+                    pose.translations[id.index()]
+                };
+                for value in (place.as_dvec3() * self.units_per_metre).to_array() {
+                    write!(self.out, "{blank}{value:.8}")?;
+                    blank = " ";
+                }
+            }
+            for value in zxy_degrees(pose.rotations[id.index()]) {
+                write!(self.out, "{blank}{value:.6}")?;
+            }
+        }
+        writeln!(self.out)
+    }
+}
+
+fn file_name(name: &str) -> String {
+    let clean: String = name
+        .trim()
+        .chars()
+        .map(|c| {
+            if c.is_control() || matches!(c, '{' | '}') {
+                '_'
+            } else {
+                c
+            }
+        })
+        .collect();
+    if clean.is_empty() {
+        "_".to_owned()
+    } else {
+        clean
+    }
+}

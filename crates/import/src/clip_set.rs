@@ -1,0 +1,257 @@
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::doubts::doubts;
+use super::motion_file::{ENDINGS, MotionFile, ends_with};
+use super::read::{check_scale, clip_name};
+use super::read_error::shortened;
+use super::{
+    ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
+    ScaleSource,
+};
+use sabaki::anim::{Clip, Event, Skeleton};
+use sabaki::math::in_parallel;
+
+/// Clips of one skeleton, and what happens in them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipSet {
+    /// Of the first file; the others have the same joints.
+    pub skeleton: Skeleton,
+    /// In the order of the paths, a folder's files by name.
+    pub clips: Vec<Clip>,
+    /// Sorted by clip and start.
+    pub events: Vec<Event>,
+    /// One for each clip.
+    pub scales: Vec<Scale>,
+    /// What a person should know, one line each: bones of other lengths, clips of one frame, scales that differ.
+    pub warnings: Vec<String>,
+}
+
+/// Reads clips on all cores, and their events. A path is a BVH, AMC or glTF file, or a folder whose
+/// `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files are taken; of a glTF file all animations.
+///
+/// What happens in a clip is what the events file says; of clips that it does not name, what their own file says, as glTF can.
+///
+/// All must have the joints of the first; bone lengths may differ (captures of one person differ by calibration), beyond
+/// 1% with a warning. The first file's offsets hold for all.
+///
+/// # Errors
+/// The first thing that is wrong, in the order of the paths, with the file and the place in it.
+pub fn read_clips(
+    paths: &[PathBuf],
+    events: Option<&Path>,
+    options: &ReadOptions,
+) -> Result<ClipSet, ReadError> {
+    check_scale(options)?;
+    let files = files(paths)?;
+    check_names(&files)?;
+    let mut loaded = load_all(&files, options)?.into_iter();
+    let Some((first_path, first)) = loaded.next() else {
+        return Err(ReadError::NoPaths);
+    };
+    let mut set = ClipSet {
+        skeleton: first.skeleton,
+        clips: Vec::new(),
+        events: Vec::new(),
+        scales: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let mut own = vec![of_clip(&first.clip, first.events)];
+    set.add(first.clip, first.scale);
+    for (path, next) in loaded {
+        let joints = set.skeleton.differences(&next.skeleton);
+        if !joints.is_empty() {
+            return Err(ReadError::SkeletonDiffers {
+                path: path.clone(),
+                first: first_path.clone(),
+                joints,
+            });
+        }
+        set.warn_of_bones(path, &next.skeleton);
+        own.push(of_clip(&next.clip, next.events));
+        set.add(next.clip, next.scale);
+    }
+    let mut labels = match events {
+        Some(path) => EventsFile::read(path)?,
+        None => EventsFile::default(),
+    };
+    own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
+    labels.clips.append(&mut own);
+    let resolved = labels.resolve(&set.clips, &set.skeleton);
+    set.events = resolved.map_err(|error| ReadError::Events {
+        path: events.unwrap_or(first_path).to_owned(),
+        error,
+    })?;
+    set.warnings.extend(doubts(&set.skeleton, &set.clips));
+    Ok(set)
+}
+
+fn of_clip(clip: &Clip, events: Vec<EventEntry>) -> ClipEvents {
+    let file = clip.name().to_owned();
+    ClipEvents { file, events }
+}
+
+impl ClipSet {
+    fn add(&mut self, clip: Clip, scale: Scale) {
+        if clip.frames() == 1 {
+            self.warnings
+                .push(format!("{}: a single frame is no motion", clip.name()));
+        }
+        if let Some(first) = self.scales.first()
+            && first.metres_per_unit != scale.metres_per_unit
+        {
+            self.warnings.push(format!(
+                "{}: read at {} metres per unit, the first clip at {}",
+                clip.name(),
+                scale.metres_per_unit,
+                first.metres_per_unit
+            ));
+        }
+        self.clips.push(clip);
+        self.scales.push(scale);
+    }
+
+    fn warn_of_bones(&mut self, path: &Path, other: &Skeleton) {
+        /// Metres: what files written with few digits differ by.
+        const DIGITS: f32 = 1e-4;
+        let differing = differing_bones(&self.skeleton, other, DIGITS);
+        if !differing.is_empty() {
+            self.warnings.push(format!(
+                "{}: bones differ by more than 1% from the first clip's: {}",
+                path.display(),
+                shortened(&differing)
+            ));
+        }
+    }
+}
+
+/// The files that `paths` stand for.
+fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
+    let mut files = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let io = |source| ReadError::Io {
+            path: path.clone(),
+            source,
+        };
+        let mut inside = Vec::new();
+        for entry in std::fs::read_dir(path).map_err(io)? {
+            let file = entry.map_err(io)?.path();
+            if ends_with(&file, &ENDINGS) && file.is_file() {
+                inside.push(file);
+            }
+        }
+        if inside.is_empty() {
+            return Err(ReadError::NoClips { path: path.clone() });
+        }
+        inside.sort();
+        files.append(&mut inside);
+    }
+    Ok(files)
+}
+
+fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
+    let mut seen = HashMap::new();
+    for path in files {
+        if let Some(first) = seen.insert(clip_name(path), path) {
+            return Err(ReadError::DuplicateClip {
+                path: path.clone(),
+                first: first.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Every motion with its file.
+fn load_all<'a>(
+    files: &'a [PathBuf],
+    options: &ReadOptions,
+) -> Result<Vec<(&'a PathBuf, LoadedClip)>, ReadError> {
+    let load = |path: &PathBuf| {
+        let file = MotionFile::read(path)?;
+        let scale = file.scale(options);
+        Ok((file, scale))
+    };
+    // Of several errors the first file's.
+    let parsed: Vec<_> = in_parallel(0, files.len(), |index| load(&files[index]))
+        .into_iter()
+        .collect::<Result<_, _>>()?;
+    let scales = scales_of_set(&parsed);
+    let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
+    let to_metres = |index: usize| {
+        let ((path, (file, _)), scale) = &jobs[index];
+        let motions = file.to_metres(path, (*scale, options))?;
+        Ok(motions.into_iter().map(|motion| (*path, motion)).collect())
+    };
+    let motions: Result<Vec<Vec<_>>, ReadError> =
+        in_parallel(0, jobs.len(), to_metres).into_iter().collect();
+    Ok(motions?.into_iter().flatten().collect())
+}
+
+/// Each file's scale, once the others are known.
+///
+/// A scale is found from a file's first pose, which can mislead; so files whose bones are as long as the first file's, in the unit of each,
+/// have one scale. A scale that only makes the figure as high as a person hangs on the first pose alone; one set has one such scale.
+fn scales_of_set(parsed: &[(MotionFile, Scale)]) -> Vec<Scale> {
+    let first = parsed.first().and_then(|(file, _)| file.skeleton());
+    let like_first = |file: &MotionFile| {
+        let own = file.skeleton();
+        first.as_ref().zip(own).is_some_and(|(first, own)| {
+            first.len() == own.len() && differing_bones(first, &own, 0.0).is_empty()
+        })
+    };
+    let alike: Vec<bool> = parsed.iter().map(|(file, _)| like_first(file)).collect();
+    let scales = || parsed.iter().map(|&(_, scale)| scale);
+    let of_alike = most_found_unit(
+        scales()
+            .zip(&alike)
+            .filter_map(|(scale, alike)| alike.then_some(scale)),
+    );
+    let fitted = scales().find(|scale| scale.found == ScaleSource::Stature);
+    scales()
+        .zip(&alike)
+        .map(|(scale, &alike)| match (scale.found, of_alike, fitted) {
+            (ScaleSource::Given | ScaleSource::Format, ..) => scale,
+            (_, Some(shared), _) if alike => shared,
+            (ScaleSource::Stature, _, Some(fitted)) => fitted,
+            _ => scale,
+        })
+        .collect()
+}
+
+/// Of the scales that are a unit's the most frequent; of two alike the smaller, since a first pose hides height rather than
+/// adding it.
+fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
+    let found: Vec<LengthUnit> = scales
+        .filter_map(|scale| match scale.found {
+            ScaleSource::Unit(unit) => Some(unit),
+            _ => None,
+        })
+        .collect();
+    let count = |unit: &LengthUnit| found.iter().filter(|other| *other == unit).count();
+    // From the largest to the smallest, and of equal counts the last wins.
+    let unit = LengthUnit::ALL.into_iter().max_by_key(count)?;
+    (count(&unit) > 0).then(|| Scale {
+        metres_per_unit: unit.metres(),
+        found: ScaleSource::Unit(unit),
+    })
+}
+
+/// The names of the joints whose offsets differ by more than 1% and `digits`. The root's offset does not matter: its place is the motion's.
+fn differing_bones(a: &Skeleton, b: &Skeleton, digits: f32) -> Vec<String> {
+    const TOLERANCE: f32 = 0.01;
+    let longest = a.joints().iter().skip(1).map(|joint| joint.offset.length());
+    let digits = digits.max(1e-4 * longest.fold(0.0, f32::max));
+    let pairs = a.joints().iter().zip(b.joints()).skip(1);
+    pairs
+        .filter(|(a, b)| {
+            let most = TOLERANCE * a.offset.length().max(b.offset.length()) + digits;
+            a.offset.distance(b.offset) > most
+        })
+        .map(|(a, _)| a.name.clone())
+        .collect()
+}

@@ -1,0 +1,55 @@
+use glam::Vec3;
+
+use sabaki::anim::{Clip, Facing, Limbs, Pose, Skeleton, forward_kinematics};
+
+/// What a person should know of a set of clips that can be read but not understood, one line each.
+#[must_use]
+pub fn doubts(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
+    [sides(skeleton), upright(skeleton, clips)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Names that do not tell left from right, in a skeleton that has limbs.
+fn sides(skeleton: &Skeleton) -> Option<String> {
+    /// Two feet, a head, and one hand at least.
+    const ENDS: usize = 4;
+    let ends = skeleton
+        .ids()
+        .filter(|&id| skeleton.children(id).next().is_none())
+        .count();
+    let doubtful = ends >= ENDS && !Facing::of(skeleton).is_of_hips();
+    doubtful.then(|| {
+        "no joint names tell left from right (as LeftLeg, l_leg, leg.L or Bip01 L Leg do): the character is taken to face along its \
+         root's Z axis, and its trunk and limbs to be as thick as its neck"
+            .to_owned()
+    })
+}
+
+/// A figure whose hips are, over all clips, not above its feet along Y.
+fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
+    /// Of each clip.
+    const SAMPLES: usize = 8;
+    let limbs = Limbs::of(skeleton);
+    if limbs.hands.is_empty() || limbs.feet.is_empty() {
+        return None;
+    }
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut up = Vec3::ZERO;
+    for clip in clips {
+        for frame in (0..clip.frames()).step_by(clip.frames().div_ceil(SAMPLES)) {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
+            up += joints[0].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
+        }
+    }
+    let axis = up.abs().max_position();
+    let doubtful = up.length() > 0.0 && (axis != 1 || up.y < 0.0);
+    doubtful.then(|| {
+        let sign = if up[axis] < 0.0 { '-' } else { '+' };
+        let name = ['X', 'Y', 'Z'][axis];
+        format!("the figure seems to stand along {sign}{name}, but +Y is taken for up: say which way is up (--up), or turn the files before use")
+    })
+}

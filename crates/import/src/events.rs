@@ -1,0 +1,263 @@
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::ReadError;
+use super::json::{self, JsonError};
+use super::read::read_bytes;
+use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
+
+/// An events file: what happens when in which clip. Keys that are not known are passed over.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EventsFile {
+    /// In the order of the file.
+    pub clips: Vec<ClipEvents>,
+}
+
+/// The events of one clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClipEvents {
+    /// The clip's file, with or without its folder.
+    pub file: String,
+    /// In any order.
+    #[serde(default)]
+    pub events: Vec<EventEntry>,
+}
+
+/// One event as it is written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EventEntry {
+    /// `attack` or `evasion`.
+    pub kind: EventKind,
+    /// Seconds from the clip's first frame.
+    pub start: f64,
+    /// Seconds from the clip's first frame.
+    pub end: f64,
+    /// Names of the joints that take part. May be empty, for all, in an evasion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<String>,
+}
+
+/// Why events cannot be used. Events are counted from 0, as they stand in the file.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum EventsError {
+    /// The text is not what an events file holds.
+    #[error(transparent)]
+    Json(#[from] JsonError),
+    /// There is no clip of that name.
+    #[error("events for \"{file}\", but there is no such clip")]
+    NoClip {
+        /// As written.
+        file: String,
+    },
+    /// The clip has no joint of that name.
+    #[error("\"{file}\", event {event}: the skeleton has no joint \"{joint}\"")]
+    NoJoint {
+        /// As written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// As written.
+        joint: String,
+    },
+    /// An attack must say which joints strike.
+    #[error("\"{file}\", event {event}: an attack needs the joints that strike")]
+    NoJoints {
+        /// As written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+    },
+    /// The times are not finite, negative, or the end is not after the start.
+    #[error(
+        "\"{file}\", event {event}: from {start} s to {end} s is no time range (0 <= start < end)"
+    )]
+    Range {
+        /// As written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// Seconds.
+        start: f64,
+        /// Seconds.
+        end: f64,
+    },
+    /// The event ends more than half a frame after the clip.
+    #[error("\"{file}\", event {event}: ends at {end} s, but the clip at {duration} s")]
+    Outside {
+        /// As written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// Seconds.
+        end: f64,
+        /// Of the clip, seconds.
+        duration: f64,
+    },
+    /// Two events of one clip share time.
+    #[error("\"{file}\": an event starts at {start} s, before the one before it ends at {end} s")]
+    Overlap {
+        /// The clip.
+        file: String,
+        /// Of the later event, seconds.
+        start: f64,
+        /// Of the earlier event, seconds.
+        end: f64,
+    },
+}
+
+impl EventsFile {
+    /// Reads the JSON text.
+    ///
+    /// # Errors
+    /// What is wrong, with line and column.
+    pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
+        Ok(json::parse(text)?)
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// What is wrong, with the file, line and column.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Events {
+            path: path.to_owned(),
+            error,
+        })
+    }
+
+    /// Finds the clips and joints that the events name. Sorted by clip, then by start; an end up to half a frame after the
+    /// clip's last frame is moved to that frame.
+    ///
+    /// # Errors
+    /// The first event that does not fit.
+    pub fn resolve(&self, clips: &[Clip], skeleton: &Skeleton) -> Result<Vec<Event>, EventsError> {
+        let mut events = Vec::new();
+        for entry in &self.clips {
+            let name = base_name(&entry.file);
+            let clip = clips
+                .iter()
+                .position(|clip| base_name(clip.name()) == name)
+                .ok_or_else(|| EventsError::NoClip {
+                    file: entry.file.clone(),
+                })?;
+            for index in 0..entry.events.len() {
+                let end = entry.checked_end(index, &clips[clip])?;
+                events.push(Event {
+                    clip,
+                    kind: entry.events[index].kind,
+                    start: entry.events[index].start,
+                    end,
+                    joints: entry.joints(index, skeleton)?,
+                });
+            }
+        }
+        events.sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
+        let overlap = events
+            .windows(2)
+            .find(|pair| pair[0].clip == pair[1].clip && pair[1].start < pair[0].end);
+        match overlap {
+            Some(pair) => Err(EventsError::Overlap {
+                file: clips[pair[1].clip].name().to_owned(),
+                start: pair[1].start,
+                end: pair[0].end,
+            }),
+            None => Ok(events),
+        }
+    }
+
+    /// Whether it says something of a clip.
+    pub(super) fn names(&self, clip: &str) -> bool {
+        let name = base_name(clip);
+        self.clips
+            .iter()
+            .any(|entry| base_name(&entry.file) == name)
+    }
+
+    /// The file that [`Self::resolve`] gives `events` from. Clips without events are left out.
+    ///
+    /// `None` where an event names a clip that is not there.
+    #[must_use]
+    pub fn of(events: &[Event], clips: &[Clip], skeleton: &Skeleton) -> Option<Self> {
+        let mut file = Self::default();
+        for (index, clip) in clips.iter().enumerate() {
+            let of_clip = events.iter().filter(|event| event.clip == index);
+            let entries: Vec<EventEntry> = of_clip
+                .map(|event| EventEntry::of(event, skeleton))
+                .collect();
+            if !entries.is_empty() {
+                file.clips.push(ClipEvents {
+                    file: clip.name().to_owned(),
+                    events: entries,
+                });
+            }
+        }
+        let all_known = events.iter().all(|event| event.clip < clips.len());
+        all_known.then_some(file)
+    }
+}
+
+impl EventEntry {
+    /// An event as files say it.
+    #[must_use]
+    pub fn of(event: &Event, skeleton: &Skeleton) -> Self {
+        let names = event.joints.iter();
+        Self {
+            kind: event.kind,
+            start: event.start,
+            end: event.end,
+            joints: names.map(|&id| skeleton.joint(id).name.clone()).collect(),
+        }
+    }
+}
+
+impl ClipEvents {
+    /// The event's end, once its times are known to fit the clip.
+    fn checked_end(&self, event: usize, clip: &Clip) -> Result<f64, EventsError> {
+        let EventEntry { start, end, .. } = self.events[event];
+        let file = || self.file.clone();
+        if !(start.is_finite() && end.is_finite() && start >= 0.0 && end > start) {
+            return Err(EventsError::Range {
+                file: file(),
+                event,
+                start,
+                end,
+            });
+        }
+        let duration = clip.duration();
+        let last = end.min(duration);
+        if end > duration + 0.5 / clip.frame_rate() || last <= start {
+            return Err(EventsError::Outside {
+                file: file(),
+                event,
+                end,
+                duration,
+            });
+        }
+        Ok(last)
+    }
+
+    fn joints(&self, event: usize, skeleton: &Skeleton) -> Result<Vec<JointId>, EventsError> {
+        let EventEntry { kind, joints, .. } = &self.events[event];
+        if joints.is_empty() && *kind == EventKind::Attack {
+            return Err(EventsError::NoJoints {
+                file: self.file.clone(),
+                event,
+            });
+        }
+        let find = |joint: &String| {
+            skeleton.find(joint).ok_or_else(|| EventsError::NoJoint {
+                file: self.file.clone(),
+                event,
+                joint: joint.clone(),
+            })
+        };
+        joints.iter().map(find).collect()
+    }
+}
+
+/// Without the folder, of either kind of system.
+fn base_name(file: &str) -> &str {
+    file.rsplit(['/', '\\']).next().unwrap_or(file)
+}

@@ -1,0 +1,216 @@
+//! Which joint each vertex of a mesh moves with.
+//!
+//! Own rule. A part that is named like a joint goes to that joint. Any other vertex goes to the bone (the straight line from a joint
+//! to one of its children; a place alone where a joint has no child) that is nearest, when distances *from* the bone's line are
+//! measured in the bone's thickness, as [`Body::from_bones`] guesses it, and distances *beyond* its ends thrice as much: a thick
+//! trunk so keeps its sides from the arms that hang there, and does not take the neck. Of equally near bones the one further down the
+//! tree wins.
+
+use glam::Vec3;
+
+use super::{FitError, Mesh};
+use sabaki::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::maps::Body;
+
+/// Beyond its ends a bone is this much thinner; set by eye on wrists, necks and heels.
+const BEYOND_ENDS: f32 = 3.0;
+
+/// The posture in which a mesh fits a skeleton.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BindPose<'a> {
+    pub(super) skeleton: &'a Skeleton,
+    pub(super) joints: Vec<JointTransform>,
+}
+
+impl<'a> BindPose<'a> {
+    /// The skeleton as its offsets stand: no joint turned, the root at its own offset. A T-pose in many files, but not in all:
+    /// some captures have a zero pose in which nobody can stand.
+    #[must_use]
+    pub fn rest(skeleton: &'a Skeleton) -> Self {
+        let pose = Pose {
+            root: skeleton.joint(JointId::ROOT).offset,
+            rotations: vec![glam::Quat::IDENTITY; skeleton.len()],
+            translations: Vec::new(),
+        };
+        Self::of(skeleton, &pose)
+    }
+
+    /// A frame of a clip, counted from 0, in the space of the clip.
+    ///
+    /// # Errors
+    /// The clip has no such frame.
+    pub fn of_frame(skeleton: &'a Skeleton, clip: &Clip, frame: usize) -> Result<Self, FitError> {
+        if frame >= clip.frames() || clip.desc().rotations.len() != clip.frames() * skeleton.len() {
+            let (clip, frames) = (clip.name().to_owned(), clip.frames());
+            return Err(FitError::NoFrame {
+                clip,
+                frame,
+                frames,
+            });
+        }
+        let mut pose = Pose::default();
+        clip.pose(frame, &mut pose);
+        Ok(Self::of(skeleton, &pose))
+    }
+
+    /// Any pose of the skeleton.
+    #[must_use]
+    pub fn of(skeleton: &'a Skeleton, pose: &Pose) -> Self {
+        let mut joints = Vec::new();
+        forward_kinematics(skeleton, pose, &mut joints);
+        Self { skeleton, joints }
+    }
+
+    /// The joints' frames in the space of the pose, where the mesh must stand: see [`Mesh::placed`] and [`Mesh::to_stand_at`].
+    #[must_use]
+    pub fn joints(&self) -> &[JointTransform] {
+        &self.joints
+    }
+}
+
+struct Bone {
+    joint: JointId,
+    from: Vec3,
+    /// Its end seen from `from`; zero where the joint has no child.
+    to: Vec3,
+    thickness: f32,
+    /// How many joints stand above.
+    depth: usize,
+}
+
+impl Bone {
+    /// Squared distance in thicknesses, and in metres.
+    fn distances(&self, place: Vec3) -> (f32, f32) {
+        let (place, length) = (place - self.from, self.to.length());
+        if length == 0.0 {
+            let metres = place.length_squared();
+            return (metres / self.thickness.powi(2), metres);
+        }
+        let along = place.dot(self.to) / length;
+        let lateral = (place.length_squared() - along * along).max(0.0);
+        let beyond = along - along.clamp(0.0, length);
+        let scaled = lateral + (BEYOND_ENDS * beyond).powi(2);
+        (scaled / self.thickness.powi(2), lateral + beyond * beyond)
+    }
+}
+
+/// The joint of each vertex.
+///
+/// # Errors
+/// A vertex that is further from all bones than `furthest` metres.
+pub(super) fn bind(
+    pose: &BindPose<'_>,
+    mesh: &Mesh,
+    furthest: f32,
+) -> Result<Vec<JointId>, FitError> {
+    let bones = bones(pose);
+    let mut named = vec![None; mesh.positions().len()];
+    for part in mesh.parts() {
+        let Some(joint) = pose.skeleton.find(&part.name) else {
+            continue;
+        };
+        let joint = moving(pose.skeleton, joint);
+        let triangles = part.triangles.start as usize..part.triangles.end as usize;
+        for &vertex in mesh.triangles()[triangles].iter().flatten() {
+            named[vertex as usize].get_or_insert(joint);
+        }
+    }
+    let mut used = vec![false; mesh.positions().len()];
+    for &vertex in mesh.triangles().iter().flatten() {
+        used[vertex as usize] = true;
+    }
+    let vertices = mesh.positions().iter().zip(named).zip(used).enumerate();
+    let joint = |(vertex, ((&place, named), used)): (usize, ((&Vec3, Option<JointId>), bool))| {
+        let (joint, (metres, closest)) = nearest(&bones, place);
+        if used && metres > furthest {
+            let joint = pose.skeleton.joint(closest).name.clone();
+            return Err(FitError::Far {
+                vertex,
+                metres,
+                joint,
+                furthest,
+            });
+        }
+        Ok(named.unwrap_or(joint))
+    };
+    vertices.map(joint).collect()
+}
+
+/// The joint of the bone that is nearest in thicknesses; how far the nearest in metres is, and its joint.
+fn nearest(bones: &[Bone], place: Vec3) -> (JointId, (f32, JointId)) {
+    /// Shares of a distance that rounding makes.
+    const ALIKE: f32 = 1e-4;
+    let (mut best, mut joint, mut depth) = (f32::INFINITY, JointId::ROOT, 0);
+    let mut closest = (f32::INFINITY, JointId::ROOT);
+    for bone in bones {
+        let (scaled, metres) = bone.distances(place);
+        if metres < closest.0 {
+            closest = (metres, bone.joint);
+        }
+        let is_alike = (scaled - best).abs() <= ALIKE * best;
+        if (is_alike && bone.depth > depth) || (!is_alike && scaled < best) {
+            (best, joint, depth) = (scaled, bone.joint, bone.depth);
+        }
+    }
+    (joint, (closest.0.sqrt(), closest.1))
+}
+
+/// The joint itself, or of a tip the joint that carries it.
+fn moving(skeleton: &Skeleton, joint: JointId) -> JointId {
+    let found = skeleton.joint(joint);
+    match (found.kind, found.parent) {
+        (JointKind::EndSite, Some(parent)) => parent,
+        _ => joint,
+    }
+}
+
+fn bones(pose: &BindPose<'_>) -> Vec<Bone> {
+    /// Metres: a shorter bone is a place.
+    const SHORTEST: f32 = 1e-4;
+    let skeleton = pose.skeleton;
+    let guess = Body::from_bones(skeleton);
+    let place = |joint: JointId| pose.joints[joint.index()].translation;
+    let mut has_bone = vec![false; skeleton.len()];
+    let mut bones = Vec::new();
+    let mut add = |joint: JointId, to: Vec3| {
+        bones.push(Bone {
+            joint,
+            from: place(joint),
+            to,
+            thickness: thickness(pose, &guess, (joint, place(joint) + 0.5 * to)),
+            depth: skeleton.ancestry(joint).count(),
+        });
+    };
+    for child in skeleton.ids() {
+        let Some(parent) = skeleton.joint(child).parent else {
+            continue;
+        };
+        let to = place(child) - place(parent);
+        if to.length() > SHORTEST {
+            has_bone[parent.index()] = true;
+            add(parent, to);
+        }
+    }
+    for joint in skeleton.ids().filter(|joint| !has_bone[joint.index()]) {
+        if skeleton.joint(joint).kind == JointKind::Moving {
+            add(joint, Vec3::ZERO);
+        }
+    }
+    bones
+}
+
+/// The radius of the guessed sphere nearest to a bone's middle, of those on its joint or, where it has none, on the next above.
+fn thickness(pose: &BindPose<'_>, guess: &Body, (joint, middle): (JointId, Vec3)) -> f32 {
+    let on = |joint: JointId| {
+        let here = guess
+            .spheres
+            .iter()
+            .filter(move |sphere| sphere.joint == joint);
+        let far = |sphere: &&sabaki::maps::BodySphere| {
+            sphere.centre(&pose.joints).distance_squared(middle)
+        };
+        here.min_by(|a, b| far(a).total_cmp(&far(b)))
+    };
+    let found = pose.skeleton.ancestry(joint).find_map(on);
+    found.map_or(0.1, |sphere| sphere.radius)
+}

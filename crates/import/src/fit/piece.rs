@@ -1,0 +1,137 @@
+//! The part of a mesh that moves with one joint, and the balls that stand for it.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::cover::Cover;
+use super::medial::{self, Ball, Limits};
+use super::surface::Surface;
+use super::{FitSettings, JointFit, Mesh, Misfit};
+use sabaki::anim::JointId;
+
+/// Balls to choose from, for each joint.
+const CANDIDATES: usize = 384;
+/// Places on a sphere where it is asked how far outside of the mesh it is.
+const PROBES: usize = 96;
+
+/// Points of a surface, side by side in space.
+pub(super) struct Piece {
+    joint: JointId,
+    /// Indices into the surface.
+    pub points: Vec<u32>,
+    places: Vec<Vec3>,
+}
+
+impl Piece {
+    pub(super) fn of(surface: &Surface<'_>, joint: JointId) -> Self {
+        let own = |point: &u32| surface.joints[*point as usize] == joint;
+        let points: Vec<u32> = surface.tree.order.iter().copied().filter(own).collect();
+        let places = points
+            .iter()
+            .map(|&point| surface.places[point as usize])
+            .collect();
+        Self {
+            joint,
+            points,
+            places,
+        }
+    }
+
+    /// How many of the mesh's vertices are its own.
+    pub(super) fn vertices(&self, mesh: &Mesh, joints: &[JointId]) -> usize {
+        let mut own = vec![false; joints.len()];
+        for &vertex in mesh.triangles().iter().flatten() {
+            own[vertex as usize] = joints[vertex as usize] == self.joint;
+        }
+        own.into_iter().filter(|&own| own).count()
+    }
+
+    /// Few balls that cover the piece, in the space of the mesh.
+    pub(super) fn fit(&self, surface: &Surface<'_>, settings: &FitSettings) -> Vec<Ball> {
+        let (low, high) = self.places.iter().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(low, high), &place| (low.min(place), high.max(place)),
+        );
+        // Where the mesh is cut open a ball could grow for ever.
+        let limits = Limits {
+            largest: low.distance(high).max(settings.cover),
+            inside: 0.5 * settings.bulge,
+        };
+        let grown = |point: u32| {
+            let ball = medial::ball(surface, point as usize, limits);
+            Ball {
+                radius: ball.radius + settings.bulge - limits.inside,
+                ..ball
+            }
+        };
+        let on_border = |&point: &u32| surface.normals[point as usize] != Vec3::ZERO;
+        let mut seeds: Vec<u32> = self.points.iter().copied().filter(on_border).collect();
+        if seeds.is_empty() {
+            seeds.clone_from(&self.points);
+        }
+        let cover = Cover {
+            points: &self.places,
+            // The points stand in the order of the tree: each stretch of it lies in one place.
+            balls: seeds
+                .iter()
+                .step_by(seeds.len().div_ceil(CANDIDATES))
+                .map(|&p| grown(p))
+                .collect(),
+            allowed: settings.cover,
+            most: settings.most_spheres,
+        };
+        cover.choose(|point| grown(self.points[point]))
+    }
+
+    /// How far the mesh and the balls stick out of one another.
+    pub(super) fn measure(
+        &self,
+        surface: &Surface<'_>,
+        balls: &[Ball],
+        settings: &FitSettings,
+    ) -> JointFit {
+        let (mut mesh_out, mut spheres_out) = (Misfit::default(), Misfit::default());
+        for &place in &self.places {
+            let out = balls
+                .iter()
+                .map(|ball| ball.distance(place))
+                .fold(f32::INFINITY, f32::min);
+            mesh_out.add(out.max(0.0));
+        }
+        for (index, ball) in balls.iter().enumerate() {
+            for probe in 0..PROBES {
+                let place = ball.centre + ball.radius * direction(probe);
+                let others = balls
+                    .iter()
+                    .enumerate()
+                    .filter(|&(other, _)| other != index);
+                if others
+                    .into_iter()
+                    .all(|(_, other)| other.distance(place) >= 0.0)
+                {
+                    spheres_out.add(surface.outside(place));
+                }
+            }
+        }
+        JointFit {
+            joint: String::new(),
+            vertices: 0,
+            points: self.places.len(),
+            spheres: balls.len(),
+            mesh_out_max: mesh_out.max,
+            mesh_out_mean: mesh_out.mean(),
+            spheres_out_max: spheres_out.max,
+            spheres_out_mean: spheres_out.mean(),
+            limited: mesh_out.max > settings.cover + 1e-5,
+        }
+    }
+}
+
+/// Places evenly spread over the unit sphere, by the golden angle.
+fn direction(index: usize) -> Vec3 {
+    let y = 1.0 - (2 * index + 1) as f32 / PROBES as f32;
+    let turn = index as f32 * PI * (3.0 - 5.0_f32.sqrt());
+    let around = (1.0 - y * y).sqrt();
+    Vec3::new(around * turn.cos(), y, around * turn.sin())
+}

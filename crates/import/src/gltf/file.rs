@@ -1,0 +1,320 @@
+use std::collections::HashSet;
+use std::path::Path;
+
+use glam::{Quat, Vec3};
+use serde::Deserialize;
+
+use super::GltfError;
+use super::animation::{Tracks, node_name};
+use super::container::Container;
+use super::nodes::{Local, Nodes, World};
+use super::times::Frames;
+use crate::EventEntry;
+use crate::bvh::{MotionError, Taken};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+
+/// Frames times joints: what would need more memory is not read.
+pub const MOST_ENTRIES: u64 = 1 << 26;
+
+/// A glTF file's skeleton and what its animations do with it, in the file's own unit.
+///
+/// The skeleton is that of the skin with the most joints, with the nodes between them; of a file without skins, the animated nodes and all
+/// below. What stands above the root, as a turn from Z up to Y up, is part of the root's motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GltfFile {
+    skeleton: Skeleton,
+    nodes: Vec<usize>,
+    animations: Vec<GltfAnimation>,
+}
+
+/// One animation of a [`GltfFile`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct GltfAnimation {
+    /// Unique in the file.
+    pub name: String,
+    /// In the file's unit.
+    pub clip: Clip,
+    /// Of the animation's `extras`, as [`write_labelled`](super::write_labelled) writes them: `{"sabaki": {"events": [...]}}`, each as in an
+    /// events file. Of files that know nothing of that, none.
+    pub events: Vec<EventEntry>,
+}
+
+impl GltfFile {
+    /// Reads a file, GLB or JSON. `load` fetches a buffer that lies in a file of its own, by its path from this one's folder.
+    ///
+    /// Keys become frames: one for each where they lie on a common grid, else 60 a second. Animations that do not move the skeleton are
+    /// left out.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, and where.
+    pub fn parse(
+        bytes: &[u8],
+        load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, GltfError> {
+        let container = Container::parse(bytes, load)?;
+        let nodes = Nodes::of(&container.root)?;
+        let rig = Rig::new(&container, &nodes);
+        let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();
+        let mut animations = Vec::new();
+        let mut taken = Taken::default();
+        let mut turned = HashSet::new();
+        let (mut all_tracks, mut events) = (Vec::new(), Vec::new());
+        for (index, animation) in container.root.animations.iter().enumerate() {
+            let name = animation
+                .name
+                .clone()
+                .unwrap_or_else(|| format!("animation_{index}"));
+            let name = taken.first_free(&name, "_");
+            let is_of_rig = |node: usize| of_rig.contains(&node);
+            let tracks = Tracks::read(&container, (animation, name), is_of_rig)?;
+            if !tracks.is_empty() {
+                events.push(events_of(animation, &tracks.name)?);
+                turned.extend(
+                    nodes
+                        .joints
+                        .iter()
+                        .copied()
+                        .filter(|&node| tracks.moves(node)),
+                );
+                all_tracks.push(tracks);
+            }
+        }
+        if all_tracks.is_empty() {
+            return Err(GltfError::NoAnimation);
+        }
+        let skeleton = rig.skeleton(&container, &turned)?;
+        for (tracks, events) in all_tracks.into_iter().zip(events) {
+            let clip = rig.clip(&skeleton, &tracks)?;
+            animations.push(GltfAnimation {
+                name: tracks.name,
+                clip,
+                events,
+            });
+        }
+        Ok(Self {
+            skeleton,
+            nodes: nodes.joints,
+            animations,
+        })
+    }
+
+    /// In the file's unit.
+    #[must_use]
+    pub fn skeleton(&self) -> &Skeleton {
+        &self.skeleton
+    }
+
+    /// Of each joint of the skeleton its node in the file.
+    #[must_use]
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// At least one, in the order of the file.
+    #[must_use]
+    pub fn animations(&self) -> &[GltfAnimation] {
+        &self.animations
+    }
+
+    /// The skeleton in metres.
+    ///
+    /// # Errors
+    /// A scale that takes an offset out of range.
+    pub fn scaled_skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, MotionError> {
+        let mut joints: Vec<Joint> = self.skeleton.clone().into();
+        for joint in &mut joints {
+            joint.offset = (joint.offset.as_dvec3() * metres_per_unit).as_vec3();
+        }
+        Ok(Skeleton::new(joints)?)
+    }
+
+    /// Skeleton and motion of one animation in metres.
+    ///
+    /// # Errors
+    /// A scale that takes a length out of range.
+    pub fn motion(
+        &self,
+        animation: &GltfAnimation,
+        (name, metres_per_unit): (&str, f64),
+    ) -> Result<(Skeleton, Clip), MotionError> {
+        let skeleton = self.scaled_skeleton(metres_per_unit)?;
+        let mut desc = animation.clip.desc().clone();
+        name.clone_into(&mut desc.name);
+        for place in desc.roots.iter_mut().chain(&mut desc.translations) {
+            *place = (place.as_dvec3() * metres_per_unit).as_vec3();
+        }
+        let clip = Clip::new(&skeleton, desc)?;
+        Ok((skeleton, clip))
+    }
+}
+
+/// The events that an animation's `extras` hold.
+fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, GltfError> {
+    /// What the key of that name holds.
+    #[derive(Deserialize)]
+    struct Ours {
+        events: Vec<EventEntry>,
+    }
+    let Some(extras) = &animation.extras else {
+        return Ok(Vec::new());
+    };
+    let failed = |error: serde_json::Error| GltfError::Events {
+        animation: name.to_owned(),
+        problem: error.to_string(),
+    };
+    // Whatever else stands there is somebody else's, and may be anything.
+    let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
+    match value.get("sabaki") {
+        Some(ours) => Ok(Ours::deserialize(ours).map_err(failed)?.events),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// The nodes that move the skeleton, ready to be posed.
+struct Rig<'a> {
+    nodes: &'a Nodes,
+    /// The nodes above the root, then the joints.
+    chain: Vec<Link>,
+}
+
+/// One node of a [`Rig`].
+struct Link {
+    node: usize,
+    /// Index into the chain.
+    parent: Option<usize>,
+    rest: Local,
+}
+
+impl<'a> Rig<'a> {
+    fn new(container: &Container, nodes: &'a Nodes) -> Self {
+        let order: Vec<usize> = nodes.above.iter().chain(&nodes.joints).copied().collect();
+        let mut places = vec![None; container.root.nodes.len()];
+        for (index, &node) in order.iter().enumerate() {
+            places[node] = Some(index);
+        }
+        let link = |&node: &usize| Link {
+            node,
+            parent: nodes.parent(node).and_then(|parent| places[parent]),
+            rest: Local::of(&container.root.nodes[node]),
+        };
+        Self {
+            nodes,
+            chain: order.iter().map(link).collect(),
+        }
+    }
+
+    /// Of each joint its parent joint.
+    fn parents(&self) -> impl Iterator<Item = Option<usize>> + '_ {
+        let above = self.nodes.above.len();
+        let joints = self.chain[above..].iter();
+        joints.map(move |link| link.parent?.checked_sub(above))
+    }
+
+    /// Where all joints are, from the places of all nodes: rotations and places under their parents, the root's in the file's space.
+    fn pose(&self, local: impl Fn(&Link) -> Local, worlds: &mut Vec<World>) -> Vec<(Quat, Vec3)> {
+        worlds.clear();
+        for link in &self.chain {
+            let parent = link.parent.map_or(World::ORIGIN, |parent| worlds[parent]);
+            worlds.push(parent.below(&local(link)));
+        }
+        let joints = &worlds[self.nodes.above.len()..];
+        let pairs = joints.iter().zip(self.parents());
+        let under = |(joint, parent): (&World, Option<usize>)| {
+            let Some(parent) = parent.map(|parent| &joints[parent]) else {
+                return (joint.rotation.as_quat(), joint.place().as_vec3());
+            };
+            let back = parent.rotation.conjugate();
+            let rotation = (back * joint.rotation).normalize();
+            let place = back * (joint.place() - parent.place());
+            (rotation.as_quat(), place.as_vec3())
+        };
+        pairs.map(under).collect()
+    }
+
+    /// A leaf that is called an end, and that no animation moves, is an end site.
+    fn skeleton(
+        &self,
+        container: &Container,
+        turned: &HashSet<usize>,
+    ) -> Result<Skeleton, GltfError> {
+        let rest = self.pose(|link| link.rest, &mut Vec::new());
+        let mut has_child = vec![false; rest.len()];
+        for parent in self.parents().flatten() {
+            has_child[parent] = true;
+        }
+        let mut taken = Taken::default();
+        let mut joints = Vec::with_capacity(rest.len());
+        for (index, (parent, (rotation, offset))) in self.parents().zip(rest).enumerate() {
+            let node = self.nodes.joints[index];
+            let name = taken.first_free(&node_name(container, node), "_");
+            let is_end = name.ends_with("_End")
+                && !has_child[index]
+                && !turned.contains(&node)
+                && rotation.angle_between(Quat::IDENTITY) < 1e-6;
+            joints.push(Joint {
+                parent: parent.map(|parent| JointId(parent as u16)),
+                offset: if index == 0 { Vec3::ZERO } else { offset },
+                kind: if is_end && index > 0 {
+                    JointKind::EndSite
+                } else {
+                    JointKind::Moving
+                },
+                name,
+            });
+        }
+        Ok(Skeleton::new(joints)?)
+    }
+
+    fn clip(&self, skeleton: &Skeleton, tracks: &Tracks) -> Result<Clip, GltfError> {
+        let frames = Frames::of(tracks.times().collect::<Vec<_>>().into_iter());
+        let joints = skeleton.len();
+        if frames.count.saturating_mul(joints as u64) > MOST_ENTRIES {
+            return Err(GltfError::TooLong {
+                animation: tracks.name.clone(),
+                frames: frames.count,
+                joints,
+            });
+        }
+        let mut desc = ClipDesc {
+            name: tracks.name.clone(),
+            frame_rate: frames.rate,
+            roots: Vec::new(),
+            rotations: Vec::new(),
+            translations: Vec::new(),
+        };
+        let mut worlds = Vec::new();
+        for frame in 0..frames.count {
+            let time = frames.time(frame);
+            let local = |link: &Link| tracks.sample(link.node, &link.rest, time);
+            for (index, (rotation, place)) in self.pose(local, &mut worlds).into_iter().enumerate()
+            {
+                if index == 0 {
+                    desc.roots.push(place);
+                }
+                let is_end = skeleton.joints()[index].kind == JointKind::EndSite;
+                desc.rotations
+                    .push(if is_end { Quat::IDENTITY } else { rotation });
+                desc.translations.push(place);
+            }
+        }
+        if !moves_joints(skeleton, &desc.translations) {
+            desc.translations = Vec::new();
+        }
+        Ok(Clip::new(skeleton, desc)?)
+    }
+}
+
+/// Whether a joint below the root leaves its offset by more than rounding.
+fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
+    const DIGITS: f32 = 1e-5;
+    let offsets = skeleton.joints().iter().map(|joint| joint.offset);
+    let longest = offsets.clone().map(Vec3::length).fold(0.0, f32::max);
+    let frames = translations.chunks_exact(skeleton.len());
+    let leaves = |frame: &[Vec3]| {
+        let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
+        let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
+        // What is no number is kept, to be found out.
+        pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
+    };
+    { frames }.any(leaves)
+}

@@ -1,0 +1,231 @@
+//! Which nodes are joints, and how they hang together.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::{DAffine3, DMat4, DQuat, DVec3, Quat, Vec3};
+use gltf_json::animation::Property;
+use gltf_json::validation::Checked;
+use gltf_json::{Root, scene};
+
+use super::GltfError;
+use sabaki::anim::Skeleton;
+
+/// The tree of all nodes, and the part of it that is the skeleton.
+pub(super) struct Nodes {
+    /// Of each node its parent.
+    parents: Vec<Option<usize>>,
+    /// From the top of the tree down to the node above the root: they move the skeleton as a whole.
+    pub(super) above: Vec<usize>,
+    /// The joints, parents first, the root first.
+    pub(super) joints: Vec<usize>,
+}
+
+/// A node's place in its parent's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Local {
+    pub(super) translation: Vec3,
+    pub(super) rotation: Quat,
+    pub(super) scale: Vec3,
+}
+
+impl Nodes {
+    pub(super) fn of(root: &Root) -> Result<Self, GltfError> {
+        let parents = parents(&root.nodes)?;
+        check_cycles(&parents)?;
+        let wanted = wanted(root)?;
+        let mut nodes = Self {
+            parents,
+            above: Vec::new(),
+            joints: Vec::new(),
+        };
+        let (&first, rest) = wanted.split_first().ok_or(GltfError::NoJoints)?;
+        // The path down to the first one; its part that all others share.
+        let mut path: Vec<usize> = nodes.ancestry(first).collect();
+        path.reverse();
+        let depths: HashMap<usize, usize> = path
+            .iter()
+            .enumerate()
+            .map(|(depth, &node)| (node, depth))
+            .collect();
+        let mut shared = path.len() - 1;
+        for &node in rest {
+            let meets = nodes.ancestry(node).find_map(|above| depths.get(&above));
+            let depth = *meets.ok_or(GltfError::Roots(first, node))?;
+            shared = shared.min(depth);
+        }
+        path.truncate(shared + 1);
+        let top = path.pop().unwrap_or(first);
+        nodes.above = path;
+        let mut inside = HashSet::from([top]);
+        for &node in &wanted {
+            let way = nodes.ancestry(node).take_while(|&node| node != top);
+            // What is inside already has its way to the top inside.
+            let new: Vec<usize> = way.take_while(|node| !inside.contains(node)).collect();
+            inside.extend(new);
+        }
+        if inside.len() > Skeleton::MAX_JOINTS {
+            return Err(GltfError::TooManyJoints);
+        }
+        let mut open = vec![top];
+        while let Some(node) = open.pop() {
+            nodes.joints.push(node);
+            let children = root.nodes[node].children.iter().flatten().rev();
+            open.extend(
+                children
+                    .map(|child| child.value())
+                    .filter(|child| inside.contains(child)),
+            );
+        }
+        Ok(nodes)
+    }
+
+    /// From a node up to the top, both included.
+    fn ancestry(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(Some(node), |&node| self.parents[node])
+    }
+
+    pub(super) fn parent(&self, node: usize) -> Option<usize> {
+        self.parents[node]
+    }
+}
+
+fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
+    let mut parents = vec![None; nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        for child in node.children.iter().flatten() {
+            let child = child.value();
+            let parent = parents.get_mut(child).ok_or_else(|| GltfError::Index {
+                from: format!("node {index}"),
+                what: "node",
+                index: child,
+            })?;
+            if parent.replace(index).is_some() {
+                return Err(GltfError::Tree(child));
+            }
+        }
+    }
+    Ok(parents)
+}
+
+/// Every node has one parent at most, so that a walk up either ends or comes back to where it was.
+fn check_cycles(parents: &[Option<usize>]) -> Result<(), GltfError> {
+    // Of each node the walk that has come by last.
+    let mut seen = vec![usize::MAX; parents.len()];
+    for start in 0..parents.len() {
+        let mut at = Some(start);
+        while let Some(node) = at {
+            if seen[node] == start {
+                return Err(GltfError::Tree(node));
+            }
+            if seen[node] != usize::MAX {
+                break;
+            }
+            seen[node] = start;
+            at = parents[node];
+        }
+    }
+    Ok(())
+}
+
+/// The joints of the skin that has the most; without skins, what animations turn and move, with all below.
+fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
+    let largest = root
+        .skins
+        .iter()
+        .enumerate()
+        .rev()
+        .max_by_key(|(_, skin)| skin.joints.len());
+    let (from, mut wanted) = match largest {
+        Some((index, skin)) => {
+            let joints = skin.joints.iter().map(|joint| joint.value());
+            (format!("skin {index}"), joints.collect::<Vec<_>>())
+        }
+        None => ("an animation".to_owned(), animated(root)),
+    };
+    if let Some(&index) = wanted.iter().find(|&&node| node >= root.nodes.len()) {
+        let what = "node";
+        return Err(GltfError::Index { from, what, index });
+    }
+    let mut seen = HashSet::new();
+    wanted.retain(|&node| seen.insert(node));
+    if largest.is_none() {
+        let mut next = 0;
+        while let Some(&node) = wanted.get(next) {
+            let children = root.nodes[node].children.iter().flatten();
+            wanted.extend(
+                children
+                    .map(|child| child.value())
+                    .filter(|&child| seen.insert(child)),
+            );
+            next += 1;
+        }
+    }
+    Ok(wanted)
+}
+
+fn animated(root: &Root) -> Vec<usize> {
+    let channels = root
+        .animations
+        .iter()
+        .flat_map(|animation| &animation.channels);
+    let moves = |path: &Checked<Property>| {
+        matches!(
+            path,
+            Checked::Valid(Property::Rotation | Property::Translation)
+        )
+    };
+    { channels }
+        .filter(|channel| moves(&channel.target.path))
+        .map(|channel| channel.target.node.value())
+        .collect()
+}
+
+impl Local {
+    /// As the node stands without animation.
+    pub(super) fn of(node: &scene::Node) -> Self {
+        if let Some(matrix) = &node.matrix {
+            let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
+            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            return Self {
+                translation: translation.as_vec3(),
+                rotation: rotation.as_quat(),
+                scale: scale.as_vec3(),
+            };
+        }
+        Self {
+            translation: node.translation.map_or(Vec3::ZERO, Vec3::from),
+            rotation: node
+                .rotation
+                .map_or(Quat::IDENTITY, |q| Quat::from_array(q.0)),
+            scale: node.scale.map_or(Vec3::ONE, Vec3::from),
+        }
+    }
+}
+
+/// A node's frame in the space of the file: where points go, and how it is turned without its scale.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct World {
+    pub(super) points: DAffine3,
+    pub(super) rotation: DQuat,
+}
+
+impl World {
+    pub(super) const ORIGIN: Self = Self {
+        points: DAffine3::IDENTITY,
+        rotation: DQuat::IDENTITY,
+    };
+
+    pub(super) fn below(&self, local: &Local) -> Self {
+        let rotation = local.rotation.as_dquat().normalize();
+        let (scale, translation) = (local.scale.as_dvec3(), local.translation.as_dvec3());
+        let points = DAffine3::from_scale_rotation_translation(scale, rotation, translation);
+        Self {
+            points: self.points * points,
+            rotation: (self.rotation * rotation).normalize(),
+        }
+    }
+
+    pub(super) fn place(&self) -> DVec3 {
+        self.points.translation
+    }
+}

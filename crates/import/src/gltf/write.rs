@@ -1,0 +1,307 @@
+//! glTF out: a skeleton, a figure of its bones, and clips.
+
+use std::io::{Error, ErrorKind, Result, Write};
+
+use glam::{Mat4, Quat, Vec3};
+use serde_json::{Value, json};
+
+use crate::EventEntry;
+use sabaki::anim::{Clip, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::graph::ClipSource;
+
+/// Component types and targets of the specification, 3.6.
+const FLOAT: u32 = 5126;
+const UNSIGNED_SHORT: u32 = 5123;
+const UNSIGNED_INT: u32 = 5125;
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+/// Writes clips of one skeleton as one GLB file, each an animation, in metres. A figure of slim bones is bound to the skeleton, so that any
+/// viewer shows the motion; end sites are nodes too.
+///
+/// Key times are in single precision: frame rates come back to about six digits.
+///
+/// # Errors
+/// Those of `out`, and `InvalidInput` for a clip of another skeleton or a file beyond what GLB can hold (4 GiB).
+pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Result<()> {
+    let events = &[];
+    write_labelled(
+        out,
+        ClipSource {
+            skeleton,
+            clips,
+            events,
+        },
+    )
+}
+
+/// The same with what happens in the clips: each animation's `extras` are `{"sabaki": {"events": [...]}}`, each event as in an
+/// [`EventsFile`](crate::EventsFile), and are read again with it.
+///
+/// # Errors
+/// Those of [`write()`], and `InvalidInput` for an event of no clip.
+pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()> {
+    let ClipSource {
+        skeleton,
+        clips,
+        events,
+    } = source;
+    if let Some(event) = events.iter().find(|event| event.clip >= clips.len()) {
+        let what = format!("an event is of clip {}, which is not there", event.clip);
+        return Err(Error::new(ErrorKind::InvalidInput, what));
+    }
+    let mut buffer = Buffer::default();
+    let places = rest_places(skeleton);
+    let binds = places
+        .iter()
+        .map(|place| Mat4::from_translation(-*place).to_cols_array());
+    let binds = buffer.floats("MAT4", binds.flatten());
+    let mut animations = Vec::new();
+    for clip in clips {
+        if clip.desc().rotations.len() != clip.frames() * skeleton.len() {
+            let what = format!("clip \"{}\" is of another skeleton", clip.name());
+            return Err(Error::new(ErrorKind::InvalidInput, what));
+        }
+        let mut animation = buffer.animation(skeleton, clip);
+        let labels: Vec<EventEntry> = { events.iter() }
+            .filter(|event| event.clip == animations.len())
+            .map(|event| EventEntry::of(event, skeleton))
+            .collect();
+        if !labels.is_empty() {
+            animation["extras"] = json!({ "sabaki": { "events": labels } });
+        }
+        animations.push(animation);
+    }
+    let joints: Vec<usize> = (0..skeleton.len()).collect();
+    let mut nodes = nodes(skeleton, clips.first());
+    let mut roots = vec![0];
+    let meshes = buffer.figure(skeleton, &places);
+    if !meshes.is_empty() {
+        roots.push(nodes.len());
+        nodes.push(json!({ "name": "figure", "mesh": 0, "skin": 0 }));
+    }
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": concat!("sabaki ", env!("CARGO_PKG_VERSION")) },
+        "scene": 0,
+        "scenes": [{ "nodes": roots }],
+        "nodes": nodes,
+        "skins": [{ "joints": joints, "inverseBindMatrices": binds, "skeleton": 0 }],
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+        "buffers": [{ "byteLength": buffer.bytes.len() }],
+    });
+    // What is empty must not be there.
+    for (key, list) in [("meshes", meshes), ("animations", animations)] {
+        if !list.is_empty() {
+            document[key] = json!(list);
+        }
+    }
+    container(out, document.to_string().as_bytes(), &buffer.bytes)
+}
+
+fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
+    let padded = |length: usize| length.next_multiple_of(4);
+    let too_large = || {
+        Error::new(
+            ErrorKind::InvalidInput,
+            "beyond 4 GiB, which GLB cannot hold",
+        )
+    };
+    let word = |length: usize| {
+        let length = u32::try_from(length).map_err(|_| too_large())?;
+        Ok::<_, Error>(length.to_le_bytes())
+    };
+    let whole = word(12 + 8 + padded(json.len()) + 8 + padded(binary.len()))?;
+    out.write_all(b"glTF")?;
+    out.write_all(&2u32.to_le_bytes())?;
+    out.write_all(&whole)?;
+    for (kind, data, filler) in [(b"JSON", json, b" "), (b"BIN\0", binary, b"\0")] {
+        out.write_all(&word(padded(data.len()))?)?;
+        out.write_all(kind)?;
+        out.write_all(data)?;
+        out.write_all(&filler.repeat(padded(data.len()) - data.len()))?;
+    }
+    Ok(())
+}
+
+/// Where the joints are when none is turned, the root at the origin.
+fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
+    let pose = Pose {
+        root: Vec3::ZERO,
+        rotations: vec![Quat::IDENTITY; skeleton.len()],
+        translations: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    forward_kinematics(skeleton, &pose, &mut joints);
+    joints.iter().map(|joint| joint.translation).collect()
+}
+
+/// The joints, the root where a clip starts.
+fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
+    let mut children: Vec<Vec<u16>> = vec![Vec::new(); skeleton.len()];
+    for id in skeleton.ids().skip(1) {
+        if let Some(parent) = skeleton.joint(id).parent {
+            children[parent.index()].push(id.0);
+        }
+    }
+    let root = first.map_or(Vec3::ZERO, |clip| clip.desc().roots[0]);
+    let pairs = skeleton.joints().iter().zip(children);
+    let node = |(joint, children): (&sabaki::anim::Joint, Vec<u16>)| {
+        let place = if joint.parent.is_some() {
+            joint.offset
+        } else {
+            root
+        };
+        let mut node = json!({ "name": joint.name, "translation": place.to_array() });
+        if !children.is_empty() {
+            node["children"] = json!(children);
+        }
+        node
+    };
+    pairs.map(node).collect()
+}
+
+/// The binary part and what describes it.
+#[derive(Default)]
+struct Buffer {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Buffer {
+    /// An accessor of all that was written from `start` on; gives its index.
+    fn accessor(&mut self, start: usize, mut accessor: Value, target: Option<u32>) -> usize {
+        let mut view =
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
+        accessor["bufferView"] = json!(self.views.len());
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.accessors.len() - 1
+    }
+
+    fn floats(&mut self, kind: &str, floats: impl Iterator<Item = f32>) -> usize {
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => 16,
+        };
+        let start = self.bytes.len();
+        floats.for_each(|float| self.bytes.extend(float.to_le_bytes()));
+        let count = (self.bytes.len() - start) / (4 * width);
+        let accessor = json!({ "componentType": FLOAT, "count": count, "type": kind });
+        self.accessor(start, accessor, None)
+    }
+
+    /// Floats with their bounds, as times and places need them.
+    fn bounded<const N: usize>(&mut self, kind: &str, values: &[[f32; N]]) -> usize {
+        let index = self.floats(kind, values.iter().flatten().copied());
+        let bound = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
+            let parts = (0..N).map(|part| values.iter().map(move |value| value[part]));
+            parts.map(|part| part.reduce(pick).unwrap_or(0.0)).collect()
+        };
+        self.accessors[index]["min"] = json!(bound(f32::min));
+        self.accessors[index]["max"] = json!(bound(f32::max));
+        index
+    }
+
+    fn animation(&mut self, skeleton: &Skeleton, clip: &Clip) -> Value {
+        let desc = clip.desc();
+        let times: Vec<[f32; 1]> = (0..clip.frames())
+            .map(|frame| [(frame as f64 / desc.frame_rate) as f32])
+            .collect();
+        let times = self.bounded("SCALAR", &times);
+        let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+        let mut add = |output: usize, node: usize, path: &str| {
+            let target = json!({ "node": node, "path": path });
+            channels.push(json!({ "sampler": samplers.len(), "target": target }));
+            samplers.push(json!({ "input": times, "output": output }));
+        };
+        let roots = desc.roots.iter().flat_map(Vec3::to_array);
+        add(self.floats("VEC3", roots), 0, "translation");
+        for (joint, of_skeleton) in skeleton.joints().iter().enumerate() {
+            let every = |at: usize| at * skeleton.len() + joint;
+            if of_skeleton.kind == JointKind::Moving {
+                let turns = (0..clip.frames())
+                    .flat_map(|at| desc.rotations[every(at)].normalize().to_array());
+                add(self.floats("VEC4", turns), joint, "rotation");
+            }
+            if joint > 0 && !desc.translations.is_empty() {
+                let places =
+                    (0..clip.frames()).flat_map(|at| desc.translations[every(at)].to_array());
+                add(self.floats("VEC3", places), joint, "translation");
+            }
+        }
+        json!({ "name": desc.name, "samplers": samplers, "channels": channels })
+    }
+
+    /// An octahedron along each bone, bound to the joint that it starts at; no mesh for a skeleton without bones.
+    fn figure(&mut self, skeleton: &Skeleton, places: &[Vec3]) -> Vec<Value> {
+        /// The waist's place along a bone, and its width, shares of the bone's length.
+        const WAIST: (f32, f32) = (0.15, 0.08);
+        const FACES: [[u32; 3]; 8] = [
+            [0, 2, 1],
+            [0, 3, 2],
+            [0, 4, 3],
+            [0, 1, 4],
+            [5, 1, 2],
+            [5, 2, 3],
+            [5, 3, 4],
+            [5, 4, 1],
+        ];
+        let (mut vertices, mut joints, mut faces): (Vec<[f32; 3]>, Vec<u16>, Vec<u32>) =
+            Default::default();
+        for (child, joint) in skeleton.joints().iter().enumerate() {
+            let Some(parent) = joint.parent else { continue };
+            let Some(along) = joint.offset.try_normalize() else {
+                continue;
+            };
+            let (u, v) = along.any_orthonormal_pair();
+            let (from, to) = (places[parent.index()], places[child]);
+            let waist = from.lerp(to, WAIST.0);
+            let width = WAIST.1 * joint.offset.length();
+            let first = vertices.len() as u32;
+            let ring = [u, v, -u, -v].map(|side| (waist + width * side).to_array());
+            vertices.push(from.to_array());
+            vertices.extend(ring);
+            vertices.push(to.to_array());
+            joints.extend([parent.0; 6]);
+            faces.extend(FACES.as_flattened().iter().map(|corner| first + corner));
+        }
+        if vertices.is_empty() {
+            return Vec::new();
+        }
+        let position = self.bounded("VEC3", &vertices);
+        let start = self.bytes.len();
+        for joint in &joints {
+            let slots = [*joint, 0, 0, 0].map(u16::to_le_bytes);
+            self.bytes.extend(slots.as_flattened());
+        }
+        let of_vertices =
+            json!({ "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4" });
+        let of_vertices = self.accessor(start, of_vertices, Some(VERTICES));
+        let weights = joints.iter().flat_map(|_| [1.0, 0.0, 0.0, 0.0]);
+        let weights = self.floats("VEC4", weights);
+        let start = self.bytes.len();
+        faces
+            .iter()
+            .for_each(|corner| self.bytes.extend(corner.to_le_bytes()));
+        let corners =
+            json!({ "componentType": UNSIGNED_INT, "count": faces.len(), "type": "SCALAR" });
+        let corners = self.accessor(start, corners, Some(INDICES));
+        for accessor in [position, weights] {
+            let view = self.accessors[accessor]["bufferView"].as_u64().unwrap_or(0) as usize;
+            self.views[view]["target"] = json!(VERTICES);
+        }
+        let attributes =
+            json!({ "POSITION": position, "JOINTS_0": of_vertices, "WEIGHTS_0": weights });
+        vec![
+            json!({ "name": "figure", "primitives": [{ "attributes": attributes, "indices": corners }] }),
+        ]
+    }
+}

@@ -1,0 +1,187 @@
+use std::path::{Path, PathBuf};
+
+use glam::Quat;
+
+use super::asf::{AmcFile, AsfFile};
+use super::bvh::{BvhFile, MotionError};
+use super::gltf::GltfFile;
+use super::read::{clip_name, given, read_bvh, read_bytes};
+use super::{
+    LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource, Up, stature,
+};
+use sabaki::anim::{Clip, Pose, Skeleton};
+
+/// What the names of motion files end with.
+pub(super) const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
+
+/// A motion file as it is, in its own unit.
+pub(super) enum MotionFile {
+    Bvh(BvhFile),
+    Gltf(Box<GltfFile>),
+    Amc(AsfFile, AmcFile),
+}
+
+/// Whether a name ends so, in small letters or capitals.
+pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    endings
+        .iter()
+        .any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// Whether a file's name says that it is glTF.
+#[must_use]
+pub fn is_gltf(path: &Path) -> bool {
+    ends_with(path, &["glb", "gltf"])
+}
+
+/// Reads one glTF file as it is, in its own unit; buffers of their own are looked for in its folder.
+///
+/// # Errors
+/// What is wrong, with the file and the place in it.
+pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
+    GltfFile::parse(&read_bytes(path)?, load).map_err(|error| ReadError::Gltf {
+        path: path.to_owned(),
+        error: Box::new(error),
+    })
+}
+
+/// The skeleton of an AMC file: of its name, of the part before the first `_` (`02_01.amc` is of `02.asf`), or the only one of its folder.
+fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let subject = stem.split('_').next().unwrap_or(&stem);
+    let names: Vec<String> = match stem == subject {
+        true => vec![format!("{stem}.asf")],
+        false => vec![format!("{stem}.asf"), format!("{subject}.asf")],
+    };
+    let beside = names.iter().map(|name| path.with_file_name(name));
+    if let Some(found) = { beside }.find(|file| file.is_file()) {
+        return Ok(found);
+    }
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
+        .into_iter()
+        .flatten();
+    let files = entries.flatten().map(|entry| entry.path());
+    let mut all = files.filter(|file| ends_with(file, &["asf"]) && file.is_file());
+    match (all.next(), all.next()) {
+        (Some(only), None) => Ok(only),
+        _ => Err(ReadError::NoSkeleton {
+            path: path.to_owned(),
+            names,
+        }),
+    }
+}
+
+impl MotionFile {
+    /// A file's ending says what it is; what has none of them is taken for BVH.
+    pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
+        if is_gltf(path) {
+            return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
+        }
+        if ends_with(path, &["amc"]) {
+            let damaged = |path: &Path, error| ReadError::Asf {
+                path: path.to_owned(),
+                error,
+            };
+            let skeleton = skeleton_of(path)?;
+            let asf = AsfFile::parse(&read_bytes(&skeleton)?);
+            let asf = asf.map_err(|error| damaged(&skeleton, error))?;
+            let amc = AmcFile::parse(&asf, &read_bytes(path)?);
+            let amc = amc.map_err(|error| damaged(path, error))?;
+            return Ok(Self::Amc(asf, amc));
+        }
+        Ok(Self::Bvh(read_bvh(path)?))
+    }
+
+    pub(super) fn scale(&self, options: &ReadOptions) -> Scale {
+        match (self, options.scale) {
+            (_, Some(scale)) => given(scale),
+            (Self::Bvh(file), None) => Scale::of(file),
+            (Self::Gltf(_), None) => Scale {
+                metres_per_unit: LengthUnit::Metre.metres(),
+                found: ScaleSource::Format,
+            },
+            (Self::Amc(asf, amc), None) => {
+                let mut pose = Pose::default();
+                amc.pose(asf, (0, 1.0), &mut pose);
+                Scale::of_stature(asf.skeleton(1.0).map_or(0.0, |skeleton| {
+                    pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+                    stature(&skeleton, &pose)
+                }))
+            }
+        }
+    }
+
+    /// In the file's own unit.
+    pub(super) fn skeleton(&self) -> Option<Skeleton> {
+        match self {
+            Self::Bvh(file) => file.skeleton(1.0).ok(),
+            Self::Gltf(file) => Some(file.skeleton().clone()),
+            Self::Amc(asf, _) => asf.skeleton(1.0).ok(),
+        }
+    }
+
+    /// All motions of the file in metres. A lone one is named after the file, one of several after the file and itself:
+    /// `fox.glb:Walk`.
+    pub(super) fn to_metres(
+        &self,
+        path: &Path,
+        (scale, options): (Scale, &ReadOptions),
+    ) -> Result<Vec<LoadedClip>, ReadError> {
+        let name = clip_name(path);
+        let up = |(skeleton, clip): (Skeleton, Clip)| match options.up {
+            Up::Y => Ok((skeleton, clip)),
+            up => Ok(up.stood(&skeleton, &clip)?),
+        };
+        let loaded = |seconds: f64, motion: &dyn Fn() -> Result<(Skeleton, Clip), MotionError>| {
+            if seconds > LONGEST_CLIP {
+                return Err(ReadError::TooLong {
+                    path: path.to_owned(),
+                    seconds,
+                });
+            }
+            let standing = motion().and_then(up);
+            let (skeleton, clip) = standing.map_err(|error| ReadError::Motion {
+                path: path.to_owned(),
+                error,
+            })?;
+            Ok(LoadedClip {
+                skeleton,
+                clip,
+                scale,
+                events: Vec::new(),
+            })
+        };
+        let metres = scale.metres_per_unit;
+        match self {
+            Self::Bvh(file) => {
+                let seconds = (file.frames() - 1) as f64 * file.frame_time();
+                Ok(vec![loaded(seconds, &|| file.motion(&name, metres))?])
+            }
+            Self::Gltf(file) => {
+                let load = |animation: &super::gltf::GltfAnimation| {
+                    let name = match file.animations() {
+                        [_] => name.clone(),
+                        _ => format!("{name}:{}", animation.name),
+                    };
+                    let motion = || file.motion(animation, (&name, metres));
+                    let mut loaded = loaded(animation.clip.duration(), &motion)?;
+                    loaded.events.clone_from(&animation.events);
+                    Ok(loaded)
+                };
+                file.animations().iter().map(load).collect()
+            }
+            Self::Amc(asf, amc) => {
+                let rate = options.amc_rate.unwrap_or(AmcFile::USUAL_RATE);
+                let seconds = (amc.frames() - 1) as f64 / rate;
+                let motion = || amc.motion(asf, (&name, metres), rate);
+                Ok(vec![loaded(seconds, &motion)?])
+            }
+        }
+    }
+}

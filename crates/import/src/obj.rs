@@ -1,0 +1,127 @@
+use std::path::Path;
+
+use thiserror::Error;
+use tobj::LoadOptions;
+
+use super::ReadError;
+use super::read::read_bytes;
+use crate::fit::{Mesh, MeshError, MeshPart};
+
+/// Why an OBJ file holds no mesh.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ObjError {
+    /// The text is no OBJ; what the reader says, which does not know the line.
+    #[error("not an OBJ mesh: {0}")]
+    Text(String),
+    /// A corner of a face names no vertex: 0, before the first one, or nothing that is a number.
+    #[error("line {line}: a face's corner names vertex \"{found}\"")]
+    Corner {
+        /// From 1.
+        line: usize,
+        /// As written, without texture and normal.
+        found: String,
+    },
+    /// The mesh has no faces, a bad vertex, or too much of something.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// The mesh of an OBJ text, in the text's own units and axes. Polygons become fans of triangles; each group or object is a part;
+/// lines, points and materials are passed over, and so are vertices that no face uses.
+///
+/// # Errors
+/// What is wrong.
+pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
+    let options = LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..LoadOptions::default()
+    };
+    // Editors put a byte order mark before the first line.
+    let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
+    let plain = without_extras(text)?;
+    let mut text = plain.as_bytes();
+    let no_materials = |_: &Path| Ok(Default::default());
+    let read = tobj::load_obj_buf(&mut text, &options, no_materials);
+    let (models, _) = read.map_err(|error| ObjError::Text(error.to_string()))?;
+    let (mut positions, mut triangles, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+    for model in models {
+        let (first, start) = (positions.len() as u32, triangles.len() as u32);
+        positions.extend(
+            model
+                .mesh
+                .positions
+                .chunks_exact(3)
+                .map(glam::Vec3::from_slice),
+        );
+        let corners = model.mesh.indices.chunks_exact(3);
+        triangles
+            .extend(corners.map(|t| [t[0], t[1], t[2]].map(|vertex| first.saturating_add(vertex))));
+        let triangles = start..triangles.len() as u32;
+        parts.push(MeshPart {
+            name: model.name,
+            triangles,
+        });
+    }
+    Ok(Mesh::new(positions, triangles, parts)?)
+}
+
+/// The text without what makes no difference to the mesh's form (textures, normals, lines and points), and with corners
+/// counted from the first vertex: the reader multiplies what it has not compared with anything yet.
+fn without_extras(text: &[u8]) -> Result<String, ObjError> {
+    // Names may be in any alphabet's bytes.
+    let text = String::from_utf8_lossy(text);
+    let mut plain = String::with_capacity(text.len());
+    let mut vertices = 0i64;
+    for (line, row) in (1..).zip(text.split('\n')) {
+        let mut words = row.split_whitespace();
+        match words.next() {
+            Some("vt" | "vn" | "l" | "p") => {}
+            Some("f") => {
+                plain.push('f');
+                for word in words {
+                    let vertex = corner(word, vertices).map_err(|found| {
+                        let found = found.chars().take(40).collect();
+                        ObjError::Corner { line, found }
+                    })?;
+                    plain.push(' ');
+                    plain.push_str(&vertex.to_string());
+                }
+            }
+            first => {
+                vertices += i64::from(first == Some("v"));
+                plain.push_str(row);
+            }
+        }
+        // Each line stays one, so that the reader's own words fit the file.
+        plain.push('\n');
+    }
+    Ok(plain)
+}
+
+/// The vertex that a corner (`7`, `7/1/2`, `-1//3`) names, from 1; itself where it names none.
+fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
+    let number = word.split('/').next().unwrap_or(word);
+    let vertex = match number.parse() {
+        Ok(back @ ..0) => vertices.saturating_add(1).saturating_add(back),
+        Ok(vertex) => vertex,
+        Err(_) => 0,
+    };
+    match (1..=i64::from(u32::MAX)).contains(&vertex) {
+        true => Ok(vertex),
+        false => Err(number),
+    }
+}
+
+/// Reads an OBJ file, in its own units and axes.
+///
+/// # Errors
+/// What is wrong, with the file.
+pub fn read_obj(path: &Path) -> Result<Mesh, ReadError> {
+    parse_obj(&read_bytes(path)?).map_err(|error| ReadError::Obj {
+        path: path.to_owned(),
+        error,
+    })
+}

@@ -1,0 +1,179 @@
+//! Promise: no bytes that somebody hands over crash a reader, and what is accepted can be used: the corpora of the fuzzers
+//! (`tests/fuzz`), and what becomes of them by random damage.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+use sabaki_testing::memory as peak;
+mod targets;
+
+use std::path::PathBuf;
+
+use peak::held_at_most;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+
+/// Bytes that a target may hold, however small its input is.
+const MOST: usize = 300 << 20;
+
+/// The inputs of a target, by name; of baked files the small graph too.
+fn corpus(target: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/corpus")
+        .join(target);
+    let mut names: Vec<PathBuf> = { std::fs::read_dir(folder).unwrap() }
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    names.sort();
+    let mut inputs: Vec<(String, Vec<u8>)> = { names.into_iter() }
+        .map(|path| (path.display().to_string(), std::fs::read(&path).unwrap()))
+        .collect();
+    if target == "baked" {
+        let bytes = sabaki::archive::to_bytes(common::small::small()).unwrap();
+        inputs.push(("small".to_owned(), targets::without_header(&bytes).to_vec()));
+    }
+    inputs
+}
+
+#[test]
+fn the_corpora_are_read_in_bounded_memory() {
+    // So that it is made once, and not counted.
+    common::small::small();
+    for (target, run) in targets::TARGETS {
+        let inputs = corpus(target);
+        assert!(!inputs.is_empty(), "{target}");
+        for (name, input) in inputs {
+            let ((), held) = held_at_most(|| run(&input));
+            assert!(held < MOST, "{name}: {} MB", held >> 20);
+        }
+    }
+}
+
+/// What is done to an input at a place, a share of its length.
+#[derive(Clone, Debug)]
+enum Damage {
+    Flip(f64, u8),
+    Set(f64, u8),
+    Cut(f64, usize),
+    Repeat(f64, usize),
+    Insert(f64, Vec<u8>),
+}
+
+/// What breaks readers: numbers at their ends, and what opens something that nobody closes.
+const WORDS: [&str; 16] = [
+    "-1",
+    "0",
+    "1e39",
+    "-1e-45",
+    "NaN",
+    "inf",
+    "4294967296",
+    "18446744073709551615",
+    "{",
+    "}",
+    "[",
+    "\"",
+    "\\u0000",
+    "JOINT x\n{\n",
+    "null",
+    "\u{e9}",
+];
+
+fn damages() -> impl Strategy<Value = Vec<Damage>> {
+    let word = prop::sample::select(WORDS.as_slice()).prop_map(|word| word.as_bytes().to_vec());
+    let bytes = prop_oneof![word, prop::collection::vec(any::<u8>(), 1..9)];
+    let place = || 0.0..1.0f64;
+    let damage = prop_oneof![
+        (place(), 0u8..8).prop_map(|(at, bit)| Damage::Flip(at, bit)),
+        (place(), any::<u8>()).prop_map(|(at, byte)| Damage::Set(at, byte)),
+        (place(), 1usize..40).prop_map(|(at, length)| Damage::Cut(at, length)),
+        (place(), 1usize..200).prop_map(|(at, length)| Damage::Repeat(at, length)),
+        (place(), bytes).prop_map(|(at, bytes)| Damage::Insert(at, bytes)),
+    ];
+    prop::collection::vec(damage, 1..6)
+}
+
+fn damaged(input: &[u8], damages: &[Damage]) -> Vec<u8> {
+    let mut bytes = input.to_vec();
+    for damage in damages {
+        let place = |share: f64| (share * bytes.len() as f64) as usize;
+        match damage {
+            _ if bytes.is_empty() => {}
+            Damage::Flip(at, bit) => {
+                let at = place(*at);
+                bytes[at] ^= 1 << bit;
+            }
+            Damage::Set(at, byte) => {
+                let at = place(*at);
+                bytes[at] = *byte;
+            }
+            Damage::Cut(at, length) => {
+                let at = place(*at);
+                bytes.drain(at..(at + length).min(bytes.len()));
+            }
+            Damage::Repeat(at, length) => {
+                let at = place(*at);
+                let part = bytes[at..(at + length).min(bytes.len())].to_vec();
+                bytes.splice(at..at, part);
+            }
+            Damage::Insert(at, insert) => {
+                let at = place(*at);
+                bytes.splice(at..at, insert.iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+/// Damages a target's corpus so many times.
+fn damage(target: &str, cases: u32) {
+    let (_, run) = { targets::TARGETS.into_iter() }
+        .find(|(name, _)| *name == target)
+        .unwrap();
+    let inputs = corpus(target);
+    let config = ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    let strategy = (prop::sample::select(inputs), damages());
+    let tried = TestRunner::new(config).run(&strategy, |((_, input), damages)| {
+        run(&damaged(&input, &damages));
+        Ok(())
+    });
+    tried.unwrap();
+}
+
+#[test]
+fn damaged_bvh_files_are_refused_or_read() {
+    damage("bvh", 4000);
+}
+
+#[test]
+fn damaged_gltf_files_are_refused_or_read() {
+    damage("gltf", 4000);
+}
+
+#[test]
+fn damaged_events_are_refused_or_read() {
+    damage("events", 4000);
+}
+
+#[test]
+fn damaged_attacks_are_refused_or_answered() {
+    damage("attack", 1500);
+}
+
+#[test]
+fn damaged_graphs_are_refused_or_used() {
+    damage("baked", 1500);
+}
+
+#[test]
+fn damaged_skeletons_and_their_motions_are_refused_or_read() {
+    damage("asf", 4000);
+}
+
+#[test]
+fn damaged_meshes_are_refused_or_read() {
+    damage("obj", 4000);
+}

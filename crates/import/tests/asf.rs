@@ -1,0 +1,301 @@
+//! Promise: ASF skeletons and AMC motions are read as their definition says, and what is wrong with them is named with its line.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use glam::{DMat3, DVec3, Quat, Vec3};
+use sabaki::anim::{JointKind, Pose, forward_kinematics};
+use sabaki_import::asf::{AmcFile, AsfFile};
+use sabaki_import::{LengthUnit, ReadError, ReadOptions, ScaleSource, Up, read_clip};
+
+/// A skeleton, a line of `---`, and two frames.
+const PERSON: &str = include_str!("corpus/asf/person");
+
+fn parts() -> (&'static str, &'static str) {
+    PERSON.split_once("\n---\n").unwrap()
+}
+
+fn turn(axis: usize, degrees: f64) -> DMat3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    match axis {
+        0 => DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos]),
+        1 => DMat3::from_cols_array(&[cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos]),
+        _ => DMat3::from_cols_array(&[cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0]),
+    }
+}
+
+/// Turns in this order, the first about X.
+fn xyz([x, y, z]: [f64; 3]) -> DMat3 {
+    turn(2, z) * turn(1, y) * turn(0, x)
+}
+
+/// Where the bones of the second frame end, by the matrices of the definition: end = start + length M direction, M = parent C T C⁻¹.
+fn ends_of_second_frame() -> [(&'static str, DVec3); 3] {
+    let root = xyz([0.0, 90.0, 0.0]);
+    let start = DVec3::new(1.0, 17.0, 2.0);
+    let (c, t) = (xyz([0.0, 0.0, 20.0]), xyz([10.0, 20.0, 30.0]));
+    let back = root * c * t * c.transpose();
+    let shoulders = start + 8.0 * (back * DVec3::Y);
+    // The head has no freedom: its own axes cancel out.
+    let head = shoulders + 4.0 * (back * DVec3::Y);
+    let left = root * c * xyz([-10.0, 0.0, 5.0]) * c.transpose();
+    let left_way = DVec3::new(0.34202, -0.93969, 0.0).normalize();
+    // Of axes in the order Z, Y, X only Z is turned about.
+    let c = turn(2, -20.0);
+    let right = root * c * xyz([10.0, 2.0, 3.0]) * c.transpose();
+    let right_way = DVec3::new(-0.34202, -0.93969, 0.0).normalize();
+    [
+        ("head_End", head),
+        ("lfemur_End", start + 16.0 * (left * left_way)),
+        ("rfemur_End", start + 16.0 * (right * right_way)),
+    ]
+}
+
+#[test]
+fn bones_stand_where_the_definition_puts_them() {
+    let (skeleton, motion) = parts();
+    let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
+    let amc = AmcFile::parse(&asf, motion.as_bytes()).unwrap();
+    assert_eq!(amc.frames(), 2);
+    let (skeleton, clip) = amc.motion(&asf, ("person", 1.0), 60.0).unwrap();
+    assert_eq!((skeleton.len(), clip.frame_rate()), (8, 60.0));
+    assert_eq!(
+        skeleton
+            .joints()
+            .iter()
+            .filter(|joint| joint.kind == JointKind::EndSite)
+            .count(),
+        3
+    );
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    clip.pose(1, &mut pose);
+    forward_kinematics(&skeleton, &pose, &mut joints);
+    for (name, place) in ends_of_second_frame() {
+        let found = joints[skeleton.find(name).unwrap().index()].translation;
+        assert!(
+            found.as_dvec3().distance(place) < 1e-5,
+            "{name}: {found} and {place}"
+        );
+    }
+}
+
+/// A folder with the skeleton under one name and the motion under another.
+fn folder(skeleton_name: &str, motion_name: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let (skeleton, motion) = parts();
+    std::fs::write(folder.path().join(skeleton_name), skeleton).unwrap();
+    std::fs::write(
+        folder.path().join(motion_name),
+        motion.replace('\n', "\r\n"),
+    )
+    .unwrap();
+    folder
+}
+
+#[test]
+fn a_motion_finds_its_skeleton_and_its_unit() {
+    for (skeleton, motion) in [
+        ("a.asf", "a.amc"),
+        ("02.asf", "02_01.amc"),
+        ("some.ASF", "else.AMC"),
+    ] {
+        let folder = folder(skeleton, motion);
+        let read = read_clip(&folder.path().join(motion), &ReadOptions::default()).unwrap();
+        assert_eq!(read.scale.found, ScaleSource::Unit(LengthUnit::Cmu));
+        assert_eq!(read.clip.frame_rate(), AmcFile::USUAL_RATE);
+        let options = ReadOptions {
+            amc_rate: Some(30.0),
+            ..ReadOptions::default()
+        };
+        let slow = read_clip(&folder.path().join(motion), &options).unwrap();
+        assert_eq!(slow.clip.frame_rate(), 30.0);
+    }
+    let folder = folder("one.asf", "walk.amc");
+    std::fs::write(folder.path().join("two.asf"), parts().0).unwrap();
+    let error = read_clip(&folder.path().join("walk.amc"), &ReadOptions::default()).unwrap_err();
+    assert!(
+        matches!(error, ReadError::NoSkeleton { .. }) && error.to_string().contains("walk.asf"),
+        "{error}"
+    );
+    let options = ReadOptions {
+        amc_rate: Some(f64::NAN),
+        ..ReadOptions::default()
+    };
+    assert!(matches!(
+        read_clip(&folder.path().join("walk.amc"), &options),
+        Err(ReadError::Rate(_))
+    ));
+}
+
+#[test]
+fn what_lies_is_stood_up() {
+    let folder = folder("a.asf", "a.amc");
+    let path = folder.path().join("a.amc");
+    let up = |up| {
+        read_clip(
+            &path,
+            &ReadOptions {
+                up,
+                ..ReadOptions::default()
+            },
+        )
+        .unwrap()
+    };
+    let places = |up_is: Up| {
+        let read = up(up_is);
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        read.clip.pose(1, &mut pose);
+        forward_kinematics(&read.skeleton, &pose, &mut joints);
+        joints
+            .into_iter()
+            .map(|joint| joint.translation)
+            .collect::<Vec<_>>()
+    };
+    let as_it_is = places(Up::Y);
+    for (axis, turned) in [
+        (Up::Z, Quat::from_rotation_x(-90f32.to_radians())),
+        (Up::X, Quat::from_rotation_z(90f32.to_radians())),
+    ] {
+        for (stood, lying) in places(axis).into_iter().zip(&as_it_is) {
+            assert!(stood.distance(turned * *lying) < 1e-5);
+        }
+    }
+    // What pointed along Z points up.
+    let up = Quat::from_rotation_x(-90f32.to_radians()) * Vec3::Z;
+    assert!(up.distance(Vec3::Y) < 1e-6);
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_line() {
+    let (skeleton, motion) = parts();
+    let damage = |from: &str, to: &str| {
+        assert!(PERSON.contains(from), "{from}");
+        let read = AsfFile::parse(skeleton.replacen(from, to, 1).as_bytes());
+        let read =
+            read.and_then(|asf| AmcFile::parse(&asf, motion.replacen(from, to, 1).as_bytes()));
+        read.unwrap_err().to_string()
+    };
+    for (from, to, error) in [
+        (
+            "angle deg",
+            "angle grad",
+            "line 7: expected deg or rad, found \"grad\"",
+        ),
+        (
+            "direction 0 1 0",
+            "direction 0 x 0",
+            "line 19: expected a number, found \"x\"",
+        ),
+        (
+            "direction 0 1 0",
+            "direction 0 1",
+            "line 19: expected a number, found the line's end",
+        ),
+        (
+            "length 8",
+            "length 1e99",
+            "line 20: expected a number, found \"1e99\"",
+        ),
+        (
+            "XYZ\n    dof rx ry rz",
+            "XYX\n    dof rx ry rz",
+            "line 21: expected an order of X, Y and Z, found \"XYX\"",
+        ),
+        (
+            "dof rx ry rz",
+            "dof rx ry rz l",
+            "line 22: bone \"lowerback\" has the degree of freedom \"l\"",
+        ),
+        ("dof rx rz", "dof rx rx", "\"rx\" stands here a second time"),
+        (
+            "    name head\n",
+            "",
+            "line 32: the file has no name of the bone that ends here",
+        ),
+        (
+            "name head",
+            "name lowerback",
+            "\"lowerback\" stands here a second time",
+        ),
+        (
+            "lowerback head",
+            "lowerback hat",
+            "there is no bone \"hat\"",
+        ),
+        (
+            "lowerback head",
+            "head head",
+            "bone \"head\" does not hang on the root",
+        ),
+        (
+            "lowerback head",
+            "",
+            "bone \"head\" does not hang on the root",
+        ),
+        (
+            "lowerback head",
+            "lowerback lfemur",
+            "\"lfemur\" stands here a second time",
+        ),
+        (
+            "  order TX TY TZ RX RY RZ\n",
+            "",
+            "the file has no order of the root",
+        ),
+        (
+            "  end\n:hierarchy",
+            ":hierarchy",
+            "the file has no end of its last bone",
+        ),
+        (
+            "rfemur 0 0 0\n",
+            "",
+            "line 8: frame 1 has nothing for \"rfemur\"",
+        ),
+        (
+            "rfemur 0 0 0\n",
+            "rfemur 0 0\n",
+            "line 8: frame 1: 2 numbers for \"rfemur\", which has 3",
+        ),
+        (
+            "rfemur 0 0 0\n",
+            "tail 0 0 0\n",
+            "line 8: there is no bone \"tail\"",
+        ),
+        (
+            "rfemur 0 0 0\n",
+            "lfemur 0 0\n",
+            "line 8: \"lfemur\" stands here a second time",
+        ),
+        (
+            "rfemur 0 0 0\n",
+            "rfemur 0 0 NaN\n",
+            "line 8: expected a number, found \"NaN\"",
+        ),
+        (
+            ":DEGREES\n1\n",
+            ":DEGREES\n",
+            "line 4: expected the number of a frame, found \"root\"",
+        ),
+    ] {
+        let found = damage(from, to);
+        assert!(found.contains(error), "{from:?} to {to:?}: {found}");
+    }
+    for empty in ["", "# nothing\n", ":bonedata\n"] {
+        assert!(
+            AsfFile::parse(empty.as_bytes())
+                .unwrap_err()
+                .to_string()
+                .contains("the file has no")
+        );
+    }
+    let asf = AsfFile::parse(skeleton.as_bytes()).unwrap();
+    assert!(
+        AmcFile::parse(&asf, b":DEGREES\n")
+            .unwrap_err()
+            .to_string()
+            .contains("no frames")
+    );
+    assert_eq!(
+        AsfFile::parse(b"a\nb\xff").unwrap_err().to_string(),
+        "line 2: not a text file"
+    );
+}

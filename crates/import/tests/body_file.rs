@@ -1,0 +1,118 @@
+//! Promise: a body is read from a file as it was written, and what is wrong is said with the sphere, its joint and the field.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::clips::small_skeleton;
+use glam::Vec3;
+use sabaki::maps::Body;
+use sabaki_import::{BodyFile, BodyFileError};
+
+fn error(text: &str) -> String {
+    BodyFile::parse(text.as_bytes()).unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    let skeleton = small_skeleton();
+    let mut body = Body::from_bones(&skeleton);
+    for (index, sphere) in body.spheres.iter_mut().enumerate() {
+        sphere.offset += Vec3::new(0.1, 1.0 / 3.0, -1e-7) * index as f32;
+        sphere.radius *= 1.0 + 0.01 * index as f32;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("body.json");
+    BodyFile::of(&body, &skeleton).write(&path).unwrap();
+    let read = BodyFile::read(&path).unwrap();
+    assert_eq!(
+        read.resolve(&skeleton).unwrap(),
+        body,
+        "not to the last bit"
+    );
+}
+
+#[test]
+fn the_body_of_an_exported_answer_is_read() {
+    let text = r#"{"avoided": true, "attack": {"spheres": [[{"t": 0, "center": [0,0,0], "radius": 1}]]},
+        "body": {"spheres": [{"joint": "Chest", "offset": [0.5, 0, 1], "radius": 0.25}]}}"#;
+    let body = BodyFile::parse(text.as_bytes()).unwrap();
+    let body = body.resolve(&small_skeleton()).unwrap();
+    assert_eq!(body.spheres.len(), 1);
+    assert_eq!(body.spheres[0].offset, Vec3::new(0.5, 0.0, 1.0));
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let with = |entry: &str| {
+        error(&format!(
+            r#"{{"spheres": [{{"joint":"Hips","offset":[0,0,0],"radius":1}}, {entry}]}}"#
+        ))
+    };
+    for (entry, wanted) in [
+        (
+            r#"{"joint":"Chest","offset":[0,0,0]}"#,
+            &["sphere 1", "Chest", "radius"][..],
+        ),
+        (
+            r#"{"joint":"Chest","radius":1}"#,
+            &["sphere 1", "Chest", "offset"],
+        ),
+        (r#"{"offset":[0,0,0],"radius":1}"#, &["sphere 1", "joint"]),
+        (
+            r#"{"joint":"Chest","offset":[0,0],"radius":1}"#,
+            &["sphere 1", "Chest", "offset", "2"],
+        ),
+        (
+            r#"{"joint":"Chest","offset":[0,0,1e40],"radius":1}"#,
+            &["sphere 1", "Chest", "offset"],
+        ),
+        (
+            r#"{"joint":"Chest","offset":[0,0,0],"radius":0}"#,
+            &["sphere 1", "Chest", "radius", "0"],
+        ),
+        (
+            r#"{"joint":"Chest","offset":[0,0,0],"radius":-0.5}"#,
+            &["sphere 1", "radius", "-0.5"],
+        ),
+        (
+            r#"{"joint":"Chest","offset":[0,0,0],"radius":1e-60}"#,
+            &["sphere 1", "radius"],
+        ),
+        (
+            r#"{"joint":"Chest","offset":[0,0,0],"radius":1e9}"#,
+            &["sphere 1", "radius"],
+        ),
+        (
+            r#"{"joint":7,"offset":[0,0,0],"radius":1}"#,
+            &["line 1", "column"],
+        ),
+    ] {
+        let said = with(entry);
+        for word in wanted {
+            assert!(
+                said.contains(word),
+                "{entry}: \"{said}\" does not say {word}"
+            );
+        }
+    }
+    for empty in ["{}", r#"{"spheres": []}"#, r#"{"body": {"spheres": []}}"#] {
+        assert_eq!(
+            BodyFile::parse(empty.as_bytes()),
+            Err(BodyFileError::NoSphere),
+            "{empty}"
+        );
+    }
+    for broken in ["", "[", "3", r#"{"spheres": 3}"#, "\u{0}"] {
+        assert!(
+            matches!(
+                BodyFile::parse(broken.as_bytes()),
+                Err(BodyFileError::Json(_))
+            ),
+            "{broken}"
+        );
+    }
+    let unknown = r#"{"spheres": [{"joint":"Tail","offset":[0,0,0],"radius":1}]}"#;
+    let unknown = BodyFile::parse(unknown.as_bytes()).unwrap();
+    let said = unknown.resolve(&small_skeleton()).unwrap_err().to_string();
+    assert!(said.contains("sphere 0") && said.contains("Tail"), "{said}");
+}

@@ -1,0 +1,248 @@
+//! Promise: spheres fitted to a mesh cover it to the error that is reported, stick out of it no further than reported, and are the
+//! same each time.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+mod hostile;
+
+use common::random::Random;
+use common::shapes::Shape;
+use glam::Vec3;
+use sabaki::anim::{JointTransform, Skeleton};
+use sabaki::maps::Body;
+use sabaki_app::demo;
+use sabaki_import::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
+use sabaki_import::parse_obj;
+
+fn skeleton() -> Skeleton {
+    demo::motions().unwrap().skeleton
+}
+
+fn thickness(end: &str) -> f32 {
+    match end {
+        end if end.contains("Hand") => 0.035,
+        end if end.contains("Arm") || end.contains("Foot") => 0.045,
+        "Spine" | "Chest" | "Neck" => 0.12,
+        end if end.contains("Head_End") => 0.09,
+        _ => 0.06,
+    }
+}
+
+/// A man of tubes in centimetres, as an OBJ file, read again and in metres.
+fn man(pose: &BindPose<'_>, skeleton: &Skeleton) -> Mesh {
+    let text = Shape::man(skeleton, pose.joints(), thickness).obj(0.01);
+    parse_obj(text.as_bytes())
+        .unwrap()
+        .placed(0.01, JointTransform::IDENTITY)
+        .unwrap()
+}
+
+fn fitted(mesh: &Mesh, pose: &BindPose<'_>) -> (Body, FitReport) {
+    fit_body(pose, mesh, &FitSettings::default()).unwrap()
+}
+
+/// Places all over a mesh, by chance, as many on each triangle.
+fn places(mesh: &Mesh, each: usize) -> Vec<Vec3> {
+    let mut random = Random::new(7);
+    let mut share = || random.below(1 << 20) as f32 / (1 << 20) as f32;
+    let mut places = Vec::new();
+    for triangle in mesh.triangles() {
+        let [a, b, c] = triangle.map(|vertex| mesh.positions()[vertex as usize]);
+        for _ in 0..each {
+            let (u, v) = (share(), share());
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            places.push(a + (b - a) * u + (c - a) * v);
+        }
+    }
+    places
+}
+
+/// How far a place sticks out of all spheres.
+fn outside_of(body: &Body, joints: &[JointTransform], place: Vec3) -> f32 {
+    let out =
+        |sphere: &sabaki::maps::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
+    body.spheres.iter().map(out).fold(f32::INFINITY, f32::min)
+}
+
+#[test]
+fn a_man_of_tubes_is_covered_and_not_puffed_up() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let (body, report) = fitted(&mesh, &pose);
+    let settings = FitSettings::default();
+    let worst = report.worst();
+    println!("{report:#?}\n{worst:?}");
+    assert!(
+        !worst.limited && worst.mesh_out_max <= settings.cover + 1e-5,
+        "{worst:?}"
+    );
+    assert!(
+        worst.mesh_out_mean < 0.005 && worst.spheres_out_mean <= settings.bulge,
+        "{worst:?}"
+    );
+    assert!(body.spheres.len() < 120, "{} spheres", body.spheres.len());
+    for place in places(&mesh, 20) {
+        let out = outside_of(&body, pose.joints(), place);
+        assert!(
+            out <= worst.mesh_out_max + report.spacing,
+            "{place} is {out} m outside of all spheres"
+        );
+    }
+    // Independently of winding numbers: the tubes are known.
+    let mut bones = Vec::new();
+    for id in skeleton.ids().skip(1) {
+        let joint = skeleton.joint(id);
+        let ends = [joint.parent.unwrap(), id].map(|j| pose.joints()[j.index()].translation);
+        if ends[0].distance(ends[1]) > 0.02 {
+            bones.push((ends, thickness(&joint.name)));
+        }
+    }
+    let off = |place: Vec3| {
+        let from_tube = |&([a, b], radius): &([Vec3; 2], f32)| {
+            let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            place.distance(a.lerp(b, along)) - radius
+        };
+        bones.iter().map(from_tube).fold(f32::INFINITY, f32::min)
+    };
+    let mut random = Random::new(3);
+    for sphere in &body.spheres {
+        let centre = sphere.centre(pose.joints());
+        assert!(off(centre) < 0.0, "a centre outside of the man");
+        for _ in 0..200 {
+            let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
+            let direction = Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
+            let out = off(centre + direction * sphere.radius);
+            // 16 sides of a tube leave 2% of its radius, the points between which a ball stands some more.
+            assert!(
+                out <= settings.bulge + 0.006,
+                "a sphere sticks out by {out} m"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_same_mesh_gives_the_same_spheres_inside_out_too() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let first = fitted(&mesh, &pose);
+    assert_eq!(fitted(&mesh, &pose), first);
+    let turned = mesh
+        .triangles()
+        .iter()
+        .map(|&[a, b, c]| [a, c, b])
+        .collect();
+    let inside_out = Mesh::new(mesh.positions().to_vec(), turned, Vec::new()).unwrap();
+    let (body, report) = fitted(&inside_out, &pose);
+    assert!(
+        (report.border - first.1.border).abs() < 0.01,
+        "inside is inside, whatever the normals say"
+    );
+    assert!(report.worst().mesh_out_max <= 0.02 + 1e-5 && body.spheres.len() < 120);
+}
+
+#[test]
+fn a_group_named_like_a_joint_goes_there_and_nothing_else_does() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mut shape = Shape::man(&skeleton, pose.joints(), thickness);
+    let hand = skeleton.find("LeftHand").unwrap();
+    // A shield, nearest to the forearm and the upper arm.
+    let middle = pose.joints()[hand.index()].translation - Vec3::new(0.2, 0.15, 0.0);
+    shape.group("LeftHand");
+    shape.capsule(middle - Vec3::Z * 0.2, middle + Vec3::Z * 0.2, 0.03, 12);
+    shape.group("of no joint");
+    shape.capsule(middle + Vec3::Y * 0.6, middle + Vec3::Y * 0.6, 0.03, 12);
+    let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
+    let (body, _) = fitted(&mesh, &pose);
+    let near = |middle: Vec3| {
+        let here = |sphere: &&sabaki::maps::BodySphere| {
+            sphere.centre(pose.joints()).distance(middle) < 0.03
+        };
+        let joints: Vec<_> = body
+            .spheres
+            .iter()
+            .filter(here)
+            .map(|sphere| sphere.joint)
+            .collect();
+        assert!(!joints.is_empty());
+        joints
+    };
+    assert!(near(middle).iter().all(|&joint| joint == hand));
+    assert!(
+        near(middle + Vec3::Y * 0.6)
+            .iter()
+            .all(|&joint| joint != hand)
+    );
+}
+
+/// The figure is fitted in one frame and covers the figure of another: spheres move as the bones do.
+#[test]
+fn a_mesh_fitted_in_a_frame_of_a_clip_moves_with_the_bones() {
+    let motions = demo::motions().unwrap();
+    let (skeleton, clip) = (&motions.skeleton, &motions.clips[0]);
+    let bind = BindPose::of_frame(skeleton, clip, 40).unwrap();
+    let (body, report) = fitted(&man(&bind, skeleton), &bind);
+    assert!(!report.worst().limited);
+    for frame in [0, 90, clip.frames() - 1] {
+        let pose = BindPose::of_frame(skeleton, clip, frame).unwrap();
+        let places = places(&man(&pose, skeleton), 4);
+        let covered = |&&place: &&Vec3| outside_of(&body, pose.joints(), place) <= 0.03;
+        let share = places.iter().filter(covered).count() as f32 / places.len() as f32;
+        assert!(
+            share > 0.97,
+            "frame {frame}: {share} of the mesh is covered"
+        );
+    }
+    let error = BindPose::of_frame(skeleton, clip, clip.frames()).unwrap_err();
+    assert!(error.to_string().contains(clip.name()), "{error}");
+}
+
+#[test]
+fn a_mesh_can_be_stood_where_the_skeleton_stands() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let (low, high) = mesh.bounds();
+    // As programs write a figure: the origin between the soles.
+    let away = JointTransform {
+        translation: Vec3::new(3.0, -low.y, -2.0),
+        ..JointTransform::IDENTITY
+    };
+    let moved = mesh.placed(1.0, away).unwrap();
+    let back = JointTransform {
+        translation: moved.to_stand_at(pose.joints()),
+        ..away
+    };
+    let stood = moved.placed(1.0, back).unwrap().bounds();
+    assert!(
+        (stood.0 - low).abs().max_element() < 0.1 && (stood.1 - high).abs().max_element() < 0.1
+    );
+}
+
+/// The zero pose of these captures is none that a person could take: the mesh stands in a frame.
+#[test]
+fn captures_without_a_t_pose_are_bound_in_a_frame() {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        println!("skipped: SABAKI_MOCAP is not set");
+        return;
+    };
+    let path = std::path::Path::new(&folder).join("fight/Male2_A1_Stand.bvh");
+    let set =
+        sabaki_import::read_clips(&[path], None, &sabaki_import::ReadOptions::default()).unwrap();
+    let pose = BindPose::of_frame(&set.skeleton, &set.clips[0], 10).unwrap();
+    let mesh = man(&pose, &set.skeleton);
+    let (body, report) = fitted(&mesh, &pose);
+    let worst = report.worst();
+    println!("{} spheres, {worst:?}", body.spheres.len());
+    assert!(!worst.limited && body.is_sound(&set.skeleton) && body.spheres.len() < 150);
+    for place in places(&mesh, 10) {
+        assert!(outside_of(&body, pose.joints(), place) <= worst.mesh_out_max + report.spacing);
+    }
+}

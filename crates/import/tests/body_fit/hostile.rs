@@ -1,0 +1,227 @@
+//! Meshes that nobody would draw: each is an error or a body that can be used, and soon.
+
+use glam::Vec3;
+use sabaki::anim::{JointTransform, Skeleton};
+use sabaki_import::fit::{BindPose, FitError, FitSettings, Mesh, MeshError, fit_body, fit_held};
+use sabaki_import::parse_obj;
+
+use super::common::clips::small_skeleton;
+use super::common::random::Random;
+use super::common::shapes::Shape;
+
+/// Fits what can be fitted; `None` where the text or the mesh is refused.
+fn spheres(text: &[u8], settings: &FitSettings) -> Option<usize> {
+    let skeleton = small_skeleton();
+    let mesh = parse_obj(text).ok()?;
+    let (body, report) = fit_body(&BindPose::rest(&skeleton), &mesh, settings).ok()?;
+    assert!(body.is_sound(&skeleton), "{body:?}");
+    let figures = report.joints.iter().flat_map(|fit| {
+        [
+            fit.mesh_out_max,
+            fit.mesh_out_mean,
+            fit.spheres_out_max,
+            fit.spheres_out_mean,
+        ]
+    });
+    assert!(figures.into_iter().all(f32::is_finite), "{report:?}");
+    assert!(
+        report
+            .joints
+            .iter()
+            .all(|fit| fit.spheres > 0 && fit.spheres <= 64)
+    );
+    Some(body.spheres.len())
+}
+
+#[test]
+fn texts_without_a_mesh_are_refused() {
+    for text in [
+        "",
+        "v 0 0 0\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\n",
+        "v 0 0 0\nf 1 2 3\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9 -8 -7\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n",
+        "v 0 0 0\nv 1 0\nv 0 1 0\nf 1 2 3\n",
+        "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v inf 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 1e30 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 1e5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "f 1 2 3\n",
+        "g\no\nf\nv\n",
+        "v 0 0 0\nv 1 0 0\nl 1 2\np 1\n",
+    ] {
+        assert_eq!(
+            spheres(text.as_bytes(), &FitSettings::default()),
+            None,
+            "{text:?}"
+        );
+    }
+    assert_eq!(
+        spheres(&[0xff, 0xfe, 0, b'v', b'\n'], &FitSettings::default()),
+        None
+    );
+}
+
+#[test]
+fn what_is_hardly_a_mesh_still_gives_a_body() {
+    for text in [
+        // One triangle; one that is a line; one that is a point, in a group of a joint and in one of none.
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n",
+        "v 0 0 0\nv 0.1 0 0\nv 0.2 0 0\nf 1 2 3\n",
+        "v 0 0 0\ng LeftHand\nf 1 1 1\ng nobody\nf 1 1 1\n",
+        // An edge of three triangles; a fan of one polygon; a vertex that no face uses, far away.
+        "v 0 0 0\nv 0 0.3 0\nv 0.2 0 0\nv -0.2 0 0\nv 0 0 0.2\nf 1 2 3\nf 1 2 4\nf 1 2 5\n",
+        "v 0 0 0\nv 0.1 0 0\nv 0.1 0.1 0\nv 0 0.1 0\nv 0 0 90000\nf 1 2 3 4\n",
+        "\u{FEFF}v 0 0 0\r\nv 0.1 0 0\r\nv 0 0.1 0\r\nvn 0 0 1\r\nf -3//-1 -2//-1 -1//-1\r\n",
+        "mtllib none.mtl\nusemtl none\nv 0 0 0 1 1 1\nv 0.1 0 0 1 1 1\nv 0 0.1 0 1 1 1\ns 1\nf 1 2 3\n",
+    ] {
+        assert!(
+            spheres(text.as_bytes(), &FitSettings::default()).is_some_and(|count| count > 0),
+            "{text:?}"
+        );
+    }
+}
+
+#[test]
+fn a_mesh_that_stands_elsewhere_names_the_vertex() {
+    let skeleton = small_skeleton();
+    let (pose, settings) = (BindPose::rest(&skeleton), FitSettings::default());
+    let mesh = parse_obj(b"v 0 0 0\nv 0.1 0 0\nv 0 70 0\nf 1 2 3\n").unwrap();
+    match fit_body(&pose, &mesh, &settings).unwrap_err() {
+        FitError::Far {
+            vertex: 2,
+            metres,
+            joint,
+            ..
+        } => {
+            assert!((metres - 69.2).abs() < 0.01, "{metres}");
+            assert_eq!(joint, "Chest");
+        }
+        other => panic!("{other}"),
+    }
+    assert!(matches!(
+        fit_held(&mesh, &FitSettings::HELD),
+        Err(FitError::Far { vertex: 2, .. })
+    ));
+    for scale in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let placed = mesh.placed(scale, JointTransform::IDENTITY);
+        assert!(
+            matches!(placed, Err(MeshError::Placement { .. })),
+            "{scale}"
+        );
+    }
+    assert!(matches!(
+        mesh.placed(1e6, JointTransform::IDENTITY),
+        Err(MeshError::Far { vertex: 2, .. })
+    ));
+    for settings in [
+        FitSettings {
+            cover: f32::NAN,
+            ..settings
+        },
+        FitSettings {
+            bulge: 0.0,
+            ..settings
+        },
+        FitSettings {
+            most_spheres: 0,
+            ..settings
+        },
+        FitSettings {
+            furthest: 1e9,
+            ..settings
+        },
+    ] {
+        assert!(matches!(
+            fit_body(&pose, &mesh, &settings),
+            Err(FitError::Settings(_))
+        ));
+    }
+}
+
+#[test]
+fn too_many_triangles_are_refused() {
+    let places = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    let triangles = vec![[0, 1, 2]; Mesh::MOST_TRIANGLES + 1];
+    assert!(matches!(
+        Mesh::new(places, triangles, Vec::new()),
+        Err(MeshError::TooMany(_))
+    ));
+}
+
+/// All reach across one another, so that no group of them is ever far, and none has an inside.
+#[test]
+fn two_hundred_thousand_tangled_triangles_are_fitted() {
+    let mut random = Random::new(11);
+    let mut coordinate = || random.below(1001) as f32 / 1000.0 - 0.5;
+    let mut place = || Vec3::new(coordinate(), coordinate(), coordinate());
+    let places: Vec<Vec3> = (0..2000).map(|_| place()).collect();
+    let mut random = Random::new(12);
+    let triangles = (0..200_000)
+        .map(|_| [0; 3].map(|_: u32| random.below(2000) as u32))
+        .collect();
+    let mesh = Mesh::new(places, triangles, Vec::new()).unwrap();
+    let skeleton = small_skeleton();
+    let (body, report) =
+        fit_body(&BindPose::rest(&skeleton), &mesh, &FitSettings::default()).unwrap();
+    assert!(body.is_sound(&skeleton));
+    assert!(report.worst().mesh_out_max.is_finite());
+}
+
+/// As fine as sculpted figures are.
+#[test]
+fn two_hundred_thousand_triangles_of_a_man_are_fitted() {
+    let mut shape = Shape::default();
+    shape.capsule(Vec3::ZERO, Vec3::Y * 0.5, 0.15, 300);
+    assert!(
+        shape.triangles().len() > 190_000,
+        "{}",
+        shape.triangles().len()
+    );
+    let mesh = parse_obj(shape.obj(1.0).as_bytes()).unwrap();
+    let skeleton = small_skeleton();
+    let (body, report) =
+        fit_body(&BindPose::rest(&skeleton), &mesh, &FitSettings::default()).unwrap();
+    assert!(report.border > 0.99 && !report.worst().limited);
+    assert!(
+        body.spheres.len() < 20,
+        "{} spheres for one tube",
+        body.spheres.len()
+    );
+}
+
+#[test]
+fn torn_and_spoilt_texts_never_crash() {
+    let skeleton: Skeleton = small_skeleton();
+    let mut shape = Shape::man(&skeleton, BindPose::rest(&skeleton).joints(), |_| 0.08);
+    shape.group("LeftHand");
+    shape.capsule(Vec3::ZERO, Vec3::X * 0.2, 0.05, 6);
+    let text = shape.obj(1.0).into_bytes();
+    let coarse = FitSettings {
+        cover: 0.1,
+        ..FitSettings::default()
+    };
+    let (mut used, mut refused) = (0, 0);
+    for seed in 0..150 {
+        let mut random = Random::new(seed);
+        let mut spoilt = text.clone();
+        for _ in 0..=random.below(4) {
+            let at = random.below(spoilt.len());
+            match random.below(4) {
+                0 => spoilt.truncate(at.max(1)),
+                1 => spoilt[at] = random.next() as u8,
+                2 => spoilt[at] = b"-e. \n/9fgv"[random.below(10)],
+                _ => {
+                    spoilt.remove(at);
+                }
+            }
+        }
+        match spheres(&spoilt, &coarse) {
+            Some(_) => used += 1,
+            None => refused += 1,
+        }
+    }
+    assert!(used > 10 && refused > 10, "{used} {refused}");
+}

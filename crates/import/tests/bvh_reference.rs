@@ -1,0 +1,187 @@
+//! Joint positions of real captures are those of an independent reader, and every file's unit is
+//! found.
+//!
+//! Reads the folder that `SABAKI_MOCAP` names; where that is unset, says so and tests nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki_import::bvh::BvhFile;
+use sabaki_import::{
+    LoadedClip, ReadOptions, Scale, ScaleSource, read_bvh, read_clip, read_clips, stature,
+};
+
+fn mocap() -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        eprintln!("skipped: SABAKI_MOCAP is not set");
+        return None;
+    };
+    let folder = PathBuf::from(folder);
+    assert!(folder.is_dir(), "SABAKI_MOCAP is no folder: {folder:?}");
+    Some(folder)
+}
+
+fn bvh_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = ["fight", "walk", "dialects"]
+        .iter()
+        .flat_map(|sub| std::fs::read_dir(folder.join(sub)).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "bvh"))
+        .collect();
+    files.sort();
+    assert!(files.len() > 60);
+    files
+}
+
+/// File, then frame, then joint and place.
+type Reference = BTreeMap<String, BTreeMap<usize, Vec<(String, DVec3)>>>;
+
+fn reference(folder: &Path) -> Reference {
+    let text = std::fs::read_to_string(folder.join("reference-positions.csv")).unwrap();
+    let mut reference = Reference::new();
+    for line in text.lines().skip(1) {
+        // A joint's name may hold commas, the other fields cannot.
+        let mut from_end = line.rsplitn(4, ',');
+        let [z, y, x] = [(); 3].map(|()| from_end.next().unwrap().parse().unwrap());
+        let mut from_start = from_end.next().unwrap().splitn(3, ',');
+        let [file, frame, joint] = [(); 3].map(|()| from_start.next().unwrap());
+        reference
+            .entry(file.to_owned())
+            .or_default()
+            .entry(frame.parse().unwrap())
+            .or_default()
+            .push((joint.to_owned(), DVec3::new(x, y, z)));
+    }
+    reference
+}
+
+/// Largest distance from the reference, and the size of the figure, in the file's unit.
+fn largest_difference(
+    file: &BvhFile,
+    frames: &BTreeMap<usize, Vec<(String, DVec3)>>,
+) -> (f64, f64) {
+    let (skeleton, clip) = file.motion("reference", 1.0).unwrap();
+    assert!(frames.contains_key(&0) && frames.contains_key(&(clip.frames() - 1)));
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let (mut largest, mut far) = (0.0_f64, 0.0_f64);
+    for (&frame, places) in frames {
+        clip.pose(frame, &mut pose);
+        forward_kinematics(&skeleton, &pose, &mut joints);
+        for (name, expected) in places {
+            let id = skeleton.find(name).unwrap_or_else(|| panic!("{name}"));
+            let found = joints[id.index()].translation.as_dvec3();
+            largest = largest.max(found.distance(*expected));
+            far = far.max(expected.length());
+        }
+    }
+    (largest, far)
+}
+
+#[test]
+fn positions_are_those_of_an_independent_reader() {
+    let Some(folder) = mocap() else { return };
+    let reference = reference(&folder);
+    assert_eq!(reference.len(), bvh_files(&folder).len());
+    for (name, frames) in &reference {
+        let file = read_bvh(&folder.join(name)).unwrap();
+        let (difference, far) = largest_difference(&file, frames);
+        // Single precision along a dozen bones; the reference has five decimals.
+        let tolerance = 2e-5 + 2e-6 * far;
+        assert!(difference < tolerance, "{name}: {difference} > {tolerance}");
+    }
+}
+
+#[test]
+fn every_file_is_a_person_high_in_the_unit_that_is_found() {
+    let Some(folder) = mocap() else { return };
+    for path in bvh_files(&folder) {
+        let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
+        let mut pose = Pose::default();
+        loaded.clip.pose(0, &mut pose);
+        let metres = stature(&loaded.skeleton, &pose);
+        println!("{}: {metres:.2} m by {:?}", path.display(), loaded.scale);
+        assert!((1.2..2.3).contains(&metres), "{}: {metres}", path.display());
+    }
+}
+
+#[test]
+fn units_of_known_captures_are_found() {
+    use sabaki_import::LengthUnit::{Centimetre, Cmu, Decimetre, Inch};
+    let Some(folder) = mocap() else { return };
+    let known = [
+        ("fight/Male2_E1_JabLeft.bvh", Centimetre),
+        ("walk/walk-03-sneak-yokoyama.bvh", Centimetre),
+        ("walk/fighting-01-provocation-takiguchi.bvh", Inch),
+        ("walk/cmu_12_01_walk.bvh", Cmu),
+        ("walk/02_01.bvh", Centimetre),
+        ("dialects/131_01.bvh", Cmu),
+        ("dialects/tpose.bvh", Decimetre),
+        ("dialects/test_freebvh.bvh", Centimetre),
+        ("dialects/Brekel_03_11_2016_15_47_42_body1.bvh", Centimetre),
+    ];
+    for (name, unit) in known {
+        let scale = Scale::of(&read_bvh(&folder.join(name)).unwrap());
+        assert_eq!(scale.found, ScaleSource::Unit(unit), "{name}");
+    }
+}
+
+#[test]
+fn the_fight_clips_are_one_set_with_their_events() {
+    let Some(folder) = mocap() else { return };
+    let fight = folder.join("fight");
+    let events = fight.join("events.json");
+    let set = read_clips(
+        std::slice::from_ref(&fight),
+        Some(&events),
+        &ReadOptions::default(),
+    )
+    .unwrap();
+    assert_eq!(set.clips.len(), 53);
+    assert_eq!(set.skeleton.len(), 27);
+    assert_eq!(set.warnings, Vec::<String>::new());
+    let seconds: f64 = set.clips.iter().map(sabaki::anim::Clip::duration).sum();
+    assert!((195.0..215.0).contains(&seconds), "{seconds}");
+    let evasions = set
+        .events
+        .iter()
+        .filter(|event| event.kind == sabaki::anim::EventKind::Evasion);
+    assert_eq!(evasions.count(), 8);
+    assert!(set.scales.iter().all(|scale| scale.metres_per_unit == 0.01));
+    let again = sabaki_import::EventsFile::of(&set.events, &set.clips, &set.skeleton).unwrap();
+    assert_eq!(
+        again.resolve(&set.clips, &set.skeleton).unwrap(),
+        set.events
+    );
+}
+
+#[test]
+fn what_is_written_again_is_where_it_was() {
+    let Some(folder) = mocap() else { return };
+    for path in bvh_files(&folder) {
+        let LoadedClip {
+            skeleton,
+            clip,
+            scale,
+            ..
+        } = read_clip(&path, &ReadOptions::default()).unwrap();
+        let mut text = Vec::new();
+        sabaki_import::bvh::write(&mut text, &skeleton, &clip, scale.metres_per_unit).unwrap();
+        let file = BvhFile::parse(&text).unwrap();
+        let (skeleton_again, again) = file.motion(clip.name(), scale.metres_per_unit).unwrap();
+        assert_eq!(skeleton.differences(&skeleton_again), Vec::<String>::new());
+        let (mut pose, mut before, mut after) = (Pose::default(), Vec::new(), Vec::new());
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(&skeleton, &pose, &mut before);
+            again.pose(frame, &mut pose);
+            forward_kinematics(&skeleton_again, &pose, &mut after);
+            for (before, after) in before.iter().zip(&after) {
+                let moved = before.translation.distance(after.translation);
+                assert!(moved < 1e-5, "{}, frame {frame}: {moved} m", path.display());
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! Promise: a set of captures means the same whatever its joints are called and however its clips begin, and where it cannot be understood, that is said.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+use sabaki::anim::{Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
+use sabaki::maps::Body;
+use sabaki_import::{ClipSet, LengthUnit, ReadOptions, ScaleSource, read_clips};
+
+/// Names of a pelvis, two legs, a trunk with a head and two arms.
+type Names = [&'static str; 8];
+
+const PLAIN: Names = [
+    "Hips", "LeftLeg", "RightLeg", "Chest", "Head", "LeftArm", "RightArm", "Neck",
+];
+
+/// The same figure under other names. Its left is +X.
+const NAMED: [Names; 8] = [
+    [
+        "Bip01",
+        "Bip01 L Thigh",
+        "Bip01 R Thigh",
+        "Bip01 Spine",
+        "Bip01 Head",
+        "Bip01 L UpperArm",
+        "Bip01 R UpperArm",
+        "Bip01 Neck",
+    ],
+    [
+        "Bip01_Pelvis",
+        "Bip01_L_Thigh",
+        "Bip01_R_Thigh",
+        "Bip01_Spine",
+        "Bip01_Head",
+        "Bip01_L_Arm",
+        "Bip01_R_Arm",
+        "Bip01_Neck",
+    ],
+    [
+        "hip", "lThigh", "rThigh", "abdomen", "head", "lShldr", "rShldr", "neck",
+    ],
+    [
+        "mixamorig:Hips",
+        "mixamorig:LeftUpLeg",
+        "mixamorig:RightUpLeg",
+        "mixamorig:Spine",
+        "mixamorig:Head",
+        "mixamorig:LeftArm",
+        "mixamorig:RightArm",
+        "mixamorig:Neck",
+    ],
+    [
+        "root",
+        "rig:l_leg",
+        "rig:r_leg",
+        "rig:spine",
+        "rig:head",
+        "rig:l_arm",
+        "rig:r_arm",
+        "rig:neck",
+    ],
+    // Both legs begin with an l, and the right one comes first in what a program sorts.
+    [
+        "pelvis", "leg.L", "leg.R", "spine", "head", "arm.L", "arm.R", "neck",
+    ],
+    [
+        "pelvis", "LegLeft", "LegRight", "spine", "head", "ArmLeft", "ArmRight", "neck",
+    ],
+    [
+        "Pelvis", "ThighL", "ThighR", "Spine", "Head", "ArmL", "ArmR", "Neck",
+    ],
+];
+
+/// Joints in this order: hips, the right side, the left side, the trunk.
+fn skeleton(names: &Names) -> Skeleton {
+    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3], kind| Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset: Vec3::from(offset),
+        kind,
+    };
+    let (moving, tip) = (JointKind::Moving, JointKind::EndSite);
+    let end = |name: &str| format!("{name}_End");
+    Skeleton::new(vec![
+        joint(names[0], None, [0.0; 3], moving),
+        joint(names[2], Some(0), [-0.1, -0.9, 0.0], moving),
+        joint(&end(names[2]), Some(1), [0.0, 0.0, 0.15], tip),
+        joint(names[1], Some(0), [0.1, -0.9, 0.0], moving),
+        joint(&end(names[1]), Some(3), [0.0, 0.0, 0.15], tip),
+        joint(names[3], Some(0), [0.0, 0.4, 0.0], moving),
+        joint(names[6], Some(5), [-0.2, 0.0, 0.0], moving),
+        joint(&end(names[6]), Some(6), [-0.6, 0.0, 0.0], tip),
+        joint(names[5], Some(5), [0.2, 0.0, 0.0], moving),
+        joint(&end(names[5]), Some(8), [0.6, 0.0, 0.0], tip),
+        joint(names[7], Some(5), [0.0, 0.1, 0.0], moving),
+        joint(names[4], Some(10), [0.0, 0.1, 0.0], moving),
+        joint(&end(names[4]), Some(11), [0.0, 0.2, 0.0], tip),
+    ])
+    .unwrap()
+}
+
+/// Where the joints are at rest.
+fn at_rest(skeleton: &Skeleton) -> Vec<JointTransform> {
+    let pose = Pose {
+        root: Vec3::Y,
+        rotations: vec![glam::Quat::IDENTITY; skeleton.len()],
+        translations: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    sabaki::anim::forward_kinematics(skeleton, &pose, &mut joints);
+    joints
+}
+
+#[test]
+fn sides_are_known_by_the_names_of_many_programs() {
+    let plain = skeleton(&PLAIN);
+    let (body, facing) = (
+        Body::from_bones(&plain),
+        Facing::of(&plain).placement(&at_rest(&plain)),
+    );
+    for names in &NAMED {
+        let named = skeleton(names);
+        assert_eq!(Body::from_bones(&named), body, "{names:?}");
+        let twins = |skeleton: &Skeleton| {
+            skeleton
+                .ids()
+                .map(|id| skeleton.mirror(id))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(twins(&named), twins(&plain), "{names:?}");
+        let placement = Facing::of(&named).placement(&at_rest(&named));
+        assert_eq!(placement, facing, "{names:?}");
+        assert!(placement.heading().abs() < 1e-6, "{names:?}");
+    }
+}
+
+/// The figure as BVH in centimetres, standing, turned about X by so many degrees.
+fn bvh(names: &Names, turn: f32) -> String {
+    let skeleton = skeleton(names);
+    let mut text = String::from("HIERARCHY\n");
+    write_joint(&mut text, &skeleton, JointId::ROOT);
+    let values = skeleton
+        .joints()
+        .iter()
+        .skip(1)
+        .filter(|joint| joint.kind == JointKind::Moving)
+        .count();
+    text.push_str("MOTION\nFrames: 2\nFrame Time: 0.033333\n");
+    for _ in 0..2 {
+        text.push_str(&format!("0 90 0 0 {turn} 0 {}\n", "0 0 0 ".repeat(values)));
+    }
+    text
+}
+
+fn write_joint(text: &mut String, skeleton: &Skeleton, id: JointId) {
+    let joint = skeleton.joint(id);
+    let [x, y, z] = (joint.offset * 100.0).to_array();
+    let (head, channels) = match (joint.kind, joint.parent) {
+        (JointKind::EndSite, _) => ("End Site".to_owned(), String::new()),
+        (_, None) => (
+            format!("ROOT {}", joint.name),
+            "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n".to_owned(),
+        ),
+        _ => (
+            format!("JOINT {}", joint.name),
+            "CHANNELS 3 Zrotation Xrotation Yrotation\n".to_owned(),
+        ),
+    };
+    text.push_str(&format!("{head}\n{{\nOFFSET {x} {y} {z}\n{channels}"));
+    for child in skeleton.children(id) {
+        write_joint(text, skeleton, child);
+    }
+    text.push_str("}\n");
+}
+
+fn read(files: &[(&str, String)]) -> ClipSet {
+    let folder = tempfile::tempdir().unwrap();
+    let paths: Vec<PathBuf> = files
+        .iter()
+        .map(|(name, text)| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        })
+        .collect();
+    read_clips(&paths, None, &ReadOptions::default()).unwrap()
+}
+
+/// With hands and feet by name.
+const LIMBS: Names = [
+    "Hips",
+    "LeftFoot",
+    "RightFoot",
+    "Chest",
+    "Head",
+    "LeftHand",
+    "RightHand",
+    "Neck",
+];
+
+#[test]
+fn a_set_that_is_understood_has_no_warnings() {
+    let set = read(&[("a.bvh", bvh(&LIMBS, 0.0)), ("b.bvh", bvh(&LIMBS, 20.0))]);
+    assert_eq!(set.warnings, Vec::<String>::new());
+}
+
+#[test]
+fn names_that_tell_no_side_are_warned_of() {
+    let nameless = ["j0", "j1", "j2", "j3", "j4", "j5", "j6", "j7"];
+    let set = read(&[("a.bvh", bvh(&nameless, 0.0))]);
+    assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
+    assert!(set.warnings[0].starts_with("no joint names tell left from right"));
+}
+
+#[test]
+fn another_axis_than_y_up_is_warned_of() {
+    for (turn, axis) in [(90.0, "+Z"), (-90.0, "-Z"), (180.0, "-Y")] {
+        let set = read(&[("a.bvh", bvh(&LIMBS, turn))]);
+        assert_eq!(set.warnings.len(), 1, "{:?}", set.warnings);
+        let start = format!("the figure seems to stand along {axis}");
+        assert!(set.warnings[0].starts_with(&start), "{:?}", set.warnings);
+    }
+    // One clip of many may well lie.
+    let lying = [("a.bvh", 0.0), ("b.bvh", 90.0), ("c.bvh", 0.0)];
+    let set = read(&lying.map(|(name, turn)| (name, bvh(&LIMBS, turn))));
+    assert_eq!(set.warnings, Vec::<String>::new());
+}
+
+/// A first pose from which no height can be read: bent over, head and hands below the hips.
+fn folded() -> String {
+    let rest = "0 90 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0";
+    let bent = "0 90 0 0 0 0 0 0 0 0 0 0 0 180 0 -90 0 0 90 0 0";
+    let text = bvh(&LIMBS, 0.0);
+    assert!(text.contains(rest));
+    text.replacen(rest, bent, 1)
+}
+
+#[test]
+fn clips_with_the_same_bones_have_one_scale() {
+    let alone = read(&[("folded.bvh", folded())]);
+    assert_ne!(
+        alone.scales[0].found,
+        ScaleSource::Unit(LengthUnit::Centimetre)
+    );
+    for files in [
+        [("a.bvh", folded()), ("b.bvh", bvh(&LIMBS, 0.0))],
+        [("a.bvh", bvh(&LIMBS, 0.0)), ("b.bvh", folded())],
+    ] {
+        let set = read(&files);
+        for scale in &set.scales {
+            assert_eq!(scale.found, ScaleSource::Unit(LengthUnit::Centimetre));
+        }
+        assert_eq!(set.warnings, Vec::<String>::new());
+    }
+}

@@ -1,0 +1,287 @@
+//! Events and attack files: what is sound is read, what is not is an error that names the place.
+//! Clip sets likewise.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::PathBuf;
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+use sabaki_import::{AttackFile, EventsFile, ReadOptions, read_clips};
+
+fn skeleton() -> Skeleton {
+    let joint = |name: &str, parent| Joint {
+        name: name.into(),
+        parent,
+        offset: Vec3::Y,
+        kind: JointKind::Moving,
+    };
+    Skeleton::new(vec![
+        joint("Hips", None),
+        joint("Head", Some(JointId::ROOT)),
+    ])
+    .unwrap()
+}
+
+/// Two clips of 3 s at 10 frames per second.
+fn clips() -> Vec<Clip> {
+    let clip = |name: &str| {
+        let desc = ClipDesc {
+            name: name.into(),
+            frame_rate: 10.0,
+            roots: vec![Vec3::ZERO; 31],
+            rotations: vec![Quat::IDENTITY; 62],
+            translations: Vec::new(),
+        };
+        Clip::new(&skeleton(), desc).unwrap()
+    };
+    vec![clip("a.bvh"), clip("b.bvh")]
+}
+
+/// The error of one event of `a.bvh`.
+fn error_of(event: &str) -> String {
+    let text = format!("{{\"clips\":[{{\"file\":\"a.bvh\",\"events\":[\n{event}]}}]}}");
+    let file = match EventsFile::parse(text.as_bytes()) {
+        Ok(file) => file,
+        Err(error) => return error.to_string(),
+    };
+    file.resolve(&clips(), &skeleton()).unwrap_err().to_string()
+}
+
+#[test]
+fn events_find_their_clips_and_joints() {
+    let text = br#"{"about": 1, "clips": [
+        {"file": "some/folder/b.bvh", "events": [
+            {"kind": "attack", "start": 2.0, "end": 3.04, "joints": ["Head"], "contact": 2.5},
+            {"kind": "evasion", "start": 1, "end": 2}]},
+        {"file": "a.bvh"}]}"#;
+    let file = EventsFile::parse(text).unwrap();
+    let events = file.resolve(&clips(), &skeleton()).unwrap();
+    assert_eq!(events.len(), 2);
+    assert_eq!((events[0].clip, events[0].kind), (1, EventKind::Evasion));
+    assert!(events[0].joints.is_empty());
+    assert_eq!(events[1].joints, [JointId(1)]);
+    assert_eq!(events[1].end, 3.0, "the slack is cut off");
+    let again = EventsFile::of(&events, &clips(), &skeleton()).unwrap();
+    let text = serde_json::to_string(&again).unwrap();
+    let read = EventsFile::parse(text.as_bytes()).unwrap();
+    assert_eq!(read.resolve(&clips(), &skeleton()).unwrap(), events);
+}
+
+#[test]
+fn events_that_are_wrong() {
+    let cases = [
+        (
+            r#"{"kind":"evasion","start":2,"end":2}"#,
+            "\"a.bvh\", event 0: from 2 s to 2 s is no time range (0 <= start < end)",
+        ),
+        (
+            r#"{"kind":"evasion","start":-1,"end":2}"#,
+            "\"a.bvh\", event 0: from -1 s to 2 s is no time range (0 <= start < end)",
+        ),
+        (
+            r#"{"kind":"evasion","start":1,"end":3.06}"#,
+            "\"a.bvh\", event 0: ends at 3.06 s, but the clip at 3 s",
+        ),
+        (
+            r#"{"kind":"evasion","start":3.01,"end":3.04}"#,
+            "\"a.bvh\", event 0: ends at 3.04 s, but the clip at 3 s",
+        ),
+        (
+            r#"{"kind":"evasion","start":1,"end":2,"joints":["Tail"]}"#,
+            "\"a.bvh\", event 0: the skeleton has no joint \"Tail\"",
+        ),
+        (
+            r#"{"kind":"attack","start":1,"end":2}"#,
+            "\"a.bvh\", event 0: an attack needs the joints that strike",
+        ),
+        (
+            r#"{"kind":"evasion","start":1,"end":2},{"kind":"evasion","start":0.5,"end":1.5}"#,
+            "\"a.bvh\": an event starts at 1 s, before the one before it ends at 1.5 s",
+        ),
+        (
+            r#"{"kind":"dance","start":1,"end":2}"#,
+            "line 2, column 15: unknown variant `dance`, expected `attack` or `evasion`",
+        ),
+        (
+            r#"{"kind":"evasion","start":1}"#,
+            "line 2, column 28: missing field `end`",
+        ),
+        (
+            r#"{"kind":"evasion","start":NaN,"end":2}"#,
+            "line 2, column 27: expected value",
+        ),
+        (
+            r#"{"kind":"evasion","start":1,"end":1e999}"#,
+            "line 2, column 39: number out of range",
+        ),
+    ];
+    for (event, expected) in cases {
+        assert_eq!(error_of(event), expected);
+    }
+    let file = EventsFile::parse(br#"{"clips":[{"file":"x/c.bvh"}]}"#).unwrap();
+    assert_eq!(
+        file.resolve(&clips(), &skeleton()).unwrap_err().to_string(),
+        "events for \"x/c.bvh\", but there is no such clip"
+    );
+}
+
+#[test]
+fn an_attack_file_has_one_sphere_or_several() {
+    let one = br#"{"attacks":[{"name":"jab","spheres":[{"t":0.5,"center":[0,1,2],"radius":0.1},{"t":0.8,"center":[0,1,0],"radius":0.1}]}]}"#;
+    let file = AttackFile::parse(one).unwrap();
+    assert_eq!(file.attacks[0].spheres.len(), 1);
+    assert_eq!(
+        file.attacks[0].spheres[0][0].center,
+        Vec3::new(0.0, 1.0, 2.0)
+    );
+    let two = br#"{"attacks":[{"spheres":[[{"t":0,"center":[0,1,2],"radius":0.1}],[{"t":0,"center":[0,1,2],"radius":0.1}]]}]}"#;
+    let file = AttackFile::parse(two).unwrap();
+    assert_eq!(file.attacks[0].spheres.len(), 2);
+    let text = serde_json::to_string(&file).unwrap();
+    assert_eq!(AttackFile::parse(text.as_bytes()).unwrap(), file);
+}
+
+#[test]
+fn attacks_that_are_wrong() {
+    let key = r#"{"t":0,"center":[0,1,2],"radius":0.1}"#;
+    let cases = [
+        (
+            format!("{key},{key}"),
+            "attack 0, sphere 0, key 1: 0 s is not after 0 s",
+        ),
+        (
+            r#"{"t":0,"center":[0,1,2],"radius":0}"#.into(),
+            "attack 0, sphere 0, key 0: not a finite time and place and a radius above 0",
+        ),
+        (
+            r#"{"t":0,"center":[0,1e300,2],"radius":1}"#.into(),
+            "line 2, column 24: number out of range",
+        ),
+        (
+            String::new(),
+            "attack 0, sphere 0: no key; a sphere needs one at least",
+        ),
+        (
+            format!("[{key}],[]"),
+            "attack 0, sphere 1: no key; a sphere needs one at least",
+        ),
+        (
+            format!("{key},[{key}]"),
+            "line 2, column 79: spheres mixes keys and lists of keys",
+        ),
+        (
+            "7".into(),
+            "line 2, column 1: invalid type: integer `7`, expected a key {t, center, radius} or a list of keys",
+        ),
+        (
+            r#"{"t":0,"radius":1}"#.into(),
+            "line 2, column 18: missing field `center`",
+        ),
+    ];
+    for (spheres, expected) in cases {
+        let text = format!("{{\"attacks\":[{{\"spheres\":[\n{spheres}]}}]}}");
+        assert_eq!(
+            AttackFile::parse(text.as_bytes()).unwrap_err().to_string(),
+            expected
+        );
+    }
+    let none = AttackFile::parse(br#"{"attacks":[]}"#).unwrap_err();
+    assert_eq!(none.to_string(), "the file holds no attack");
+}
+
+#[test]
+fn a_byte_order_mark_does_not_matter() {
+    let events = "\u{FEFF}{\"clips\":[]}";
+    assert!(EventsFile::parse(events.as_bytes()).is_ok());
+    let attacks =
+        "\u{FEFF}{\"attacks\":[{\"spheres\":[[{\"t\":1,\"center\":[0,1,0],\"radius\":0.1}]]}]}";
+    assert!(AttackFile::parse(attacks.as_bytes()).is_ok());
+}
+
+const BVH: &str =
+    "HIERARCHY ROOT Hips\n{ OFFSET 0 0 0 CHANNELS 4 Xposition Yposition Zposition Yrotation
+JOINT Head\n{ OFFSET 0 70 0 }\nJOINT Foot\n{ OFFSET 0 -100 0 } }
+MOTION Frames: 2 Frame Time: 0.1\n0 100 0 0\n0 100 10 90\n";
+
+/// A folder with these files.
+fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn read(folder: &tempfile::TempDir, paths: &[&str]) -> Result<sabaki_import::ClipSet, String> {
+    let paths: Vec<PathBuf> = paths.iter().map(|path| folder.path().join(path)).collect();
+    let base = format!("{}/", folder.path().display());
+    let set = read_clips(&paths, None, &ReadOptions::default());
+    set.map_err(|error| error.to_string().replace(&base, ""))
+}
+
+#[test]
+fn a_folder_gives_its_files_by_name() {
+    let longer = BVH.replace("0 70 0", "0 75 0");
+    let one = BVH
+        .replace("Frames: 2", "Frames: 1")
+        .replace("0 100 10 90\n", "");
+    let folder = folder(&[
+        ("set/b.bvh", &longer),
+        ("set/A.BVH", BVH),
+        ("set/c.txt", ""),
+        ("one.bvh", &one),
+    ]);
+    let set = read(&folder, &["one.bvh", "set"]).unwrap();
+    let names: Vec<_> = set.clips.iter().map(Clip::name).collect();
+    assert_eq!(names, ["one.bvh", "A.BVH", "b.bvh"]);
+    assert_eq!(
+        set.skeleton.joint(JointId(1)).offset,
+        Vec3::new(0.0, 0.7, 0.0)
+    );
+    assert_eq!(set.warnings.len(), 2, "{:?}", set.warnings);
+    assert_eq!(set.warnings[0], "one.bvh: a single frame is no motion");
+    assert!(
+        set.warnings[1].ends_with("bones differ by more than 1% from the first clip's: \"Head\"")
+    );
+}
+
+#[test]
+fn sets_that_are_wrong() {
+    let other = BVH.replace("Head", "Skull");
+    let slow = BVH
+        .replace("0.1", "3600")
+        .replace("Frames: 2", "Frames: 12")
+        + &"0 100 0 0\n".repeat(10);
+    let folder = folder(&[
+        ("a.bvh", BVH),
+        ("more/a.bvh", BVH),
+        ("other.bvh", &other),
+        ("slow.bvh", &slow),
+        ("bad.bvh", "HIERARCHY"),
+        ("empty/readme", ""),
+    ]);
+    let error = |paths: &[&str]| read(&folder, paths).unwrap_err();
+    assert_eq!(
+        error(&["a.bvh", "more"]),
+        "more/a.bvh: a second clip of that name; the first is a.bvh"
+    );
+    assert_eq!(
+        error(&["a.bvh", "other.bvh"]),
+        "other.bvh: its skeleton differs from that of a.bvh in \"Head\", \"Skull\""
+    );
+    assert_eq!(
+        error(&["a.bvh", "slow.bvh"]),
+        "slow.bvh: the motion lasts 39600 s; 36000 s is the most"
+    );
+    assert_eq!(
+        error(&["a.bvh", "bad.bvh"]),
+        "bad.bvh: line 1, column 10: the hierarchy has no joints"
+    );
+    assert_eq!(
+        error(&["empty"]),
+        "empty: no *.bvh, *.amc, *.glb or *.gltf file there"
+    );
+    assert_eq!(error(&[]), "no clip was named");
+}

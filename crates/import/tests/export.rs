@@ -1,0 +1,313 @@
+//! Promise: an exported answer, read by code that shares nothing with the exporter, says what the query said.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::fs;
+use std::path::Path;
+
+use common::answer::answer_throw;
+use common::baked::embedded;
+use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::archive;
+use sabaki::query::{Answer, Judging, Query, QuerySettings};
+use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_import::export::{evasion_placement, write_answer};
+use sabaki_import::{Chosen, Question, Recording, RecordingError};
+use serde_json::Value;
+
+const ATTACKS: u64 = 25;
+/// Steps from a frame to the next. At 40 m/s, which is a fast ball and a fast fist, half a step is 0.8 mm.
+const STEPS: usize = 200;
+
+/// Late paths are listed, too.
+fn settings() -> QuerySettings {
+    QuerySettings {
+        list_late: true,
+        ..QuerySettings::default()
+    }
+}
+
+fn question(throw: &Throw) -> Question {
+    Question {
+        graph: archive::checksum(embedded()).unwrap(),
+        playhead: throw.playhead,
+        attack: throw.attack.clone(),
+        settings: settings(),
+        judging: Judging::Needed,
+    }
+}
+
+fn answers() -> impl Iterator<Item = (Throw, Answer)> {
+    (0..ATTACKS).map(|index| {
+        let throw = throw(embedded(), &ThrowSettings::default(), 11, index).unwrap();
+        let answer = answer_throw(
+            &Query::new(embedded(), &settings()),
+            &throw,
+            Judging::Needed,
+        );
+        (throw, answer)
+    })
+}
+
+struct Exported {
+    motion: PlainBvh,
+    facts: Value,
+}
+
+fn export(folder: &Path, (throw, answer): (&Throw, &Answer)) -> Exported {
+    let [motion, facts] =
+        write_answer(folder, "one", embedded(), (&question(throw), answer)).unwrap();
+    Exported {
+        motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
+        facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+fn vector(value: &Value) -> V3 {
+    [0, 1, 2].map(|axis| number(&value[axis]))
+}
+
+impl Exported {
+    /// For each frame the centres of the body's spheres, metres.
+    fn body(&self) -> Vec<Vec<V3>> {
+        let metres = number(&self.facts["metres_per_unit"]);
+        let spheres = self.facts["body"]["spheres"].as_array().unwrap();
+        let placed = |frame: usize| {
+            let joints = self.motion.joints_at(frame);
+            let centre = |sphere: &Value| {
+                let joint = self.motion.find(sphere["joint"].as_str().unwrap());
+                let (turn, place) = &joints[joint];
+                add(
+                    scaled(*place, metres),
+                    turn.apply(vector(&sphere["offset"])),
+                )
+            };
+            spheres.iter().map(centre).collect()
+        };
+        (0..self.motion.frames()).map(placed).collect()
+    }
+
+    fn attack(&self) -> Vec<Vec<(f64, V3, f64)>> {
+        let key = |key: &Value| {
+            let (t, radius) = (number(&key["t"]), number(&key["radius"]));
+            (t, vector(&key["center"]), radius)
+        };
+        let spheres = self.facts["attack"]["spheres"].as_array().unwrap();
+        spheres
+            .iter()
+            .map(|keys| keys.as_array().unwrap().iter().map(key).collect())
+            .collect()
+    }
+
+    /// The smallest distance of the surfaces, by small steps through time.
+    fn clearance(&self) -> f64 {
+        let radii: Vec<f64> = self.facts["body"]["spheres"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|sphere| number(&sphere["radius"]))
+            .collect();
+        let (body, per_second) = (self.body(), 1.0 / self.motion.frame_time);
+        let mut smallest = f64::INFINITY;
+        for keys in self.attack() {
+            for pair in keys.windows(2) {
+                let (from, to) = (&pair[0], &pair[1]);
+                let count = ((to.0 - from.0) * per_second * STEPS as f64).ceil() as usize;
+                for step in 0..=count {
+                    let share = step as f64 / count as f64;
+                    let t = from.0 + (to.0 - from.0) * share;
+                    let (ball, radius) =
+                        (lerp(from.1, to.1, share), from.2 + (to.2 - from.2) * share);
+                    let frame = ((t * per_second) as usize).min(body.len() - 2);
+                    let part = t * per_second - frame as f64;
+                    for (index, own) in radii.iter().enumerate() {
+                        let centre = lerp(body[frame][index], body[frame + 1][index], part);
+                        smallest = smallest.min(apart(centre, ball) - own - radius);
+                    }
+                }
+            }
+        }
+        smallest
+    }
+}
+
+#[test]
+fn the_clearance_is_that_of_the_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut clean, mut hits) = (0, 0);
+    for (throw, answer) in answers() {
+        let exported = export(folder.path(), (&throw, &answer));
+        let stated = number(&exported.facts["clearance"]);
+        let found = exported.clearance();
+        assert!(
+            (stated - found).abs() < 2e-3,
+            "stated {stated} m, found {found} m"
+        );
+        assert_eq!(stated as f32, answer.clearance().metres);
+        let avoided = exported.facts["avoided"].as_bool().unwrap();
+        assert_eq!(avoided, answer.avoided);
+        // A hit that is deeper than the stepping is coarse is seen; and a clean answer is never a hit.
+        if found.abs() > 1e-4 {
+            assert_eq!(avoided, found > 0.0, "{found} m");
+        }
+        match avoided {
+            true => clean += 1,
+            false => hits += 1,
+        }
+    }
+    assert!(clean > 0, "{clean} clean, {hits} hits");
+}
+
+#[test]
+fn the_motion_begins_where_the_character_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for (throw, answer) in answers() {
+        let exported = export(folder.path(), (&throw, &answer));
+        let metres = number(&exported.facts["metres_per_unit"]);
+        let joints = exported.motion.joints_at(0);
+        let place = |name: &str| scaled(joints[exported.motion.find(name)].1, metres);
+        let root = place("Hips");
+        assert!(root[0].abs() < 1e-3 && root[2].abs() < 1e-3, "{root:?}");
+        let (left, right) = (place("LeftUpLeg"), place("RightUpLeg"));
+        // Left is +X where the character faces +Z.
+        let across = [left[0] - right[0], left[2] - right[2]];
+        assert!(across[0] > 0.0 && (across[1] / across[0]).abs() < 1e-3);
+        let (mut pose, mut own) = (Pose::default(), Vec::new());
+        throw.playhead.pose(embedded().graph(), &mut pose);
+        forward_kinematics(embedded().graph().skeleton(), &pose, &mut own);
+        for (id, joint) in embedded().graph().skeleton().ids().zip(&own) {
+            let name = &embedded().graph().skeleton().joint(id).name;
+            let expected = joint.translation.to_array().map(f64::from);
+            assert!(apart(place(name), expected) < 1e-4, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_motion_lasts_until_the_attack_is_over() {
+    let folder = tempfile::tempdir().unwrap();
+    for (throw, answer) in answers() {
+        let exported = export(folder.path(), (&throw, &answer));
+        let last = exported.motion.frames() - 1;
+        let seconds = last as f64 * exported.motion.frame_time;
+        assert!(seconds >= f64::from(throw.attack.end()));
+        let rate = number(&exported.facts["frames_per_second"]);
+        assert!((rate * exported.motion.frame_time - 1.0).abs() < 1e-9);
+        let ends = exported.attack();
+        let end = ends.iter().map(|keys| keys[keys.len() - 1].0);
+        assert_eq!(end.fold(0.0, f64::max) as f32, throw.attack.end());
+    }
+}
+
+#[test]
+fn the_explanation_has_every_candidate() {
+    let folder = tempfile::tempdir().unwrap();
+    for (throw, answer) in answers() {
+        let facts = export(folder.path(), (&throw, &answer)).facts;
+        assert!((number(&facts["metres_per_unit"]) - 0.01).abs() < 1e-12);
+        let candidates = facts["candidates"].as_array().unwrap();
+        let count = |name: &str| facts["counts"][name].as_u64().unwrap() as usize;
+        assert_eq!(candidates.len(), count("candidates") + count("not_in_time"));
+        assert_eq!(candidates.len(), answer.candidates.len());
+        let of_fate = |fate: &str| candidates.iter().filter(|c| c["fate"] == fate).count();
+        assert_eq!(of_fate("chosen"), 1);
+        assert_eq!(of_fate("not_in_time"), count("not_in_time"));
+        let chosen = &candidates[facts["chosen"].as_u64().unwrap() as usize];
+        assert_eq!(chosen["fate"], "chosen");
+        assert_eq!(chosen["clearance"], facts["clearance"]);
+        for candidate in candidates {
+            assert!(candidate["path"].is_array());
+            let in_time = candidate["fate"] != "not_in_time";
+            assert_eq!(candidate["p"].is_number(), in_time);
+            assert_eq!(candidate["reason"].is_string(), !in_time);
+            // What was called clean has a score, and what has none a reason to have none.
+            let clean = candidate["clearance"].as_f64().is_some_and(|m| m >= 0.0);
+            assert_eq!(candidate["score"].is_object(), clean);
+        }
+        for name in ["joint", "offset", "radius"] {
+            assert!(!facts["body"]["spheres"][0][name].is_null(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn an_exported_answer_can_be_asked_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let baked = embedded();
+    let mut evasions = 0;
+    for (throw, answer) in answers().take(8) {
+        let facts = export(folder.path(), (&throw, &answer)).facts;
+        let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
+        assert_eq!(recording.question, question(&throw));
+        assert_eq!(recording.chosen, Chosen::of(baked, &answer));
+        let again = recording.replay(baked).unwrap();
+        assert!(Chosen::of(baked, &again).is_same(&recording.chosen));
+        evasions += usize::from(answer.chosen().evasion.is_some());
+    }
+    assert!(evasions > 0);
+}
+
+#[test]
+fn a_recording_that_is_none_or_of_another_graph_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (throw, answer) = answers().next().unwrap();
+    let facts = export(folder.path(), (&throw, &answer)).facts;
+    let changed = |pointer: &str, value: Value| {
+        let mut facts = facts.clone();
+        *facts.pointer_mut(pointer).unwrap() = value;
+        Recording::parse(facts.to_string().as_bytes())
+    };
+    let asked = |pointer: &str, value: Value| changed(pointer, value).unwrap().replay(embedded());
+    let graph = asked("/query/graph", 1.into());
+    assert!(matches!(
+        graph,
+        Err(RecordingError::Graph { expected: 1, .. })
+    ));
+    for (key, value) in [
+        ("edge", Value::from(u32::MAX)),
+        ("frame", (-1.0).into()),
+        ("frame", 1e9.into()),
+        ("clip_to_world/cos", 7.0.into()),
+        ("clip_to_world/x", 1e30.into()),
+    ] {
+        let playhead = asked(&format!("/query/playhead/{key}"), value);
+        assert!(matches!(playhead, Err(RecordingError::Playhead)), "{key}");
+    }
+    let attack = changed("/attack/spheres", Value::Array(Vec::new()));
+    assert!(matches!(attack, Err(RecordingError::Attack(_))));
+    let judging = changed("/query/judging", "perhaps".into());
+    assert!(matches!(judging, Err(RecordingError::Json(_))));
+    assert!(Recording::parse(b"{}").is_err() && Recording::parse(b"").is_err());
+}
+
+#[test]
+fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
+    let baked = embedded();
+    let mut evasions = 0;
+    for (throw, answer) in answers() {
+        let chosen = answer.chosen();
+        let place = evasion_placement(baked, throw.playhead, &answer, chosen);
+        assert_eq!(place.is_some(), chosen.evasion.is_some());
+        let Some(place) = place else { continue };
+        let mut start = throw.playhead.seconds_to_next_node(baked.graph());
+        for step in answer
+            .motion
+            .steps()
+            .take(answer.path(baked, chosen).count())
+        {
+            start += baked.graph().seconds(step.edge) / step.rate;
+        }
+        let there = answer.motion.playhead(baked.graph(), start + 1e-4);
+        let there = there.placement(baked.graph());
+        let turned = (place.inverse() * there).heading().abs();
+        assert!(place.ground().distance(there.ground()) < 0.01 && turned < 0.02);
+        evasions += 1;
+    }
+    assert!(evasions > 0);
+}

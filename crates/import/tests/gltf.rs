@@ -1,0 +1,438 @@
+//! Promise: skinned animation in glTF is read as it is meant, and what is written comes back.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use common::lod::random_case;
+use common::plain_gltf::PlainGltf;
+use common::random::Random;
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki_import::gltf::{self, GltfFile};
+use sabaki_import::{ReadOptions, ScaleSource, read_clip, read_clips, read_motions};
+use serde_json::{Value, json};
+
+fn parse(bytes: &[u8]) -> GltfFile {
+    GltfFile::parse(bytes, |file| panic!("{} is not asked for", file.display())).unwrap()
+}
+
+fn assert_same(a: &Clip, b: &Clip, what: &str) {
+    assert_eq!(a.frames(), b.frames(), "{what}");
+    if a.frames() > 1 {
+        assert!(
+            (a.frame_rate() / b.frame_rate() - 1.0).abs() < 1e-4,
+            "{what}"
+        );
+    }
+    let (a, b) = (a.desc(), b.desc());
+    assert_eq!(
+        a.translations.is_empty(),
+        b.translations.is_empty(),
+        "{what}"
+    );
+    for (a, b) in a.roots.iter().zip(&b.roots) {
+        assert!(
+            a.distance(*b) < 1e-5 * (1.0 + a.length()),
+            "{what}: {a} {b}"
+        );
+    }
+    for (a, b) in a.rotations.iter().zip(&b.rotations) {
+        assert!(a.dot(*b).abs() > 1.0 - 1e-6, "{what}: {a} {b}");
+    }
+}
+
+#[test]
+fn random_motions_come_back() {
+    for seed in 0..60 {
+        let (skeleton, clip) = random_case(&mut Random::new(seed));
+        let mut bytes = Vec::new();
+        gltf::write(&mut bytes, &skeleton, std::slice::from_ref(&clip)).unwrap();
+        let file = parse(&bytes);
+        let found = file.skeleton();
+        // The file keeps the tree; the order is that of a walk through it, and end sites are known by their names.
+        assert_eq!(found.len(), skeleton.len());
+        assert_eq!(file.animations().len(), 1);
+        let read = &file.animations()[0];
+        assert_eq!(read.name, clip.name());
+        assert_eq!(read.clip.frames(), clip.frames());
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        let (mut other_pose, mut others) = (Pose::default(), Vec::new());
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(&skeleton, &pose, &mut joints);
+            read.clip.pose(frame, &mut other_pose);
+            forward_kinematics(found, &other_pose, &mut others);
+            for id in skeleton.ids() {
+                let twin = found.find(&skeleton.joint(id).name).unwrap();
+                let (a, b) = (joints[id.index()], others[twin.index()]);
+                assert!(a.translation.distance(b.translation) < 1e-4, "seed {seed}");
+                assert!(a.rotation.dot(b.rotation).abs() > 1.0 - 1e-5, "seed {seed}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_embedded_motions_come_back_joint_by_joint() {
+    let motions = sabaki_app::demo::motions().unwrap();
+    let mut bytes = Vec::new();
+    gltf::write(&mut bytes, &motions.skeleton, &motions.clips).unwrap();
+    let file = parse(&bytes);
+    // The humanoid stands in the order of a walk through its tree; its ends are called ends.
+    assert_eq!(
+        file.skeleton().differences(&motions.skeleton),
+        Vec::<String>::new()
+    );
+    for (a, b) in file
+        .skeleton()
+        .joints()
+        .iter()
+        .zip(motions.skeleton.joints())
+        .skip(1)
+    {
+        assert!(a.offset.distance(b.offset) < 1e-6);
+    }
+    assert_eq!(file.animations().len(), motions.clips.len());
+    for (read, clip) in file.animations().iter().zip(&motions.clips) {
+        assert_eq!(read.name, clip.name());
+        assert_same(&read.clip, clip, clip.name());
+    }
+}
+
+fn sample(name: &str) -> Option<PathBuf> {
+    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
+        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
+        return None;
+    };
+    Some(PathBuf::from(root).join("gltf").join(name))
+}
+
+/// Every joint is where matrices multiplied down the tree have it.
+fn check_against_plain(path: &Path) {
+    let bytes = std::fs::read(path).unwrap();
+    let plain = PlainGltf::parse(&bytes);
+    let file = parse(&bytes);
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    for (index, animation) in file.animations().iter().enumerate() {
+        let clip = &animation.clip;
+        for frame in [0, clip.frames() / 3, clip.frames() / 2, clip.frames() - 1] {
+            let time = first_key(&animation.name) + frame as f64 / clip.frame_rate();
+            clip.pose(frame, &mut pose);
+            forward_kinematics(file.skeleton(), &pose, &mut joints);
+            let size = joints
+                .iter()
+                .map(|j| j.translation.length())
+                .fold(0.0, f32::max);
+            for (joint, &node) in joints.iter().zip(file.nodes()) {
+                let world = plain.world(index, node, time);
+                let place = world.w_axis.truncate().as_vec3();
+                let apart = joint.translation.distance(place);
+                assert!(
+                    apart < 1e-4 * size,
+                    "{}, frame {frame}, node {node}",
+                    animation.name
+                );
+                for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                    let expected = world
+                        .transform_vector3(axis.as_dvec3())
+                        .normalize()
+                        .as_vec3();
+                    let found = joint.rotation * axis;
+                    assert!(found.distance(expected) < 1e-3, "{} {node}", animation.name);
+                }
+            }
+        }
+    }
+}
+
+/// The seconds of the first key in the samples.
+fn first_key(animation: &str) -> f64 {
+    if animation == "animation_0" {
+        f64::from(0.041_666_62_f32)
+    } else {
+        0.0
+    }
+}
+
+#[test]
+fn the_samples_are_where_matrices_put_them() {
+    for (name, joints, animations, frames) in [("CesiumMan.glb", 19, 1, 48), ("Fox.glb", 24, 3, 83)]
+    {
+        let Some(path) = sample(name) else {
+            return;
+        };
+        check_against_plain(&path);
+        let motions = read_motions(&path, &ReadOptions::default()).unwrap();
+        assert_eq!(motions.len(), animations);
+        let first = &motions[0];
+        assert_eq!(first.skeleton.len(), joints);
+        assert_eq!(first.clip.frames(), frames);
+        assert!((first.clip.frame_rate() - 24.0).abs() < 1e-3);
+        assert_eq!(first.scale.found, ScaleSource::Format);
+        if animations == 1 {
+            assert_eq!(first.clip.name(), "CesiumMan.glb");
+            assert_eq!(read_clip(&path, &ReadOptions::default()).unwrap(), *first);
+            let stature = sabaki_import::stature(&first.skeleton, &pose_of(&first.clip));
+            assert!((1.2..1.9).contains(&stature), "{stature} m");
+        } else {
+            let names: Vec<&str> = motions.iter().map(|motion| motion.clip.name()).collect();
+            assert_eq!(names, ["Fox.glb:Survey", "Fox.glb:Walk", "Fox.glb:Run"]);
+            let error = read_clip(&path, &ReadOptions::default())
+                .unwrap_err()
+                .to_string();
+            assert!(error.ends_with("it holds several motions: \"Fox.glb:Survey\", \"Fox.glb:Walk\", \"Fox.glb:Run\""), "{error}");
+            let options = ReadOptions {
+                scale: Some(0.01),
+                ..ReadOptions::default()
+            };
+            let set = read_clips(&[path], None, &options).unwrap();
+            assert_eq!(set.clips.len(), 3);
+            let scaled = set.skeleton.joints()[5].offset;
+            let expected = first.skeleton.joints()[5].offset * 0.01;
+            assert!(scaled.distance(expected) < 1e-6);
+        }
+    }
+}
+
+fn pose_of(clip: &Clip) -> Pose {
+    let mut pose = Pose::default();
+    clip.pose(0, &mut pose);
+    pose
+}
+
+/// A buffer, and a document that has it in itself.
+#[derive(Default)]
+struct Builder {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Builder {
+    fn add(&mut self, bytes: &[u8], accessor: Value) -> usize {
+        self.views.push(
+            json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() }),
+        );
+        self.bytes.extend(bytes);
+        let mut accessor = accessor;
+        accessor["bufferView"] = json!(self.views.len() - 1);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+        let width = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let bytes: Vec<u8> = values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect();
+        self.add(
+            &bytes,
+            json!({ "componentType": 5126, "count": values.len() / width, "type": kind }),
+        )
+    }
+
+    /// Root and one child a metre above it, the child moved by one channel.
+    fn document(&self, (path, interpolation): (&str, &str), accessors: (usize, usize)) -> Value {
+        json!({
+            "asset": { "version": "2.0" },
+            "nodes": [
+                { "name": "root", "children": [1], "translation": [0, 1, 0] },
+                { "name": "arm", "translation": [0, 1, 0] },
+            ],
+            "skins": [{ "joints": [0, 1] }],
+            "animations": [{
+                "name": "move",
+                "samplers": [{ "input": accessors.0, "output": accessors.1, "interpolation": interpolation }],
+                "channels": [{ "sampler": 0, "target": { "node": 1, "path": path } }],
+            }],
+            "accessors": self.accessors,
+            "bufferViews": self.views,
+            "buffers": [{ "byteLength": self.bytes.len(), "uri": self.uri() }],
+        })
+    }
+
+    fn uri(&self) -> String {
+        let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
+        format!("data:application/octet-stream;base64,{text}")
+    }
+}
+
+fn clip_of(document: &Value) -> (Skeleton, Clip) {
+    let file = parse(document.to_string().as_bytes());
+    (file.skeleton().clone(), file.animations()[0].clip.clone())
+}
+
+#[test]
+fn steps_hold_and_splines_follow_their_tangents() {
+    let mut builder = Builder::default();
+    // Keys on a grid of a tenth of a second, some of them missing.
+    let times = builder.floats("SCALAR", &[0.0, 0.1, 0.4]);
+    let places = builder.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 4.0, 0.0]);
+    let (_, clip) = clip_of(&builder.document(("translation", "STEP"), (times, places)));
+    assert_eq!(clip.frames(), 5);
+    let heights = |clip: &Clip| -> Vec<f32> {
+        clip.desc()
+            .translations
+            .chunks(2)
+            .map(|pair| pair[1].y)
+            .collect()
+    };
+    assert_eq!(heights(&clip), [1.0, 2.0, 2.0, 2.0, 4.0]);
+    let (_, clip) = clip_of(&builder.document(("translation", "LINEAR"), (times, places)));
+    for (found, expected) in
+        heights(&clip)
+            .iter()
+            .zip([1.0, 2.0, 2.0 + 2.0 / 3.0, 2.0 + 4.0 / 3.0, 4.0])
+    {
+        assert!((found - expected).abs() < 1e-5);
+    }
+    // Tangent, value, tangent: a parabola y = 1 + 10 t + 5 t², whose spline is exact.
+    let key = |t: f32| {
+        [
+            0.0,
+            10.0 + 10.0 * t,
+            0.0,
+            0.0,
+            1.0 + 10.0 * t + 5.0 * t * t,
+            0.0,
+            0.0,
+            10.0 + 10.0 * t,
+            0.0,
+        ]
+    };
+    let splines: Vec<f32> = [0.0, 0.1, 0.4].into_iter().flat_map(key).collect();
+    let splines = builder.floats("VEC3", &splines);
+    let (_, clip) = clip_of(&builder.document(("translation", "CUBICSPLINE"), (times, splines)));
+    for (frame, found) in heights(&clip).iter().enumerate() {
+        let t = frame as f32 * 0.1;
+        assert!(
+            (found - (1.0 + 10.0 * t + 5.0 * t * t)).abs() < 1e-4,
+            "{frame}: {found}"
+        );
+    }
+}
+
+#[test]
+fn rotations_may_be_normalised_integers() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    for (component, size, bytes) in [
+        (
+            5122,
+            2,
+            [0i16, 0, 0, 32767, 23170, 0, 0, 23170]
+                .map(i16::to_le_bytes)
+                .concat(),
+        ),
+        (
+            5120,
+            1,
+            [0i8, 0, 0, 127, 90, 0, 0, 90].map(|v| v as u8).to_vec(),
+        ),
+        (
+            5123,
+            2,
+            [0u16, 0, 0, 65535, 46341, 0, 0, 46341]
+                .map(u16::to_le_bytes)
+                .concat(),
+        ),
+        (5121, 1, vec![0, 0, 0, 255, 180, 0, 0, 180]),
+    ] {
+        let mut builder = Builder::default();
+        let turns =
+            json!({ "componentType": component, "count": 2, "type": "VEC4", "normalized": true });
+        let turns = builder.add(&bytes, turns);
+        assert_eq!(bytes.len(), 8 * size);
+        let times = builder.floats("SCALAR", &[0.0, 0.5]);
+        let (_, clip) = clip_of(&builder.document(("rotation", "LINEAR"), (times, turns)));
+        assert_eq!(clip.frames(), 2);
+        let turned = clip.desc().rotations[3];
+        assert!(turned.dot(Quat::from_xyzw(half, 0.0, 0.0, half)) > 0.9999);
+    }
+}
+
+#[test]
+fn scale_and_what_stands_above_the_root_go_into_places() {
+    let mut builder = Builder::default();
+    let times = builder.floats("SCALAR", &[0.0, 1.0]);
+    let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    // A turn from Z up to Y up and a scale of a half stand above; the root's own scale is 3.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    document["nodes"][0]["scale"] = json!([3, 3, 3]);
+    document["nodes"].as_array_mut().unwrap().push(json!({
+        "children": [0], "rotation": [-half, 0, 0, half], "scale": [0.5, 0.5, 0.5],
+    }));
+    let (skeleton, clip) = clip_of(&document);
+    // The tip is 3 · 0.5 m from the root along the root's Y, the root 0.5 m along what was Y and is -Z now.
+    assert!(
+        skeleton.joints()[1]
+            .offset
+            .distance(Vec3::new(0.0, 1.5, 0.0))
+            < 1e-6
+    );
+    assert!(clip.desc().roots[0].distance(Vec3::new(0.0, 0.0, -0.5)) < 1e-6);
+    assert!(clip.desc().translations.is_empty());
+    let up = clip.desc().rotations[0] * Vec3::Z;
+    assert!(up.distance(Vec3::Y) < 1e-6, "{up}");
+}
+
+#[test]
+fn without_a_skin_what_is_animated_is_the_skeleton() {
+    let mut builder = Builder::default();
+    let times = builder.floats("SCALAR", &[0.0, 1.0]);
+    let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    document.as_object_mut().unwrap().remove("skins");
+    document["nodes"][1]["children"] = json!([2]);
+    document["nodes"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({ "name": "tip_End", "translation": [0, 0, 1] }));
+    let (skeleton, clip) = clip_of(&document);
+    let names: Vec<&str> = skeleton
+        .joints()
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect();
+    assert_eq!(names, ["arm", "tip_End"]);
+    assert_eq!(skeleton.joints()[1].kind, JointKind::EndSite);
+    // The root's frame is that of the node above: it stands 2 m high.
+    assert!(clip.desc().roots[0].distance(Vec3::new(0.0, 2.0, 0.0)) < 1e-6);
+}
+
+#[test]
+fn buffers_may_lie_in_files_beside() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut builder = Builder::default();
+    let times = builder.floats("SCALAR", &[0.0, 1.0]);
+    let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    document["buffers"][0]["uri"] = json!("data/my%20keys.bin");
+    std::fs::create_dir(folder.path().join("data")).unwrap();
+    std::fs::write(folder.path().join("data/my keys.bin"), &builder.bytes).unwrap();
+    let path = folder.path().join("arm.GLTF");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
+    assert_eq!((loaded.clip.name(), loaded.clip.frames()), ("arm.GLTF", 2));
+
+    // A folder of clips takes it too.
+    let set = read_clips(&[folder.path().to_owned()], None, &ReadOptions::default()).unwrap();
+    assert_eq!(set.clips.len(), 1);
+
+    std::fs::remove_file(folder.path().join("data/my keys.bin")).unwrap();
+    let error = read_clip(&path, &ReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("arm.GLTF: buffer 0: ") && error.contains("my keys.bin"),
+        "{error}"
+    );
+}

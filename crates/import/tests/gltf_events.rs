@@ -1,0 +1,229 @@
+//! Promise: what is written as glTF comes back: poses to 0.1 mm, and what happens in them exactly, answers to attacks too.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::{Path, PathBuf};
+
+use common::answer::answer_throw;
+use common::baked::embedded;
+use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
+use sabaki::archive;
+use sabaki::graph::ClipSource;
+use sabaki::query::{Judging, Query, QuerySettings};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_import::export::{MotionFormat, Target, write_answer_as};
+use sabaki_import::{ClipSet, EventsFile, Question, ReadError, ReadOptions, gltf, read_clips};
+
+fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
+    read_clips(&[path.to_owned()], events, &ReadOptions::default())
+}
+
+fn written(folder: &Path, source: ClipSource<'_>) -> PathBuf {
+    let path = folder.join("all.glb");
+    let mut bytes = Vec::new();
+    gltf::write_labelled(&mut bytes, source).unwrap();
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+/// The largest distance between the joints of two poses, metres.
+fn apart(skeleton: &Skeleton, [a, b]: [&Pose; 2]) -> f32 {
+    let (mut here, mut there) = (Vec::new(), Vec::new());
+    forward_kinematics(skeleton, a, &mut here);
+    forward_kinematics(skeleton, b, &mut there);
+    let pairs = here.iter().zip(&there);
+    pairs
+        .map(|(a, b)| a.translation.distance(b.translation))
+        .fold(0.0, f32::max)
+}
+
+fn furthest(skeleton: &Skeleton, [a, b]: [&Clip; 2]) -> f32 {
+    assert_eq!(a.frames(), b.frames());
+    let (mut here, mut there) = (Pose::default(), Pose::default());
+    let of_frame = |frame| {
+        a.pose(frame, &mut here);
+        b.pose(frame, &mut there);
+        apart(skeleton, [&here, &there])
+    };
+    (0..a.frames()).map(of_frame).fold(0.0, f32::max)
+}
+
+#[test]
+fn poses_and_events_come_back() {
+    let motions = sabaki_app::demo::motions().unwrap();
+    // Times that no few digits say.
+    let mut events = motions.events.clone();
+    for (event, index) in events.iter_mut().zip(1..) {
+        event.start += f64::from(index) * 1e-7 / 3.0;
+        event.end -= f64::from(index) * 1e-7 / 7.0;
+    }
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &events,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(folder.path(), source);
+    let set = read(&path, None).unwrap();
+    assert!(set.skeleton.differences(&motions.skeleton).is_empty());
+    let same = { set.clips.iter().zip(&motions.clips) }
+        .map(|(again, clip)| furthest(&motions.skeleton, [again, clip]));
+    assert!(same.fold(0.0, f32::max) < 1e-4);
+    assert!(events.len() > 8);
+    // To the bit: equal numbers, since none is 0 of either sign.
+    assert_eq!(set.events, events);
+}
+
+#[test]
+fn an_events_file_has_the_word_for_the_clips_that_it_names() {
+    let motions = sabaki_app::demo::motions().unwrap();
+    let all = &motions.events;
+    let (skeleton, clips) = (&motions.skeleton, &motions.clips[..2]);
+    let event = |clip, start| Event {
+        clip,
+        kind: EventKind::Attack,
+        start,
+        end: start + 0.5,
+        joints: vec![JointId(3)],
+    };
+    let inside = [event(0, 0.25), event(1, 0.5)];
+    assert!(!all.is_empty());
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(
+        folder.path(),
+        ClipSource {
+            skeleton,
+            clips,
+            events: &inside,
+        },
+    );
+    let set = read(&path, None).unwrap();
+    assert_eq!(set.events, inside);
+    let mut file = EventsFile::of(&[event(0, 1.0)], &set.clips, skeleton).unwrap();
+    let beside = folder.path().join("events.json");
+    std::fs::write(&beside, serde_json::to_vec(&file).unwrap()).unwrap();
+    assert_eq!(
+        read(&path, Some(&beside)).unwrap().events,
+        [event(0, 1.0), event(1, 0.5)]
+    );
+    // A clip that it names without an event has none.
+    file.clips[0].events.clear();
+    std::fs::write(&beside, serde_json::to_vec(&file).unwrap()).unwrap();
+    assert_eq!(read(&path, Some(&beside)).unwrap().events, [event(1, 0.5)]);
+}
+
+#[test]
+fn extras_of_others_are_let_be_and_wrong_ones_of_ours_are_named() {
+    let motions = sabaki_app::demo::motions().unwrap();
+    let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
+    let events = [Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start: 0.5,
+        end: 1.0,
+        joints: Vec::new(),
+    }];
+    let mut bytes = Vec::new();
+    gltf::write_labelled(
+        &mut bytes,
+        ClipSource {
+            skeleton,
+            clips,
+            events: &events,
+        },
+    )
+    .unwrap();
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("extras.glb");
+    let with = |from: &str, to: &str| {
+        assert_eq!(from.len(), to.len(), "so that no length changes");
+        let json = String::from_utf8(bytes[20..20 + length].to_vec()).unwrap();
+        assert!(json.contains(from), "{json}");
+        let json = json.replace(from, to);
+        std::fs::write(
+            &path,
+            [&bytes[..20], json.as_bytes(), &bytes[20 + length..]].concat(),
+        )
+        .unwrap();
+        read(&path, None)
+    };
+    assert_eq!(with("sabaki\":{", "sabaki\":{").unwrap().events, events);
+    assert_eq!(with("\"sabaki\":{", "\"others\":{").unwrap().events, []);
+    let error = with("evasion", "evasive").unwrap_err().to_string();
+    assert!(
+        error.contains("events in its extras") && error.contains("evasive"),
+        "{error}"
+    );
+    let nowhere = [Event {
+        clip: 7,
+        ..events[0].clone()
+    }];
+    let failed = gltf::write_labelled(
+        &mut Vec::new(),
+        ClipSource {
+            skeleton,
+            clips,
+            events: &nowhere,
+        },
+    );
+    assert!(failed.unwrap_err().to_string().contains("clip 7"));
+}
+
+#[test]
+fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
+    let baked = embedded();
+    let folder = tempfile::tempdir().unwrap();
+    let settings = QuerySettings::default();
+    let mut evasions = 0;
+    for index in 0..6 {
+        let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
+        let answer = answer_throw(&Query::new(baked, &settings), &throw, Judging::Needed);
+        let question = Question {
+            graph: archive::checksum(baked).unwrap(),
+            playhead: throw.playhead,
+            attack: throw.attack.clone(),
+            settings,
+            judging: Judging::Needed,
+        };
+        let target = Target {
+            folder: folder.path(),
+            name: "one",
+            format: MotionFormat::Glb,
+        };
+        let [path, facts] = write_answer_as(target, baked, (&question, &answer)).unwrap();
+        assert_eq!(
+            [path.extension().unwrap(), facts.extension().unwrap()],
+            ["glb", "json"]
+        );
+        let set = read(&path, None).unwrap();
+        let clip = &set.clips[0];
+        assert!(clip.duration() >= f64::from(throw.attack.end()));
+        let (mut now, mut then) = (Pose::default(), Pose::default());
+        let mut motion = answer.motion.clone();
+        motion.extend(baked.graph(), clip.duration() as f32 + 0.1);
+        for frame in (0..clip.frames()).step_by(7) {
+            clip.pose(frame, &mut now);
+            motion.sample(baked.graph(), frame as f32 / 120.0, &mut then);
+            assert!(apart(&set.skeleton, [&now, &then]) < 1e-4, "frame {frame}");
+        }
+        let wanted = answer
+            .chosen()
+            .evasion
+            .and_then(|edge| baked.graph().edge(edge).event);
+        let starts = motion
+            .events(baked.graph())
+            .find(|(event, _)| Some(*event) == wanted);
+        if let Some((_, [start, _])) = starts {
+            let event = set
+                .events
+                .iter()
+                .find(|event| event.start == f64::from(start))
+                .unwrap();
+            assert_eq!(event.kind, EventKind::Evasion);
+            evasions += 1;
+        }
+    }
+    assert!(evasions > 1, "{evasions}");
+}

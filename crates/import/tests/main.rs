@@ -1,0 +1,17 @@
+//! The tests of `sabaki-import`.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod asf;
+mod body_file;
+mod body_fit;
+mod bvh_bad_input;
+mod bvh_dialects;
+mod bvh_reference;
+mod bvh_round_trip;
+mod clip_sets;
+mod events_file;
+mod export;
+mod gltf;
+mod gltf_bad_input;
+mod gltf_events;
+mod props;

@@ -1,0 +1,231 @@
+//! Promise: what a hand holds strikes as far as it reaches, is hit only where it is said to be part of the body, and is kept in
+//! baked files.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::Path;
+
+use common::baked::{embedded, embedded_graph};
+use common::shapes::Shape;
+use glam::{Quat, Vec3};
+use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use sabaki::archive::{from_bytes, to_bytes};
+use sabaki::graph::GraphSettings;
+use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, LocalSphere, Prop};
+use sabaki_import::fit::{FitSettings, Mesh};
+use sabaki_import::parse_obj;
+
+const LENGTH: f32 = 1.6;
+
+/// A staff along its own Y, its origin a third from one end, in centimetres.
+fn staff() -> Mesh {
+    let mut shape = Shape::default();
+    shape.capsule(
+        Vec3::NEG_Y * LENGTH / 3.0,
+        Vec3::Y * LENGTH * 2.0 / 3.0,
+        0.015,
+        10,
+    );
+    parse_obj(shape.obj(0.01).as_bytes()).unwrap()
+}
+
+fn hand(name: &str) -> JointId {
+    embedded().graph().skeleton().find(name).unwrap()
+}
+
+/// Held across the palm, forwards.
+fn held(joint: JointId) -> Prop {
+    let grip = JointTransform {
+        rotation: Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+        translation: Vec3::new(0.06, 0.0, 0.0),
+    };
+    let mesh = staff().placed(0.01, grip).unwrap();
+    let (prop, fit) = sabaki_import::fit::fit_prop(joint, &mesh, &FitSettings::HELD).unwrap();
+    assert!(!fit.limited && fit.mesh_out_max <= 0.02 + 1e-5, "{fit:?}");
+    assert!(
+        prop.spheres.iter().all(|sphere| sphere.radius < 0.03),
+        "{prop:?}"
+    );
+    prop
+}
+
+fn baked(props: Vec<Prop>) -> Result<BakedGraph, BakeError> {
+    let settings = BakeSettings {
+        props,
+        ..BakeSettings::default()
+    };
+    Baker::new(embedded_graph(&GraphSettings::default()), settings)?.finish_on_cpu()
+}
+
+/// The ends of the staff in every frame of a strike, in the character's frame at its start, by hand.
+fn tips(baked: &BakedGraph, strike: usize, joint: JointId) -> Vec<Vec3> {
+    let (graph, strike) = (baked.graph(), &baked.strikes()[strike]);
+    let event = graph.event(graph.edge(strike.edge).event.unwrap());
+    let (mut pose, mut joints, mut tips) = (Pose::default(), Vec::new(), Vec::new());
+    for frame in event.first..=event.last {
+        graph.clip(event.clip).pose(frame as usize, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        for along in [-LENGTH / 3.0, LENGTH * 2.0 / 3.0] {
+            let tip = joints[joint.index()].point(Vec3::new(0.06, 0.0, along));
+            tips.push(strike.placement.inverse().point(tip));
+        }
+    }
+    tips
+}
+
+#[test]
+fn a_staff_strikes_where_it_passes() {
+    let joint = hand("RightHand");
+    let (plain, armed) = (embedded(), baked(vec![held(joint)]).unwrap());
+    assert_eq!(
+        armed.body().spheres,
+        plain.body().spheres,
+        "a staff is no part of the body"
+    );
+    assert_eq!(armed.reach(), plain.reach());
+    let (mut with, mut without) = (0, 0);
+    for (index, strike) in armed.strikes().iter().enumerate() {
+        let event = armed
+            .graph()
+            .event(armed.graph().edge(strike.edge).event.unwrap());
+        let (bare, now) = (
+            plain.strike_spheres(&plain.strikes()[index]),
+            armed.strike_spheres(strike),
+        );
+        if !event.joints.contains(&joint) {
+            assert_eq!(now, bare, "another limb strikes without the staff");
+            assert_eq!(
+                armed.atlas().attacks()[index],
+                plain.atlas().attacks()[index]
+            );
+            without += 1;
+            continue;
+        }
+        with += 1;
+        assert_eq!(now.len(), bare.len() + armed.body().props[0].spheres.len());
+        let mut far = 0;
+        for tip in tips(&armed, index, joint) {
+            let near = |spheres: &[sabaki::maps::MovingSphere]| {
+                let keys = spheres.iter().flat_map(|sphere| sphere.keys());
+                keys.map(|key| key.center.distance(tip) - key.radius)
+                    .fold(f32::INFINITY, f32::min)
+            };
+            assert!(
+                near(&now) <= 0.03,
+                "the staff's end at {tip} strikes nothing"
+            );
+            far += usize::from(near(&bare) > 0.3);
+        }
+        assert!(far > 5, "the staff reaches no further than the hand");
+        let texels = |baked: &BakedGraph| -> u32 {
+            baked.atlas().attacks()[index]
+                .slabs
+                .iter()
+                .map(|map| map.count())
+                .sum()
+        };
+        assert!(
+            texels(&armed) > texels(plain) + 50,
+            "the maps do not hold the staff"
+        );
+    }
+    assert!(with >= 2 && without >= 2, "{with}, {without}");
+}
+
+#[test]
+fn a_prop_takes_part_with_the_joints_above_and_below_it() {
+    let skeleton = embedded().graph().skeleton();
+    let prop = held(hand("RightHand"));
+    let part = |names: &[&str]| {
+        let joints: Vec<JointId> = names
+            .iter()
+            .map(|name| skeleton.find(name).unwrap())
+            .collect();
+        prop.takes_part(skeleton, &joints)
+    };
+    for names in [
+        &["RightHand"][..],
+        &["RightForeArm"],
+        &["RightHand_End"],
+        &["Hips"],
+        &[],
+        &["LeftHand", "RightHand"],
+    ] {
+        assert!(part(names), "{names:?}");
+    }
+    for names in [
+        &["LeftHand"][..],
+        &["LeftForeArm"],
+        &["Head"],
+        &["LeftHand_End", "RightFoot"],
+    ] {
+        assert!(!part(names), "{names:?}");
+    }
+}
+
+#[test]
+fn a_shield_is_hit_as_the_body_is_and_strikes_once() {
+    let shield = Prop {
+        is_body: true,
+        ..held(hand("LeftHand"))
+    };
+    let count = shield.spheres.len();
+    let (plain, armed) = (embedded(), baked(vec![shield]).unwrap());
+    assert_eq!(
+        armed.body().spheres.len(),
+        plain.body().spheres.len() + count
+    );
+    assert!(armed.reach() > plain.reach());
+    for (index, strike) in armed.strikes().iter().enumerate() {
+        let (bare, now) = (
+            plain.strike_spheres(&plain.strikes()[index]),
+            armed.strike_spheres(strike),
+        );
+        assert!(
+            [bare.len(), bare.len() + count].contains(&now.len()),
+            "{} then {}",
+            bare.len(),
+            now.len()
+        );
+    }
+}
+
+#[test]
+fn props_are_kept_in_baked_files_and_checked() {
+    let armed = baked(vec![held(hand("RightHand"))]).unwrap();
+    let bytes = to_bytes(&armed).unwrap();
+    assert_eq!(from_bytes(&bytes, Path::new("armed")).unwrap(), armed);
+    let whole = serde_json::to_value(&armed).unwrap();
+    let spoil = |place: &str, value: serde_json::Value| {
+        let mut spoilt = whole.clone();
+        *spoilt.pointer_mut(place).unwrap() = value;
+        let spoilt: BakedGraph = serde_json::from_value(spoilt).unwrap();
+        assert!(spoilt.restored().is_err(), "{place}");
+    };
+    spoil("/body/props/0/joint", 999.into());
+    spoil("/body/props/0/spheres/1/radius", (-1.0).into());
+    spoil("/body/props/0/spheres", serde_json::json!([]));
+}
+
+#[test]
+fn a_prop_that_is_none_is_refused_by_number() {
+    let sphere = |radius| LocalSphere {
+        offset: Vec3::ZERO,
+        radius,
+    };
+    let prop = |joint, spheres| Prop {
+        joint: JointId(joint),
+        spheres,
+        is_body: false,
+    };
+    for bad in [
+        prop(999, vec![sphere(0.1)]),
+        prop(1, Vec::new()),
+        prop(1, vec![sphere(0.1), sphere(0.0)]),
+        prop(1, vec![sphere(f32::NAN)]),
+    ] {
+        let props = vec![prop(1, vec![sphere(0.1)]), bad];
+        assert_eq!(baked(props).unwrap_err(), BakeError::Prop(1));
+    }
+}

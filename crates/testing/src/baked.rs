@@ -1,0 +1,28 @@
+//! The embedded motions, baked once for all tests of a file.
+
+use std::sync::OnceLock;
+
+use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki_app::demo;
+
+pub fn embedded_graph(settings: &GraphSettings) -> MotionGraph {
+    let motions = demo::motions().unwrap();
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &motions.events,
+    };
+    graph::build(source, settings).unwrap().0
+}
+
+pub fn embedded() -> &'static BakedGraph {
+    static BAKED: OnceLock<BakedGraph> = OnceLock::new();
+    BAKED.get_or_init(|| {
+        let graph = embedded_graph(&GraphSettings::default());
+        Baker::new(graph, BakeSettings::default())
+            .unwrap()
+            .finish_on_cpu()
+            .unwrap()
+    })
+}

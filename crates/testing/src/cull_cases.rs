@@ -1,0 +1,368 @@
+//! The cases that every culling path of a device is held to, against the CPU's counts.
+
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::stencil::Counting;
+use sabaki::gpu::{Context, GpuError, Memory, Mismatch, compute, stencil};
+use sabaki::maps::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
+use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap};
+use sabaki_app::headless::Headless;
+
+use super::cull::counted;
+use super::timed::{atlas, attack, candidates};
+use super::{Random, device, finish};
+
+/// A culling path of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    Stencil,
+    /// The stencil path, where fragments count.
+    Atomics,
+    Compute,
+}
+
+/// A culler of one of the paths.
+#[allow(clippy::large_enum_variant, reason = "there is one at a time")]
+pub enum AnyCuller {
+    Stencil(stencil::Culler),
+    Compute(compute::Culler),
+}
+
+/// A ticket of one of the paths.
+#[derive(Clone, Copy)]
+pub enum AnyTicket {
+    Stencil(stencil::Ticket),
+    Compute(compute::Ticket),
+}
+
+impl Path {
+    fn culler(self, device: &mut Headless, atlas: &RegionAtlas, frames: u32) -> AnyCuller {
+        let make = |context: &Context, memory: &mut dyn Memory| {
+            Ok(match self {
+                Self::Stencil | Self::Atomics => AnyCuller::Stencil(stencil::Culler::new(
+                    context,
+                    memory,
+                    &stencil::CullerDesc {
+                        frames_in_flight: frames,
+                        counting: match self {
+                            Self::Atomics => Counting::Atomics,
+                            _ => Counting::Queries,
+                        },
+                        ..stencil::CullerDesc::new("test", atlas)
+                    },
+                )?),
+                Self::Compute => AnyCuller::Compute(compute::Culler::new(
+                    context,
+                    memory,
+                    &compute::CullerDesc {
+                        frames_in_flight: frames,
+                        ..compute::CullerDesc::new("test", atlas)
+                    },
+                )?),
+            })
+        };
+        device.make(make).unwrap()
+    }
+}
+
+impl AnyCuller {
+    fn cull(&mut self, device: &mut Headless, input: &CullInput<'_>) -> Vec<Overlap> {
+        match self {
+            Self::Stencil(culler) => device.cull(culler, input),
+            Self::Compute(culler) => device.cull_compute(culler, input),
+        }
+        .unwrap()
+    }
+
+    /// # Safety
+    /// As for the path's own.
+    unsafe fn record(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        slot: u32,
+        input: &CullInput<'_>,
+    ) -> Result<AnyTicket, GpuError> {
+        // SAFETY: the caller vouches for it.
+        unsafe {
+            match self {
+                Self::Stencil(culler) => culler.record(cmd, slot, input).map(AnyTicket::Stencil),
+                Self::Compute(culler) => culler.record(cmd, slot, input).map(AnyTicket::Compute),
+            }
+        }
+    }
+
+    fn poll(&self, ticket: AnyTicket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
+        match (self, ticket) {
+            (Self::Stencil(culler), AnyTicket::Stencil(ticket)) => culler.poll(ticket, overlaps),
+            (Self::Compute(culler), AnyTicket::Compute(ticket)) => culler.poll(ticket, overlaps),
+            _ => panic!("a ticket of another path"),
+        }
+    }
+
+    /// # Safety
+    /// As for the path's own.
+    unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
+        // SAFETY: the caller vouches for it.
+        unsafe {
+            match self {
+                Self::Stencil(culler) => culler.release_staging(memory),
+                Self::Compute(culler) => culler.release_staging(memory),
+            }
+        }
+    }
+
+    fn destroy(self, device: &mut Headless) {
+        let memory = device.memory().unwrap();
+        match self {
+            Self::Stencil(culler) => culler.destroy(memory),
+            Self::Compute(culler) => culler.destroy(memory),
+        }
+    }
+}
+
+const RECT: MapRect = MapRect {
+    u: -30,
+    v: -25,
+    width: 90,
+    height: 70,
+};
+
+/// Grids of 1 and 2 words a mask, full and not, timed and not, of all pitches.
+fn grids() -> [MapGrid; 6] {
+    let slices = |slices, attack_pitch| MapGrid {
+        texel: 0.02,
+        attack_pitch,
+        slices,
+        ..MapGrid::default()
+    };
+    [
+        MapGrid::PAPER,
+        slices(8, 1),
+        slices(32, 1),
+        slices(32, 2),
+        slices(40, 4),
+        slices(64, 2),
+    ]
+}
+
+/// Thousands of random candidates, attacks and maps.
+pub fn random_candidates_agree(path: Path) {
+    let mut device = device();
+    for (seed, grid) in (20..).zip(grids()) {
+        let mut random = Random(seed);
+        let atlas = atlas(&mut random, grid, 30);
+        let mut culler = path.culler(&mut device, &atlas, 1);
+        let (mut body, mut outer, mut evasion, mut missed) = (0, 0, 0, 0);
+        for _ in 0..30 {
+            let rect = MapRect {
+                u: random.int(-80, 40),
+                v: random.int(-80, 40),
+                width: random.int(1, 130) as u32,
+                height: random.int(1, 130) as u32,
+            };
+            let first = random.int(-2, 3);
+            let slabs = first..first + random.int(1, 5);
+            let attack = attack(&mut random, grid, (rect, slabs));
+            let candidates = candidates(&mut random, &atlas, rect, 100);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            body += expected.iter().filter(|one| one.body > 0).count();
+            outer += expected.iter().filter(|one| one.outer > 0).count();
+            evasion += expected.iter().filter(|one| one.evasion > 0).count();
+            missed += expected.iter().filter(|one| one.outer == 0).count();
+            let counts = culler.cull(&mut device, &input);
+            assert_eq!(counts, expected, "{path:?}, {grid:?}");
+        }
+        // The test means something only if there is some of each.
+        assert!(
+            body > 50 && outer > 50 && evasion > 50 && missed > 100,
+            "{grid:?}: {body} {outer} {evasion} {missed}"
+        );
+        culler.destroy(&mut device);
+    }
+    finish(device);
+}
+
+/// Attacks of one kind of edge each.
+fn odd_attacks(random: &mut Random, grid: MapGrid) -> Vec<(&'static str, AttackDrawing)> {
+    let some = attack(random, grid, (RECT, 0..4));
+    let with_layers = |change: &dyn Fn(&mut AttackLayer)| {
+        let mut changed = some.clone();
+        changed.layers.iter_mut().for_each(change);
+        changed
+    };
+    let mut no_discs = with_layers(&|layer| (layer.inner, layer.outer) = (0..0, 0..0));
+    no_discs.discs.clear();
+    let mut reversed = some.clone();
+    reversed.layers.reverse();
+    vec![
+        ("no slabs", AttackDrawing::default()),
+        ("no discs", no_discs),
+        (
+            "no texels",
+            attack(random, grid, (MapRect::default(), 0..2)),
+        ),
+        (
+            "clocks that no candidate has",
+            with_layers(&|layer| layer.clock += 77),
+        ),
+        (
+            "a slab that no region has",
+            with_layers(&|layer| layer.slab = Slab(i32::MAX)),
+        ),
+        (
+            "slabs above all regions",
+            attack(random, grid, (RECT, 50..53)),
+        ),
+        (
+            "slabs below all regions",
+            attack(random, grid, (RECT, -9..-4)),
+        ),
+        ("layers in any order", reversed),
+        ("some", some),
+    ]
+}
+
+/// Candidates of one kind of edge each.
+fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidate>)> {
+    let with_turn = |a: i32, b: i32| -> Vec<CullCandidate> {
+        let mut turned = many.to_vec();
+        for candidate in &mut turned {
+            (candidate.turn.a, candidate.turn.b) = (a, b);
+        }
+        turned
+    };
+    // A candidate's borders through the middle of the attack, one texel further each time.
+    let stepped = (-70..70).flat_map(|step| {
+        let mut candidate = many[0];
+        candidate.turn.tz = step << 15;
+        let (mut along, mut turned) = (candidate, candidate);
+        (along.turn.a, along.turn.b, along.turn.tx) = (1 << 14, 0, 0);
+        (turned.turn.a, turned.turn.b, turned.turn.tx) = (0, 1 << 14, 0);
+        [along, turned]
+    });
+    let mut one_larger = many.to_vec();
+    (one_larger[1].turn.a, one_larger[1].turn.b) = (20_000, 9_000);
+    vec![
+        ("none", Vec::new()),
+        ("one", many[..1].to_vec()),
+        ("a turn that is none", with_turn(0, 0)),
+        ("a turn that makes larger", with_turn(32_768, -32_768)),
+        ("one of many that makes larger", one_larger),
+        ("a turn that makes small", with_turn(99, 1)),
+        ("borders", stepped.collect()),
+        ("many", many.to_vec()),
+    ]
+}
+
+/// Every odd attack against every odd set of candidates, one after the other with the same culler.
+pub fn edges_agree(path: Path) {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random(3);
+    let atlas = atlas(&mut random, grid, 12);
+    let mut culler = path.culler(&mut device, &atlas, 1);
+    let many = candidates(&mut random, &atlas, RECT, 120);
+    for (attack_case, attack) in odd_attacks(&mut random, grid) {
+        for (case, candidates) in odd_candidates(&many) {
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let counts = culler.cull(&mut device, &input);
+            let expected = counted(&input);
+            assert_eq!(counts, expected, "{path:?}: {attack_case}, {case}");
+        }
+    }
+    culler.destroy(&mut device);
+    finish(device);
+}
+
+/// Maps of no texels, and none at all.
+pub fn atlases_without_a_map_agree(path: Path) {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random(8);
+    let attack = attack(&mut random, grid, (RECT, 0..3));
+    let mut emptied = atlas(&mut random, grid, 3).regions().to_vec();
+    for region in &mut emptied {
+        let maps = region.slabs.iter_mut();
+        maps.for_each(|maps| *maps = SlabMaps::empty(grid.lanes()));
+    }
+    let of_empty_maps = RegionAtlas::new(grid, emptied, Vec::new());
+    let no_regions = RegionAtlas::new(grid, Vec::new(), Vec::new());
+    let some = candidates(&mut random, &of_empty_maps, RECT, 20);
+    for (atlas, candidates) in [(&of_empty_maps, &some[..]), (&no_regions, &[])] {
+        let mut culler = path.culler(&mut device, atlas, 1);
+        let input = CullInput {
+            atlas,
+            attack: &attack,
+            candidates,
+        };
+        let counts = culler.cull(&mut device, &input);
+        assert_eq!(counts, vec![Overlap::default(); candidates.len()]);
+        culler.destroy(&mut device);
+    }
+    finish(device);
+}
+
+/// Three culls in one command buffer, polled in any order; a ticket fits its cull alone.
+pub fn slots_in_flight_keep_their_own_counts(path: Path) {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random(4);
+    let atlas = atlas(&mut random, grid, 20);
+    let mut culler = path.culler(&mut device, &atlas, 3);
+    for _ in 0..4 {
+        let inputs: Vec<_> = (0..3)
+            .map(|_| {
+                let count = random.int(1, 120) as usize;
+                (
+                    attack(&mut random, grid, (RECT, 0..3)),
+                    candidates(&mut random, &atlas, RECT, count),
+                )
+            })
+            .collect();
+        let input = |index: usize| CullInput {
+            atlas: &atlas,
+            attack: &inputs[index].0,
+            candidates: &inputs[index].1,
+        };
+        let mut overlaps = Vec::new();
+        let tickets = device
+            .run(|cmd| {
+                let mut tickets = Vec::new();
+                for slot in 0..3 {
+                    // SAFETY: `run` gives a buffer that is being recorded; the slots' earlier culls
+                    // have been waited for.
+                    let ticket = unsafe { culler.record(cmd, slot, &input(slot as usize)) }?;
+                    assert!(!culler.poll(ticket, &mut overlaps)?, "nothing has run yet");
+                    tickets.push(ticket);
+                }
+                Ok(tickets)
+            })
+            .unwrap();
+        for index in [1, 0, 2] {
+            assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
+            assert_eq!(overlaps, counted(&input(index)), "{path:?}, slot {index}");
+        }
+        // SAFETY: the first run has uploaded the maps, and it has been waited for.
+        unsafe { culler.release_staging(device.memory().unwrap()) };
+        // SAFETY: as above.
+        let late = device
+            .run(|cmd| unsafe { culler.record(cmd, 0, &input(2)) })
+            .unwrap();
+        assert!(matches!(
+            culler.poll(tickets[0], &mut overlaps),
+            Err(GpuError::Mismatch(Mismatch::Ticket))
+        ));
+        assert!(culler.poll(late, &mut overlaps).unwrap());
+        assert_eq!(overlaps, counted(&input(2)));
+    }
+    culler.destroy(&mut device);
+    finish(device);
+}

@@ -1,0 +1,199 @@
+//! Promise: a baked file that is damaged or made to do harm is an error and never a crash; what is accepted can be used.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+mod hostile;
+mod killed;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::OnceLock;
+
+use common::random::Random;
+use common::small::{small, use_it};
+use sabaki::archive::ArchiveError;
+use sabaki::archive::{from_bytes, to_bytes};
+use sabaki::maps::BakedGraph;
+
+/// Where the part with the checksum begins; before it stand magic, version and the checksum.
+const CHECKED: usize = 16;
+/// Where the graph begins; before it stands who wrote it.
+const HEADER: usize = 32;
+
+fn small_bytes() -> &'static [u8] {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    BYTES.get_or_init(|| to_bytes(small()).unwrap())
+}
+
+fn read(bytes: &[u8]) -> Result<BakedGraph, ArchiveError> {
+    from_bytes(bytes, Path::new("some.sabaki"))
+}
+
+fn with_right_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
+    let checksum = crc32fast::hash(&bytes[CHECKED..]);
+    bytes[12..CHECKED].copy_from_slice(&checksum.to_le_bytes());
+    bytes
+}
+
+/// Reads bytes and, where they are accepted, uses the graph. Says which they were where that panics.
+fn is_accepted(what: &str, bytes: &[u8]) -> bool {
+    let outcome = catch_unwind(AssertUnwindSafe(|| match read(bytes) {
+        Ok(baked) => {
+            use_it(&baked);
+            Some(baked)
+        }
+        Err(_) => None,
+    }));
+    let Ok(accepted) = outcome else {
+        panic!("{what}: a crash")
+    };
+    if let Some(baked) = &accepted {
+        assert!(baked.clone().restored().is_ok(), "{what}");
+    }
+    accepted.is_some()
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    assert_eq!(&read(small_bytes()).unwrap(), small());
+    assert_eq!(to_bytes(small()).unwrap(), small_bytes());
+    use_it(small());
+}
+
+#[test]
+fn a_file_appears_whole_and_is_read_by_its_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.sabaki");
+    sabaki::archive::write(&path, small()).unwrap();
+    assert_eq!(&sabaki::archive::read(&path).unwrap(), small());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    let missing = sabaki::archive::read(&folder.path().join("none")).unwrap_err();
+    assert!(missing.to_string().contains("none"));
+}
+
+#[test]
+fn no_beginning_of_a_file_is_a_file() {
+    let bytes = small_bytes();
+    let stepped = (0..bytes.len()).step_by(97);
+    for length in (0..64).chain(stepped).chain(bytes.len() - 64..bytes.len()) {
+        let found = read(&bytes[..length]);
+        if length < 8 {
+            assert!(matches!(found, Err(ArchiveError::NotBaked { .. })));
+        } else {
+            assert!(matches!(found, Err(ArchiveError::Checksum { .. })));
+        }
+        if length > HEADER {
+            // A truncated list, even where the checksum is that of what is left.
+            let shorter = with_right_checksum(bytes[..length].to_vec());
+            let found = read(&shorter);
+            assert!(matches!(found, Err(ArchiveError::Contents { .. })));
+        }
+    }
+}
+
+#[test]
+fn another_magic_or_version_or_more_bytes_are_said_to_be_so() {
+    for at in 0..8 {
+        let mut other = small_bytes().to_vec();
+        other[at] ^= 0x20;
+        assert!(matches!(read(&other), Err(ArchiveError::NotBaked { .. })));
+    }
+    let mut later = small_bytes().to_vec();
+    later[8..12].copy_from_slice(&77u32.to_le_bytes());
+    later[CHECKED..HEADER].copy_from_slice(b"12.3.4-beta.1\0\0\0");
+    let error = read(&later).err().unwrap();
+    assert!(matches!(error, ArchiveError::Version { found: 77, .. }));
+    let text = error.to_string();
+    assert!(
+        text.contains("sabaki 12.3.4-beta.1 wrote it, in format version 77"),
+        "{text}"
+    );
+    // Formats 1 and 2 had no such field.
+    later[8..12].copy_from_slice(&2u32.to_le_bytes());
+    let text = read(&later).unwrap_err().to_string();
+    assert!(
+        text.contains("a sabaki from before 0.1.0 wrote it, in format version 2"),
+        "{text}"
+    );
+    let mut longer = small_bytes().to_vec();
+    longer.extend([0; 3]);
+    assert!(matches!(read(&longer), Err(ArchiveError::Checksum { .. })));
+    let error = read(&with_right_checksum(longer)).unwrap_err();
+    assert!(error.to_string().contains("3 bytes follow"), "{error}");
+}
+
+#[test]
+fn every_byte_may_be_damaged() {
+    let bytes = small_bytes();
+    for mask in [0xff, 0x01, 0x80] {
+        let mut damaged = bytes.to_vec();
+        for at in 0..bytes.len() {
+            damaged[at] ^= mask;
+            // No byte is without meaning: none may be lost unseen.
+            assert!(read(&damaged).is_err(), "byte {at} ^ {mask:#x}");
+            damaged[at] = bytes[at];
+        }
+    }
+}
+
+#[test]
+fn every_flip_is_found_by_the_checksum() {
+    let mut random = Random::new(1);
+    for _ in 0..3000 {
+        let mut bytes = small_bytes().to_vec();
+        for _ in 0..=random.below(3) {
+            // Never the same bit twice: each has a part of the file of its own.
+            let at = HEADER + random.below(bytes.len() - HEADER);
+            bytes[at] = small_bytes()[at] ^ (1 << random.below(8));
+        }
+        assert!(matches!(read(&bytes), Err(ArchiveError::Checksum { .. })));
+    }
+}
+
+#[test]
+fn flips_under_a_right_checksum_never_crash() {
+    /// f32 and u32 at their ends, varints without end.
+    const WORDS: [[u8; 4]; 6] = [
+        [0xff, 0xff, 0x7f, 0x7f],
+        [0xff, 0xff, 0x7f, 0xff],
+        [0x00, 0x00, 0xc0, 0x7f],
+        [0xff, 0xff, 0xff, 0xff],
+        [0xff, 0xff, 0xff, 0x0f],
+        [0x00, 0x00, 0x00, 0x00],
+    ];
+    let (mut accepted, mut refused) = (0, 0);
+    for seed in 0..3000 {
+        let mut random = Random::new(seed);
+        let mut bytes = small_bytes().to_vec();
+        // Half of them where the tables are rather than the motion, which is most of the file.
+        let first = [HEADER, bytes.len() * 4 / 5][random.below(2)];
+        for _ in 0..=random.below(3) {
+            let at = first + random.below(bytes.len() - first - 4);
+            match random.below(3) {
+                0 => bytes[at] ^= 1 << random.below(8),
+                1 => bytes[at] = random.next() as u8,
+                _ => bytes[at..at + 4].copy_from_slice(&WORDS[random.below(WORDS.len())]),
+            }
+        }
+        match is_accepted(&format!("seed {seed}"), &with_right_checksum(bytes)) {
+            true => accepted += 1,
+            false => refused += 1,
+        }
+    }
+    assert!(accepted > 100 && refused > 1000, "{accepted}, {refused}");
+}
+
+#[test]
+fn a_length_beyond_the_file_is_refused_without_the_memory_for_it() {
+    // A varint of 2^60: were it believed, the memory of no machine would do.
+    let huge = [0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x10];
+    let bytes = small_bytes();
+    for at in (HEADER..HEADER + 400).chain((HEADER..bytes.len()).step_by(61)) {
+        let mut hostile = bytes[..at].to_vec();
+        hostile.extend(huge);
+        hostile.extend(&bytes[at + 1..]);
+        is_accepted(&format!("byte {at}"), &with_right_checksum(hostile));
+    }
+    let only = with_right_checksum([&bytes[..HEADER], &huge].concat());
+    assert!(matches!(read(&only), Err(ArchiveError::Contents { .. })));
+}

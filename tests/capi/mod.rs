@@ -1,0 +1,126 @@
+//! Promise: a program in C, built with `cc` against the header and the static library, dodges on its own Vulkan
+//! device by both paths, and gets the CPU's answer; one in C++ reads what was baked.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use sabaki::archive;
+use sabaki_testing::baked::embedded;
+use serde_json::Value;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn output_of(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{}{}",
+        output.status,
+        text(&output.stdout),
+        text(&output.stderr)
+    );
+    text(&output.stdout)
+}
+
+/// Builds the library as the header says, though not for speed: where cargo has put it.
+fn static_library() -> PathBuf {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(root()).args([
+        "rustc",
+        "--offline",
+        "--locked",
+        "--package=sabaki",
+        "--lib",
+        "--no-default-features",
+        "--features=capi",
+        "--crate-type=staticlib",
+        "--message-format=json",
+        "--config=profile.dev.opt-level=2",
+    ]);
+    let text = output_of(&mut cargo);
+    let artifacts = text
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let mut files = artifacts
+        .filter(|artifact| artifact["target"]["name"] == "sabaki")
+        .filter_map(|artifact| artifact["filenames"].as_array().cloned())
+        .flatten()
+        .filter_map(|file| file.as_str().map(PathBuf::from));
+    files
+        .find(|file| file.extension().is_some_and(|ending| ending == "a"))
+        .expect("a static library")
+}
+
+/// Compiles a program of this folder, strictly, and links it with the library.
+fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathBuf {
+    let program = folder.join(source).with_extension("");
+    let mut command = Command::new(compiler);
+    command
+        .args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
+        .arg(root().join("tests/capi/programs").join(source))
+        .arg("-I")
+        .arg(root().join("src/capi"))
+        .arg(static_library())
+        .args(["-lm", "-lpthread", "-ldl"])
+        .arg("-o")
+        .arg(&program);
+    output_of(&mut command);
+    program
+}
+
+#[test]
+fn programs_in_c_and_cpp_dodge_and_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let baked = folder.path().join("baked.sabaki");
+    archive::write(&baked, embedded()).unwrap();
+    let no_graph = folder.path().join("text.txt");
+    fs::write(&no_graph, "no baked graph").unwrap();
+
+    let dodge = program("cc", "-std=c99", "dodge.c", folder.path());
+    let said = output_of(Command::new(dodge).arg(&baked));
+    println!("{said}");
+    assert!(said.contains("24 joints, the first is Hips"), "{said}");
+    assert_eq!(said.matches("avoided 1").count(), 2, "{said}");
+
+    let reader = program("c++", "-std=c++11", "reader.cpp", folder.path());
+    let said = output_of(Command::new(reader).args([&baked, &no_graph]));
+    assert!(said.contains("24 joints, the last is "), "{said}");
+    assert!(said.contains("refused: "), "{said}");
+}
+
+/// Every function that the header declares is in the library, and no other.
+#[test]
+fn the_header_declares_what_there_is() {
+    let functions = |text: &str| -> Vec<String> {
+        let mut names: Vec<String> = text
+            .split(|letter: char| !(letter.is_alphanumeric() || letter == '_' || letter == '('))
+            .filter_map(|word| word.split_once('(').map(|(name, _)| name.to_owned()))
+            .filter(|name| name.starts_with("sabaki_"))
+            .collect();
+        names.sort();
+        names.dedup();
+        names
+    };
+    let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();
+    let mut source = String::new();
+    for file in ["culler", "device", "graph", "status"] {
+        let text = fs::read_to_string(root().join(format!("src/capi/{file}.rs"))).unwrap();
+        let defined = text.split("extern \"C\" fn ").skip(1);
+        defined.for_each(|text| {
+            source.push_str(&format!(
+                "{} ",
+                text.split('(').next().unwrap().to_owned() + "("
+            ))
+        });
+    }
+    let declared = functions(&header);
+    assert!(declared.len() > 15);
+    assert_eq!(declared, functions(&source));
+}

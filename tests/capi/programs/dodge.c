@@ -1,0 +1,161 @@
+/* A renderer in C: its own Vulkan device, found without any Vulkan header but the few declarations below; opens a
+ * baked graph, asks how to avoid a ball by both paths, submits, polls, and prints the answers.
+ *
+ *     dodge BAKED
+ */
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sabaki.h"
+
+/* What of Vulkan this program needs. A renderer includes <vulkan/vulkan.h>. */
+typedef void (*Function)(void);
+typedef Function (*GetInstanceProcAddr)(void *, const char *);
+typedef struct { uint32_t type; const void *next; const char *app; uint32_t v; const char *engine; uint32_t w, api; } AppInfo;
+typedef struct { uint32_t type; const void *next; uint32_t flags; const AppInfo *app; uint32_t layers; const char *const *l; uint32_t extensions; const char *const *e; } InstanceInfo;
+typedef struct { uint32_t type; const void *next; uint32_t flags, family, count; const float *priorities; } QueueInfo;
+typedef struct { uint32_t type; const void *next; uint32_t value; } OneFeature;
+typedef struct { uint32_t type; const void *next; uint32_t flags, queues; const QueueInfo *q; uint32_t layers; const char *const *l; uint32_t extensions; const char *const *e; const uint32_t *features; } DeviceInfo;
+typedef struct { uint32_t type; const void *next; uint32_t flags, family; } PoolInfo;
+typedef struct { uint32_t type; const void *next; uint64_t pool; uint32_t level, count; } BufferInfo;
+typedef struct { uint32_t type; const void *next; uint32_t flags; const void *inheritance; } BeginInfo;
+typedef struct { uint32_t type; const void *next; uint32_t waits; const void *w; const void *stages; uint32_t buffers; void *const *b; uint32_t signals; const void *s; } SubmitInfo;
+enum { FEATURES = 55, PRECISE = 23, ATOMICS = 26 }; /* booleans of VkPhysicalDeviceFeatures, and positions of occlusionQueryPrecise and fragmentStoresAndAtomics */
+
+static void *instance, *physical_device, *device;
+static GetInstanceProcAddr lookup;
+
+#define CALL(name, ...) ((int32_t(*)())lookup(instance, name))(__VA_ARGS__)
+
+static void fail(const char *what) {
+    fprintf(stderr, "%s: %s\n", what, sabaki_last_error());
+    exit(1);
+}
+
+static void check(int32_t result, const char *what) {
+    if (result != 0) fail(what);
+}
+
+static sabaki_device make_device(void) {
+    void *loader = dlopen("libvulkan.so.1", RTLD_NOW);
+    if (!loader) fail("libvulkan.so.1");
+    lookup = (GetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
+    const uint32_t api = 1u << 22 | 3u << 12;
+    AppInfo app = {0};
+    app.api = api;
+    InstanceInfo info = {1, 0, 0, &app, 0, 0, 0, 0};
+    check(CALL("vkCreateInstance", &info, (void *)0, &instance), "vkCreateInstance");
+    uint32_t count = 1;
+    int32_t found = CALL("vkEnumeratePhysicalDevices", instance, &count, &physical_device);
+    if (found < 0 || count == 0) fail("no device");
+
+    sabaki_device host = {0};
+    host.get_instance_proc_addr = (void *)lookup;
+    host.instance = instance;
+    host.physical_device = physical_device;
+    host.api_version = api;
+    char text[512] = "";
+    check(sabaki_check(&host, text, sizeof text), "sabaki_check");
+    printf("without: %s\n", text[0] ? text : "nothing");
+
+    const float priority = 1.0f;
+    uint32_t features[FEATURES] = {0};
+    features[ATOMICS] = strstr(text, "fragmentStoresAndAtomics") ? 0 : 1;
+    features[PRECISE] = strstr(text, "occlusionQueryPrecise") ? 0 : 1;
+    OneFeature rendering = {1000044003, 0, 1}, synchronization = {1000314007, &rendering, 1};
+    QueueInfo queue = {2, 0, 0, 0, 1, &priority};
+    DeviceInfo wanted = {3, &synchronization, 0, 1, &queue, 0, 0, 0, 0, features};
+    check(CALL("vkCreateDevice", physical_device, &wanted, (void *)0, &device), "vkCreateDevice");
+    host.device = device;
+    host.precise_queries = features[PRECISE];
+    host.fragment_atomics = features[ATOMICS];
+    return host;
+}
+
+/* One query from question to answer. Returns whether the ball is avoided. */
+static int dodge(const sabaki_graph *graph, const sabaki_device *host, sabaki_path path) {
+    sabaki_culler *culler = 0;
+    check(sabaki_culler_create(graph, host, path, 2, &culler), "sabaki_culler_create");
+
+    void *queue = 0, *commands = 0;
+    uint64_t pool = 0;
+    CALL("vkGetDeviceQueue", device, 0, 0, &queue);
+    PoolInfo pool_info = {39, 0, 0, 0};
+    check(CALL("vkCreateCommandPool", device, &pool_info, (void *)0, &pool), "vkCreateCommandPool");
+    BufferInfo buffer_info = {40, 0, pool, 0, 1};
+    check(CALL("vkAllocateCommandBuffers", device, &buffer_info, &commands), "vkAllocateCommandBuffers");
+    BeginInfo begin = {42, 0, 1, 0};
+    check(CALL("vkBeginCommandBuffer", commands, &begin), "vkBeginCommandBuffer");
+
+    /* The character at the start of the first edge, and a ball that will fly at its head. */
+    const sabaki_place place = {0, 0.0f, 2.0f, -1.0f, 0.5f};
+    const sabaki_key ball[2] = {{0, 0.9f, {3.4f, 1.5f, 1.6f}, 0.1f}, {0, 1.4f, {1.5f, 1.5f, -1.9f}, 0.1f}};
+    sabaki_answer answer = {0}, by_cpu = {0};
+    check(sabaki_record(culler, 1, commands, &place, ball, 2), "sabaki_record");
+    if (sabaki_poll(culler, 1, &answer) != SABAKI_NOT_YET) fail("answered before the device has run");
+    check(CALL("vkEndCommandBuffer", commands), "vkEndCommandBuffer");
+    SubmitInfo submit = {4, 0, 0, 0, 0, 1, &commands, 0, 0};
+    check(CALL("vkQueueSubmit", queue, 1, &submit, (uint64_t)0), "vkQueueSubmit");
+    sabaki_status status;
+    while ((status = sabaki_poll(culler, 1, &answer)) == SABAKI_NOT_YET) {
+    }
+    check(status, "sabaki_poll");
+    check(CALL("vkDeviceWaitIdle", device), "vkDeviceWaitIdle");
+
+    /* What is wrong is refused, and said. */
+    if (sabaki_record(culler, 2, commands, &place, ball, 2) != SABAKI_ERROR) fail("a slot that is not there");
+    if (sabaki_record(culler, 0, commands, &place, ball, 0) != SABAKI_ERROR) fail("an attack of nothing");
+    if (!strstr(sabaki_last_error(), "no spheres")) fail("the words for it");
+
+    /* Where the character is at the ball's last moment: its spheres are as far from the ball as the answer says, or further. */
+    uint32_t count = sabaki_graph_spheres(graph), i;
+    sabaki_sphere *body = calloc(count, sizeof *body);
+    check(sabaki_sample_spheres(culler, 1, 1.4f, body, count), "sabaki_sample_spheres");
+    float nearest = 1e9f;
+    for (i = 0; i < count; i++) {
+        float square = 0.0f, root = 1e3f;
+        int axis, step;
+        for (axis = 0; axis < 3; axis++) {
+            float d = body[i].center[axis] - ball[1].center[axis];
+            square += d * d;
+        }
+        for (step = 0; step < 60; step++) root = 0.5f * (root + square / root);
+        if (root - body[i].radius - ball[1].radius < nearest) nearest = root - body[i].radius - ball[1].radius;
+    }
+    if (nearest < answer.clearance - 1e-3f) fail("nearer than the answer says");
+    free(body);
+    sabaki_place then;
+    check(sabaki_sample_place(culler, 1, 1.4f, &then), "sabaki_sample_place");
+    if (then.edge >= sabaki_graph_edges(graph)) fail("a place that is not in the graph");
+
+    /* The same question to the CPU, with its buffer never submitted. */
+    check(CALL("vkResetCommandPool", device, pool, 0), "vkResetCommandPool");
+    check(CALL("vkBeginCommandBuffer", commands, &begin), "vkBeginCommandBuffer");
+    check(sabaki_record(culler, 0, commands, &place, ball, 2), "sabaki_record");
+    check(sabaki_answer_now(culler, 0, &by_cpu), "sabaki_answer_now");
+    if (answer.counted_by_cpu || !by_cpu.counted_by_cpu) fail("who counted");
+    by_cpu.counted_by_cpu = 0;
+    if (memcmp(&answer, &by_cpu, sizeof answer) != 0) fail("device and CPU differ");
+
+    printf("%s: avoided %u, clearance %.4f m, %u candidates, %u removed\n", path == SABAKI_STENCIL ? "stencil" : "compute",
+           answer.avoided, answer.clearance, answer.candidates, answer.removed);
+    CALL("vkDestroyCommandPool", device, pool, (void *)0);
+    sabaki_culler_destroy(culler);
+    return (int)answer.avoided;
+}
+
+int main(int count, char **arguments) {
+    if (count != 2) return 2;
+    sabaki_graph *graph = 0;
+    if (sabaki_graph_open("/no/such/file", &graph) != SABAKI_ERROR || graph) fail("a file that is not there");
+    check(sabaki_graph_open(arguments[1], &graph), "sabaki_graph_open");
+    printf("%u joints, the first is %s\n", sabaki_graph_joints(graph), sabaki_graph_joint_name(graph, 0));
+    sabaki_device host = make_device();
+    int avoided = dodge(graph, &host, SABAKI_STENCIL) && dodge(graph, &host, SABAKI_COMPUTE);
+    sabaki_graph_close(graph);
+    CALL("vkDestroyDevice", device, (void *)0);
+    CALL("vkDestroyInstance", instance, (void *)0);
+    return avoided ? 0 : 3;
+}

@@ -1,0 +1,2 @@
+//! Tests of `sabaki::character`.
+mod troupe;

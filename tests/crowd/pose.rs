@@ -1,0 +1,394 @@
+//! Promise: a crowd's poses are those of its clips, within 0.2 mm of slerp in double precision, on
+//! every instruction set, in every form and layout, at every moment.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::PathBuf;
+
+use common::clips::{small_skeleton, swinging_clip};
+use common::crowd::{Stage, crowd_of, forms, furthest, joint_of, posed, settings};
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
+use sabaki::crowd::{
+    Character, CharacterId, ClipId, Crowd, CrowdError, CrowdSettings, Form, Hold, LevelId, Output,
+    PoseError, Repertoire, RepertoireError,
+};
+use sabaki::lod::{LevelSettings, Levels};
+use sabaki::math::{Isa, Line};
+use sabaki_import::{ReadOptions, read_clip};
+
+/// Metres.
+const NEAR: f64 = 2e-4;
+
+fn stage() -> Stage {
+    let skeleton = small_skeleton();
+    let clips = [
+        swinging_clip(&skeleton, 120, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+        swinging_clip(&skeleton, 9, 2.0),
+    ];
+    Stage::new(skeleton, clips.to_vec(), &[1, 3, 5])
+}
+
+fn default() -> CrowdSettings {
+    settings(Output::default(), Isa::best(), 1)
+}
+
+#[test]
+fn poses_are_those_of_double_precision() {
+    let stage = stage();
+    let characters = stage.characters(300, 7);
+    for isa in Isa::available() {
+        for output in forms() {
+            let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
+            assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_characters() {
+    let stage = stage();
+    for count in [0, 1, 15, 16, 17, 33] {
+        for threads in [1, 2, 3] {
+            let characters = stage.characters(count, count as u64);
+            let settings = settings(Output::default(), Isa::best(), threads);
+            let apart = furthest(&stage, &characters, settings, 0.1);
+            assert!(
+                apart < NEAR,
+                "{count} characters, {threads} threads: {apart} m"
+            );
+        }
+    }
+}
+
+#[test]
+fn captured_walks_on_all_levels() {
+    let Some(folder) = std::env::var_os("SABAKI_MOCAP") else {
+        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
+        return;
+    };
+    for name in ["Male2_B3_Walk", "fighting-01-provocation-takiguchi"] {
+        let path = PathBuf::from(&folder).join(format!("walk/{name}.bvh"));
+        let loaded = read_clip(&path, &ReadOptions::default()).unwrap();
+        let clips = [loaded.clip];
+        let levels = Levels::build(&loaded.skeleton, &clips, &LevelSettings::default()).unwrap();
+        let stage = Stage::on_levels(&loaded.skeleton, &clips, &levels);
+        let mut characters = stage.characters(2_000, 3);
+        for character in &mut characters {
+            // Mixing is measured against itself, not against slerp.
+            character.fade = None;
+        }
+        let apart = furthest(&stage, &characters, default(), 0.37);
+        assert!(apart < NEAR, "{name}: {apart} m");
+        println!("{name}: {:.3} mm", apart * 1e3);
+    }
+}
+
+#[test]
+fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
+    let stage = stage();
+    let characters = stage.characters(500, 11);
+    for output in forms() {
+        let pose = |isa, threads| {
+            let (mut crowd, _) = crowd_of(&stage, &characters, settings(output, isa, threads));
+            crowd.advance(0.5);
+            posed(&mut crowd)
+        };
+        let bits = |lines: &[Line]| -> Vec<u32> {
+            lines
+                .iter()
+                .flat_map(|line| line.0)
+                .map(f32::to_bits)
+                .collect()
+        };
+        let best = pose(Isa::best(), 1);
+        for threads in [2, 3, 7] {
+            assert!(
+                bits(&best) == bits(&pose(Isa::best(), threads)),
+                "{threads} threads"
+            );
+        }
+        for isa in Isa::available() {
+            let found = pose(isa, 1);
+            if isa == Isa::Portable {
+                let numbers = found
+                    .iter()
+                    .zip(&best)
+                    .flat_map(|(a, b)| a.0.into_iter().zip(b.0));
+                // Numbers of up to 8 m and 1, which a float tells in steps of 4.8e-7.
+                for (a, b) in numbers.filter(|(a, b)| !(a.is_nan() && b.is_nan())) {
+                    assert!((a - b).abs() < 4e-6, "{output:?}: {a} {b}");
+                }
+            } else {
+                assert!(bits(&best) == bits(&found), "{isa:?} {output:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_crowd_goes_on_for_a_long_time() {
+    let stage = stage();
+    let mut characters = stage.characters(200, 5);
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
+    let mut out = posed(&mut crowd);
+    for frame in 0..1800 {
+        crowd.advance(1.0 / 60.0);
+        if frame % 7 == 0 {
+            crowd.pose(&mut out).unwrap();
+        }
+    }
+    // As if each had been put where it has come to.
+    for character in &mut characters {
+        character.time += character.speed * 30.0;
+        if let Some(fade) = &mut character.fade {
+            fade.time += fade.speed * 30.0;
+        }
+    }
+    let out = posed(&mut crowd);
+    let (mut anew, new_ids) = crowd_of(&stage, &characters, default());
+    let new_out = posed(&mut anew);
+    for (&id, &new_id) in ids.iter().zip(&new_ids) {
+        let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
+        for (joint, same) in stage.both(&region, &new) {
+            for number in 0..12 {
+                let found = region.number(&out, joint, number);
+                let expected = new.number(&new_out, same, number);
+                // 1800 sums of a sixtieth of a second.
+                assert!((found - expected).abs() < 2e-3, "{found} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn characters_change() {
+    let stage = stage();
+    let before = stage.characters(100, 1);
+    let after = stage.characters(100, 2);
+    let (mut crowd, ids) = crowd_of(&stage, &before, default());
+    posed(&mut crowd);
+    for (&id, character) in ids.iter().zip(&after) {
+        crowd
+            .set(
+                id,
+                &Character {
+                    placement: before[0].placement,
+                    ..*character
+                },
+            )
+            .unwrap();
+        crowd.set_level(id, LevelId(1)).unwrap();
+        crowd.place(id, &character.placement).unwrap();
+        crowd
+            .set_detail(id, character.level, character.blend)
+            .unwrap();
+    }
+    let (mut anew, new_ids) = crowd_of(&stage, &after, default());
+    let (out, new_out) = (posed(&mut crowd), posed(&mut anew));
+    for (&id, &new_id) in ids.iter().zip(&new_ids) {
+        let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
+        for (joint, same) in stage.both(&region, &new) {
+            for number in 0..12 {
+                let found = region.number(&out, joint, number);
+                let expected = new.number(&new_out, same, number);
+                assert!((found - expected).abs() < 1e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn held_characters_are_a_few_frames_behind() {
+    let stage = stage();
+    let mut characters = stage.characters(300, 8);
+    characters
+        .iter_mut()
+        .for_each(|character| character.blend = 0.0);
+    for frames in [1, 3] {
+        let hold = Hold {
+            from: LevelId(1),
+            frames,
+        };
+        let settings = CrowdSettings { hold, ..default() };
+        let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+        let mut out = posed(&mut crowd);
+        let mut held = 0;
+        for frame in 1..40u16 {
+            crowd.advance(0.02);
+            out.resize(crowd.lines(), Line::ZERO);
+            crowd.pose(&mut out).unwrap();
+            for (&id, character) in ids.iter().zip(&characters) {
+                let region = crowd.region(id).unwrap();
+                let is_at = |behind: u16| {
+                    let seconds = 0.02 * f64::from(frame.saturating_sub(behind));
+                    let at = (&region, Form::Matrices);
+                    let expected = stage.drawn(character, seconds, at);
+                    let place = |joint| joint_of(&out, &region, Form::Matrices, joint).translation;
+                    let joints = expected.iter().enumerate();
+                    { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
+                };
+                let most = if region.level >= hold.from { frames } else { 0 };
+                let behind = (0..=most).find(|&behind| is_at(behind));
+                assert!(behind.is_some(), "frame {frame}, {character:?}");
+                held += usize::from(behind > Some(0));
+            }
+        }
+        assert!(held > 1000, "{held}");
+    }
+}
+
+/// A chain or a comb of so many joints that all turn.
+fn long_skeleton(joints: u16) -> Skeleton {
+    let joint = |index: u16| Joint {
+        name: format!("joint {index}"),
+        parent: (index > 0).then(|| JointId(index - 1 - (index % 5).min(index - 1))),
+        offset: Vec3::new(0.01, 0.02, 0.005),
+        kind: JointKind::Moving,
+    };
+    Skeleton::new((0..joints).map(joint).collect()).unwrap()
+}
+
+#[test]
+fn one_joint_and_255() {
+    for joints in [1, 2, 255] {
+        let skeleton = long_skeleton(joints);
+        let clips = vec![swinging_clip(&skeleton, 40, 0.4)];
+        let stage = Stage::new(skeleton, clips, &[]);
+        let characters = stage.characters(40, 3);
+        for output in forms() {
+            let apart = furthest(&stage, &characters, settings(output, Isa::best(), 2), 0.2);
+            assert!(apart < NEAR, "{joints} joints, {output:?}: {apart} m");
+        }
+    }
+}
+
+#[test]
+fn a_clip_of_one_frame_and_of_two() {
+    for frames in [1, 2] {
+        let skeleton = small_skeleton();
+        let clips = vec![swinging_clip(&skeleton, frames, 0.4)];
+        let stage = Stage::new(skeleton, clips, &[2]);
+        let apart = furthest(&stage, &stage.characters(40, 3), default(), 0.2);
+        assert!(apart < NEAR, "{frames} frames: {apart} m");
+    }
+}
+
+#[test]
+fn fast_turns_get_keys_between() {
+    let skeleton = small_skeleton();
+    let turn = |frame: usize| Quat::from_rotation_y(frame as f32 * 1.4);
+    let desc = ClipDesc {
+        name: "spin".into(),
+        frame_rate: 30.0,
+        roots: vec![Vec3::Y; 12],
+        rotations: (0..12)
+            .flat_map(|frame| vec![turn(frame); skeleton.len()])
+            .collect(),
+        translations: Vec::new(),
+    };
+    let clip = Clip::new(&skeleton, desc).unwrap();
+    let stage = Stage::new(skeleton, vec![clip], &[]);
+    let mut characters = stage.characters(200, 3);
+    characters
+        .iter_mut()
+        .for_each(|character| character.fade = None);
+    for output in forms() {
+        let apart = furthest(&stage, &characters, settings(output, Isa::best(), 1), 0.2);
+        assert!(apart < NEAR, "{output:?}: {apart} m");
+    }
+}
+
+#[test]
+fn what_is_no_number_is_the_start() {
+    let stage = stage();
+    let strange = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let mut characters = stage.characters(9, 4);
+    for (index, character) in characters.iter_mut().enumerate() {
+        character.fade = None;
+        character.time = strange[index % 3];
+        character.speed = [1.0, f32::NAN, f32::INFINITY][index / 3];
+    }
+    let plain = characters.iter().map(|character| Character {
+        time: 0.0,
+        speed: if character.speed.is_finite() {
+            character.speed
+        } else {
+            0.0
+        },
+        ..*character
+    });
+    let plain: Vec<Character> = plain.collect();
+    for isa in Isa::available() {
+        let settings = settings(Output::default(), isa, 1);
+        let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
+        let (mut same, plain_ids) = crowd_of(&stage, &plain, settings);
+        // Over the moment at which the clocks are set back, too.
+        for _ in 0..3 {
+            crowd.advance(5.0);
+            same.advance(5.0);
+            let (out, plain_out) = (posed(&mut crowd), posed(&mut same));
+            for (&id, &plain_id) in ids.iter().zip(&plain_ids) {
+                let region = crowd.region(id).unwrap();
+                let expected = same.region(plain_id).unwrap();
+                for joint in 0..region.joints {
+                    let found = region.number(&out, joint, 3);
+                    assert_eq!(found, expected.number(&plain_out, joint, 3), "{isa:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_level_beyond_the_last_is_the_last() {
+    let stage = stage();
+    let mut characters = stage.characters(20, 4);
+    for character in &mut characters {
+        character.level = LevelId(u16::MAX);
+    }
+    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
+    posed(&mut crowd);
+    assert_eq!(crowd.region(ids[0]).unwrap().joints, 6);
+    assert!(furthest(&stage, &characters, default(), 0.1) < NEAR);
+}
+
+#[test]
+fn errors_say_what_is_missing() {
+    let stage = stage();
+    let mut crowd = Crowd::new(stage.repertoire.clone(), default());
+    let stranger = Character {
+        clip: ClipId(3),
+        ..Character::default()
+    };
+    let no_clip = CrowdError::NoSuchClip { clip: 3, clips: 3 };
+    assert_eq!(crowd.add(&stranger), Err(no_clip));
+    let id = crowd.add(&Character::default()).unwrap();
+    assert_eq!(crowd.set(id, &stranger), Err(no_clip));
+    let nobody = CrowdError::NoSuchCharacter {
+        id: 1,
+        characters: 1,
+    };
+    assert_eq!(crowd.set_level(CharacterId(1), LevelId(0)), Err(nobody));
+    assert_eq!(crowd.region(CharacterId(1)), Err(nobody));
+    let needed = crowd.lines();
+    let mut small = vec![Line::ZERO; needed - 1];
+    let found = needed - 1;
+    assert_eq!(
+        crowd.pose(&mut small),
+        Err(PoseError::TooSmall { needed, found })
+    );
+
+    let skeleton = small_skeleton();
+    let none = Repertoire::new(
+        &skeleton,
+        &[],
+        &Levels::in_order(&skeleton, &[]).unwrap().levels,
+    );
+    assert_eq!(none.unwrap_err(), RepertoireError::NoClip);
+    let clip = swinging_clip(&skeleton, 3, 0.1);
+    let none = Repertoire::new(&skeleton, &[clip], &[]);
+    assert_eq!(none.unwrap_err(), RepertoireError::NoLevel);
+}

@@ -1,9 +1,0 @@
-#![no_main]
-#![allow(missing_docs)]
-
-#[path = "../../common/mod.rs"]
-mod common;
-#[path = "../../hostile/targets.rs"]
-mod targets;
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| targets::baked_file(bytes));

@@ -1,0 +1,382 @@
+//! Promise: a guest keeps the house's rules. Recording and polling submit nothing, wait for nothing and make nothing; each
+//! barrier is needed, and validation would say so; who forgets to destroy is told; what a queue cannot do is said by name.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+use sabaki_testing::shim;
+
+use std::sync::{Arc, Mutex};
+
+use common::cull::{any_input, atlas_on, sliced};
+use common::{Random, desc, finish};
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::stencil::{self, Counting};
+use sabaki::gpu::{Context, GpuAllocatorMemory, GpuError, Terms, check, compute};
+use sabaki::maps::{MapGrid, RegionAtlas};
+use sabaki::query::cull::{CullInput, Overlap};
+use sabaki_app::headless::{Headless, Message};
+
+fn device() -> Headless {
+    // SAFETY: the shim calls the system's loader.
+    unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap()
+}
+
+/// A stencil culler and a compute culler of one atlas.
+struct Guests {
+    device: Headless,
+    stencil: stencil::Culler,
+    compute: compute::Culler,
+}
+
+impl Guests {
+    fn new(atlas: &RegionAtlas) -> Self {
+        Self::counting(atlas, Counting::Queries)
+    }
+
+    fn counting(atlas: &RegionAtlas, counting: Counting) -> Self {
+        let mut device = device();
+        let desc = stencil::CullerDesc {
+            counting,
+            ..stencil::CullerDesc::new("test", atlas)
+        };
+        let stencil = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
+        let desc = compute::CullerDesc::new("test", atlas);
+        let compute = device.make(|context, memory| compute::Culler::new(context, memory, &desc));
+        Self {
+            stencil: stencil.unwrap(),
+            compute: compute.unwrap(),
+            device,
+        }
+    }
+
+    /// Ends the device; returns what validation has said.
+    fn destroy(mut self) -> Vec<Message> {
+        self.stencil.destroy(self.device.memory().unwrap());
+        self.compute.destroy(self.device.memory().unwrap());
+        self.device.destroy()
+    }
+}
+
+#[test]
+fn recording_and_polling_only_record_and_look() {
+    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
+    for counting in [Counting::Queries, Counting::Atomics] {
+        only_records_and_looks(&atlas, Guests::counting(&atlas, counting));
+    }
+}
+
+fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
+    let (mut overlaps, mut random) = (Vec::new(), Random(2));
+    for _ in 0..3 {
+        let (attack, candidates) = any_input(&mut random, atlas, 40);
+        let input = CullInput {
+            atlas,
+            attack: &attack,
+            candidates: &candidates,
+        };
+        let Guests {
+            device,
+            stencil,
+            compute,
+        } = &mut guests;
+        let tickets = device.run(|cmd| {
+            let before = shim::calls();
+            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+            let tickets = unsafe {
+                (
+                    stencil.record(cmd, 0, &input)?,
+                    compute.record(cmd, 0, &input)?,
+                )
+            };
+            assert!(!stencil.poll(tickets.0, &mut overlaps)?);
+            assert!(!compute.poll(tickets.1, &mut overlaps)?);
+            assert_eq!(shim::calls(), before);
+            Ok(tickets)
+        });
+        let tickets = tickets.unwrap();
+        let before = shim::calls();
+        assert!(stencil.poll(tickets.0, &mut overlaps).unwrap());
+        assert!(compute.poll(tickets.1, &mut overlaps).unwrap());
+        assert_eq!(shim::calls(), before);
+    }
+    assert_eq!(guests.destroy(), []);
+}
+
+/// Each of them costs much on some drivers: `vendor-notes/nvidia.md`.
+#[test]
+fn counts_come_by_few_copies() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    let mut guests = Guests::new(&atlas);
+    let (mut random, mut counted) = (Random(6), 0);
+    let before = shim::copies_of_results();
+    for _ in 0..40 {
+        let (attack, candidates) = any_input(&mut random, &atlas, 100);
+        let input = CullInput {
+            atlas: &atlas,
+            attack: &attack,
+            candidates: &candidates,
+        };
+        let counts = guests.device.cull(&mut guests.stencil, &input).unwrap();
+        counted += counts.iter().filter(|one| one.outer > 0).count();
+    }
+    let copies = shim::copies_of_results() - before;
+    assert!(
+        copies <= 40 && counted > 2 * copies as usize,
+        "{copies} copies for {counted} counts and more"
+    );
+    assert_eq!(guests.destroy(), []);
+}
+
+/// One cull with one barrier left out: what validation says of it.
+fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64, Vec<Message>) {
+    let counting = match culls {
+        Culls::Atomics => Counting::Atomics,
+        _ => Counting::Queries,
+    };
+    let mut guests = Guests::counting(atlas, counting);
+    let (attack, candidates) = any_input(&mut Random(6), atlas, 40);
+    let input = CullInput {
+        atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let Guests {
+        device,
+        stencil,
+        compute,
+    } = &mut guests;
+    let before = shim::barriers();
+    shim::swallow_barrier(nth);
+    device
+        .run(|cmd| {
+            for slot in 0..2 {
+                // SAFETY: `run` gives a buffer that is being recorded.
+                unsafe {
+                    match culls {
+                        Culls::Stencil | Culls::Atomics => drop(stencil.record(cmd, slot, &input)?),
+                        Culls::Compute => drop(compute.record(cmd, slot, &input)?),
+                    }
+                }
+            }
+            Ok(())
+        })
+        .unwrap();
+    shim::swallow_barrier(None);
+    (shim::barriers() - before, guests.destroy())
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Culls {
+    Stencil,
+    Atomics,
+    Compute,
+}
+
+#[test]
+fn a_missing_barrier_is_detected() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
+    for culls in [Culls::Stencil, Culls::Atomics, Culls::Compute] {
+        let (barriers, messages) = without_barrier(&atlas, culls, None);
+        assert_eq!(messages, []);
+        let detected: Vec<bool> = (0..barriers)
+            .map(|nth| {
+                let (_, messages) = without_barrier(&atlas, culls, Some(nth));
+                messages
+                    .iter()
+                    .any(|one| one.id.starts_with("SYNC-HAZARD") || one.id.contains("Layout"))
+            })
+            .collect();
+        let count = detected.iter().filter(|&&one| one).count();
+        println!(
+            "{culls:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
+        );
+        assert!(count >= 2, "{culls:?}: {detected:?}");
+    }
+}
+
+/// What the host does around a guest is seen as well: its own copy, with no barrier between the two.
+#[test]
+fn a_wrong_barrier_of_the_host_is_detected() {
+    for wrong in [false, true] {
+        let mut device = device();
+        let context = device.context().unwrap().clone();
+        // SAFETY: the device is valid; the buffer is bound to memory that is large enough, and both are destroyed at the
+        // end, when the device is idle.
+        let messages = unsafe {
+            let info = vk::BufferCreateInfo::default()
+                .size(256)
+                .usage(vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC);
+            let gpu = context.device();
+            let buffers = [0; 2].map(|_| gpu.create_buffer(&info, None).unwrap());
+            let needs = gpu.get_buffer_memory_requirements(buffers[0]);
+            let info = vk::MemoryAllocateInfo::default()
+                .allocation_size(needs.size * 2)
+                .memory_type_index(needs.memory_type_bits.trailing_zeros());
+            let memory = gpu.allocate_memory(&info, None).unwrap();
+            gpu.bind_buffer_memory(buffers[0], memory, 0).unwrap();
+            gpu.bind_buffer_memory(buffers[1], memory, needs.size)
+                .unwrap();
+            device
+                .run(|cmd| {
+                    gpu.cmd_fill_buffer(cmd, buffers[0], 0, 256, 1);
+                    // A barrier there is in any case; the wrong one is for the readers of another stage.
+                    let reader = match wrong {
+                        false => vk::PipelineStageFlags2::COPY,
+                        true => vk::PipelineStageFlags2::VERTEX_SHADER,
+                    };
+                    let access = match wrong {
+                        false => vk::AccessFlags2::TRANSFER_READ,
+                        true => vk::AccessFlags2::SHADER_READ,
+                    };
+                    let barrier = [vk::MemoryBarrier2::default()
+                        .src_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                        .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                        .dst_stage_mask(reader)
+                        .dst_access_mask(access)];
+                    let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+                    gpu.cmd_pipeline_barrier2(cmd, &info);
+                    let copy = [vk::BufferCopy::default().size(256)];
+                    gpu.cmd_copy_buffer(cmd, buffers[0], buffers[1], &copy);
+                    Ok(())
+                })
+                .unwrap();
+            buffers
+                .iter()
+                .for_each(|&buffer| gpu.destroy_buffer(buffer, None));
+            gpu.free_memory(memory, None);
+            device.destroy()
+        };
+        let hazards = messages
+            .iter()
+            .filter(|one| one.id.starts_with("SYNC-HAZARD"));
+        assert_eq!(hazards.count() > 0, wrong, "{messages:#?}");
+    }
+}
+
+/// Hears what is logged as an error on this thread.
+#[derive(Clone, Default)]
+struct Ear(Arc<Mutex<Vec<String>>>);
+
+impl tracing::field::Visit for Ear {
+    fn record_debug(&mut self, _: &tracing::field::Field, value: &dyn std::fmt::Debug) {
+        self.0.lock().unwrap().push(format!("{value:?}"));
+    }
+}
+
+impl tracing::Subscriber for Ear {
+    fn enabled(&self, metadata: &tracing::Metadata<'_>) -> bool {
+        *metadata.level() == tracing::Level::ERROR
+    }
+    fn new_span(&self, _: &tracing::span::Attributes<'_>) -> tracing::span::Id {
+        tracing::span::Id::from_u64(1)
+    }
+    fn record(&self, _: &tracing::span::Id, _: &tracing::span::Record<'_>) {}
+    fn record_follows_from(&self, _: &tracing::span::Id, _: &tracing::span::Id) {}
+    fn event(&self, event: &tracing::Event<'_>) {
+        event.record(&mut self.clone());
+    }
+    fn enter(&self, _: &tracing::span::Id) {}
+    fn exit(&self, _: &tracing::span::Id) {}
+}
+
+#[test]
+fn what_is_dropped_is_reported_and_left_as_it_is() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(1), 4);
+    let guests = Guests::new(&atlas);
+    let Guests {
+        device,
+        stencil,
+        compute,
+    } = guests;
+    let ear = Ear::default();
+    let alive = shim::live();
+    tracing::subscriber::with_default(ear.clone(), || {
+        drop((stencil, compute));
+        assert_eq!(
+            shim::live(),
+            alive,
+            "nothing was freed under the device's hands"
+        );
+        drop(device);
+    });
+    assert_eq!(shim::live(), alive);
+    let heard = ear.0.lock().unwrap().clone();
+    let says = |word: &str| heard.iter().any(|one| one.contains(word));
+    assert_eq!(heard.len(), 3, "{heard:?}");
+    assert!(says("Culler was dropped without destroy") && says("Headless was dropped"));
+}
+
+#[test]
+fn what_a_queue_cannot_do_is_said() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(1), 4);
+    for (hidden, stencil_says, compute_says) in [
+        (vk::QueueFlags::GRAPHICS, "graphics on the queue family", ""),
+        (vk::QueueFlags::COMPUTE, "", "compute on the queue family"),
+    ] {
+        let mut device = device();
+        let whole = device.context().unwrap().clone();
+        shim::hide_queue_flags(hidden);
+        // SAFETY: the handles are of the headless device.
+        let report = unsafe { check(whole.instance(), whole.physical_device(), &Terms::default()) };
+        let lacks = |name: &str| {
+            report.missing.contains(&name) || report.fallbacks.iter().any(|one| one.name == name)
+        };
+        assert_eq!(
+            lacks("a queue family with graphics"),
+            hidden == vk::QueueFlags::GRAPHICS
+        );
+        assert_eq!(
+            lacks("a queue family with compute"),
+            hidden == vk::QueueFlags::COMPUTE
+        );
+        if hidden == vk::QueueFlags::COMPUTE {
+            let context = again(&whole).unwrap();
+            let says = |result: Result<(), GpuError>| {
+                result.map_or_else(|error| error.to_string(), |()| String::new())
+            };
+            let memory = device.memory().unwrap();
+            let desc = stencil::CullerDesc::new("test", &atlas);
+            let made = stencil::Culler::new(&context, memory, &desc);
+            assert!(says(made.map(|culler| culler.destroy(memory))).contains(stencil_says));
+            let desc = compute::CullerDesc::new("test", &atlas);
+            let made = compute::Culler::new(&context, memory, &desc);
+            assert!(says(made.map(|culler| culler.destroy(memory))).contains(compute_says));
+        } else {
+            let error = again(&whole).unwrap_err();
+            assert!(matches!(error, GpuError::Missing(_)), "{error}");
+        }
+        shim::hide_queue_flags(vk::QueueFlags::empty());
+        finish(device);
+    }
+}
+
+/// The same device, borrowed anew.
+fn again(context: &Context) -> Result<Context, GpuError> {
+    // SAFETY: the handles are of a living headless device.
+    unsafe {
+        Context::new(&sabaki::gpu::ContextDesc {
+            instance: context.instance(),
+            physical_device: context.physical_device(),
+            device: context.device(),
+            queue_family: context.queue_family(),
+            precise_queries: true,
+            fragment_atomics: true,
+            debug_names: false,
+            terms: Terms::default(),
+        })
+    }
+}
+
+#[test]
+fn what_crosses_threads_may() {
+    fn anywhere<T: Send + Sync>() {}
+    anywhere::<Context>();
+    anywhere::<stencil::Culler>();
+    anywhere::<stencil::Rasterizer>();
+    anywhere::<compute::Culler>();
+    anywhere::<stencil::Ticket>();
+    anywhere::<compute::Ticket>();
+    anywhere::<GpuAllocatorMemory>();
+    anywhere::<GpuError>();
+    let _ = Overlap::default();
+}

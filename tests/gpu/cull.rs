@@ -1,0 +1,361 @@
+//! Promise: the stencil culling path counts what the CPU's counts, texel for texel, for any
+//! candidates, slabs and placements.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
+use common::cull_cases::{self, Path};
+use common::maps::attack_of;
+use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
+use sabaki::{
+    gpu::{
+        GpuError, Terms, Without,
+        stencil::{Counting, CullerDesc},
+    },
+    maps::{MapGrid, MapRect, RegionId, Slab},
+    query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
+};
+
+#[test]
+fn thousands_of_random_candidates_agree() {
+    cull_cases::random_candidates_agree(Path::Stencil);
+    cull_cases::random_candidates_agree(Path::Atomics);
+}
+
+#[test]
+fn edges_of_the_input_agree() {
+    cull_cases::edges_agree(Path::Stencil);
+    cull_cases::edges_agree(Path::Atomics);
+}
+
+#[test]
+fn atlases_without_a_map_agree() {
+    cull_cases::atlases_without_a_map_agree(Path::Stencil);
+    cull_cases::atlases_without_a_map_agree(Path::Atomics);
+}
+
+#[test]
+fn slots_in_flight_keep_their_own_counts() {
+    cull_cases::slots_in_flight_keep_their_own_counts(Path::Stencil);
+    cull_cases::slots_in_flight_keep_their_own_counts(Path::Atomics);
+}
+
+#[test]
+fn thousands_of_drawn_candidates_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(20..) {
+        let mut random = Random(seed);
+        let atlas = atlas_on(grid, &mut random, 20);
+        let desc = CullerDesc {
+            max_candidates: 64,
+            ..CullerDesc::new("test", &atlas)
+        };
+        let mut culler = culler(&mut device, &desc);
+        let (mut met, mut met_outer, mut met_evasion, mut missed) = (0, 0, 0, 0);
+        for _ in 0..10 {
+            let (attack, candidates) = any_input(&mut random, &atlas, 100);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let expected = counted(&input);
+            met += expected.iter().filter(|one| one.body > 0).count();
+            met_outer += expected.iter().filter(|one| one.outer > 0).count();
+            met_evasion += expected.iter().filter(|one| one.evasion > 0).count();
+            missed += expected.iter().filter(|one| one.body == 0).count();
+            assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
+        }
+        // The test means something only if there is some of each.
+        assert!(
+            met > 40 && met_outer > 40 && met_evasion > 40 && missed > 100,
+            "{grid:?}: {met} {met_outer} {met_evasion} {missed}"
+        );
+        culler.destroy(device.memory().unwrap());
+    }
+    finish(device);
+}
+
+#[test]
+fn small_targets_pools_and_buffers_agree() {
+    let mut device = device();
+    for (grid, seed) in GRIDS.into_iter().zip(40..) {
+        let mut random = Random(seed);
+        let atlas = atlas_on(grid, &mut random, 8);
+        let whole = CullerDesc::new("test", &atlas);
+        let descs = [
+            // Some planes; several passes, of cells that are cut; several turns of a pass.
+            CullerDesc {
+                target: [256, 128],
+                ..whole
+            },
+            CullerDesc {
+                target: [24, 40],
+                ..whole
+            },
+            CullerDesc {
+                max_queries: 7,
+                ..whole
+            },
+            CullerDesc {
+                target: [64, 64],
+                max_queries: 1,
+                max_boxes: 1500,
+                ..whole
+            },
+        ];
+        let summed = descs.map(|desc| CullerDesc {
+            counting: Counting::Atomics,
+            ..desc
+        });
+        for desc in descs.into_iter().chain(summed) {
+            let mut culler = culler(&mut device, &desc);
+            for _ in 0..2 {
+                let (attack, candidates) = any_input(&mut random, &atlas, 20);
+                let input = CullInput {
+                    atlas: &atlas,
+                    attack: &attack,
+                    candidates: &candidates,
+                };
+                let counts = device.cull(&mut culler, &input).unwrap();
+                assert_eq!(counts, counted(&input), "{grid:?} {desc:?}");
+            }
+            culler.destroy(device.memory().unwrap());
+        }
+    }
+    finish(device);
+}
+
+#[test]
+fn what_is_not_counted_says_so() {
+    let mut device = device();
+    let mut random = Random(60);
+    let atlas = atlas_on(MapGrid::default(), &mut random, 12);
+    let none = Counted {
+        body: false,
+        outer: false,
+        evasion: false,
+        up_to_hits: false,
+    };
+    let desc = CullerDesc {
+        counted: none,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let mut culler = culler(&mut device, &desc);
+    let (attack, candidates) = any_input(&mut random, &atlas, 100);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let expected = counted(&input);
+    for bits in 0..8 {
+        let counted = Counted {
+            body: bits & 1 != 0,
+            outer: bits & 2 != 0,
+            evasion: bits & 4 != 0,
+            up_to_hits: false,
+        };
+        if bits > 0 {
+            culler.count_only(counted);
+        }
+        let counts = device.cull(&mut culler, &input).unwrap();
+        for (found, expected) in counts.iter().zip(&expected) {
+            let wanted = Overlap {
+                body: if counted.body { expected.body } else { 0 },
+                outer: if counted.outer {
+                    expected.outer
+                } else {
+                    u32::MAX
+                },
+                evasion: if counted.evasion { expected.evasion } else { 0 },
+            };
+            assert_eq!(*found, wanted, "{counted:?}");
+        }
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
+    let mut device = device();
+    let mut random = Random(61);
+    let atlas = atlas(&mut random, 12);
+    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let rect = MapRect {
+        u: -30,
+        v: -30,
+        width: 90,
+        height: 70,
+    };
+    let attack = attack(&mut random, rect, 0..3);
+    let candidates = candidates(&mut random, &atlas, rect, 100);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let lost = device.run(|cmd| {
+        // SAFETY: `run` gives a buffer that is being recorded.
+        unsafe { culler.record(cmd, 0, &input) }?;
+        Err::<(), _>(GpuError::Unfinished)
+    });
+    assert!(matches!(lost, Err(GpuError::Unfinished)));
+    let expected = counted(&input);
+    assert!(expected.iter().any(|one| one.body > 0));
+    for _ in 0..2 {
+        assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn every_stencil_format_agrees() {
+    let mut random = Random(12);
+    let atlas = atlas(&mut random, 10);
+    let rect = MapRect {
+        u: -40,
+        v: -20,
+        width: 70,
+        height: 90,
+    };
+    let attack = attack(&mut random, rect, 0..4);
+    let candidates = candidates(&mut random, &atlas, rect, 60);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    for (terms, format) in FALLBACK_FORMATS {
+        let mut device = device_on(terms);
+        assert_eq!(device.context().unwrap().stencil_format(), format);
+        let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+        let counts = device.cull(&mut culler, &input).unwrap();
+        assert_eq!(counts, counted(&input), "{format:?}");
+        culler.destroy(device.memory().unwrap());
+        finish(device);
+    }
+}
+
+#[test]
+fn without_precise_queries_some_and_none_are_still_right() {
+    let mut device = device_on(Terms {
+        without: Without {
+            precise_queries: true,
+            ..Without::default()
+        },
+        ..Terms::default()
+    });
+    let mut random = Random(5);
+    let atlas = atlas(&mut random, 20);
+    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let rect = MapRect {
+        u: -30,
+        v: -30,
+        width: 90,
+        height: 70,
+    };
+    let attack = attack(&mut random, rect, 0..3);
+    let candidates = candidates(&mut random, &atlas, rect, 200);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    // SAFETY: `run` gives a buffer that is being recorded.
+    let ticket = device
+        .run(|cmd| unsafe { culler.record(cmd, 0, &input) })
+        .unwrap();
+    assert!(!ticket.counts_exact);
+    let mut overlaps = Vec::new();
+    assert!(culler.poll(ticket, &mut overlaps).unwrap());
+    for (found, expected) in overlaps.iter().zip(counted(&input)) {
+        assert_eq!(found.body > 0, expected.body > 0);
+        assert_eq!(found.evasion > 0, expected.evasion > 0);
+    }
+    // What scores are made of is counted all the same, by whoever can.
+    for (found, expected) in device
+        .cull(&mut culler, &input)
+        .unwrap()
+        .iter()
+        .zip(counted(&input))
+    {
+        assert_eq!(found.body > 0, expected.body > 0);
+        assert_eq!(found.evasion, expected.evasion);
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    let mut device = device();
+    let mut random = Random(6);
+    let atlas = atlas(&mut random, 4);
+    let desc = CullerDesc {
+        max_candidates: 8,
+        max_discs: 100,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let mut culler = culler(&mut device, &desc);
+    let rect = MapRect {
+        u: -32,
+        v: -32,
+        width: 64,
+        height: 64,
+    };
+    // Inner and outer discs alike.
+    let of_discs = |random: &mut Random, discs: usize| {
+        attack_of([(Slab(1), drifting(random, rect, discs, 1))])
+    };
+    let fits = of_discs(&mut random, 50);
+    let discs = of_discs(&mut random, 80);
+    let few = candidates(&mut random, &atlas, rect, 8);
+    let many = candidates(&mut random, &atlas, rect, 9);
+    let mut stranger = few.clone();
+    stranger[3].region = RegionId(4);
+
+    let mut refused = |attack: &AttackDrawing, candidates: &[CullCandidate]| {
+        let input = CullInput {
+            atlas: &atlas,
+            attack,
+            candidates,
+        };
+        // SAFETY: `run` gives a buffer that is being recorded.
+        let result = device.run(|cmd| unsafe { culler.record(cmd, 0, &input) });
+        result.map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(refused(&fits, &few), Ok(()));
+    let says = |result: Result<(), String>, words: &str| {
+        let error = result.unwrap_err();
+        assert!(error.contains(words), "{error}");
+    };
+    says(refused(&fits, &many), "max_candidates: 9 needed, 8");
+    says(refused(&discs, &few), "CullerDesc::max_discs");
+    says(refused(&fits, &stranger), "candidate 3 names region 4");
+    assert_eq!(refused(&fits, &few), Ok(()), "and the culler goes on");
+    culler.destroy(device.memory().unwrap());
+
+    let tight = CullerDesc {
+        max_boxes: 1,
+        ..CullerDesc::new("test", &atlas)
+    };
+    let mut tight = common::cull::culler(&mut device, &tight);
+    let attack = attack(&mut random, rect, -1..6);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &many,
+    };
+    // SAFETY: as above.
+    let result = device.run(|cmd| unsafe { tight.record(cmd, 0, &input) });
+    says(
+        result.map(|_| ()).map_err(|error| error.to_string()),
+        "CullerDesc::max_boxes",
+    );
+    tight.destroy(device.memory().unwrap());
+    finish(device);
+}

@@ -1,0 +1,204 @@
+//! Promise: a component leaves the device as it found it, whether it was destroyed, or failed half
+//! made; and what is missing is said by name.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::ffi::c_void;
+
+use common::maps::untimed;
+use common::{Random, desc, device, drifting, finish};
+use sabaki::gpu::ash;
+use sabaki::gpu::ash::vk::{self, Handle};
+use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
+use sabaki::gpu::{
+    Block, Context, GpuError, Memory, MemoryDesc, RawContextDesc, Terms, check, requirements,
+};
+use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
+use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
+
+/// Runs out after some allocations.
+struct Scarce<'a> {
+    memory: &'a mut dyn Memory,
+    left: u32,
+    live: u32,
+}
+
+impl Memory for Scarce<'_> {
+    fn allocate(&mut self, desc: &MemoryDesc<'_>) -> Result<Block, GpuError> {
+        if self.left == 0 {
+            return Err(GpuError::Memory {
+                name: desc.name.to_owned(),
+                reason: "scarce".to_owned(),
+            });
+        }
+        let block = self.memory.allocate(desc)?;
+        (self.left, self.live) = (self.left - 1, self.live + 1);
+        Ok(block)
+    }
+
+    fn free(&mut self, block: Block) {
+        self.live -= 1;
+        self.memory.free(block);
+    }
+}
+
+/// Makes something with ever more memory until it succeeds; returns how often it failed.
+fn starve<T>(
+    device: &mut Headless,
+    make: impl Fn(&Context, &mut dyn Memory) -> Result<T, GpuError>,
+    destroy: impl Fn(T, &mut dyn Memory),
+) -> u32 {
+    device
+        .make(|context, memory| {
+            for left in 0..100 {
+                let mut scarce = Scarce {
+                    memory,
+                    left,
+                    live: 0,
+                };
+                match make(context, &mut scarce) {
+                    Ok(made) => {
+                        assert_eq!(scarce.live, left);
+                        destroy(made, &mut scarce);
+                        assert_eq!(scarce.live, 0);
+                        return Ok(left);
+                    }
+                    Err(GpuError::Memory { reason, .. }) => assert_eq!(reason, "scarce"),
+                    Err(other) => panic!("{other}"),
+                }
+                assert_eq!(scarce.live, 0, "after failure {left}");
+            }
+            panic!("it never succeeds");
+        })
+        .unwrap()
+}
+
+fn atlas() -> RegionAtlas {
+    let rect = MapRect {
+        u: 0,
+        v: 0,
+        width: 40,
+        height: 40,
+    };
+    let region = RegionMaps {
+        first_slab: Slab(0),
+        slabs: vec![untimed(&drifting(&mut Random(1), rect, 4, 3))],
+        seconds: 1.0,
+    };
+    RegionAtlas::new(MapGrid::PAPER, vec![region], Vec::new())
+}
+
+#[test]
+fn a_failed_creation_leaves_nothing_behind() {
+    let mut device = device();
+    let (atlas, desc) = (atlas(), RasterizerDesc::default());
+    let failures = starve(
+        &mut device,
+        |context, memory| Rasterizer::new(context, memory, &desc),
+        |made, memory| made.destroy(memory),
+    );
+    assert_eq!(failures, 3);
+    let failures = starve(
+        &mut device,
+        |context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)),
+        |made, memory| made.destroy(memory),
+    );
+    // The maps, the target, and what each slot has.
+    assert!(failures > 6, "{failures}");
+    assert_eq!(device.memory().unwrap().live_blocks(), 0);
+    // Validation names whatever is left when the device goes.
+    finish(device);
+}
+
+#[test]
+fn an_empty_atlas_is_no_error() {
+    let mut device = device();
+    let atlas = RegionAtlas::new(MapGrid::PAPER, Vec::new(), Vec::new());
+    let culler = device
+        .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
+        .unwrap();
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+#[test]
+fn validation_is_heard() {
+    let device = device();
+    let context = device.context().unwrap();
+    // Something that best practices advise against, and something that core validation finds at the
+    // end.
+    let info = vk::CommandPoolCreateInfo::default()
+        .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
+        .queue_family_index(context.queue_family());
+    // SAFETY: the device is valid; the pool is left alive on purpose.
+    let pool = unsafe { context.device().create_command_pool(&info, None) };
+    assert!(pool.is_ok());
+    let heard =
+        |messages: &[Message], start: &str| messages.iter().any(|one| one.id.starts_with(start));
+    assert!(
+        heard(&device.messages(), "UNASSIGNED-BestPractices"),
+        "{:#?}",
+        device.messages()
+    );
+    let messages = device.destroy();
+    assert!(heard(&messages, "VUID-vkDestroyDevice"), "{messages:#?}");
+}
+
+#[test]
+fn raw_handles_make_the_same_context() {
+    let device = device();
+    let context = device.context().unwrap();
+    // SAFETY: the loader's own lookup function and the headless device's handles; the entry
+    // outlives the call.
+    let raw = unsafe {
+        let entry = ash::Entry::load().unwrap();
+        Context::from_raw(&RawContextDesc {
+            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr as *const c_void,
+            instance: context.instance().handle().as_raw(),
+            physical_device: context.physical_device().as_raw(),
+            device: context.device().handle().as_raw(),
+            queue_family: context.queue_family(),
+            precise_queries: true,
+            fragment_atomics: true,
+            debug_names: true,
+            terms: Terms::default(),
+        })
+    }
+    .unwrap();
+    assert_eq!(raw.stencil_format(), context.stencil_format());
+    assert_eq!(raw.max_target_side(), context.max_target_side());
+    finish(device);
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named() {
+    let wanted = HeadlessDesc {
+        device: DeviceChoice::Named("no such device".to_owned()),
+        ..desc()
+    };
+    let error = Headless::new(&wanted).unwrap_err();
+    assert!(matches!(&error, GpuError::NoDevice { found, .. } if !found.is_empty()));
+    assert!(error.to_string().contains("no such device"));
+}
+
+#[test]
+fn the_report_knows_every_requirement() {
+    let device = device();
+    let context = device.context().unwrap();
+    // SAFETY: both handles are of the headless device.
+    let report = unsafe {
+        check(
+            context.instance(),
+            context.physical_device(),
+            &Terms::default(),
+        )
+    };
+    assert!(report.is_usable());
+    assert_eq!(report.stencil_format, Some(context.stencil_format()));
+    assert_eq!(report.precise_queries, context.precise_queries());
+    let required = requirements().iter().take_while(|one| one.is_required());
+    let optional = requirements().iter().filter(|one| !one.is_required());
+    assert_eq!(required.count() + optional.count(), requirements().len());
+    finish(device);
+}

@@ -1,0 +1,488 @@
+//! Promise: whichever Vulkan call fails, and whenever, there is a typed error, nothing leaks, the host's device goes on, and
+//! the cpu path gives the answer that the device owes.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+#[path = "../../examples/common/plain_memory.rs"]
+#[allow(dead_code)]
+mod plain_memory;
+use sabaki_testing::shim;
+
+use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
+
+use common::cull::{any_input, atlas_on, sliced};
+use common::small::small;
+use common::{Random, desc, drifting, finish};
+use glam::Vec3;
+use plain_memory::PlainMemory;
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::stencil::{self, Rasterizer, RasterizerDesc};
+use sabaki::gpu::{Context, GpuError, Memory, compute};
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
+use sabaki::math::Rigid2;
+use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
+use sabaki_app::headless::Headless;
+use shim::Fault;
+
+/// What a call that fails says, whichever call it is.
+const RESULTS: [vk::Result; 4] = [
+    vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+    vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+    vk::Result::ERROR_DEVICE_LOST,
+    vk::Result::ERROR_TOO_MANY_OBJECTS,
+];
+
+/// Names are a help, and no more: an object without one is no error.
+const HELPS: &str = "vkSetDebugUtilsObjectNameEXT";
+
+fn device() -> Headless {
+    // SAFETY: the shim calls the system's loader.
+    unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap()
+}
+
+/// Lets every call of `work` fail with every result, at its first use, its second one, and so on; `check` sees how each
+/// ended, and which fault there was. Returns the number of faults.
+fn each_fault<T>(
+    mut work: impl FnMut() -> Result<T, GpuError>,
+    mut check: impl FnMut(Result<T, GpuError>, Option<Fault>),
+) -> BTreeMap<&'static str, u32> {
+    let before = shim::calls();
+    check(work(), None);
+    let used = shim::calls().into_iter();
+    let used = used.filter(|(call, count)| before.get(call) != Some(count));
+    let mut faults = BTreeMap::new();
+    for (call, _) in used.collect::<Vec<_>>() {
+        for result in RESULTS {
+            for nth in 1.. {
+                let fault = Fault { call, nth, result };
+                shim::fail(fault);
+                let ended = work();
+                if shim::call_off() {
+                    check(ended, None);
+                    break;
+                }
+                *faults.entry(call).or_default() += 1;
+                check(ended, Some(fault));
+            }
+        }
+    }
+    faults
+}
+
+/// The error is the one of the call that failed.
+fn is_typed(error: &GpuError, fault: Fault) -> bool {
+    match error {
+        GpuError::Call { call, result } => *call == fault.call && *result == fault.result,
+        // An allocator's calls.
+        GpuError::Memory { name, reason } => {
+            !name.is_empty()
+                && !reason.is_empty()
+                && ["vkAllocateMemory", "vkMapMemory"].contains(&fault.call)
+        }
+        _ => false,
+    }
+}
+
+/// Makes something, uses it twice, and destroys it: the second use comes after a failed first one as well.
+fn use_twice<C, T>(
+    device: &RefCell<Headless>,
+    memory: &RefCell<dyn Memory>,
+    make: impl FnOnce(&Context, &mut dyn Memory) -> Result<C, GpuError>,
+    mut work: impl FnMut(&mut Headless, &mut C) -> Result<T, GpuError>,
+    destroy: impl FnOnce(C, &mut dyn Memory),
+) -> Result<(T, T), GpuError> {
+    let context = device.borrow().context()?.clone();
+    let mut made = make(&context, &mut *memory.borrow_mut())?;
+    let first = work(&mut device.borrow_mut(), &mut made);
+    let second = work(&mut device.borrow_mut(), &mut made);
+    destroy(made, &mut *memory.borrow_mut());
+    Ok((first?, second?))
+}
+
+struct Harness {
+    device: RefCell<Headless>,
+    /// Said not to be coherent, so that flushes and invalidates are made.
+    memory: RefCell<PlainMemory>,
+    alive: BTreeMap<&'static str, i64>,
+    faults: BTreeMap<&'static str, u32>,
+}
+
+impl Harness {
+    fn new() -> Self {
+        let device = device();
+        let context = device.context().unwrap();
+        // SAFETY: the handles are of the headless device, which outlives the memory.
+        let mut memory = unsafe {
+            PlainMemory::new(
+                context.instance(),
+                context.physical_device(),
+                context.device(),
+            )
+        };
+        memory.trusts_coherence = false;
+        Self {
+            alive: shim::live(),
+            device: RefCell::new(device),
+            memory: RefCell::new(memory),
+            faults: BTreeMap::new(),
+        }
+    }
+
+    /// Holds a component to its promise through all faults. `owed` is what the CPU answers.
+    fn hold<T: PartialEq + std::fmt::Debug>(
+        &mut self,
+        work: impl Fn(&RefCell<Headless>, &RefCell<dyn Memory>) -> Result<(T, T), GpuError>,
+        owed: &T,
+    ) {
+        let faults = self.each(
+            || work(&self.device, &self.memory),
+            |ended, fault| match (ended, fault) {
+                (Ok((first, second)), fault) => {
+                    assert!(fault.is_none_or(|fault| fault.call == HELPS));
+                    assert_eq!((&first, &second), (owed, owed));
+                }
+                (Err(error), Some(fault)) => {
+                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                }
+                (Err(error), None) => panic!("{error} without a fault"),
+            },
+        );
+        self.add(faults);
+    }
+
+    /// Holds a culling path to its promise in a whole query: whatever fails, the answer is `owed`.
+    fn hold_query<C>(
+        &mut self,
+        make: impl Fn(&Context, &mut dyn Memory) -> Result<C, GpuError>,
+        cull: impl Fn(&mut Headless, &mut C, &CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
+        destroy: impl Fn(C, &mut dyn Memory),
+        (case, owed): (&Case, &Answer),
+    ) {
+        let (device, memory) = (&self.device, &self.memory);
+        let work = || {
+            let mut made = None;
+            let asked = ask(case, |input| {
+                let context = device.borrow().context()?.clone();
+                let culler = match &mut made {
+                    Some(culler) => culler,
+                    none => none.insert(make(&context, &mut *memory.borrow_mut())?),
+                };
+                cull(&mut device.borrow_mut(), culler, input)
+            });
+            if let Some(culler) = made {
+                destroy(culler, &mut *memory.borrow_mut());
+            }
+            Ok(asked)
+        };
+        let faults = self.each(work, |asked, fault| {
+            let (answer, failed) = asked.unwrap();
+            assert_eq!(answer.candidates, owed.candidates, "{fault:?}");
+            assert_eq!((answer.chosen, &answer.motion), (owed.chosen, &owed.motion));
+            match (failed, fault) {
+                (Some(error), Some(fault)) => {
+                    assert!(is_typed(&error, fault), "{error}: {fault:?}")
+                }
+                (Some(error), None) => panic!("{error} without a fault"),
+                (None, fault) => assert!(fault.is_none_or(|fault| fault.call == HELPS)),
+            }
+        });
+        self.add(faults);
+    }
+
+    /// Does work with each fault, looks at how it ended, and holds it to leaving nothing behind.
+    fn each<T>(
+        &self,
+        work: impl Fn() -> Result<T, GpuError>,
+        look: impl Fn(Result<T, GpuError>, Option<Fault>),
+    ) -> BTreeMap<&'static str, u32> {
+        each_fault(work, |ended, fault| {
+            look(ended, fault);
+            assert_eq!(self.memory.borrow().live_blocks(), 0, "{fault:?}");
+            assert_eq!(shim::live(), self.alive, "{fault:?}");
+        })
+    }
+
+    fn add(&mut self, faults: BTreeMap<&'static str, u32>) {
+        for (call, count) in faults {
+            *self.faults.entry(call).or_default() += count;
+        }
+    }
+
+    fn finish(self) -> BTreeMap<&'static str, u32> {
+        drop(self.memory);
+        let mut messages = self.device.into_inner().destroy();
+        // The price of so plain an allocator, and no fault of the components.
+        messages.retain(|one| !one.id.contains("-small-"));
+        assert!(messages.is_empty(), "{messages:#?}");
+        assert_eq!(shim::live(), BTreeMap::new());
+        self.faults
+    }
+}
+
+fn atlas() -> RegionAtlas {
+    atlas_on(sliced(8), &mut Random(3), 6)
+}
+
+#[test]
+fn every_call_of_every_component_and_of_the_headless_device() {
+    let atlas = atlas();
+    let (attack, candidates) = any_input(&mut Random(4), &atlas, 20);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let mut owed = Vec::new();
+    cpu::count(&input, &mut owed);
+    assert!(owed.iter().any(|one| one.body > 0));
+    let mut harness = Harness::new();
+
+    for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
+        let desc = stencil::CullerDesc {
+            counting,
+            ..stencil::CullerDesc::new("test", &atlas)
+        };
+        harness.hold(
+            |device, memory| {
+                use_twice(
+                    device,
+                    memory,
+                    |context, memory| stencil::Culler::new(context, memory, &desc),
+                    |device, culler| device.cull(culler, &input),
+                    |culler, memory| culler.destroy(memory),
+                )
+            },
+            &owed,
+        );
+    }
+    let desc = compute::CullerDesc::new("test", &atlas);
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, memory| compute::Culler::new(context, memory, &desc),
+                |device, culler| device.cull_compute(culler, &input),
+                |culler, memory| culler.destroy(memory),
+            )
+        },
+        &owed,
+    );
+    rasterizer(&mut harness);
+    let mut faults = harness.finish();
+    for (call, count) in creation_of_a_device() {
+        *faults.entry(call).or_default() += count;
+    }
+
+    // Every call that the crate itself names in an error has failed here.
+    let mut named = Vec::new();
+    calls_named_in(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu"),
+        &mut named,
+    );
+    for call in &named {
+        assert!(
+            faults.contains_key(&**call),
+            "{call} was never made to fail"
+        );
+    }
+    let all: u32 = faults.values().sum();
+    println!("{all} faults of {} calls: {faults:#?}", faults.len());
+    assert!(named.len() > 20 && all > 500, "{} {all}", named.len());
+}
+
+fn rasterizer(harness: &mut Harness) {
+    let rect = MapRect {
+        u: 0,
+        v: 0,
+        width: 40,
+        height: 30,
+    };
+    let drawings = [drifting(&mut Random(5), rect, 3, 4)];
+    let owed = vec![raster::any_frame(&drawings[0])];
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, memory| Rasterizer::new(context, memory, &RasterizerDesc::default()),
+                |device, rasterizer| device.any_frame(rasterizer, &drawings),
+                |rasterizer, memory| rasterizer.destroy(memory),
+            )
+        },
+        &owed,
+    );
+}
+
+/// A device of our own that fails half made leaves nothing behind either.
+fn creation_of_a_device() -> BTreeMap<&'static str, u32> {
+    each_fault(
+        || {
+            // SAFETY: the shim calls the system's loader.
+            let device = unsafe { Headless::with_loader(shim::entry(), &desc()) }?;
+            let messages = device.destroy();
+            assert!(messages.is_empty(), "{messages:#?}");
+            Ok(())
+        },
+        |ended, fault| {
+            match (ended, fault) {
+                (Ok(()), None) => {}
+                // Where the list of extensions cannot be had it is taken to be empty, which is no loss on Vulkan 1.3.
+                (Ok(()), Some(fault)) => {
+                    assert!([HELPS, "vkEnumerateDeviceExtensionProperties"].contains(&fault.call));
+                }
+                (Err(error), Some(fault)) => assert!(is_typed(&error, fault), "{error}: {fault:?}"),
+                (Err(error), None) => panic!("{error} without a fault"),
+            }
+            assert_eq!(shim::live(), BTreeMap::new(), "{fault:?}");
+        },
+    )
+}
+
+/// The names in `.call("vk...")`.
+fn calls_named_in(folder: &Path, names: &mut Vec<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            calls_named_in(&path, names);
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        for (at, opening) in text.match_indices(".call(\"vk") {
+            let name = &text[at + opening.len() - 2..];
+            names.push(name[..name.find('"').unwrap()].to_owned());
+        }
+    }
+}
+
+type Case = (Playhead, Attack);
+
+/// A query as a renderer makes it: counted by its device until that fails, and by the CPU from there on. What failed, too.
+fn ask(
+    (playhead, attack): &Case,
+    mut count: impl FnMut(&CullInput<'_>) -> Result<Vec<Overlap>, GpuError>,
+) -> (Answer, Option<GpuError>) {
+    let settings = QuerySettings::default();
+    let query = Query::new(small(), &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut failed = None;
+    let mut prepared = query.prepare(*playhead, attack, &mut context);
+    loop {
+        let input = prepared.cull_input();
+        let overlaps = match failed.is_none().then(|| count(&input)) {
+            Some(Ok(counted)) => counted,
+            other => {
+                failed = failed.or(other.and_then(Result::err));
+                on_cpu(&input)
+            }
+        };
+        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
+            Verdict::Answered => return (answer, failed),
+            Verdict::Widened(wider) => prepared = wider,
+        }
+    }
+}
+
+/// The CPU's counts, as far as a choice needs them.
+fn on_cpu(input: &CullInput<'_>) -> Vec<Overlap> {
+    let mut overlaps = Vec::new();
+    let mut culler = cpu::Culler::default().counting(Counted::FOR_A_CHOICE);
+    culler.count(input, &mut overlaps);
+    overlaps
+}
+
+/// A query that its node's grid answers, and one for which the search is widened and counted once more.
+fn cases() -> Vec<(Case, Answer)> {
+    let mut random = Random(12);
+    let graph = small().graph();
+    let mut cases = BTreeMap::new();
+    for _ in 0..4000 {
+        let edge = EdgeId(random.int(0, graph.edges().len() as i32 - 1) as u32);
+        let playhead = Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY);
+        let [t, x, y] = [(5, 30), (-12, 12), (2, 16)].map(|(low, high)| random.int(low, high));
+        let key = |t: f32, x: f32| SphereKey {
+            t,
+            center: Vec3::new(x, 0.1 * y as f32, 0.0),
+            radius: 0.1,
+        };
+        let (t, x) = (0.1 * t as f32, 0.1 * x as f32);
+        let attack = Attack::new(vec![vec![key(t, x - 1.0), key(t + 0.2, x + 1.0)]]).unwrap();
+        let (case, mut rounds) = ((playhead, attack), Vec::new());
+        let (answer, _) = ask(&case, |input| {
+            rounds.push(input.candidates.len());
+            Ok(on_cpu(input))
+        });
+        if rounds.iter().all(|&counted| counted > 0) {
+            cases.entry(rounds.len()).or_insert((case, answer));
+        }
+    }
+    assert_eq!(cases.len(), 2, "one round, and two");
+    cases.into_values().collect()
+}
+
+#[test]
+fn a_query_is_answered_all_the_same_whichever_call_fails() {
+    let mut harness = Harness::new();
+    let atlas = small().atlas();
+    for (case, owed) in &cases() {
+        for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
+            let desc = stencil::CullerDesc {
+                counting,
+                counted: Counted::FOR_A_CHOICE,
+                ..stencil::CullerDesc::new("test", atlas)
+            };
+            harness.hold_query(
+                |context, memory| stencil::Culler::new(context, memory, &desc),
+                |device, culler, input| device.cull(culler, input),
+                |culler, memory| culler.destroy(memory),
+                (case, owed),
+            );
+        }
+        let desc = compute::CullerDesc {
+            counted: Counted::FOR_A_CHOICE,
+            ..compute::CullerDesc::new("test", atlas)
+        };
+        harness.hold_query(
+            |context, memory| compute::Culler::new(context, memory, &desc),
+            |device, culler, input| device.cull_compute(culler, input),
+            |culler, memory| culler.destroy(memory),
+            (case, owed),
+        );
+    }
+    let faults = harness.finish();
+    let all: u32 = faults.values().sum();
+    println!("{all} faults of {} calls in whole queries", faults.len());
+    assert!(faults.len() > 20 && all > 500, "{} {all}", faults.len());
+}
+
+/// What a renderer does when its device's answer does not come: the same question to the CPU.
+#[test]
+fn a_lost_device_is_answered_for_by_the_cpu() {
+    let atlas = atlas();
+    let (attack, candidates) = any_input(&mut Random(9), &atlas, 30);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let mut device = device();
+    let desc = stencil::CullerDesc::new("test", &atlas);
+    let mut culler = device
+        .make(|context, memory| stencil::Culler::new(context, memory, &desc))
+        .unwrap();
+    let healthy = device.cull(&mut culler, &input).unwrap();
+    shim::fail(Fault {
+        call: "vkQueueSubmit2",
+        nth: 1,
+        result: vk::Result::ERROR_DEVICE_LOST,
+    });
+    let error = device.cull(&mut culler, &input).unwrap_err();
+    assert!(error.is_device_lost());
+    let mut answer: Vec<Overlap> = Vec::new();
+    cpu::count(&input, &mut answer);
+    assert_eq!(answer, healthy);
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}

@@ -1,0 +1,13 @@
+//! Tests of `sabaki::gpu`.
+mod alloc;
+mod compute;
+mod compute_motions;
+mod contract;
+mod cull;
+mod device;
+mod fallbacks;
+mod faults;
+mod guest;
+mod motions;
+mod raster;
+mod soak;

@@ -1,0 +1,198 @@
+//! Promise: the device's rasterizer and the CPU's draw the same maps, to the texel, and validation
+//! has nothing to say.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
+use sabaki::gpu::GpuError;
+use sabaki::gpu::stencil::{Rasterizer, RasterizerDesc};
+use sabaki::maps::{Disc, Drawing, MapRect, raster};
+use sabaki_app::headless::Headless;
+
+fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {
+    MapRect {
+        u,
+        v,
+        width,
+        height,
+    }
+}
+
+/// Draws with a target of `side` texels, by both rules, on both sides.
+fn agree(device: &mut Headless, side: u32, drawings: &[Drawing]) {
+    let desc = RasterizerDesc {
+        name: "test",
+        side,
+        ..RasterizerDesc::default()
+    };
+    let mut rasterizer = device
+        .make(|context, memory| Rasterizer::new(context, memory, &desc))
+        .unwrap();
+    let every = device.every_frame(&mut rasterizer, drawings).unwrap();
+    let any = device.any_frame(&mut rasterizer, drawings).unwrap();
+    rasterizer.destroy(device.memory().unwrap());
+    for (index, drawing) in drawings.iter().enumerate() {
+        let frames = drawing.frames();
+        assert_eq!(
+            every[index],
+            raster::every_frame(drawing),
+            "{index}: {frames} frames"
+        );
+        assert_eq!(
+            any[index],
+            raster::any_frame(drawing),
+            "{index}: {frames} frames"
+        );
+    }
+}
+
+#[test]
+fn random_drawings_agree() {
+    let mut device = device();
+    let mut random = Random(1);
+    let drawings: Vec<_> = (0..200)
+        .map(|_| {
+            let (width, height) = (random.int(1, 90), random.int(1, 90));
+            let rect = rect(
+                random.int(-99, 99),
+                random.int(-99, 99),
+                width as u32,
+                height as u32,
+            );
+            let (frames, discs) = (random.int(1, 40), random.int(0, 8));
+            drifting(&mut random, rect, frames as usize, discs as usize)
+        })
+        .collect();
+    // In one target, and in many batches through a small one.
+    agree(&mut device, 2048, &drawings);
+    agree(&mut device, 96, &drawings);
+    finish(device);
+}
+
+#[test]
+fn any_number_of_frames_agrees() {
+    let mut device = device();
+    let mut random = Random(7);
+    // About 254 and 255 a stencil value runs out; further on it does so again.
+    let lengths = [
+        1, 2, 3, 100, 252, 253, 254, 255, 256, 257, 258, 300, 507, 508, 509, 510, 511, 700,
+    ];
+    let drawings: Vec<_> = lengths
+        .into_iter()
+        .map(|frames| drifting(&mut random, rect(0, 0, 40, 30), frames, 3))
+        .collect();
+    let kept = drawings.iter().filter(|drawing| {
+        let maps = raster::every_frame(drawing);
+        maps.body.count() > 0 && (drawing.frames() == 1 || maps.evasion.count() > 0)
+    });
+    assert!(kept.count() > lengths.len() / 2, "most have both maps");
+    // All at once, which mixes their lengths in one target, and each alone.
+    agree(&mut device, 256, &drawings);
+    agree(&mut device, 40, &drawings);
+    finish(device);
+}
+
+#[test]
+fn the_odd_cases_agree() {
+    let mut device = device();
+    let mut random = Random(8);
+    let disc = |x, z, radius| Disc { x, z, radius };
+    let drawing = |rect, frames: &[&[Disc]]| {
+        let mut drawing = Drawing {
+            rect,
+            ..Drawing::default()
+        };
+        for frame in frames {
+            drawing.discs.extend_from_slice(frame);
+            drawing.frame_ends.push(drawing.discs.len() as u32);
+        }
+        drawing
+    };
+    let whole = rect(-3, 4, 20, 10);
+    let all = disc(160, 80, 1000);
+    let mut drawings = vec![
+        drawing(rect(0, 0, 0, 0), &[]),
+        drawing(rect(0, 0, 0, 7), &[&[all]]),
+        drawing(whole, &[]),
+        drawing(whole, &[&[]]),
+        drawing(whole, &[&[all], &[], &[all]]),
+        drawing(whole, &[&[], &[all]]),
+        drawing(whole, &[&[all], &[all], &[]]),
+        // Two discs of one frame count once.
+        drawing(whole, &[&[all, all, all], &[disc(0, 0, 100)], &[all, all]]),
+        // A point: at a texel's centre, and beside it.
+        drawing(whole, &[&[disc(8, 8, 0), disc(7 * 16, 8, 0)]]),
+        drawing(whole, &[&[disc(-50, -50, 40), disc(-50, 20, 60)]]),
+        drawing(rect(0, 0, 1, 1), &[&[disc(8, 8, 1)], &[disc(9, 8, 1)]]),
+    ];
+    // Neighbours in the target: discs that reach far over the borders of their own maps.
+    for _ in 0..30 {
+        let discs: Vec<_> = (0..4).map(|_| random.disc(whole, 60)).collect();
+        drawings.push(drawing(whole, &[&discs[..2], &discs[1..]]));
+    }
+    agree(&mut device, 64, &drawings);
+    agree(&mut device, 128, &[]);
+    finish(device);
+}
+
+#[test]
+fn every_stencil_format_agrees() {
+    let mut random = Random(11);
+    let drawings: Vec<_> = (0..20)
+        .map(|index| drifting(&mut random, rect(0, 0, 30, 20), 1 + 15 * index, 4))
+        .collect();
+    for (terms, format) in FALLBACK_FORMATS {
+        let mut device = device_on(terms);
+        assert_eq!(device.context().unwrap().stencil_format(), format);
+        agree(&mut device, 128, &drawings);
+        finish(device);
+    }
+}
+
+#[test]
+fn the_largest_maps_agree() {
+    let mut device = device();
+    let mut random = Random(9);
+    let drawings: Vec<_> = [(2048, 3), (5, 2048), (700, 900)]
+        .into_iter()
+        .map(|(width, height)| drifting(&mut random, rect(0, 0, width, height), 4, 3))
+        .collect();
+    agree(&mut device, 2048, &drawings);
+    finish(device);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    let mut device = device();
+    let desc = RasterizerDesc {
+        name: "test",
+        side: 64,
+        max_discs: 8,
+    };
+    let mut rasterizer = device
+        .make(|context, memory| Rasterizer::new(context, memory, &desc))
+        .unwrap();
+    let mut random = Random(10);
+    let wide = drifting(&mut random, rect(0, 0, 65, 1), 2, 1);
+    let many = drifting(&mut random, rect(0, 0, 9, 9), 100, 2);
+    let mut torn = drifting(&mut random, rect(0, 0, 9, 9), 3, 1);
+    torn.frame_ends[1] = 9;
+    let mut refused = |drawing: &Drawing| {
+        let result = device.every_frame(&mut rasterizer, std::slice::from_ref(drawing));
+        result.unwrap_err().to_string()
+    };
+    assert_eq!(refused(&wide), "side of a map: 65 needed, 64 is the most");
+    assert!(refused(&many).starts_with("RasterizerDesc::max_discs"));
+    assert_eq!(
+        refused(&torn),
+        "drawing 0: its frame ends do not divide its discs"
+    );
+    rasterizer.destroy(device.memory().unwrap());
+
+    let side = u32::MAX;
+    let desc = RasterizerDesc { side, ..desc };
+    let result = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
+    assert!(matches!(result, Err(GpuError::Limit { .. })));
+    finish(device);
+}

@@ -1,0 +1,349 @@
+//! Promise: a graph is strongly connected, keeps events whole, is the same for any number of
+//! threads, and where there is none it says why.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::baked::embedded_graph;
+use common::clips::{small_skeleton, swinging_clip};
+use glam::Vec3;
+use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
+use sabaki::graph::{
+    self, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph, NodeId, blend_weight,
+};
+use sabaki_app::demo;
+
+fn reached(graph: &MotionGraph, forwards: bool) -> usize {
+    let ends = |edge: &graph::Edge| {
+        if forwards {
+            (edge.from, edge.to)
+        } else {
+            (edge.to, edge.from)
+        }
+    };
+    let mut next = vec![Vec::new(); graph.nodes().len()];
+    for edge in graph.edges() {
+        let (from, to) = ends(edge);
+        next[from.index()].push(to);
+    }
+    let mut seen = vec![false; next.len()];
+    let mut open = vec![NodeId(0)];
+    while let Some(node) = open.pop() {
+        if !std::mem::replace(&mut seen[node.index()], true) {
+            open.extend(&next[node.index()]);
+        }
+    }
+    seen.iter().filter(|&&seen| seen).count()
+}
+
+#[test]
+fn from_every_node_every_other_can_be_reached() {
+    let graph = embedded_graph(&GraphSettings::default());
+    assert_eq!(reached(&graph, true), graph.nodes().len());
+    assert_eq!(reached(&graph, false), graph.nodes().len());
+    graph.validate().unwrap();
+}
+
+#[test]
+fn events_are_never_cut_or_blended() {
+    let graph = embedded_graph(&GraphSettings::default());
+    assert!(
+        graph.edges_with(EventKind::Evasion).count() >= 8
+            && graph.edges_with(EventKind::Attack).count() >= 6
+    );
+    for event in graph.events() {
+        let inside = |clip, frame| clip == event.clip && event.first < frame && frame < event.last;
+        assert!(
+            !graph
+                .nodes()
+                .iter()
+                .any(|node| inside(node.clip, node.frame)),
+            "a node cuts an event"
+        );
+        for edge in graph
+            .edges()
+            .iter()
+            .filter(|edge| edge.motion != EdgeMotion::Clip)
+        {
+            let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+            let blended = (1..edge.frames)
+                .any(|f| inside(from.clip, from.frame + f) || inside(to.clip, to.frame - f));
+            assert!(!blended, "a transition blends an event");
+        }
+    }
+}
+
+#[test]
+fn the_same_for_any_number_of_threads() {
+    let with = |threads| {
+        embedded_graph(&GraphSettings {
+            threads,
+            ..GraphSettings::default()
+        })
+    };
+    let one = with(1);
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(7));
+}
+
+#[test]
+fn transitions_start_and_end_on_their_clips() {
+    let graph = embedded_graph(&GraphSettings::default());
+    let (mut at, mut pure) = (Pose::default(), Pose::default());
+    for id in graph
+        .edge_ids()
+        .filter(|&id| graph.edge(id).motion != EdgeMotion::Clip)
+        .step_by(97)
+    {
+        let edge = graph.edge(id);
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        graph.sample_edge(id, 0.0, &mut at);
+        graph.clip(from.clip).pose(from.frame as usize, &mut pure);
+        assert!(at.root.distance(pure.root) < 1e-4);
+        graph.sample_edge(id, edge.frames as f32, &mut at);
+        graph.clip(to.clip).pose(to.frame as usize, &mut pure);
+        pure.place(graph.clip_change(id));
+        assert!(at.root.distance(pure.root) < 1e-4);
+        let turned = at
+            .rotations
+            .iter()
+            .zip(&pure.rotations)
+            .map(|(a, b)| a.angle_between(*b));
+        assert!(turned.fold(0.0, f32::max) < 1e-2);
+    }
+}
+
+#[test]
+fn a_transition_out_of_a_clip_that_moves_joints_does_not_jump() {
+    let skeleton = small_skeleton();
+    let plain = swinging_clip(&skeleton, 60, 0.0);
+    let mut desc = plain.desc().clone();
+    // Bones a tenth longer than the skeleton's.
+    for _ in 0..plain.frames() {
+        let longer = skeleton.joints().iter().map(|joint| joint.offset * 1.1);
+        desc.translations.extend(longer);
+    }
+    let mut again = plain.desc().clone();
+    again.roots.extend_from_within(..);
+    again.rotations.extend_from_within(..);
+    let clips = [Clip::new(&skeleton, desc), Clip::new(&skeleton, again)].map(Result::unwrap);
+    let settings = GraphSettings {
+        threshold: 1.0,
+        ..GraphSettings::default()
+    };
+    let graph = build(&clips, &[], &settings).unwrap();
+    let mut joints = Vec::new();
+    let mut places = |pose: &Pose| {
+        forward_kinematics(&skeleton, pose, &mut joints);
+        joints.iter().map(|joint| joint.translation).collect()
+    };
+    let mut mixed = 0;
+    for id in graph.edge_ids() {
+        let edge = graph.edge(id);
+        let (from, to) = (graph.node(edge.from), graph.node(edge.to));
+        if from.clip == to.clip {
+            continue;
+        }
+        mixed += 1;
+        let (mut pose, mut before) = (Pose::default(), Vec::<Vec3>::new());
+        let last = 8 * edge.frames as i32;
+        // From the source's own pose to the target's.
+        for step in -1..=last + 1 {
+            if step < 0 {
+                graph.clip(from.clip).pose(from.frame as usize, &mut pose);
+            } else if step > last {
+                graph.clip(to.clip).pose(to.frame as usize, &mut pose);
+                pose.place(graph.clip_change(id));
+            } else {
+                graph.sample_edge(id, step as f32 / 8.0, &mut pose);
+            }
+            let now: Vec<Vec3> = places(&pose);
+            let moved = before.iter().zip(&now).map(|(a, b)| a.distance(*b));
+            assert!(moved.fold(0.0, f32::max) < 0.03, "edge {id:?}, step {step}");
+            before = now;
+        }
+    }
+    assert!(mixed > 0);
+}
+
+#[test]
+fn the_blend_weight_is_kovars() {
+    let k = 10;
+    for i in -1..k {
+        let s = (i + 1) as f32 / k as f32;
+        let expected = 2.0 * s.powi(3) - 3.0 * s.powi(2) + 1.0;
+        assert!((blend_weight(s) - expected).abs() < 1e-6);
+    }
+    assert_eq!((blend_weight(0.0), blend_weight(1.0)), (1.0, 0.0));
+}
+
+fn build(
+    clips: &[Clip],
+    events: &[Event],
+    settings: &GraphSettings,
+) -> Result<MotionGraph, GraphError> {
+    let skeleton = small_skeleton();
+    graph::build(
+        ClipSource {
+            skeleton: &skeleton,
+            clips,
+            events,
+        },
+        settings,
+    )
+    .map(|(graph, _)| graph)
+}
+
+#[test]
+fn without_a_way_back_there_is_no_graph() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 25, 0.0)];
+    let settings = GraphSettings {
+        threshold: 1e-4,
+        ..GraphSettings::default()
+    };
+    let error = build(&clips, &[], &settings).unwrap_err();
+    assert!(
+        matches!(error, GraphError::NoCycle { clips: 1, .. }),
+        "{error}"
+    );
+    assert!(matches!(
+        build(&[], &[], &settings),
+        Err(GraphError::NoClips)
+    ));
+}
+
+#[test]
+fn bad_settings_and_events_are_named() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 60, 0.0)];
+    let named = |settings: GraphSettings| build(&clips, &[], &settings).unwrap_err().to_string();
+    let default = GraphSettings::default;
+    assert!(
+        named(GraphSettings {
+            threshold: f32::NAN,
+            ..default()
+        })
+        .contains("threshold")
+    );
+    assert!(
+        named(GraphSettings {
+            frame_rate: 0.0,
+            ..default()
+        })
+        .contains("frame_rate")
+    );
+    assert!(
+        named(GraphSettings {
+            window: -1.0,
+            ..default()
+        })
+        .contains("window")
+    );
+    assert!(
+        named(GraphSettings {
+            joint_weights: vec![1.0; 3],
+            ..default()
+        })
+        .contains("3 joint weights for 9 joints")
+    );
+    let event = |clip, start, end| Event {
+        clip,
+        kind: EventKind::Evasion,
+        start,
+        end,
+        joints: Vec::new(),
+    };
+    for bad in [
+        event(1, 0.1, 0.2),
+        event(0, 5.0, 6.0),
+        event(0, 1.5, 6.0),
+        event(0, 0.5, 0.2),
+        event(0, f64::NAN, 1.0),
+    ] {
+        assert!(matches!(
+            build(&clips, &[bad], &default()),
+            Err(GraphError::Event { index: 0, .. })
+        ));
+    }
+}
+
+#[test]
+fn what_cannot_be_kept_whole_is_refused_or_reported() {
+    let skeleton = small_skeleton();
+    // The same motion twice, so that there is a way back.
+    let mut desc = swinging_clip(&skeleton, 60, 0.0).desc().clone();
+    desc.roots.extend_from_within(..);
+    desc.rotations.extend_from_within(..);
+    let clips = [Clip::new(&skeleton, desc).unwrap()];
+    let event = |start, end| Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start,
+        end,
+        joints: Vec::new(),
+    };
+    let settings = GraphSettings {
+        threshold: 10.0,
+        ..GraphSettings::default()
+    };
+    let overlapping = [event(1.0, 1.5), event(0.2, 0.8), event(0.7, 0.9)];
+    assert!(matches!(
+        build(&clips, &overlapping, &settings),
+        Err(GraphError::EventsOverlap {
+            earlier: 1,
+            later: 2
+        })
+    ));
+    let stranger = ClipSource {
+        skeleton: &demo::motions().unwrap().skeleton,
+        clips: &clips,
+        events: &[],
+    };
+    assert!(matches!(
+        graph::build(stranger, &settings),
+        Err(GraphError::ClipJoints { found: 9, .. })
+    ));
+    // One ends where the next one starts: no overlap. The last is shorter than a frame.
+    let events = [event(0.5, 0.8), event(0.8, 0.9), event(0.95, 0.96)];
+    let source = ClipSource {
+        skeleton: &skeleton,
+        clips: &clips,
+        events: &events,
+    };
+    let (graph, report) = graph::build(source, &settings).unwrap();
+    assert_eq!(report.events, (3, 0));
+    assert_eq!(
+        graph.events().len() + report.dropped.evasions.len(),
+        events.len()
+    );
+    assert!(
+        report
+            .dropped
+            .evasions
+            .iter()
+            .any(|name| name.ends_with("0.97-0.97")),
+        "{:?}",
+        report.dropped.evasions
+    );
+}
+
+#[test]
+fn clips_at_other_frame_rates_are_resampled() {
+    let motions = demo::motions().unwrap();
+    let fast: Vec<Clip> = motions
+        .clips
+        .iter()
+        .map(|clip| clip.resampled(120.0).unwrap())
+        .collect();
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &fast,
+        events: &motions.events,
+    };
+    let (graph, report) = graph::build(source, &GraphSettings::default()).unwrap();
+    assert!(graph.clips().iter().all(|clip| clip.frame_rate() == 30.0));
+    let original: f64 = motions.clips.iter().map(Clip::duration).sum();
+    assert!((report.seconds - original).abs() < 0.1);
+    assert!(graph.edges_with(EventKind::Evasion).count() >= 8);
+}

@@ -1,0 +1,8 @@
+//! Tests of `sabaki::lod`.
+mod alloc;
+mod budget;
+mod energy;
+mod levels;
+mod motion;
+mod skin;
+mod switching;

@@ -1,0 +1,397 @@
+//! Promise: levels change with distance as the settings say, and nothing on the screen jumps.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::captures::captures;
+use common::lod::{build, frames_of, points_of, random_levels, screen_error, setting_of};
+use glam::{Affine3A, Vec2, Vec3};
+use sabaki::anim::{Clip, JointTransform, Skeleton};
+use sabaki::lod::{
+    BlendSettings, Choice, Level, Levels, Measure, Order, Rule, SwitchSettings, Switching, View,
+    affine,
+};
+
+/// Energy to 60 m and errors of 1 pixel, with blending.
+fn rules() -> [SwitchSettings; 2] {
+    [Rule::Energy { furthest: 60.0 }, screen_error(1.0)].map(|rule| SwitchSettings {
+        rule,
+        ..SwitchSettings::default()
+    })
+}
+
+#[test]
+fn the_papers_distances_are_linear_in_energy() {
+    for seed in 0..30 {
+        let (_, _, levels) = random_levels(seed);
+        let settings = SwitchSettings {
+            rule: Rule::Energy { furthest: 50.0 },
+            hysteresis: 0.0,
+            blend: None,
+            ..SwitchSettings::default()
+        };
+        let switching = Switching::new(&levels, &settings).unwrap();
+        let last = levels.levels.len() - 1;
+        let greatest = levels.levels.iter().map(|l| l.energy).fold(0.0, f32::max);
+        let mut energy = 0.0f32;
+        for (index, level) in levels.levels.iter().enumerate().skip(1) {
+            energy = energy.max(level.energy);
+            let share = if greatest > 0.0 {
+                energy / greatest
+            } else {
+                0.0
+            };
+            let band = switching.bands()[index - 1];
+            assert_eq!(band.end, 50.0 * share);
+            assert_eq!((band.start, band.full), (band.end, band.end));
+            let at = switching.choose(band.end, None);
+            assert!(at.level >= index && at.blend == 0.0);
+            if band.end > 0.0 {
+                assert!(switching.choose(band.end * 0.9999, None).level < index);
+            }
+        }
+        for distance in [50.0, 51.0, 1e9, f32::INFINITY] {
+            let choice = switching.choose(distance, Some(0));
+            assert_eq!(
+                choice,
+                Choice {
+                    level: last,
+                    blend: 0.0
+                }
+            );
+        }
+        if greatest > 0.0 {
+            assert_eq!(switching.choose(-1.0, None).level, 0);
+            assert_eq!(switching.choose(f32::NAN, None).level, 0);
+        }
+    }
+}
+
+#[test]
+fn the_mean_error_asks_for_no_more_than_the_greatest() {
+    for seed in 0..20 {
+        let (_, _, levels) = random_levels(seed);
+        let [mean, greatest] = [Measure::Mean, Measure::Greatest].map(|measure| {
+            let settings = SwitchSettings {
+                rule: Rule::ScreenError {
+                    pixels: 2.0,
+                    measure,
+                },
+                blend: None,
+                ..SwitchSettings::default()
+            };
+            Switching::new(&levels, &settings).unwrap()
+        });
+        let mut worst = 0.0f32;
+        for (index, level) in levels.levels.iter().enumerate().skip(1) {
+            worst = worst.max(level.error.mean);
+            let (mean, greatest) = (mean.bands()[index - 1], greatest.bands()[index - 1]);
+            assert!(mean.end <= greatest.end);
+            // Less is lost in the rounding of distances.
+            if worst > 1e-4 {
+                let view = View::default();
+                let error = view.pixels(worst, mean.start - levels.reach);
+                assert!(error <= 2.0 * 1.001, "{error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_screen_is_that_of_a_pinhole() {
+    let view = View::default();
+    // 1080 lines for 2 tan 30° metres at one metre.
+    let expected = 1080.0 / (2.0 / 3f32.sqrt());
+    assert!((view.pixels_at_one_metre() - expected).abs() < 1e-2);
+    assert!((view.pixels(1.7, view.distance(1.7, 20.0)) - 20.0).abs() < 1e-3);
+}
+
+#[test]
+fn bands_follow_each_other_and_leave_room() {
+    for seed in 0..40 {
+        let (_, _, levels) = random_levels(seed);
+        for settings in rules() {
+            let switching = Switching::new(&levels, &settings).unwrap();
+            assert_eq!(switching.bands().len(), levels.levels.len() - 1);
+            let mut before = 0.0;
+            for (band, level) in switching.bands().iter().zip(&levels.levels[1..]) {
+                assert!(before <= band.start && band.start <= band.full && band.full <= band.end);
+                before = band.end;
+                if level.error.step > 1e-6 {
+                    let width = band.full - band.start;
+                    let near = settings
+                        .view
+                        .pixels(level.error.step, band.start - levels.reach);
+                    let step = near * (5.0 / 60.0) / width;
+                    assert!(step <= 0.5 * 1.002, "{step} pixels in {band:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
+    for seed in 0..20 {
+        let (_, _, levels) = random_levels(seed);
+        for settings in rules() {
+            let switching = Switching::new(&levels, &settings).unwrap();
+            for (index, band) in switching.bands().iter().enumerate() {
+                if band.full >= band.end {
+                    continue;
+                }
+                let between = 0.5 * (band.full + band.end);
+                let finer = switching.choose(between, Some(index));
+                let coarser = switching.choose(between, Some(index + 1));
+                assert_eq!(
+                    finer,
+                    Choice {
+                        level: index,
+                        blend: 1.0
+                    }
+                );
+                assert_eq!(coarser.level, index + 1);
+                assert_eq!(coarser.blend, 0.0);
+            }
+            // Whatever the level was, the same is seen.
+            for step in 0..5000 {
+                let distance = (switching.furthest() + 1.0) * step as f32 / 5000.0;
+                let seen = |before| {
+                    let choice = switching.choose(distance, before);
+                    choice.level as f32 + choice.blend
+                };
+                for before in 0..levels.levels.len() {
+                    assert_eq!(seen(Some(before)), seen(None), "{distance} m");
+                }
+            }
+        }
+    }
+}
+
+/// The matrices of all joints of the full skeleton as drawn.
+fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affine3A> {
+    let level: &Level = &levels.levels[choice.level];
+    let mut matrices: Vec<Affine3A> = level
+        .kept
+        .iter()
+        .map(|id| affine(&joints[id.index()]))
+        .collect();
+    if choice.blend > 0.0 {
+        let blend = levels.blend(choice.level).unwrap();
+        blend.apply(choice.blend, &mut matrices);
+    }
+    let seat =
+        |seat: &sabaki::lod::Seated| matrices[usize::from(seat.carrier)] * affine(&seat.offset);
+    level.seats.iter().map(seat).collect()
+}
+
+#[test]
+fn a_full_blend_is_the_next_level() {
+    for seed in 0..30 {
+        let (skeleton, clip, levels) = random_levels(seed);
+        for joints in frames_of(&skeleton, &clip).iter().step_by(5) {
+            for level in 0..levels.levels.len() - 1 {
+                let blended = drawn(&levels, Choice { level, blend: 1.0 }, joints);
+                let next = Choice {
+                    level: level + 1,
+                    blend: 0.0,
+                };
+                for (a, b) in blended.iter().zip(drawn(&levels, next, joints)) {
+                    assert!(a.abs_diff_eq(b, 3e-5), "{a} {b}");
+                }
+            }
+        }
+        assert_eq!(levels.blend(levels.levels.len() - 1), None);
+        assert_eq!(levels.blend(levels.levels.len() + 5), None);
+    }
+}
+
+/// A camera at the height of the root, which it looks at from `distance` away, from a side.
+struct Camera {
+    view: View,
+    side: f32,
+    distance: f32,
+}
+
+impl Camera {
+    fn pixel(&self, root: Vec3, point: Vec3) -> Vec2 {
+        let (sin, cos) = self.side.sin_cos();
+        let from_root = point - root;
+        let depth = self.distance - (from_root.x * sin + from_root.z * cos);
+        let right = from_root.x * cos - from_root.z * sin;
+        Vec2::new(right, from_root.y) * (self.view.pixels_at_one_metre() / depth)
+    }
+}
+
+/// A camera that comes from far away and goes again at 5 m/s, 60 frames a second, while the clip plays: how many pixels a point
+/// moves at most because something else is drawn than in the frame before would have been.
+fn largest_step(
+    (skeleton, clip, levels): (&Skeleton, &Clip, &Levels),
+    settings: &SwitchSettings,
+    side: f32,
+) -> f32 {
+    let frames = frames_of(skeleton, clip);
+    let points = points_of(skeleton, &frames, 0.05);
+    let switching = Switching::new(levels, settings).unwrap();
+    let travel = 5.0 / 60.0;
+    let (nearest, furthest) = (levels.reach + 0.5, switching.furthest() + 2.0 * travel);
+    let steps = ((furthest - nearest) / travel).max(0.0) as usize;
+    let mut before = switching.choose(furthest, None);
+    let mut largest = 0.0f32;
+    for step in 0..2 * steps {
+        let distance = furthest - travel * step.min(2 * steps - step) as f32;
+        let now = switching.choose(distance, Some(before.level));
+        if now != before {
+            let frame = (step as f64 / 60.0 * clip.frame_rate()) as usize % frames.len();
+            let joints = &frames[frame];
+            let camera = Camera {
+                view: settings.view,
+                side,
+                distance,
+            };
+            let root = joints[0].translation;
+            let (old, new) = (drawn(levels, before, joints), drawn(levels, now, joints));
+            for (joint, points) in points.iter().enumerate() {
+                for &point in points {
+                    let old = camera.pixel(root, old[joint].transform_point3(point));
+                    let new = camera.pixel(root, new[joint].transform_point3(point));
+                    largest = largest.max(old.distance(new));
+                }
+            }
+        }
+        before = now;
+    }
+    largest
+}
+
+fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
+    SwitchSettings {
+        blend: None,
+        ..*settings
+    }
+}
+
+/// The largest steps with and without blending over clips, sides and rules, pixels.
+fn steps_of(skeleton: &Skeleton, clips: &[Clip], order: Order) -> (f32, f32) {
+    let levels = build(skeleton, clips, order);
+    let (mut with, mut without) = (0.0f32, 0.0f32);
+    for clip in clips {
+        for settings in rules() {
+            for side in [0.0, 2.0] {
+                let all = (skeleton, clip, &levels);
+                with = with.max(largest_step(all, &settings, side));
+                without = without.max(largest_step(all, &without_blend(&settings), side));
+            }
+        }
+    }
+    (with, without)
+}
+
+#[test]
+fn nothing_jumps_in_the_embedded_motions() {
+    let motions = sabaki_app::demo::motions().unwrap();
+    let clips: Vec<Clip> = motions.clips.iter().step_by(4).cloned().collect();
+    for order in [Order::Energy, Order::Error] {
+        let (with, without) = steps_of(&motions.skeleton, &clips, order);
+        println!("{order:?}: {with:.2} pixels with blending, {without:.1} without");
+        assert!(with < 1.0, "{with} pixels");
+        assert!(without > 2.0, "{without} pixels");
+    }
+}
+
+#[test]
+fn nothing_jumps_in_captures() {
+    let Some(set) = captures("fight") else {
+        return;
+    };
+    let clips: Vec<Clip> = set.clips.iter().step_by(6).cloned().collect();
+    for order in [Order::Energy, Order::Error] {
+        let (with, without) = steps_of(&set.skeleton, &clips, order);
+        println!("{order:?}: {with:.2} pixels with blending, {without:.1} without");
+        assert!(with < 1.0, "{with} pixels");
+        assert!(without > 2.0, "{without} pixels");
+    }
+}
+
+#[test]
+fn nothing_jumps_on_random_skeletons() {
+    for seed in 0..12 {
+        let (skeleton, clip, levels) = random_levels(seed);
+        for settings in rules() {
+            let step = largest_step((&skeleton, &clip, &levels), &settings, seed as f32);
+            assert!(step < 1.0, "seed {seed}: {step} pixels");
+            // The library measures the same from the front.
+            let at_once = without_blend(&settings);
+            for settings in [settings, at_once] {
+                let step = largest_step((&skeleton, &clip, &levels), &settings, 0.0);
+                let found = levels.largest_step((&skeleton, &clip), &settings).unwrap();
+                assert!(
+                    (found - step).abs() <= 0.1 * step + 0.02,
+                    "seed {seed}: {found} {step}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_screen_error_is_no_larger_than_allowed() {
+    for seed in 0..20 {
+        let (skeleton, clip, levels) = random_levels(seed);
+        let frames = frames_of(&skeleton, &clip);
+        let points = points_of(&skeleton, &frames, 0.05);
+        for pixels in [0.3, 2.0, 20.0] {
+            for blend in [None, Some(BlendSettings::default())] {
+                let settings = SwitchSettings {
+                    rule: screen_error(pixels),
+                    blend,
+                    ..SwitchSettings::default()
+                };
+                let switching = Switching::new(&levels, &settings).unwrap();
+                for step in 1..60 {
+                    let distance = levels.reach + 0.02 * 1.18f32.powi(step);
+                    let joints = &frames[step as usize % frames.len()];
+                    let before = Some(step as usize % levels.levels.len());
+                    let choice = switching.choose(distance, before);
+                    let shown = drawn(&levels, choice, joints);
+                    for (joint, points) in points.iter().enumerate() {
+                        for &point in points {
+                            let truth = joints[joint].point(point);
+                            let at = shown[joint].transform_point3(point);
+                            // No point of the body is nearer to the camera than this.
+                            let near = distance - levels.reach;
+                            let error = settings.view.pixels(at.distance(truth), near);
+                            assert!(error <= pixels * 1.001 + 0.02, "{error} of {pixels} pixels");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn settings_that_make_no_sense_are_errors() {
+    let (_, _, levels) = random_levels(1);
+    let fails = |change: &dyn Fn(&mut SwitchSettings, &mut BlendSettings)| {
+        let (mut settings, mut blend) = (SwitchSettings::default(), BlendSettings::default());
+        change(&mut settings, &mut blend);
+        settings.blend = Some(blend);
+        setting_of(Switching::new(&levels, &settings).unwrap_err())
+    };
+    for wrong in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+        assert_eq!(fails(&|s, _| s.view.fov = wrong), "fov");
+        assert_eq!(fails(&|s, _| s.view.height = wrong), "height");
+        assert_eq!(
+            fails(&|s, _| s.rule = Rule::Energy { furthest: wrong }),
+            "furthest"
+        );
+        assert_eq!(fails(&|s, _| s.rule = screen_error(wrong)), "pixels");
+        assert_eq!(fails(&|_, b| b.step = wrong), "step");
+        assert_eq!(fails(&|_, b| b.speed = wrong), "speed");
+        assert_eq!(fails(&|_, b| b.frame_rate = wrong), "frame_rate");
+    }
+    for wrong in [-0.1, 1.0, f32::NAN] {
+        assert_eq!(fails(&|s, _| s.hysteresis = wrong), "hysteresis");
+    }
+}

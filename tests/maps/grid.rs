@@ -1,0 +1,124 @@
+//! Promise: a path is filed in the cells that the body vacates, and what is looked up by cells is
+//! what a look at every cell finds; nothing that the grid lacks is lost to a query.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::collections::BTreeSet;
+
+use common::answer::answer_throw;
+use common::baked::embedded;
+use glam::Vec3;
+use sabaki::graph::NodeId;
+use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
+use sabaki::query::{Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Source};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+
+type Cell = (i32, i32, u32);
+
+fn cells_of(columns: impl Iterator<Item = CellColumn>) -> BTreeSet<Cell> {
+    let bits = |c: CellColumn| (0..64).filter(move |bit| c.heights >> bit & 1 == 1);
+    columns
+        .flat_map(|c| bits(c).map(move |bit| (c.x, c.z, bit)))
+        .collect()
+}
+
+/// How deep a point is inside the body at one sample of an evasion, metres; negative outside.
+fn depth(path: PathId, tick: usize, point: Vec3) -> f32 {
+    let baked = embedded();
+    let path = baked.paths().path(path);
+    let local = path.placement.inverse().point(point);
+    let track = baked.track(path.evasion as usize);
+    let spheres = baked.body().spheres.iter().enumerate();
+    spheres
+        .map(|(index, sphere)| sphere.radius - track.centre(tick, index).distance(local))
+        .fold(f32::NEG_INFINITY, f32::max)
+}
+
+#[test]
+fn a_path_is_filed_where_the_body_was_and_is_no_more() {
+    let baked = embedded();
+    let cell = baked.grid().cell();
+    // Half a cell's diagonal, and what filing by whole degrees and half cells moves a limb.
+    let slack = 0.5 * 3f32.sqrt() * cell + 0.06;
+    let mut filed_cells = 0;
+    for node in (0..baked.graph().nodes().len() as u32)
+        .step_by(101)
+        .map(NodeId)
+    {
+        for path in baked.paths().ids(node).step_by(53) {
+            let evasion = baked.evasions()[baked.paths().path(path).evasion as usize];
+            let end = (baked.graph().seconds(evasion.edge) * BodyTrack::RATE).round() as usize;
+            for (x, z, bit) in cells_of(baked.grid().cells(path)) {
+                let column = CellColumn {
+                    x,
+                    z,
+                    heights: 1 << bit,
+                };
+                let middle = column.middle(cell);
+                assert!(depth(path, 0, middle) > -slack, "nobody was in {column:?}");
+                assert!(
+                    depth(path, end, middle) < slack,
+                    "{column:?} is still occupied"
+                );
+                filed_cells += 1;
+            }
+            assert!(filed_cells > 0);
+        }
+    }
+    assert!(filed_cells > 1000, "{filed_cells}");
+}
+
+#[test]
+fn looking_up_columns_is_looking_at_every_cell() {
+    let (baked, settings) = (embedded(), ThrowSettings::default());
+    let cell = baked.grid().cell();
+    let (mut hits, mut misses) = (0, 0);
+    for index in 0..30 {
+        let throw = throw(baked, &settings, 19, index).unwrap();
+        let node = throw.playhead.next_node(baked.graph());
+        let mut touched = TouchedCells::default();
+        for sphere in throw.attack.spheres() {
+            sphere.for_each_step(|centre, radius| touched.add((centre, radius), cell, 3.0));
+        }
+        let columns = touched.merge();
+        let attack = cells_of(columns.iter().copied());
+        for path in baked.paths().ids(node).step_by(7) {
+            let filed = cells_of(baked.grid().cells(path));
+            let meets = !filed.is_disjoint(&attack);
+            assert_eq!(baked.grid().vacates_any(path, columns), meets);
+            hits += usize::from(meets);
+            misses += usize::from(!meets);
+        }
+    }
+    assert!(hits > 100 && misses > 100, "{hits} and {misses}");
+}
+
+#[test]
+fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
+    let baked = embedded();
+    let settings = |enumerate| QuerySettings {
+        enumerate,
+        ..QuerySettings::default()
+    };
+    let (mut context, mut from_grid) = (QueryContext::default(), 0);
+    let wide = settings(Enumerate::Whole);
+    for index in 0..40 {
+        let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
+        let whole = answer_throw(&Query::new(baked, &wide), &throw, Judging::Needed);
+        let mut found = Vec::new();
+        for lookup in [Lookup::Nearest, Lookup::NearestFiled, Lookup::Union] {
+            let settings = settings(Enumerate::Grid(lookup));
+            let query = Query::new(baked, &settings);
+            let answer = answer_throw(&query, &throw, Judging::Needed);
+            assert_eq!(answer.avoided, whole.avoided, "{lookup:?}, attack {index}");
+            from_grid += usize::from(answer.source == Source::Grid);
+            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
+            if prepared.source() == Source::Grid {
+                found.push(prepared.cull_input().candidates.len());
+            }
+        }
+        assert!(found.is_sorted(), "{found:?}");
+    }
+    assert!(from_grid > 20, "{from_grid}");
+}

@@ -1,0 +1,186 @@
+//! Promise: from every node the table has the paths that a search along all edges finds, as far as
+//! they are different; each is connected, as long and as retimable as it says, and ends where it
+//! says; the same ones for any number of threads.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::collections::BTreeSet;
+
+use common::baked::{embedded, embedded_graph};
+use common::small::small;
+use sabaki::graph::{GraphSettings, Motion, NodeId, Playhead, Step};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, NodePath, PathId, PathSettings};
+use sabaki::math::Rigid2;
+
+/// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
+type Facts = (u32, u32, u32, u32, [i32; 3]);
+
+fn facts(path: &NodePath) -> Facts {
+    let [frames, faster, slower] = [path.frames, path.faster, path.slower].map(u32::from);
+    let cell = path.alike_cell(0.05, 5f32.to_radians());
+    (path.evasion, frames, faster, slower, cell)
+}
+
+fn with_paths(baked: &BakedGraph, paths: PathSettings) -> BakedGraph {
+    let settings = BakeSettings {
+        maps: MapGrid::PAPER,
+        paths,
+        ..BakeSettings::default()
+    };
+    let baker = Baker::new(baked.graph().clone(), settings).unwrap();
+    baker.finish_on_cpu().unwrap()
+}
+
+/// All paths from a node, by following every edge.
+fn search(baked: &BakedGraph, node: NodeId, longest: u32, found: &mut BTreeSet<Facts>) {
+    let graph = baked.graph();
+    let start = baked.placement(node);
+    // Whose place is changed to be looked up.
+    let some = baked.paths().path(PathId(0));
+    let mut open = vec![(node, Rigid2::IDENTITY, [0u32; 3])];
+    while let Some((node, to_start, [frames, faster, slower])) = open.pop() {
+        let starting = (0..).zip(baked.evasions());
+        for (index, _) in starting.filter(|(_, e)| graph.edge(e.edge).from == node) {
+            let placement = start.inverse() * to_start * baked.placement(node);
+            let mut path = *some;
+            path.placement = placement;
+            let cell = path.alike_cell(0.05, 5f32.to_radians());
+            found.insert((index, frames, faster, slower, cell));
+        }
+        for edge in graph.edges_from(node) {
+            let length = graph.edge(edge).frames;
+            if frames + length <= longest {
+                let retimable = baked.retimable(edge);
+                let of = |changes: bool| if changes { length } else { 0 };
+                open.push((
+                    graph.edge(edge).to,
+                    to_start * graph.clip_change(edge),
+                    [
+                        frames + length,
+                        faster + of(retimable.faster),
+                        slower + of(retimable.slower),
+                    ],
+                ));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_search_along_all_edges_finds_no_other_path() {
+    let settings = PathSettings {
+        horizon: 1.4,
+        most: 1_000_000,
+        ..PathSettings::default()
+    };
+    let baked = with_paths(small(), settings);
+    let longest = (settings.horizon * baked.graph().frame_rate() as f32).round() as u32;
+    let (mut all, mut kept) = (0, 0);
+    for node in (0..baked.graph().nodes().len() as u32).map(NodeId) {
+        let mut found = BTreeSet::new();
+        search(&baked, node, longest, &mut found);
+        let table: BTreeSet<Facts> = baked.paths().of(node).iter().map(facts).collect();
+        assert!(
+            table.is_subset(&found),
+            "{node:?}: a path that is none: {:?}",
+            table.difference(&found).next()
+        );
+        // What the table lacks is alike to what it has: same evasion and time, and a place that a
+        // merged beginning has moved by a cell at most.
+        for (evasion, frames, _, _, cell) in &found {
+            let near = |other: &Facts| {
+                let turns = (other.4[2] - cell[2]).rem_euclid(72);
+                (other.0, other.1) == (*evasion, *frames)
+                    && (other.4[0] - cell[0]).abs() <= 3
+                    && (other.4[1] - cell[1]).abs() <= 3
+                    && (turns <= 3 || turns >= 69)
+            };
+            assert!(table.iter().any(near), "{node:?}: {frames} frames missing");
+        }
+        (all, kept) = (all + found.len(), kept + table.len());
+    }
+    assert_eq!(baked.paths().report().cut, 0);
+    assert!(kept > 100 && all >= kept, "{kept} of {all}");
+}
+
+#[test]
+fn a_path_leads_where_it_says() {
+    let (baked, mut checked) = (embedded(), 0);
+    let (graph, table) = (baked.graph(), baked.paths());
+    for node in (0..graph.nodes().len() as u32).step_by(37).map(NodeId) {
+        let paths = table.of(node);
+        assert!(paths.is_sorted_by_key(|path| path.frames));
+        for (id, path) in table.ids(node).zip(paths).step_by(11) {
+            let edges: Vec<_> = table.edges(id).collect();
+            let mut at = node;
+            for &edge in &edges {
+                assert_eq!(graph.edge(edge).from, at);
+                at = graph.edge(edge).to;
+            }
+            let evasion = baked.evasions()[path.evasion as usize];
+            assert_eq!(graph.edge(evasion.edge).from, at);
+            let frames: u32 = edges.iter().map(|&edge| graph.edge(edge).frames).sum();
+            assert_eq!(frames, u32::from(path.frames));
+            checked += usize::from(ends_at(baked, (node, id), &edges));
+        }
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+/// Plays a path and looks where it ends; false for one without an edge.
+fn ends_at(
+    baked: &BakedGraph,
+    (node, id): (NodeId, PathId),
+    edges: &[sabaki::graph::EdgeId],
+) -> bool {
+    let [first, rest @ ..] = edges else {
+        return false;
+    };
+    let path = baked.paths().path(id);
+    let playhead = Playhead {
+        edge: *first,
+        frame: 0.0,
+        clip_to_world: baked.placement(node).inverse(),
+    };
+    let evasion = baked.evasions()[path.evasion as usize].edge;
+    let steps = rest.iter().chain([&evasion]);
+    let steps: Vec<Step> = steps.map(|&edge| Step { edge, rate: 1.0 }).collect();
+    let motion = Motion::new(baked.graph(), playhead, &steps);
+    let seconds = f32::from(path.frames) / baked.graph().frame_rate() as f32;
+    let end = motion
+        .playhead(baked.graph(), seconds + 1e-3)
+        .placement(baked.graph());
+    let apart = path.placement.inverse() * end;
+    assert!(
+        apart.ground().length() < 0.02 && apart.heading().abs() < 0.02,
+        "{apart:?}"
+    );
+    true
+}
+
+#[test]
+fn any_number_of_threads_finds_the_same_paths() {
+    let graph = embedded_graph(&GraphSettings::default());
+    let bake = |threads: usize| {
+        let settings = BakeSettings {
+            maps: MapGrid::PAPER,
+            threads,
+            paths: PathSettings {
+                threads,
+                most: 200,
+                ..PathSettings::default()
+            },
+            ..BakeSettings::default()
+        };
+        Baker::new(graph.clone(), settings)
+            .unwrap()
+            .finish_on_cpu()
+            .unwrap()
+    };
+    let one = bake(1);
+    assert!(one.paths().report().cut > 0 && one.paths().report().alike > 0);
+    for threads in [2, 3] {
+        assert!(bake(threads) == one, "{threads} threads");
+    }
+}

@@ -1,0 +1,108 @@
+//! Promise: the attacks of a graph are baked where their fists and feet pass, and can be answered
+//! like any other attack.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::answer::{answer_attack, first_counts};
+use common::baked::embedded;
+use sabaki::anim::{Pose, forward_kinematics};
+
+use sabaki::graph::Playhead;
+use sabaki::maps::{AttackMaps, Strike};
+use sabaki::math::Rigid2;
+use sabaki::query::{Attack, Judging, Query, QuerySettings};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+
+fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
+    let grid = embedded().atlas().grid();
+    let slab = (place.y / grid.slab_height).floor() as i32;
+    let Some(map) = usize::try_from(slab - maps.first_slab.0)
+        .ok()
+        .and_then(|index| maps.slabs.get(index))
+    else {
+        return false;
+    };
+    let texel = |metres: f32| (metres / grid.texel).floor() as i32;
+    map.get(texel(place.x) - map.rect().u, texel(place.z) - map.rect().v)
+}
+
+/// The places of the attacking joints in every frame, in the character's frame at the attack's
+/// start, by hand.
+fn joint_places(strike: &Strike) -> Vec<glam::Vec3> {
+    let graph = embedded().graph();
+    let event = graph.event(graph.edge(strike.edge).event.unwrap());
+    let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
+    for frame in event.first..=event.last {
+        graph.clip(event.clip).pose(frame as usize, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        let here = event
+            .joints
+            .iter()
+            .map(|joint| joints[joint.index()].translation);
+        places.extend(here.map(|place| strike.placement.inverse().point(place)));
+    }
+    places
+}
+
+#[test]
+fn attack_maps_lie_under_the_attacking_joints() {
+    let baked = embedded();
+    assert!(baked.strikes().len() >= 6);
+    for (strike, maps) in baked.strikes().iter().zip(baked.atlas().attacks()) {
+        let places = joint_places(strike);
+        assert!(places.len() > 5);
+        for place in places {
+            assert!(set_at(maps, place), "{place} is passed, and not in the map");
+        }
+        assert!(
+            !set_at(maps, glam::Vec3::new(0.0, 0.9, -1.0)),
+            "nothing strikes a metre behind the back"
+        );
+    }
+}
+
+#[test]
+fn an_attack_passes_without_gaps() {
+    let baked = embedded();
+    for strike in baked.strikes() {
+        for sphere in baked.strike_spheres(strike) {
+            let mut before: Option<glam::Vec3> = None;
+            sphere.for_each_step(|centre, radius| {
+                let gap = before.map_or(0.0, |before| before.distance(centre));
+                assert!(
+                    gap <= 0.5 * radius + 1e-5,
+                    "a step of {gap} m with a radius of {radius} m"
+                );
+                before = Some(centre);
+            });
+        }
+    }
+}
+
+/// A fighter stands in front, an arm's length away, and strikes: some of it is avoided, some hits,
+/// and both are told apart.
+#[test]
+fn an_attack_of_the_graph_is_answered() {
+    let (baked, settings) = (embedded(), QuerySettings::default());
+    let in_front = Rigid2::new(std::f32::consts::PI, 0.0, 0.8);
+    let (mut avoided, mut met) = (0, 0);
+    for (index, strike) in baked.strikes().iter().enumerate() {
+        let attack = Attack::of_strike(baked, strike, in_front, 0.9).unwrap();
+        assert!((attack.start() - 0.9).abs() < 1e-5 && attack.end() > 0.9);
+        let playhead: Playhead = throw(baked, &ThrowSettings::default(), 3, index as u64)
+            .unwrap()
+            .playhead;
+        let query = Query::new(baked, &settings);
+        let overlaps = first_counts(&query, (playhead, &attack));
+        let answer = answer_attack(&query, (playhead, &attack), Judging::Needed);
+        assert_eq!(answer.avoided, answer.clearance().metres >= 0.0);
+        avoided += usize::from(answer.avoided);
+        met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));
+    }
+    assert!(
+        avoided > baked.strikes().len() / 2,
+        "only {avoided} avoided"
+    );
+    assert!(met > 0, "no strike passes through any evasion region");
+}

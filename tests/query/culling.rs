@@ -1,0 +1,110 @@
+//! Promise: what the maps remove is hit, and what they prove clean is clean.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::baked::embedded_graph;
+use common::captures::fight_graph;
+use sabaki::graph::{GraphSettings, MotionGraph};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::cull::cpu::Culler;
+use sabaki::query::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+
+fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
+    let settings = BakeSettings {
+        maps,
+        ..BakeSettings::default()
+    };
+    Baker::new(graph, settings)
+        .unwrap()
+        .finish_on_cpu()
+        .unwrap()
+}
+
+/// What the maps said of candidates, against the exact test.
+#[derive(Debug, Default)]
+struct Tally {
+    hit: usize,
+    hit_removed: usize,
+    clean: usize,
+    clean_removed: usize,
+    /// By the outer maps.
+    clean_proven: usize,
+    hit_proven_clean: usize,
+    open: usize,
+}
+
+fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
+    let settings = QuerySettings {
+        enumerate: Enumerate::Whole,
+        ..QuerySettings::default()
+    };
+    let (mut culler, mut overlaps) = (Culler::default(), Vec::new());
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut tally = Tally::default();
+    for index in 0..attacks {
+        let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
+        let mut prepared =
+            Query::new(baked, &settings).prepare(throw.playhead, &throw.attack, &mut context);
+        prepared.draw_outer_maps();
+        culler.count(&prepared.cull_input(), &mut overlaps);
+        let open: Vec<bool> = (prepared.cull_input().candidates.iter())
+            .map(|candidate| candidate.open)
+            .collect();
+        let _ = prepared.decide(&overlaps, Judging::All, &mut answer);
+        for (index, (overlap, open)) in overlaps.iter().zip(open).enumerate() {
+            let clean = answer.candidates[index].clearance.unwrap().metres >= 0.0;
+            let (removed, proven) = (overlap.body > 0, overlap.outer == 0 && !open);
+            tally.open += usize::from(open);
+            if clean {
+                tally.clean += 1;
+                tally.clean_removed += usize::from(removed);
+                tally.clean_proven += usize::from(proven);
+            } else {
+                tally.hit += 1;
+                tally.hit_removed += usize::from(removed);
+                tally.hit_proven_clean += usize::from(proven);
+            }
+        }
+    }
+    println!("{tally:?}");
+    tally
+}
+
+/// Neither kind of map is ever wrong, and both are of use.
+fn is_certain(tally: &Tally) {
+    assert_eq!(tally.clean_removed, 0, "a clean candidate is removed");
+    assert_eq!(tally.hit_proven_clean, 0, "a hit is said to be clean");
+    assert!(tally.hit > 100 && tally.clean > 100);
+    assert!(2 * tally.hit_removed > tally.hit, "most hits get through");
+    assert!(
+        3 * tally.clean_proven > tally.clean,
+        "most misses are not seen"
+    );
+}
+
+#[test]
+fn on_the_embedded_motions() {
+    let graph = embedded_graph(&GraphSettings::default());
+    is_certain(&tally(&bake(graph, MapGrid::default()), 200));
+}
+
+#[test]
+fn the_papers_maps_are_weak_and_wrong() {
+    let graph = embedded_graph(&GraphSettings::default());
+    let tally = tally(&bake(graph, MapGrid::PAPER), 200);
+    assert!(tally.hit_removed > 0 && tally.clean_removed > 0);
+    assert_eq!(tally.hit_proven_clean, 0, "a hit is said to be clean");
+}
+
+#[test]
+fn on_real_motion_capture() {
+    let Some(graph) = fight_graph() else {
+        return;
+    };
+    let started = std::time::Instant::now();
+    let baked = bake(graph, MapGrid::default());
+    println!("{:?} {} bytes", started.elapsed(), baked.atlas().bytes());
+    is_certain(&tally(&baked, 300));
+}

@@ -1,0 +1,10 @@
+//! Tests of `sabaki::query`.
+mod answer;
+mod coarse;
+mod cull_alloc;
+mod cull_cpu;
+mod culling;
+mod determinism;
+mod pause;
+mod query_alloc;
+mod tracks;

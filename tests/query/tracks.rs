@@ -1,0 +1,129 @@
+//! Promise: what is known of an evasion's body beforehand gives the distances that a look at every
+//! sphere at every sample gives, however far away the attack is seen to be at once.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::baked::embedded;
+use glam::Vec3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use sabaki::maps::{BodyTrack, MovingSphere, SphereKey};
+use sabaki::math::Rigid2;
+use sabaki::query::Attack;
+use sabaki::query::clearance::{
+    Clearance, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest, on_track,
+};
+
+/// A sphere on a way of some keys near a body, within a track's time.
+fn keys(rng: &mut impl Rng, evasion: &PlacedEvasion<'_>) -> Vec<SphereKey> {
+    let seconds = evasion.track.seconds();
+    let count = rng.random_range(1..5);
+    let grows = rng.random_range(0..3) == 0;
+    let mut t = evasion.start + rng.random_range(0.0..0.3) * seconds;
+    let mut radius = rng.random_range(0.02..0.2);
+    let key = |_| {
+        let mut place = || rng.random_range(-1.5..1.5f32);
+        let center = Vec3::new(place(), 1.0 + place(), place());
+        let key = SphereKey {
+            t,
+            center: evasion.placement.point(center),
+            radius,
+        };
+        t += rng.random_range(0.004..0.2) * seconds;
+        radius += if grows { 0.05 } else { 0.0 };
+        key
+    };
+    (0..count).map(key).collect()
+}
+
+/// Every sphere, from every sample to the next.
+fn naive(evasion: &PlacedEvasion<'_>, radii: &[f32], attack: &Attack) -> f32 {
+    let (track, back) = (evasion.track, evasion.placement.inverse());
+    let mut least = f32::INFINITY;
+    for sphere in attack.spheres() {
+        let still = [sphere.keys()[0]; 2];
+        let pairs = sphere.keys().windows(2).map(|pair| [pair[0], pair[1]]);
+        let single = (sphere.keys().len() == 1).then_some(still);
+        for pair in pairs.chain(single) {
+            let times = pair.map(|key| (key.t - evasion.start) * SAMPLE_RATE);
+            for tick in times[0] as usize..=times[1] as usize {
+                let span = [tick, tick + 1].map(|t| (t as f32).clamp(times[0], times[1]));
+                let at = |time: f32, sphere: usize| {
+                    let last = track.ticks() - 1;
+                    let [a, b] = [tick, tick + 1].map(|t| track.centre(t.min(last), sphere));
+                    a.lerp(b, time - tick as f32)
+                };
+                let ends = span.map(|t| {
+                    MovingSphere::between(pair[0], pair[1], evasion.start + t / SAMPLE_RATE)
+                });
+                for (index, own) in radii.iter().enumerate() {
+                    let apart = [0, 1].map(|e| at(span[e], index) - back.point(ends[e].center));
+                    least = least.min(closest(apart, ends.map(|end| end.radius + own)).1);
+                }
+            }
+        }
+    }
+    least
+}
+
+#[test]
+fn hulls_leave_out_nothing_that_is_near() {
+    let baked = embedded();
+    let radii: Vec<f32> = baked.body().spheres.iter().map(|s| s.radius).collect();
+    let mut rng = Pcg64Mcg::seed_from_u64(9);
+    let (mut scratch, mut hits, mut near) = (MotionBody::default(), 0, 0);
+    for round in 0..400 {
+        let evasion = PlacedEvasion {
+            track: baked.track(round % baked.evasions().len()),
+            placement: Rigid2::new(
+                rng.random_range(-3.0..3.0),
+                rng.random_range(-4.0..4.0),
+                1.0,
+            ),
+            start: rng.random_range(0.0..1.0),
+        };
+        let spheres = (0..rng.random_range(1..4)).map(|_| keys(&mut rng, &evasion));
+        let attack = Attack::new(spheres.collect()).unwrap();
+        let mut of = |extent| -> Clearance {
+            let no_motion = |_: &mut _| panic!("the track lasts as long as the attack");
+            on_track(baked, &evasion, (&attack, extent), &mut scratch, no_motion)
+        };
+        let expected = naive(&evasion, &radii, &attack);
+        let found = of(Extent::WHOLE);
+        assert!(
+            (found.metres - expected).abs() < 2e-4,
+            "{} {expected}",
+            found.metres
+        );
+        let limit = Extent {
+            below: expected + rng.random_range(-0.2..0.2),
+            ..Extent::WHOLE
+        };
+        let limited = of(limit);
+        match limit.below > expected + 1e-3 {
+            true => assert_eq!(limited, found),
+            false => assert!(limited.metres >= found.metres.min(limit.below)),
+        }
+        assert_eq!(of(Extent::UNTIL_HIT).metres < 0.0, found.metres < 0.0);
+        hits += usize::from(found.metres < 0.0);
+        near += usize::from(found.metres < 0.3);
+    }
+    // Both ways are taken often.
+    assert!(hits > 50 && near - hits > 50 && near < 380, "{hits} {near}");
+}
+
+#[test]
+fn a_tracks_hulls_hold_the_body() {
+    let baked = embedded();
+    for index in 0..baked.evasions().len() {
+        let track = baked.track(index);
+        for tick in 0..track.ticks() {
+            let (middle, radius) = track.hull(tick / BodyTrack::STRETCH);
+            for (at, sphere) in baked.body().spheres.iter().enumerate() {
+                let away = track.centre(tick, at).distance(middle) + sphere.radius;
+                assert!(away <= radius + 1e-4, "{away} {radius}");
+            }
+        }
+    }
+}
