@@ -1,46 +1,46 @@
-//! **sabaki** — dodging by a hair's breadth, for people who write their own renderer.
+//! **sabaki**: avoidance on motion graphs and level of detail of motion, for people who write their own Vulkan renderer.
 //!
-//! From motion capture it builds a motion graph; when an attack comes, it finds the path through
-//! the graph, and the playback rates, that avoid it. The candidates are culled on the device with
-//! height-slab maps, the stencil buffer and occlusion queries, or by the same maps on the CPU.
+//! From motion capture it builds a motion graph. When an attack comes, it finds the path through the graph, and the playback
+//! rates, that avoid the attack. Candidates are culled on the device with height-slab maps, the stencil buffer and occlusion
+//! queries, or with the same maps by a compute shader or on the CPU.
 //!
-//! # The way that data flows
+//! # Architecture
 //! ```text
 //! clips + events ─▶ graph ─▶ maps, paths, grid ─▶ one immutable BakedGraph (a file, or memory)
 //!                                                    │
-//! where the character is now + attack ─▶ enumerate ─▶ retime ─▶ cull ─▶ score ─▶ choose ─▶ play
-//!                                                                ▲
-//!                               cpu │ stencil │ compute: same maps in, same counts out
+//! place of the character + attack ─▶ candidates ─▶ retime ─▶ cull ─▶ evaluate ─▶ select ─▶ play
+//!                                                             ▲
+//!                             cpu │ stencil │ compute: same maps in, same counts out
 //! ```
 //!
-//! # Where to begin
-//! [`guide::from_clips`] goes all the way from clips to a dodging character; [`guide::paper`] says where the papers stand in the
-//! code, [`guide::culling`] which culling path to take, [`guide::limits`] what is refused.
-//!
-//! # The rooms
-//! Arrows go down only: a module uses those below it, never those above or beside it.
-//!
-//! | room | what stands in it |
+//! | module | content |
 //! | --- | --- |
-//! | `view` | pictures of fighters and crowds, by the device into an image, a file or a window |
-//! | `capi` | the same for C and C++ (`sabaki.h`) |
-//! | [`io`], `gpu`, `demo` | files; the Vulkan device; the embedded motions |
-//! | [`troupe`] | characters of one graph: near ones posed by it, far ones by the crowd |
-//! | [`avoid`] | attack, candidates, retime, cull, exact test, score, answer; duels |
-//! | [`region`] | spheres, slabs and slices, the rasterizer that the shaders mirror, paths and grids of evasions and attacks, the baked graph |
-//! | [`graph`] | distance map, transitions, links, prune, events, feet, playback |
-//! | [`crowd`] | ten thousand characters at once: keys, kernels, schedule |
+//! | `capi` | the C interface (`sabaki.h`), with the feature `capi` |
+//! | `gpu` | culling on the host's Vulkan device, with the feature `vulkan` |
+//! | [`character`] | many characters of one graph: near ones posed by the graph, far ones by the crowd |
+//! | [`duel`] | two characters of one graph that attack and avoid in turn |
+//! | [`query`] | one query: attack, candidates, retiming, culling, exact test, score, answer |
+//! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |
+//! | [`archive`] | the baked file |
+//! | [`graph`] | distance map, transitions, links, pruning, events, feet, playback |
+//! | [`crowd`] | poses of ten thousand characters: keys, SIMD kernels, schedule |
 //! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
 //!
-//! # Invariants
-//! - Architecture invariant: [`avoid`] does not know that a GPU exists. It hands out plain data
-//!   (maps and candidates) and takes plain data back (counts).
-//! - Architecture invariant: `vk::` and `ash` stand in `gpu` and `view` alone; `unsafe` too, but for `capi`, whose
-//!   callers hand over pointers, and one file of `math`.
-//! - Architecture invariant: coverage of a texel is decided in integers, so that no two rasterizers
-//!   can differ.
+//! A module uses those below it in this table, never one above it. Motion files are read by the package `sabaki-import`; pictures are
+//! drawn by `sabaki-draw`; the command is `sabaki-app`.
+//!
+//! - Architecture invariant: [`query`] does not know that a GPU exists. It hands out plain data (maps and candidates) and takes
+//!   plain data back (counts).
+//! - Architecture invariant: `vk::` and `ash` are used in `gpu` alone. `unsafe` is used in `gpu`, in `capi`, and in the SIMD and
+//!   thread files of [`math`].
+//! - Architecture invariant: whether a texel is covered is decided in integer arithmetic, so that no two rasterizers can differ.
+//! - Architecture invariant: nothing here reads JSON or motion files, parses arguments, or opens a window.
+//!
+//! # Where to begin
+//! [`guide::from_clips`] leads from clips to a character that dodges; [`guide::paper`] maps the papers to the code;
+//! [`guide::culling`] compares the culling paths; [`guide::limits`] lists what is refused.
 //!
 //! # Units
 //! Metres, seconds, radians; right-handed, +Y up, the ground is y = 0; unit quaternions, xyzw.

@@ -11,20 +11,23 @@ use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
 use sabaki_import::{LONGEST_CLIP, gltf};
 
-const PAGES: [(&str, &str); 7] = [
+const PAGES: [(&str, &str); 9] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),
     ("paper.md", include_str!("../src/guide/paper.md")),
     ("culling.md", include_str!("../src/guide/culling.md")),
     ("limits.md", include_str!("../src/guide/limits.md")),
     ("README.md", include_str!("../README.md")),
     ("CONTRIBUTING.md", include_str!("../CONTRIBUTING.md")),
-    ("CHANGELOG.md", include_str!("../CHANGELOG.md")),
+    ("crowds.md", include_str!("../src/guide/crowds.md")),
+    ("app", include_str!("../crates/app/README.md")),
+    ("import", include_str!("../crates/import/README.md")),
 ];
 
 /// What stands between backticks and begins like a file of the repository.
 fn files(page: &str) -> impl Iterator<Item = &str> {
-    const ROOMS: [&str; 6] = [
+    const FOLDERS: [&str; 7] = [
         "src/",
+        "crates/",
         "tests/",
         "benches/",
         "examples/",
@@ -33,7 +36,7 @@ fn files(page: &str) -> impl Iterator<Item = &str> {
     ];
     let quoted = page.split('`').skip(1).step_by(2);
     let first = quoted.filter_map(|code| code.split_whitespace().next());
-    first.filter(|word| ROOMS.iter().any(|room| word.starts_with(room)))
+    first.filter(|word| FOLDERS.iter().any(|room| word.starts_with(room)))
 }
 
 #[test]

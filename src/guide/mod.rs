@@ -1,8 +1,8 @@
-//! For whoever comes from outside: the way from clips to a dodging character, where the papers stand in the code, which culling path to
-//! take, and what is refused.
+//! The guide: from clips to a dodging character, crowds and duels, how the papers map to the code, which culling path to use, and
+//! what is refused.
 //!
-//! Architecture invariant: there is no code here. What the pages show is compiled with the tests of the documentation, and the files
-//! and limits that they name are held to the repository by `tests/guide.rs`.
+//! Architecture invariant: no code here. The code of the pages is compiled with the documentation's tests; `tests/guide.rs` checks the
+//! files and limits that they name.
 
 #[doc = include_str!("from_clips.md")]
 pub mod from_clips {}
@@ -15,3 +15,6 @@ pub mod culling {}
 
 #[doc = include_str!("limits.md")]
 pub mod limits {}
+
+#[doc = include_str!("crowds.md")]
+pub mod crowds {}
