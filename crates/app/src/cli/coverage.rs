@@ -8,18 +8,22 @@ use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
 use serde_json::{Value, json};
 
+use super::coverage_by_time::{self, Balls};
 use super::picture::Picture;
 use super::plot::{Paint, Plot, shade};
-use super::source::{self, GraphArgs};
+use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// How many attacks; at least one of every kind.
-    #[arg(long, value_name = "N", default_value_t = 2800, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    attacks: u64,
+    /// How many attacks; at least one of every kind. Default 2800; with --by-time 400 of each time.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attacks: Option<u64>,
+    /// How late an attack may be seen: balls that would hit the motion that goes on, by the time from the query to the contact.
+    #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
+    by_time: bool,
     /// Where the random moments begin.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
@@ -47,6 +51,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
     Plot::check(args.plot.as_ref(), as_json)?;
     let baked = args.graph.load()?;
+    if args.by_time {
+        return by_time(args, &baked, as_json);
+    }
     let coverage = throw_all(args, &baked.graph)?;
     let drawn = match &args.plot {
         None => String::new(),
@@ -64,11 +71,32 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
+fn by_time(args: &Args, baked: &Baked, as_json: bool) -> Result<Done, Failure> {
+    /// Balls of each time.
+    const ATTACKS: u64 = 400;
+    let balls = Balls {
+        attacks: args.attacks.unwrap_or(ATTACKS),
+        seed: args.seed,
+        threads: args.threads as usize,
+    };
+    let rows = coverage_by_time::throw_all(balls, &baked.graph)?;
+    Ok(Done::ok(if as_json {
+        let mut document = coverage_by_time::document(&rows);
+        document["graph"] = source::statistics(baked);
+        Done::json(&document)
+    } else {
+        let table = coverage_by_time::text(&rows);
+        format!("{}\n{table}", source::describe(baked))
+    }))
+}
+
 /// Throws at every cell, each time at the same moments.
 fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     let mut coverage = Coverage::new(args.directions as usize);
     let cells: Vec<Cell> = coverage.cells().collect();
-    let each = (args.attacks / cells.len() as u64).max(1);
+    /// One of each of 35 kinds from 8 directions, ten times.
+    const ATTACKS: u64 = 2800;
+    let each = (args.attacks.unwrap_or(ATTACKS) / cells.len() as u64).max(1);
     cancel::listen();
     let bar = output::progress("throwing", each * cells.len() as u64);
     let settings = QuerySettings::default();
@@ -124,6 +152,7 @@ fn document(coverage: &Coverage) -> Value {
     let name = |direction: usize| direction_name(coverage, direction);
     let cell = |cell: Cell| {
         let [thrown, avoided] = coverage.counts(|other| other == cell);
+        let [low, high] = coverage.interval(|other| other == cell);
         json!({
             "direction": name(cell.direction),
             "degrees": coverage.from(cell.direction).to_degrees(),
@@ -132,6 +161,8 @@ fn document(coverage: &Coverage) -> Value {
             "attacks": thrown,
             "avoided": avoided,
             "share": coverage.share(|other| other == cell),
+            "low": low,
+            "high": high,
         })
     };
     let gap = |gap: &Gap| {
@@ -142,17 +173,22 @@ fn document(coverage: &Coverage) -> Value {
             "lead": LEADS[gap.cell.lead],
             "share_at_lead": gap.share,
             "share_of_others_at_lead": gap.others,
+            "beyond_chance": gap.is_certain,
         })
     };
     let [thrown, avoided] = coverage.counts(|_| true);
     let gaps = coverage.gaps();
+    let [low, high] = coverage.interval(|_| true);
+    let next = gaps.first().filter(|gap| gap.is_certain);
     json!({
         "attacks": thrown,
         "avoided": avoided,
         "share": coverage.share(|_| true),
+        "low": low,
+        "high": high,
         "cells": coverage.cells().map(cell).collect::<Vec<_>>(),
         "gaps": gaps.iter().map(gap).collect::<Vec<_>>(),
-        "capture_next": gaps.first().map(|gap| advice(coverage, gap)),
+        "capture_next": next.map(|gap| advice(coverage, gap)),
     })
 }
 
@@ -202,8 +238,9 @@ fn text(coverage: &Coverage) -> String {
     let row = names.chain((0..LEADS.len()).map(at));
     table.add_row(row.chain([percent(coverage.share(|_| true))]));
     let [thrown, avoided] = coverage.counts(|_| true);
+    let [low, high] = coverage.interval(|_| true).map(percent);
     let mut text = format!(
-        "{avoided} of {thrown} attacks are avoided. By height, direction and lead (from the query to the throw):\n{table}\n\n"
+        "{avoided} of {thrown} attacks are avoided ({low} to {high} with 95% certainty). By height, direction and lead (from the query to the throw):\n{table}\n\n"
     );
     text.push_str(&words(coverage));
     text
@@ -248,8 +285,13 @@ fn words(coverage: &Coverage) -> String {
             percent(gap.others),
         );
     }
-    if let Some(gap) = gaps.first() {
-        let _ = writeln!(text, "Capture next: {}.", advice(coverage, gap));
+    match gaps.first() {
+        Some(gap) if gap.is_certain => {
+            let _ = writeln!(text, "Capture next: {}.", advice(coverage, gap));
+        }
+        _ => text.push_str(
+            "No gap is wider than chance may make it: throw more to see what to capture next.\n",
+        ),
     }
     text
 }

@@ -5,6 +5,7 @@ mod cancel;
 mod chart;
 mod compare;
 mod coverage;
+mod coverage_by_time;
 mod crossover;
 mod crowd;
 mod culling;

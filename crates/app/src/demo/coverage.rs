@@ -1,10 +1,11 @@
 //! From which side, at which height and how soon is an attack avoided?
 //!
-//! Balls are thrown from every direction at every height with every lead, always at the same moments
-//! of the graph, so that cells differ by the attack alone.
+//! Balls are thrown from every direction at every height with every lead, in each cell at other moments of the graph: what a few
+//! moments happen to allow is then no property of a direction, and the intervals of shares hold for sums of cells too.
 
 use std::f32::consts::TAU;
 
+use super::interval::wilson;
 use super::throw::{Aim, Throw, aimed};
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
@@ -51,6 +52,8 @@ pub struct Gap {
     pub share: f64,
     /// Share of all attacks with that lead that is avoided.
     pub others: f64,
+    /// Whether less is avoided than of all attacks by more than chance: the 95% intervals do not touch.
+    pub is_certain: bool,
 }
 
 impl Coverage {
@@ -123,17 +126,17 @@ impl Coverage {
             radius: 0.1,
             distance: 2.0,
         };
-        aimed(baked, &aim, seed, index)
+        let moment = index * self.len() as u64 + self.number(cell) as u64;
+        aimed(baked, &aim, seed, moment)
+    }
+
+    fn number(&self, cell: Cell) -> usize {
+        (cell.direction * HEIGHTS.len() + cell.height) * LEADS.len() + cell.lead
     }
 
     /// Notes what became of a throw.
     pub fn add(&mut self, cell: Cell, avoided: bool) {
-        let Cell {
-            direction,
-            height,
-            lead,
-        } = cell;
-        let number = (direction * HEIGHTS.len() + height) * LEADS.len() + lead;
+        let number = self.number(cell);
         self.counts[number][0] += 1;
         self.counts[number][1] += u32::from(avoided);
     }
@@ -153,6 +156,13 @@ impl Coverage {
         f64::from(avoided) / f64::from(thrown.max(1))
     }
 
+    /// The 95% interval of that share.
+    #[must_use]
+    pub fn interval(&self, of: impl Fn(Cell) -> bool) -> [f64; 2] {
+        let [thrown, avoided] = self.counts(of);
+        wilson(avoided, thrown)
+    }
+
     /// Directions and heights, those first that are avoided least. A lead at which hardly anything
     /// is avoided from anywhere is no fault of one of them.
     #[must_use]
@@ -165,6 +175,8 @@ impl Coverage {
     }
 
     fn gap(&self, (direction, height): (usize, usize)) -> Gap {
+        let is_here = |c: Cell| c.direction == direction && c.height == height;
+        let is_certain = self.interval(is_here)[1] < self.interval(|_| true)[0];
         let at = |lead: usize| {
             let cell = Cell {
                 direction,
@@ -173,9 +185,10 @@ impl Coverage {
             };
             Gap {
                 cell,
-                any_lead: self.share(|c| c.direction == direction && c.height == height),
+                any_lead: self.share(is_here),
                 share: self.share(|c| c == cell),
                 others: self.share(|c| c.lead == lead),
+                is_certain,
             }
         };
         let behind = |gap: &Gap| gap.others - gap.share;
@@ -214,5 +227,17 @@ mod tests {
         assert_eq!(coverage.gaps().len(), 40);
         let numbered: Vec<Cell> = (0..coverage.len()).map(Coverage::cell).collect();
         assert_eq!(numbered, coverage.cells().collect::<Vec<_>>());
+    }
+    #[test]
+    fn a_gap_is_certain_where_chance_cannot_tell_it() {
+        let mut coverage = Coverage::new(4);
+        for cell in coverage.cells() {
+            let dark = cell.direction == 1 && cell.height == 3;
+            (0..4).for_each(|index| coverage.add(cell, !dark && index != 0));
+        }
+        let gaps = coverage.gaps();
+        assert_eq!((gaps[0].cell.direction, gaps[0].cell.height), (1, 3));
+        assert!(gaps[0].is_certain);
+        assert!(gaps[1..].iter().all(|gap| !gap.is_certain));
     }
 }

@@ -7,9 +7,11 @@
 //! Every clip starts and ends in nearly the same guard, so that a motion graph can join them all.
 
 mod attacks;
+pub mod by_time;
 pub mod coverage;
 mod evasions;
 mod feet;
+pub mod interval;
 mod keys;
 mod locomotion;
 mod rhythm;

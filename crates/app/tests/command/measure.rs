@@ -175,11 +175,46 @@ fn coverage_says_where_the_gaps_are() {
     assert_eq!(gaps.len(), 4 * 5);
     let shares: Vec<f64> = gaps.iter().map(|gap| number(&gap["share"])).collect();
     assert!(shares.is_sorted());
-    assert!(document["capture_next"].is_string());
+    let is_certain = document["gaps"][0]["beyond_chance"].as_bool().unwrap();
+    assert_eq!(document["capture_next"].is_string(), is_certain);
     assert_is_png(&folder.path().join("map.png"));
     let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
     let again = sabaki(folder.path(), &one_thread).json(0);
     assert_eq!(again["cells"], document["cells"]);
     let told = sabaki(folder.path(), &args).is(0).stdout;
-    assert!(told.contains("Capture next") && told.contains("ankle"));
+    assert_eq!(told.contains("Capture next"), is_certain);
+    assert!(told.contains("ankle"));
+}
+
+#[test]
+fn coverage_by_time_counts_balls_that_would_hit() {
+    let folder = folder();
+    let args = [
+        "coverage",
+        baked(),
+        "--by-time",
+        "--attacks",
+        "12",
+        "--seed",
+        "3",
+    ];
+    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let rows = document["by_time"].as_array().unwrap();
+    let contacts: Vec<f64> = rows.iter().map(|row| number(&row["contact_s"])).collect();
+    assert_eq!(contacts, [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0]);
+    for row in rows {
+        let [avoided, low, high] = ["avoided", "low", "high"].map(|key| number(&row[key]));
+        assert!((1.0..=12.0).contains(&number(&row["attacks"])), "{row}");
+        assert!(low <= avoided && avoided <= high && high <= 1.0, "{row}");
+        for part in ["head", "chest", "hip", "leg"] {
+            assert!((0.0..=1.0).contains(&number(&row["parts"][part])), "{row}");
+        }
+    }
+    let late = number(&rows[7]["avoided"]);
+    assert!(late > number(&rows[0]["avoided"]), "{document}");
+    let one_thread = [&args[..], &["--json", "--threads", "1"]].concat();
+    let again = sabaki(folder.path(), &one_thread).json(0);
+    assert_eq!(again["by_time"], document["by_time"]);
+    let told = sabaki(folder.path(), &args).is(0).stdout;
+    assert!(told.contains("contact after") && told.contains("walking"));
 }

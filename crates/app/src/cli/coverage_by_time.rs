@@ -1,0 +1,118 @@
+//! `sabaki coverage --by-time`: how late may an attack be seen?
+
+use sabaki::maps::BakedGraph;
+use sabaki::math::in_parallel;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::by_time::{BallSettings, BallThrower, CONTACTS, Part, Share, TimeRow};
+use serde_json::{Map, Value, json};
+
+use super::{Failure, cancel, output};
+
+/// Balls of each contact: how many, where they begin, and by how many threads they are answered.
+#[derive(Clone, Copy)]
+pub(super) struct Balls {
+    pub(super) attacks: u64,
+    pub(super) seed: u64,
+    pub(super) threads: usize,
+}
+
+/// Throws the balls of every contact.
+pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>, Failure> {
+    /// Balls that one thread takes at a time.
+    const BATCH: u64 = 50;
+    cancel::listen();
+    let bar = output::progress("throwing", balls.attacks * CONTACTS.len() as u64);
+    let thrower = BallThrower::new(baked, BallSettings::default());
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let batches = balls.attacks.div_ceil(BATCH);
+    let of_batch = |number: usize| -> Result<TimeRow, Failure> {
+        let contact = CONTACTS[number / batches as usize];
+        let first = number as u64 % batches * BATCH;
+        let mut row = TimeRow {
+            contact,
+            ..TimeRow::default()
+        };
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        for index in first..(first + BATCH).min(balls.attacks) {
+            cancel::check()?;
+            let thrown = thrower.throw(contact, (balls.seed, index));
+            let thrown = thrown.map_err(|error| Failure::Attack {
+                index: index as usize,
+                error,
+            })?;
+            bar.inc(1);
+            let Some(thrown) = thrown else { continue };
+            let throw = &thrown.throw;
+            query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
+            row.add(&thrown, answer.avoided);
+        }
+        Ok(row)
+    };
+    let found = in_parallel(balls.threads, batches as usize * CONTACTS.len(), of_batch);
+    bar.finish_and_clear();
+    let mut rows = CONTACTS.map(|contact| TimeRow {
+        contact,
+        ..TimeRow::default()
+    });
+    for (number, batch) in found.into_iter().enumerate() {
+        rows[number / batches as usize] += batch?;
+    }
+    Ok(rows.to_vec())
+}
+
+pub(super) fn document(rows: &[TimeRow]) -> Value {
+    let round = |share: f64| (share * 1e4).round() / 1e4;
+    let row = |row: &TimeRow| {
+        let [low, high] = row.all.interval();
+        let part = |part: Part| {
+            let share = row.parts[part as usize].value();
+            (part.name().to_owned(), json!(round(share)))
+        };
+        let walking = row.walking;
+        let [walking_low, walking_high] = walking.interval();
+        json!({
+            "contact_s": (f64::from(row.contact) * 1e3).round() / 1e3,
+            "attacks": row.all.attacks,
+            "avoided": round(row.all.value()),
+            "low": round(low),
+            "high": round(high),
+            "parts": Part::ALL.into_iter().map(part).collect::<Map<_, _>>(),
+            "walking": {
+                "attacks": walking.attacks,
+                "avoided": round(walking.value()),
+                "low": round(walking_low),
+                "high": round(walking_high),
+            },
+        })
+    };
+    json!({ "by_time": rows.iter().map(row).collect::<Vec<_>>() })
+}
+
+pub(super) fn text(rows: &[TimeRow]) -> String {
+    let names = Part::ALL.map(Part::name);
+    let head = ["contact after", "attacks", "avoided", "95% interval"];
+    let head: Vec<&str> = { head.into_iter() }
+        .chain(names)
+        .chain(["walking"])
+        .collect();
+    let mut table = output::table(&head, 0);
+    let percent = |share: Share| match share.attacks {
+        0 => "-".to_owned(),
+        _ => format!("{:.0}%", 100.0 * share.value()),
+    };
+    for row in rows {
+        let [low, high] = row.all.interval().map(|end| 100.0 * end);
+        let first = [
+            format!("{:.2} s", row.contact),
+            row.all.attacks.to_string(),
+            percent(row.all),
+            format!("{low:.0}-{high:.0}%"),
+        ];
+        let parts = row.parts.map(percent);
+        table.add_row(first.into_iter().chain(parts).chain([percent(row.walking)]));
+    }
+    format!(
+        "Balls of 0.1 m at 8 m/s that would hit the motion that goes on; the last 2.5 m of their flight are seen, from the query on:\n{table}\n"
+    )
+}
