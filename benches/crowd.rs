@@ -11,7 +11,7 @@ mod scene;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use plain::PlainMemory;
-use sabaki::crowd::{CrowdSettings, Form, Layout, Memory, Output};
+use sabaki::crowd::{CrowdSettings, Form, Layout, Output, WriteMode};
 use sabaki::math::Isa;
 use scene::Scene;
 
@@ -40,11 +40,11 @@ fn default() -> CrowdSettings {
     CrowdSettings::default()
 }
 
-fn output(form: Form, layout: Layout, memory: Memory) -> CrowdSettings {
+fn output(form: Form, layout: Layout, write: WriteMode) -> CrowdSettings {
     let output = Output {
         form,
         layout,
-        memory,
+        write,
     };
     CrowdSettings {
         output,
@@ -80,14 +80,14 @@ fn matrices(bencher: Bencher<'_, '_>, isa: Isa) {
 fn rotations(bencher: Bencher<'_, '_>, isa: Isa) {
     let settings = CrowdSettings {
         isa,
-        ..output(Form::Rotations, Layout::Blocks, Memory::Cached)
+        ..output(Form::Rotations, Layout::Blocks, WriteMode::Cached)
     };
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
 #[divan::bench]
 fn rows_of_matrices(bencher: Bencher<'_, '_>) {
-    let settings = output(Form::Matrices, Layout::Rows, Memory::Cached);
+    let settings = output(Form::Matrices, Layout::Rows, WriteMode::Cached);
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
@@ -127,12 +127,12 @@ fn cold_memory(bencher: Bencher<'_, '_>, form: &str) {
         "matrices" => Form::Matrices,
         _ => Form::Rotations,
     };
-    let settings = output(form, Layout::Blocks, Memory::Streamed);
+    let settings = output(form, Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(10 * COUNT), settings);
 }
 
 #[divan::bench(args = [10_000, 100_000, 1_000_000], sample_count = 10)]
 fn mixed_levels(bencher: Bencher<'_, '_>, count: usize) {
-    let settings = output(Form::Matrices, Layout::Blocks, Memory::Streamed);
+    let settings = output(Form::Matrices, Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(count).mixed(), settings);
 }

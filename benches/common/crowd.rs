@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement, Repertoire,
+    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
-use sabaki::math::{Line, Rigid2};
+use sabaki::math::{F32x16, Rigid2};
 use sabaki_app::demo;
 use sabaki_import::{ReadOptions, read_clip};
 
@@ -19,7 +19,7 @@ pub(crate) struct Scene {
     skeleton: Skeleton,
     clips: Vec<Clip>,
     levels: Levels,
-    repertoire: Arc<Repertoire>,
+    animations: Arc<AnimationSet>,
     characters: Vec<Character>,
 }
 
@@ -56,7 +56,7 @@ impl Scene {
     fn of(clips: Vec<Clip>, count: usize) -> Self {
         let skeleton = walk().0;
         let levels = Levels::build(&skeleton, &clips, &LevelSettings::default()).unwrap();
-        let repertoire = Arc::new(Repertoire::new(&skeleton, &clips, &levels.levels).unwrap());
+        let animations = Arc::new(AnimationSet::new(&skeleton, &clips, &levels.levels).unwrap());
         let mut random = Random(1);
         let characters = (0..count).map(|_| Character {
             clip: ClipId(random.number(0.0, clips.len() as f32) as u16),
@@ -69,14 +69,14 @@ impl Scene {
             skeleton,
             clips,
             levels,
-            repertoire,
+            animations,
         }
     }
 
     /// The same with so many joints, for all.
     pub(crate) fn with_joints(mut self, joints: usize) -> Self {
-        let of = |level: &LevelId| self.repertoire.joints(*level) == joints;
-        let level = (0..self.repertoire.levels() as u16).map(LevelId).find(of);
+        let of = |level: &LevelId| self.animations.joints(*level) == joints;
+        let level = (0..self.animations.levels() as u16).map(LevelId).find(of);
         for character in &mut self.characters {
             character.level = level.unwrap();
         }
@@ -85,7 +85,7 @@ impl Scene {
 
     /// The same on all levels, as many on each.
     pub(crate) fn mixed(mut self) -> Self {
-        let levels = self.repertoire.levels();
+        let levels = self.animations.levels();
         for (index, character) in self.characters.iter_mut().enumerate() {
             character.level = LevelId((index % levels) as u16);
         }
@@ -107,14 +107,14 @@ impl Scene {
             let (x, z) = ((index % 10) as f32 - 4.5, 5.0 + (index / 10) as f32);
             character.placement.ground = Rigid2::new(0.0, x, -z);
             let choice = switching.choose(x.hypot(z), None);
-            character.level = LevelId(choice.level as u16);
+            character.level = choice.level;
             character.blend = choice.blend;
         }
         self
     }
 
     pub(crate) fn crowd(&self, settings: CrowdSettings) -> Crowd {
-        let mut crowd = Crowd::new(Arc::clone(&self.repertoire), settings);
+        let mut crowd = Crowd::new(Arc::clone(&self.animations), settings);
         for character in &self.characters {
             crowd.add(character).unwrap();
         }
@@ -122,15 +122,15 @@ impl Scene {
     }
 
     /// Enough for the crowd, with some to spare, touched once.
-    pub(crate) fn memory(&self, crowd: &mut Crowd) -> Vec<Line> {
-        vec![Line([1.0; 16]); crowd.lines() + crowd.lines() / 8]
+    pub(crate) fn memory(&self, crowd: &mut Crowd) -> Vec<F32x16> {
+        vec![F32x16([1.0; 16]); crowd.output_len() + crowd.output_len() / 8]
     }
 
     /// Of all characters together.
     pub(crate) fn joints(&self) -> usize {
         self.characters
             .iter()
-            .map(|character| self.repertoire.joints(character.level))
+            .map(|character| self.animations.joints(character.level))
             .sum()
     }
 

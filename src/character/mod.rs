@@ -9,7 +9,7 @@
 //!
 //! ```no_run
 //! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
-//! # use sabaki::{lod::{Levels, Switching}, region::BakedGraph, troupe::{MemberId, Troupe, TroupeSettings}};
+//! # use sabaki::{lod::{Levels, Switching}, slice::BakedGraph, troupe::{MemberId, Troupe, TroupeSettings}};
 //! # fn frame(baked: &BakedGraph, attack: &Attack, troupe: &mut Troupe<'_>, member: MemberId)
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! // Somebody is attacked: what the graph finds is played, near or far.
@@ -22,7 +22,7 @@
 //! // Every frame.
 //! troupe.advance(1.0 / 60.0)?;
 //! troupe.look_from(glam::Vec3::new(0.0, 1.6, 8.0))?;
-//! let mut out = vec![sabaki::math::Line::ZERO; troupe.lines()];
+//! let mut out = vec![sabaki::math::F32x16::ZERO; troupe.lines()];
 //! troupe.pose(&mut out)?;
 //! # Ok(())
 //! # }
@@ -34,12 +34,12 @@ use glam::Vec3;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::{
-    Character, CharacterId, ClipId, Crowd, CrowdError, CrowdSettings, LevelId, Placement,
-    PoseError, Region, Repertoire, RepertoireError, Single,
+    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
+    CrowdSettings, ExternalPose, LevelId, Placement, PoseError, PoseSlice,
 };
 use crate::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
-use crate::math::Line;
+use crate::math::F32x16;
 
 /// A member of a [`Troupe`], in the order in which they came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -69,13 +69,13 @@ pub struct Troupe<'a> {
     levels: &'a Levels,
     switching: Switching,
     settings: TroupeSettings,
-    repertoire: Arc<Repertoire>,
+    animations: Arc<AnimationSet>,
     crowd: Crowd,
     members: Vec<Member>,
     /// Members that the graph poses, in the order of the output.
     singles: Vec<u32>,
     pose: Pose,
-    single: Single,
+    single: ExternalPose,
     joints: Vec<JointTransform>,
 }
 
@@ -108,20 +108,20 @@ impl<'a> Troupe<'a> {
         graph: &'a MotionGraph,
         (levels, switching): (&'a Levels, Switching),
         settings: TroupeSettings,
-    ) -> Result<Self, RepertoireError> {
-        let repertoire = Repertoire::new(graph.skeleton(), graph.clips(), &levels.levels)?;
-        let repertoire = Arc::new(repertoire);
+    ) -> Result<Self, AnimationSetError> {
+        let animations = AnimationSet::new(graph.skeleton(), graph.clips(), &levels.levels)?;
+        let animations = Arc::new(animations);
         Ok(Self {
             graph,
             levels,
             switching,
             settings,
-            crowd: Crowd::new(Arc::clone(&repertoire), settings.crowd),
-            repertoire,
+            crowd: Crowd::new(Arc::clone(&animations), settings.crowd),
+            animations,
             members: Vec::new(),
             singles: Vec::new(),
             pose: Pose::default(),
-            single: Single::default(),
+            single: ExternalPose::default(),
             joints: Vec::new(),
         })
     }
@@ -144,7 +144,7 @@ impl<'a> Troupe<'a> {
     /// A troupe that is full.
     pub fn add(&mut self, playhead: Playhead) -> Result<MemberId, CrowdError> {
         let character = self.crowd.add(&Character::default())?;
-        self.crowd.take_out(character)?;
+        self.crowd.deactivate(character)?;
         self.members.push(Member {
             playhead,
             motion: Motion::default(),
@@ -230,13 +230,12 @@ impl<'a> Troupe<'a> {
             let distance = root.distance(eye);
             let choice = self
                 .switching
-                .choose(distance, Some(member.detail as usize));
-            member.detail = choice.level as f32 + choice.blend;
+                .choose(distance, Some(LevelId(member.detail as u16)));
+            member.detail = f32::from(choice.level.0) + choice.blend;
             member.is_near = distance < self.settings.near;
             if member.posed_by == PosedBy::Crowd {
-                let level = LevelId(choice.level as u16);
                 self.crowd
-                    .set_detail(member.character, level, choice.blend)?;
+                    .set_detail(member.character, choice.level, choice.blend)?;
             }
             self.cast(index, false)?;
         }
@@ -255,7 +254,7 @@ impl<'a> Troupe<'a> {
         };
         let before = std::mem::replace(&mut member.posed_by, wanted);
         match (before, wanted) {
-            (PosedBy::Crowd, PosedBy::Graph) => self.crowd.take_out(member.character),
+            (PosedBy::Crowd, PosedBy::Graph) => self.crowd.deactivate(member.character),
             (PosedBy::Graph, PosedBy::Crowd) => self.hand_over(index),
             (PosedBy::Crowd, PosedBy::Crowd) if has_moved => self.hand_over(index),
             _ => Ok(()),
@@ -295,22 +294,22 @@ impl<'a> Troupe<'a> {
                 self.singles.push(index as u32);
             }
         }
-        let joints = self.repertoire.joints(LevelId(0));
-        let each = self.settings.crowd.output.lines(joints);
-        self.crowd.lines() + self.singles.len().div_ceil(Line::LANES) * each
+        let joints = self.animations.joints(LevelId(0));
+        let each = self.settings.crowd.output.group_len(joints);
+        self.crowd.output_len() + self.singles.len().div_ceil(F32x16::LANES) * each
     }
 
     /// Poses everybody into the beginning of `out`, in the crowd's output.
     ///
     /// # Errors
     /// Memory that is too small.
-    pub fn pose(&mut self, out: &mut [Line]) -> Result<(), PoseError> {
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         let (needed, found) = (self.lines(), out.len());
         if found < needed {
             return Err(PoseError::TooSmall { needed, found });
         }
         self.crowd.pose(out)?;
-        let first_line = self.crowd.lines();
+        let first_line = self.crowd.output_len();
         for (single, &index) in self.singles.iter().enumerate() {
             let member = &self.members[index as usize];
             member.playhead.pose(self.graph, &mut self.pose);
@@ -321,9 +320,9 @@ impl<'a> Troupe<'a> {
                 .joints
                 .extend(kept.map(|id| self.joints[id.index()]));
             let output = self.settings.crowd.output;
-            let region = self.repertoire.region(output, (first_line, single));
-            self.repertoire
-                .write(&mut self.single, member.detail, (&region, out));
+            let slice = self.animations.pose_slice(output, (first_line, single));
+            self.animations
+                .write(&mut self.single, member.detail, (&slice, out));
         }
         Ok(())
     }
@@ -332,7 +331,7 @@ impl<'a> Troupe<'a> {
     ///
     /// # Errors
     /// A member that is not there, or was added since.
-    pub fn region(&mut self, id: MemberId) -> Result<Region, CrowdError> {
+    pub fn pose_slice(&mut self, id: MemberId) -> Result<PoseSlice, CrowdError> {
         let Some(member) = self.members.get(id.0 as usize) else {
             return Err(CrowdError::NoSuchCharacter {
                 id: id.0,
@@ -340,11 +339,13 @@ impl<'a> Troupe<'a> {
             });
         };
         match member.posed_by {
-            PosedBy::Crowd => self.crowd.region(member.character),
+            PosedBy::Crowd => self.crowd.pose_slice(member.character),
             PosedBy::Graph => {
-                let first_line = self.crowd.lines();
+                let first_line = self.crowd.output_len();
                 let output = self.settings.crowd.output;
-                Ok(self.repertoire.region(output, (first_line, member.single)))
+                Ok(self
+                    .animations
+                    .pose_slice(output, (first_line, member.single)))
             }
         }
     }

@@ -1,26 +1,16 @@
-use super::bank::Span;
+use super::level_clips::ClipRange;
+use crate::lod::LevelId;
 use crate::math::Rigid2;
 
-/// A clip of a [`Repertoire`](super::Repertoire), by its place there.
+/// A clip of a [`AnimationSet`](super::AnimationSet), by its place there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClipId(pub u16);
-
-/// A level of a [`Repertoire`](super::Repertoire): 0 keeps all joints. One beyond the last is the
-/// last.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct LevelId(pub u16);
 
 /// A character of a [`Crowd`](super::Crowd), in the order in which they were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CharacterId(pub u32);
 
 impl ClipId {
-    pub(super) fn index(self) -> usize {
-        usize::from(self.0)
-    }
-}
-
-impl LevelId {
     pub(super) fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -93,7 +83,7 @@ pub struct Fade {
 /// A character as a crowd keeps it; as long as a line of the cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Being {
+pub(super) struct CharacterState {
     /// Where in the clip it is when the crowd's clock stands at 0, in intervals between keys.
     pub(super) start: f32,
     /// Intervals per second.
@@ -112,15 +102,15 @@ pub(super) struct Being {
     pub(super) second: ClipId,
     pub(super) is_fading: bool,
     /// Not posed.
-    pub(super) is_out: bool,
+    pub(super) is_inactive: bool,
 }
 
-impl Being {
+impl CharacterState {
     /// A character whose clips are there, when the crowd's clock stands at `now`. `last`: there is no
     /// level after it.
     pub(super) fn new<'a>(
         character: &Character,
-        span: impl Fn(ClipId) -> &'a Span,
+        range: impl Fn(ClipId) -> &'a ClipRange,
         (last, now): (LevelId, f32),
     ) -> Self {
         let own = Fade {
@@ -130,9 +120,9 @@ impl Being {
             weight: 0.0,
         };
         let fade = character.fade.unwrap_or(own);
-        let (start, speed) = started(span(own.clip), &own, now);
-        let (fade_start, fade_speed) = started(span(fade.clip), &fade, now);
-        let mut being = Self {
+        let (start, speed) = started(range(own.clip), &own, now);
+        let (fade_start, fade_speed) = started(range(fade.clip), &fade, now);
+        let mut state = Self {
             start,
             speed,
             cos: 1.0,
@@ -152,15 +142,15 @@ impl Being {
             clip: own.clip,
             second: fade.clip,
             is_fading: character.fade.is_some(),
-            is_out: false,
+            is_inactive: false,
         };
-        being.place(&character.placement);
-        being.set_detail((character.level, character.blend), last);
-        being
+        state.place(&character.placement);
+        state.set_detail((character.level, character.blend), last);
+        state
     }
 
     /// What it does at this moment.
-    pub(super) fn character(&self, [first, second]: [&Span; 2], now: f32) -> Character {
+    pub(super) fn character(&self, [first, second]: [&ClipRange; 2], now: f32) -> Character {
         let fade = Fade {
             clip: self.second,
             time: (self.fade_start + self.fade_speed * now) / second.rate,
@@ -204,10 +194,10 @@ impl Being {
     }
 
     /// Lets the crowd's clock start again: what stood at `now` stands at 0.
-    pub(super) fn set_back(&mut self, now: f32, [first, second]: [&Span; 2]) {
-        let back = |at: f32, span: &Span| {
+    pub(super) fn set_back(&mut self, now: f32, [first, second]: [&ClipRange; 2]) {
+        let back = |at: f32, range: &ClipRange| {
             if at.is_finite() {
-                at.rem_euclid(span.intervals as f32)
+                at.rem_euclid(range.intervals as f32)
             } else {
                 0.0
             }
@@ -218,9 +208,9 @@ impl Being {
 }
 
 /// In intervals, when the crowd's clock stands at 0; 0 for what is no finite number.
-fn started(span: &Span, played: &Fade, now: f32) -> (f32, f32) {
+fn started(range: &ClipRange, played: &Fade, now: f32) -> (f32, f32) {
     let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-    let at = finite(played.time * span.rate);
-    let speed = finite(played.speed * span.rate);
+    let at = finite(played.time * range.rate);
+    let speed = finite(played.speed * range.rate);
     (at - speed * now, speed)
 }

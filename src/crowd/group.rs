@@ -1,52 +1,53 @@
-use super::character::{Being, LevelId};
-use super::sample::{Cycle, Moment};
-use super::schedule::Kind;
-use crate::math::{Lanes, Line};
+use super::character::CharacterState;
+use super::sampling::{Cycle, Moment};
+use super::schedule::GroupKind;
+use crate::lod::LevelId;
+use crate::math::{F32x16, Lanes};
 
 /// Sixteen characters who are posed together, field by field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     pub(super) clock: Clock,
-    cos: Line,
-    sin: Line,
-    x: Line,
-    y: Line,
-    z: Line,
+    cos: F32x16,
+    sin: F32x16,
+    x: F32x16,
+    y: F32x16,
+    z: F32x16,
     /// The level that each looks like, and how far on the way to the next.
-    pub(super) detail: Line,
+    pub(super) detail: F32x16,
 }
 
 /// Where they are in their clips, in intervals between keys.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
     /// When the crowd's clock stands at 0.
-    start: Line,
+    start: F32x16,
     /// Intervals per second.
-    speed: Line,
+    speed: F32x16,
 }
 
 /// What is only read, where frames are posed, of groups whose characters play several clips.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Aside {
-    pub(super) kind: Kind,
+pub(super) struct GroupCold {
+    pub(super) kind: GroupKind,
     /// Of its part of the output.
-    pub(super) first_line: usize,
+    pub(super) offset: usize,
     /// Who they are; [`Group::NOBODY`] for lanes that are not used.
-    pub(super) ids: [u32; Line::LANES],
+    pub(super) ids: [u32; F32x16::LANES],
     /// Rows of all clips before each one's own.
-    pub(super) rows: [u32; Line::LANES],
+    pub(super) rows: [u32; F32x16::LANES],
     /// Intervals of each one's clip.
-    pub(super) length: Line,
+    pub(super) length: F32x16,
     pub(super) fade: FadeLines,
 }
 
 /// Their second clips; the first again, and nothing of it, for those who have none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FadeLines {
-    pub(super) weight: Line,
+    pub(super) weight: F32x16,
     pub(super) clock: Clock,
-    pub(super) rows: [u32; Line::LANES],
-    pub(super) length: Line,
+    pub(super) rows: [u32; F32x16::LANES],
+    pub(super) length: F32x16,
 }
 
 impl Group {
@@ -54,23 +55,23 @@ impl Group {
 
     pub(super) const EMPTY: Self = Self {
         clock: Clock::STOPPED,
-        cos: Line([1.0; Line::LANES]),
-        sin: Line::ZERO,
-        x: Line::ZERO,
-        y: Line::ZERO,
-        z: Line::ZERO,
-        detail: Line::ZERO,
+        cos: F32x16([1.0; F32x16::LANES]),
+        sin: F32x16::ZERO,
+        x: F32x16::ZERO,
+        y: F32x16::ZERO,
+        z: F32x16::ZERO,
+        detail: F32x16::ZERO,
     };
 
-    pub(super) fn write(&mut self, lane: usize, being: &Being) {
-        self.clock.start.0[lane] = being.start;
-        self.clock.speed.0[lane] = being.speed;
-        self.cos.0[lane] = being.cos;
-        self.sin.0[lane] = being.sin;
-        self.x.0[lane] = being.x;
-        self.y.0[lane] = being.y;
-        self.z.0[lane] = being.z;
-        self.detail.0[lane] = being.detail;
+    pub(super) fn write(&mut self, lane: usize, state: &CharacterState) {
+        self.clock.start.0[lane] = state.start;
+        self.clock.speed.0[lane] = state.speed;
+        self.cos.0[lane] = state.cos;
+        self.sin.0[lane] = state.sin;
+        self.x.0[lane] = state.x;
+        self.y.0[lane] = state.y;
+        self.z.0[lane] = state.z;
+        self.detail.0[lane] = state.detail;
     }
 
     #[inline(always)]
@@ -85,22 +86,22 @@ impl Group {
     }
 }
 
-impl Aside {
+impl GroupCold {
     pub(super) const EMPTY: Self = Self {
-        kind: Kind {
+        kind: GroupKind {
             level: LevelId(0),
             near: None,
             is_fading: false,
         },
-        first_line: 0,
-        ids: [Group::NOBODY; Line::LANES],
-        rows: [0; Line::LANES],
-        length: Line([1.0; Line::LANES]),
+        offset: 0,
+        ids: [Group::NOBODY; F32x16::LANES],
+        rows: [0; F32x16::LANES],
+        length: F32x16([1.0; F32x16::LANES]),
         fade: FadeLines {
-            weight: Line::ZERO,
+            weight: F32x16::ZERO,
             clock: Clock::STOPPED,
-            rows: [0; Line::LANES],
-            length: Line([1.0; Line::LANES]),
+            rows: [0; F32x16::LANES],
+            length: F32x16([1.0; F32x16::LANES]),
         },
     };
 
@@ -108,14 +109,14 @@ impl Aside {
     pub(super) fn write(
         &mut self,
         lane: usize,
-        being: &Being,
+        state: &CharacterState,
         [first, second]: [(usize, usize); 2],
     ) {
         self.rows[lane] = first.0 as u32;
         self.length.0[lane] = first.1 as f32;
-        self.fade.weight.0[lane] = being.fade_weight;
-        self.fade.clock.start.0[lane] = being.fade_start;
-        self.fade.clock.speed.0[lane] = being.fade_speed;
+        self.fade.weight.0[lane] = state.fade_weight;
+        self.fade.clock.start.0[lane] = state.fade_start;
+        self.fade.clock.speed.0[lane] = state.fade_speed;
         self.fade.rows[lane] = second.0 as u32;
         self.fade.length.0[lane] = second.1 as f32;
     }
@@ -128,8 +129,8 @@ impl Aside {
 
 impl Clock {
     const STOPPED: Self = Self {
-        start: Line::ZERO,
-        speed: Line::ZERO,
+        start: F32x16::ZERO,
+        speed: F32x16::ZERO,
     };
 
     #[inline(always)]

@@ -1,22 +1,23 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::character::{Being, Character, CharacterId, ClipId, LevelId, Placement};
+use super::animation_set::AnimationSet;
+use super::character::{Character, CharacterId, CharacterState, ClipId, Placement};
 use super::kernel::{Level, Run, Scratch};
-use super::output::Region;
-use super::repertoire::Repertoire;
+use super::output::PoseSlice;
 use super::schedule::{self, NOWHERE, Schedule, Sorting, split};
 use super::settings::{CrowdError, CrowdSettings, PoseError};
-use crate::math::{Crew, Line, thread_count};
+use crate::lod::LevelId;
+use crate::math::{F32x16, WorkerPool, thread_count};
 
 /// Characters that are posed together.
 pub struct Crowd {
-    repertoire: Arc<Repertoire>,
+    animations: Arc<AnimationSet>,
     settings: CrowdSettings,
-    crew: Crew,
+    pool: WorkerPool,
     /// One for each thread.
     scratch: Vec<Mutex<Scratch>>,
-    beings: Vec<Being>,
+    states: Vec<CharacterState>,
     /// Of each character its group and lane, as one number.
     slots: Vec<u32>,
     schedule: Schedule,
@@ -28,7 +29,7 @@ pub struct Crowd {
     debt: Debt,
     /// Frames that were posed.
     frame: usize,
-    /// Whether regions are where they were in the frame before.
+    /// Whether slices are where they were in the frame before.
     is_settled: bool,
 }
 
@@ -54,7 +55,7 @@ pub(super) const MOST_LATE: usize = 16;
 const MOST_THREADS: usize = 64;
 
 /// What one thread writes.
-struct Part<'a>(Mutex<&'a mut [Line]>);
+struct Part<'a>(Mutex<&'a mut [F32x16]>);
 
 impl Part<'_> {
     fn none() -> Self {
@@ -83,15 +84,15 @@ impl Debt {
 impl Crowd {
     /// Nobody yet.
     #[must_use]
-    pub fn new(repertoire: Arc<Repertoire>, settings: CrowdSettings) -> Self {
-        let crew = Crew::new(thread_count(settings.threads).min(MOST_THREADS));
-        let scratch = |_| Mutex::new(Scratch::of(&repertoire));
+    pub fn new(animations: Arc<AnimationSet>, settings: CrowdSettings) -> Self {
+        let pool = WorkerPool::new(thread_count(settings.threads).min(MOST_THREADS));
+        let scratch = |_| Mutex::new(Scratch::of(&animations));
         Self {
-            scratch: (0..crew.threads()).map(scratch).collect(),
-            repertoire,
+            scratch: (0..pool.threads()).map(scratch).collect(),
+            animations,
             settings,
-            crew,
-            beings: Vec::new(),
+            pool,
+            states: Vec::new(),
             slots: Vec::new(),
             schedule: Schedule::default(),
             late: Vec::new(),
@@ -105,20 +106,20 @@ impl Crowd {
 
     /// What its characters can play.
     #[must_use]
-    pub fn repertoire(&self) -> &Repertoire {
-        &self.repertoire
+    pub fn animations(&self) -> &AnimationSet {
+        &self.animations
     }
 
-    /// How many characters, those who are [out](Crowd::take_out) counted in.
+    /// How many characters, those who are [out](Crowd::deactivate) counted in.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.beings.len()
+        self.states.len()
     }
 
     /// Whether nobody is there.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.beings.is_empty()
+        self.states.is_empty()
     }
 
     /// One more character.
@@ -126,12 +127,12 @@ impl Crowd {
     /// # Errors
     /// A clip that is not there; a crowd that is full.
     pub fn add(&mut self, character: &Character) -> Result<CharacterId, CrowdError> {
-        if self.beings.len() >= schedule::MOST {
+        if self.states.len() >= schedule::MOST {
             return Err(CrowdError::Full);
         }
-        let being = self.being(character)?;
-        let id = self.beings.len() as u32;
-        self.beings.push(being);
+        let state = self.state(character)?;
+        let id = self.states.len() as u32;
+        self.states.push(state);
         self.slots.push(NOWHERE);
         self.late.push(id);
         Ok(CharacterId(id))
@@ -143,8 +144,8 @@ impl Crowd {
     /// A clip or a character that is not there.
     pub fn set(&mut self, id: CharacterId, character: &Character) -> Result<(), CrowdError> {
         self.check(id)?;
-        let being = self.being(character)?;
-        self.change(id, |old| *old = being);
+        let state = self.state(character)?;
+        self.change(id, |old| *old = state);
         Ok(())
     }
 
@@ -154,7 +155,7 @@ impl Crowd {
     /// A character that is not there.
     pub fn place(&mut self, id: CharacterId, placement: &Placement) -> Result<(), CrowdError> {
         self.check(id)?;
-        self.change(id, |being| being.place(placement));
+        self.change(id, |state| state.place(placement));
         Ok(())
     }
 
@@ -178,8 +179,8 @@ impl Crowd {
         blend: f32,
     ) -> Result<(), CrowdError> {
         self.check(id)?;
-        let last = self.repertoire.last();
-        self.change(id, |being| being.set_detail((level, blend), last));
+        let last = self.animations.last();
+        self.change(id, |state| state.set_detail((level, blend), last));
         Ok(())
     }
 
@@ -187,9 +188,9 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that is not there.
-    pub fn take_out(&mut self, id: CharacterId) -> Result<(), CrowdError> {
+    pub fn deactivate(&mut self, id: CharacterId) -> Result<(), CrowdError> {
         self.check(id)?;
-        self.change(id, |being| being.is_out = true);
+        self.change(id, |state| state.is_inactive = true);
         Ok(())
     }
 
@@ -199,9 +200,9 @@ impl Crowd {
     /// A character that is not there.
     pub fn character(&self, id: CharacterId) -> Result<Character, CrowdError> {
         self.check(id)?;
-        let being = &self.beings[id.index()];
-        let spans = [being.clip, being.second].map(|clip| self.repertoire.span(clip));
-        Ok(being.character(spans, self.now))
+        let state = &self.states[id.index()];
+        let ranges = [state.clip, state.second].map(|clip| self.animations.range(clip));
+        Ok(state.character(ranges, self.now))
     }
 
     /// Time goes on, seconds. Negative or not finite: it stands still.
@@ -210,9 +211,9 @@ impl Crowd {
             self.now += seconds;
         }
         if self.now > LONGEST_RUN {
-            for being in &mut self.beings {
-                let spans = [being.clip, being.second].map(|clip| self.repertoire.span(clip));
-                being.set_back(self.now, spans);
+            for state in &mut self.states {
+                let ranges = [state.clip, state.second].map(|clip| self.animations.range(clip));
+                state.set_back(self.now, ranges);
             }
             self.now = 0.0;
             self.is_sorted = false;
@@ -220,15 +221,15 @@ impl Crowd {
     }
 
     /// How many lines [`Crowd::pose`] writes now. Sorts the crowd where that is due.
-    pub fn lines(&mut self) -> usize {
-        let characters = self.beings.len();
+    pub fn output_len(&mut self) -> usize {
+        let characters = self.states.len();
         let sorting = Sorting {
-            repertoire: &self.repertoire,
-            beings: &self.beings,
+            animations: &self.animations,
+            states: &self.states,
             slots: &mut self.slots,
             now: self.now,
             output: self.settings.output,
-            threads: self.crew.threads(),
+            threads: self.pool.threads(),
         };
         let many = MOST_LATE * (self.late.len() + self.debt.late) > characters;
         if !self.is_sorted || many || self.debt.is_due(characters) {
@@ -250,9 +251,9 @@ impl Crowd {
     /// that has not grown, it allocates nothing.
     ///
     /// # Errors
-    /// Memory that is too small.
-    pub fn pose(&mut self, out: &mut [Line]) -> Result<(), PoseError> {
-        let needed = self.lines();
+    /// WriteMode that is too small.
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+        let needed = self.output_len();
         let found = out.len();
         if found < needed {
             return Err(PoseError::TooSmall { needed, found });
@@ -267,20 +268,20 @@ impl Crowd {
         }
         let apart = AtomicUsize::new(0);
         let (schedule, now) = (&self.schedule, self.now);
-        let (repertoire, settings) = (&*self.repertoire, &self.settings);
+        let (animations, settings) = (&*self.animations, &self.settings);
         let scratch = &self.scratch;
         let (frame, is_settled) = (self.frame, self.is_settled);
-        self.crew.run(&|thread: usize| {
-            let mut out: &mut [Line] = &mut lock(&parts[thread].0);
+        self.pool.run(&|thread: usize| {
+            let mut out: &mut [F32x16] = &mut lock(&parts[thread].0);
             for piece in schedule.part(thread) {
                 let (own, others) = out.split_at_mut(piece.lines.len());
                 out = others;
                 let level = piece.kind.level;
                 let run = Run {
-                    bank: &repertoire.banks[level.index()],
+                    bank: &animations.banks[level.index()],
                     level: Level {
                         number: f32::from(level.0),
-                        steps: &repertoire.steps[level.index()],
+                        steps: &animations.steps[level.index()],
                     },
                     turn: match settings.hold {
                         hold if is_settled && level >= hold.from => {
@@ -289,10 +290,10 @@ impl Crowd {
                         }
                         _ => (0, 1),
                     },
-                    near: piece.kind.near.map(|clip| repertoire.span(clip)),
+                    near: piece.kind.near.map(|clip| animations.range(clip)),
                     fading: piece.kind.is_fading,
                     groups: &schedule.groups[piece.groups.clone()],
-                    asides: &schedule.asides[piece.groups.clone()],
+                    cold: &schedule.cold[piece.groups.clone()],
                     now,
                     output: settings.output,
                     out: own,
@@ -311,25 +312,25 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that is not there, is out, or was added since.
-    pub fn region(&self, id: CharacterId) -> Result<Region, CrowdError> {
+    pub fn pose_slice(&self, id: CharacterId) -> Result<PoseSlice, CrowdError> {
         self.check(id)?;
         let slot = self.slots[id.index()];
         if slot == NOWHERE {
             return Err(self.no_such(id));
         }
         let (group, lane) = split(slot);
-        let aside = &self.schedule.asides[group];
-        Ok(Region {
-            first_line: aside.first_line,
+        let cold = &self.schedule.cold[group];
+        Ok(PoseSlice {
+            offset: cold.offset,
             lane,
-            joints: self.repertoire.joints(aside.kind.level),
-            level: aside.kind.level,
+            joints: self.animations.joints(cold.kind.level),
+            level: cold.kind.level,
             output: self.settings.output,
         })
     }
 
     fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
-        if id.index() < self.beings.len() {
+        if id.index() < self.states.len() {
             Ok(())
         } else {
             Err(self.no_such(id))
@@ -344,28 +345,28 @@ impl Crowd {
     }
 
     /// Changes a character who is there, and what its lane shows, or its group.
-    fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut Being)) {
-        let being = &mut self.beings[id.index()];
-        let before = being.level();
-        change(being);
+    fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut CharacterState)) {
+        let state = &mut self.states[id.index()];
+        let before = state.level();
+        change(state);
         let slot = self.slots[id.index()];
         if slot == NOWHERE {
             self.late.push(id.0);
             return;
         }
         let (group, lane) = split(slot);
-        if !being.is_out && self.schedule.asides[group].kind.takes(being) {
+        if !state.is_inactive && self.schedule.cold[group].kind.takes(state) {
             let [before, after] =
-                [before, being.level()].map(|level| self.repertoire.joints(level));
+                [before, state.level()].map(|level| self.animations.joints(level));
             self.debt.joints += before as isize - after as isize;
-            self.schedule.write((group, lane), being, &self.repertoire);
+            self.schedule.write((group, lane), state, &self.animations);
         } else {
             self.late.push(id.0);
         }
     }
 
-    fn being(&self, character: &Character) -> Result<Being, CrowdError> {
-        let clips = self.repertoire.clips();
+    fn state(&self, character: &Character) -> Result<CharacterState, CrowdError> {
+        let clips = self.animations.clips();
         let known = |clip: ClipId| match clip.index() < clips {
             true => Ok(clip),
             false => Err(CrowdError::NoSuchClip {
@@ -375,11 +376,11 @@ impl Crowd {
         };
         known(character.clip)?;
         character.fade.map(|fade| known(fade.clip)).transpose()?;
-        let span = |clip| self.repertoire.span(clip);
-        Ok(Being::new(
+        let range = |clip| self.animations.range(clip);
+        Ok(CharacterState::new(
             character,
-            span,
-            (self.repertoire.last(), self.now),
+            range,
+            (self.animations.last(), self.now),
         ))
     }
 }

@@ -8,35 +8,35 @@ use std::marker::PhantomData;
 
 use bytemuck::Zeroable;
 
-use super::bank::{Bank, Span};
-use super::form::{Matrices, Posture, Rotations};
-use super::group::{Aside, Group};
-use super::output::{Form, Layout, Memory, Output};
-use super::repertoire::Repertoire;
-use super::sample::{
-    Cycle, Local, Mixed, Moment, Near, Playing, Source, Turned, Weights, Window, turn_rows,
+use super::animation_set::AnimationSet;
+use super::group::{Group, GroupCold};
+use super::joint_math::{JointMath, Matrices, Rotations};
+use super::level_clips::{ClipRange, LevelClips};
+use super::level_step::LevelStep;
+use super::output::{Form, Layout, Output, WriteMode};
+use super::sampling::{
+    Cycle, Local, Mixed, Moment, Near, Playing, Source, Turned, Weights, Window, gather_rows,
 };
-use super::step::Step;
 use super::write::write_joint;
-use crate::math::{Isa, Kernel, Lanes, Line};
+use crate::math::{F32x16, Isa, Kernel, Lanes};
 
 /// Groups that are posed on one level in one way.
 pub(super) struct Run<'a> {
-    pub(super) bank: &'a Bank,
+    pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
     /// The clip of all of them, where they are near each other in time; else each has its own.
-    pub(super) near: Option<&'a Span>,
+    pub(super) near: Option<&'a ClipRange>,
     /// Whether some of them have a second clip; they are then not near.
     pub(super) fading: bool,
     pub(super) groups: &'a [Group],
-    pub(super) asides: &'a [Aside],
+    pub(super) cold: &'a [GroupCold],
     /// The first group that is posed, and the step to the next.
     pub(super) turn: (usize, usize),
     /// The crowd's clock, seconds.
     pub(super) now: f32,
     pub(super) output: Output,
-    /// [`Output::lines`] for each group.
-    pub(super) out: &'a mut [Line],
+    /// [`Output::group_len`] for each group.
+    pub(super) out: &'a mut [F32x16],
     pub(super) scratch: &'a mut Scratch,
 }
 
@@ -46,28 +46,28 @@ pub(super) struct Level<'a> {
     /// By its number.
     pub(super) number: f32,
     /// To the levels after it.
-    pub(super) steps: &'a [Step],
+    pub(super) steps: &'a [LevelStep],
 }
 
 /// What a thread keeps from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     /// A group's joints, where the output is not read from.
-    models: Vec<Line>,
+    models: Vec<F32x16>,
     /// Columns of a group's first clips, and of its second ones.
-    columns: [Vec<Line>; 2],
+    columns: [Vec<F32x16>; 2],
 }
 
 /// A run in one form: kernels are large, so each form has its own.
 struct As<'a, P>(Run<'a>, PhantomData<P>);
 
-impl<P: Posture> Kernel for As<'_, P> {
+impl<P: JointMath> Kernel for As<'_, P> {
     /// How many groups were near each other in time no longer.
     type Out = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        let streamed = self.0.output.memory == Memory::Streamed;
+        let streamed = self.0.output.write == WriteMode::Streamed;
         let apart = self.0.pose::<L, P>();
         if streamed {
             L::fence();
@@ -122,14 +122,14 @@ impl<L: Lanes> Moments<L> {
 
 impl Run<'_> {
     #[inline(always)]
-    fn pose<L: Lanes, P: Posture>(mut self) -> usize {
+    fn pose<L: Lanes, P: JointMath>(mut self) -> usize {
         let joints = self.bank.joints.len();
-        let lines = self.output.lines(joints);
+        let lines = self.output.group_len(joints);
         let mut scratch = std::mem::take(self.scratch);
         scratch.fit(joints, self.bank.row_lines);
         let all = std::mem::take(&mut self.out);
         let mut apart = 0;
-        let cycle = self.near.map(|span| (span, Cycle::<L>::of(span)));
+        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
         let (first, step) = self.turn;
         let turns = (first..self.groups.len()).step_by(step).len();
         let mut ahead = [Moments::<L>::blank(); AHEAD];
@@ -167,22 +167,22 @@ impl Run<'_> {
     }
 
     #[inline(always)]
-    fn moments<L: Lanes>(&self, index: usize, near: Option<(&Span, Cycle<L>)>) -> Moments<L> {
+    fn moments<L: Lanes>(&self, index: usize, near: Option<(&ClipRange, Cycle<L>)>) -> Moments<L> {
         let group = &self.groups[index];
         let mut moments = Moments::<L>::blank();
         moments.all_near = near.is_some();
         moments.is_posed = self.level.shows::<L>(&group.detail, 0);
         for part in 0..L::PARTS {
             let moment = match near {
-                Some((span, cycle)) => {
+                Some((range, cycle)) => {
                     let moment = group.clock.moment(part, self.now, cycle);
-                    let near = Near::new(span, cycle, moment.interval);
+                    let near = Near::new(range, cycle, moment.interval);
                     moments.all_near &= near.is_some();
                     moments.near[part] = near;
                     moment
                 }
                 None => {
-                    let cycle = Cycle::new(L::load(&self.asides[index].length, part));
+                    let cycle = Cycle::new(L::load(&self.cold[index].length, part));
                     group.clock.moment(part, self.now, cycle)
                 }
             };
@@ -194,20 +194,20 @@ impl Run<'_> {
 
     /// A group whose characters share their loads.
     #[inline(always)]
-    fn pose_near<L: Lanes, P: Posture>(
+    fn pose_near<L: Lanes, P: JointMath>(
         &self,
         index: usize,
         moments: &Moments<L>,
-        (out, scratch): (&mut [Line], &mut Scratch),
+        (out, scratch): (&mut [F32x16], &mut Scratch),
     ) {
-        let Some(span) = self.near else {
+        let Some(range) = self.near else {
             return;
         };
         for part in 0..L::PARTS {
             let Some(near) = moments.near[part] else {
                 return;
             };
-            let columns = Window::new(self.bank, span, near);
+            let columns = Window::new(self.bank, range, near);
             let playing = Playing::new(columns, moments.weights[part]);
             let models = &mut scratch.models;
             let mut posing = self.posing::<P>((index, part), moments.is_posed, (&mut *out, models));
@@ -217,25 +217,25 @@ impl Run<'_> {
 
     /// A group each of whose characters is read by itself.
     #[inline(always)]
-    fn pose_apart<L: Lanes, P: Posture>(
+    fn pose_apart<L: Lanes, P: JointMath>(
         &self,
         index: usize,
         moments: &Moments<L>,
-        (out, scratch): (&mut [Line], &mut Scratch),
+        (out, scratch): (&mut [F32x16], &mut Scratch),
     ) {
-        let aside = &self.asides[index];
+        let cold = &self.cold[index];
         let Scratch {
             models,
             columns: [first, second],
         } = scratch;
-        self.turn_columns::<L>(&aside.rows, &moments.own, first);
+        self.turn_columns::<L>(&cold.rows, &moments.own, first);
         let mut faded = L::parts(moments.own[0]);
         if self.fading {
             for part in 0..L::PARTS {
-                let cycle = Cycle::new(L::load(&aside.fade.length, part));
-                faded[part] = aside.fade.clock.moment(part, self.now, cycle);
+                let cycle = Cycle::new(L::load(&cold.fade.length, part));
+                faded[part] = cold.fade.clock.moment(part, self.now, cycle);
             }
-            self.turn_columns::<L>(&aside.fade.rows, &faded, second);
+            self.turn_columns::<L>(&cold.fade.rows, &faded, second);
         }
         for part in 0..L::PARTS {
             let mut posing = self.posing::<P>((index, part), moments.is_posed, (&mut *out, models));
@@ -245,7 +245,7 @@ impl Run<'_> {
                 posing.joints::<L, _>(Mixed {
                     first: own,
                     second: Playing::new(turned(second, part), weights),
-                    weight: L::load(&aside.fade.weight, part),
+                    weight: L::load(&cold.fade.weight, part),
                 });
             } else {
                 posing.joints::<L, _>(own);
@@ -254,11 +254,11 @@ impl Run<'_> {
     }
 
     #[inline(always)]
-    fn posing<'a, P: Posture>(
+    fn posing<'a, P: JointMath>(
         &'a self,
         (index, part): (usize, usize),
         is_posed: bool,
-        (out, models): (&'a mut [Line], &'a mut [Line]),
+        (out, models): (&'a mut [F32x16], &'a mut [F32x16]),
     ) -> Posing<'a, P> {
         let lines = self.bank.joints.len() * P::NUMBERS;
         Posing {
@@ -277,11 +277,11 @@ impl Run<'_> {
     #[inline(always)]
     fn turn_columns<L: Lanes>(
         &self,
-        before: &[u32; Line::LANES],
+        before: &[u32; F32x16::LANES],
         moments: &L::Parts<Moment<L>>,
-        columns: &mut [Line],
+        columns: &mut [F32x16],
     ) {
-        let mut intervals = Line::ZERO;
+        let mut intervals = F32x16::ZERO;
         for part in 0..L::PARTS {
             moments[part].interval.store(&mut intervals, part);
         }
@@ -289,12 +289,12 @@ impl Run<'_> {
         for (row, interval) in rows.iter_mut().zip(intervals.0) {
             *row += interval as u32;
         }
-        turn_rows::<L>(self.bank, &rows, columns);
+        gather_rows::<L>(self.bank, &rows, columns);
     }
 }
 
 #[inline(always)]
-fn turned(columns: &[Line], part: usize) -> Turned<'_> {
+fn turned(columns: &[F32x16], part: usize) -> Turned<'_> {
     Turned {
         lines: columns.iter(),
         part,
@@ -302,10 +302,10 @@ fn turned(columns: &[Line], part: usize) -> Turned<'_> {
 }
 
 impl Scratch {
-    /// Enough for any level of a repertoire: threads shall not allocate later.
-    pub(super) fn of(repertoire: &Repertoire) -> Self {
+    /// Enough for any level of a animations: threads shall not allocate later.
+    pub(super) fn of(animations: &AnimationSet) -> Self {
         let mut scratch = Self::default();
-        for bank in &repertoire.banks {
+        for bank in &animations.banks {
             scratch.fit(bank.joints.len(), bank.row_lines);
         }
         scratch
@@ -313,31 +313,31 @@ impl Scratch {
 
     /// Never less than there was.
     fn fit(&mut self, joints: usize, row_lines: usize) {
-        let grow = |lines: &mut Vec<Line>, length: usize| {
+        let grow = |lines: &mut Vec<F32x16>, length: usize| {
             if lines.len() < length {
-                lines.resize(length, Line::ZERO);
+                lines.resize(length, F32x16::ZERO);
             }
         };
         grow(&mut self.models, joints * Matrices::NUMBERS);
         for lines in &mut self.columns {
-            grow(lines, row_lines * Line::LANES);
+            grow(lines, row_lines * F32x16::LANES);
         }
     }
 }
 
 /// One part of a group, and where it goes.
-struct Posing<'a, P: Posture> {
-    bank: &'a Bank,
+struct Posing<'a, P: JointMath> {
+    bank: &'a LevelClips,
     level: Level<'a>,
     group: &'a Group,
     models: &'a mut [P::Model],
-    out: &'a mut [Line],
+    out: &'a mut [F32x16],
     output: Output,
     part: usize,
     is_posed: bool,
 }
 
-impl<P: Posture> Posing<'_, P> {
+impl<P: JointMath> Posing<'_, P> {
     /// All joints, parents first, and out with them when all parts are there.
     #[inline(always)]
     fn joints<L: Lanes, S: Source<L>>(&mut self, source: S) {
@@ -347,7 +347,7 @@ impl<P: Posture> Posing<'_, P> {
             part: self.part,
         };
         let is_posed = self.is_posed;
-        if (self.output.layout, self.output.memory) == (Layout::Blocks, Memory::Cached) {
+        if (self.output.layout, self.output.write) == (Layout::Blocks, WriteMode::Cached) {
             // The output itself is where children find their parents.
             let models = bytemuck::cast_slice_mut(self.out);
             chain.pose::<L, P, S>(source, models, |_, _| {});
@@ -383,7 +383,7 @@ impl Level<'_> {
     /// Whether nobody of a group is on the way to a level so many steps further, or beyond. Asked of
     /// the whole group, so that the same is computed on registers of every width.
     #[inline(always)]
-    fn shows<L: Lanes>(&self, detail: &Line, steps: usize) -> bool {
+    fn shows<L: Lanes>(&self, detail: &F32x16, steps: usize) -> bool {
         let mut shows = true;
         for part in 0..L::PARTS {
             let ahead = L::load(detail, part) - L::splat(self.number + steps as f32);
@@ -394,11 +394,11 @@ impl Level<'_> {
 }
 
 /// Joints that go on the way to coarser levels are put where they ride then. The coarsest first:
-/// what rides on such a joint goes with it.
+/// what removed on such a joint goes with it.
 #[inline(always)]
-fn step_on<L: Lanes, P: Posture>(
+fn step_on<L: Lanes, P: JointMath>(
     level: Level<'_>,
-    detail: &Line,
+    detail: &F32x16,
     (models, part): (&mut [P::Model], usize),
 ) {
     for (index, step) in level.steps.iter().enumerate().rev() {
@@ -407,7 +407,7 @@ fn step_on<L: Lanes, P: Posture>(
         }
         let weight = L::load(detail, part) - L::splat(level.number + index as f32);
         let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
-        for ride in &step.rides {
+        for ride in &step.removed {
             let ready = P::ready(Local::<L>::splat(ride.turn, ride.place));
             let mut there = P::Model::zeroed();
             P::ride(&models[usize::from(ride.carrier)], ready, &mut there, part);
@@ -418,7 +418,7 @@ fn step_on<L: Lanes, P: Posture>(
 
 /// The joints of one part of a group.
 struct Chain<'a> {
-    bank: &'a Bank,
+    bank: &'a LevelClips,
     group: &'a Group,
     part: usize,
 }
@@ -426,7 +426,7 @@ struct Chain<'a> {
 impl Chain<'_> {
     /// Each joint from its parent. `done` is told of each.
     #[inline(always)]
-    fn pose<L: Lanes, P: Posture, S: Source<L>>(
+    fn pose<L: Lanes, P: JointMath, S: Source<L>>(
         &self,
         mut source: S,
         models: &mut [P::Model],

@@ -1,6 +1,6 @@
-use super::character::LevelId;
-use super::form::{Matrices, Posture, Rotations};
-use crate::math::Line;
+use super::joint_math::{JointMath, Matrices, Rotations};
+use crate::lod::LevelId;
+use crate::math::F32x16;
 
 /// What is written of each joint, in the space of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub enum Layout {
 
 /// What the memory is that is written to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Memory {
+pub enum WriteMode {
     /// It is read again soon or fits the cache.
     #[default]
     Cached,
@@ -43,16 +43,16 @@ pub struct Output {
     /// In which order.
     pub layout: Layout,
     /// Where to.
-    pub memory: Memory,
+    pub write: WriteMode,
 }
 
 impl Output {
     /// Lines that a group of sixteen characters takes.
     #[must_use]
-    pub fn lines(self, joints: usize) -> usize {
+    pub fn group_len(self, joints: usize) -> usize {
         match self.layout {
             Layout::Blocks => joints * self.numbers(),
-            Layout::Rows => Line::LANES * self.row_lines(joints),
+            Layout::Rows => F32x16::LANES * self.row_lines(joints),
         }
     }
 
@@ -75,28 +75,28 @@ impl Output {
 }
 
 /// Lines that as many joints fill as end on a whole line together.
-pub(super) const fn turn_lines<P: Posture>() -> usize {
-    P::ROW * turn_joints::<P>() / Line::LANES
+pub(super) const fn turn_lines<P: JointMath>() -> usize {
+    P::ROW * turn_joints::<P>() / F32x16::LANES
 }
 
 /// How many joints end on a whole line together.
-pub(super) const fn turn_joints<P: Posture>() -> usize {
+pub(super) const fn turn_joints<P: JointMath>() -> usize {
     let mut joints = 1;
-    while P::ROW * joints % Line::LANES != 0 {
+    while P::ROW * joints % F32x16::LANES != 0 {
         joints += 1;
     }
     joints
 }
 
-pub(super) fn row_lines<P: Posture>(joints: usize) -> usize {
+pub(super) fn row_lines<P: JointMath>(joints: usize) -> usize {
     joints.div_ceil(turn_joints::<P>()) * turn_lines::<P>()
 }
 
 /// Where the pose of a character is in the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
+pub struct PoseSlice {
     /// The first line of its group of sixteen.
-    pub first_line: usize,
+    pub offset: usize,
     /// Which one of them it is.
     pub lane: usize,
     /// The level whose joints it is posed with: the one that it was given, or a finer one, on which
@@ -107,21 +107,21 @@ pub struct Region {
     pub(super) output: Output,
 }
 
-impl Region {
+impl PoseSlice {
     /// Where a number of a joint stands, counted in numbers from the start of the output.
     #[must_use]
     pub fn position(&self, joint: usize, number: usize) -> usize {
-        let lines = Line::LANES * self.first_line;
+        let lines = F32x16::LANES * self.offset;
         match self.output.layout {
             Layout::Blocks => {
-                lines + Line::LANES * (joint * self.output.numbers() + number) + self.lane
+                lines + F32x16::LANES * (joint * self.output.numbers() + number) + self.lane
             }
             Layout::Rows => {
                 let row = match self.output.form {
                     Form::Matrices => Matrices::ROW,
                     Form::Rotations => Rotations::ROW,
                 };
-                let rows = Line::LANES * self.output.row_lines(self.joints) * self.lane;
+                let rows = F32x16::LANES * self.output.row_lines(self.joints) * self.lane;
                 lines + rows + joint * row + number
             }
         }
@@ -129,16 +129,16 @@ impl Region {
 
     /// A number of a joint.
     #[must_use]
-    pub fn number(&self, out: &[Line], joint: usize, number: usize) -> f32 {
+    pub fn number(&self, out: &[F32x16], joint: usize, number: usize) -> f32 {
         let position = self.position(joint, number);
-        out[position / Line::LANES].0[position % Line::LANES]
+        out[position / F32x16::LANES].0[position % F32x16::LANES]
     }
 
     /// Writes numbers of a joint, the first of them at `number`.
-    pub(super) fn set(&self, out: &mut [Line], (joint, number): (usize, usize), numbers: &[f32]) {
+    pub(super) fn set(&self, out: &mut [F32x16], (joint, number): (usize, usize), numbers: &[f32]) {
         for (index, &value) in numbers.iter().enumerate() {
             let position = self.position(joint, number + index);
-            out[position / Line::LANES].0[position % Line::LANES] = value;
+            out[position / F32x16::LANES].0[position % F32x16::LANES] = value;
         }
     }
 }

@@ -7,17 +7,18 @@
 
 use std::ops::Range;
 
-use super::character::{Being, ClipId, LevelId};
-use super::group::{Aside, Group};
+use super::animation_set::AnimationSet;
+use super::character::{CharacterState, ClipId};
+use super::group::{Group, GroupCold};
 use super::instances::MOST_LATE;
 use super::output::Output;
-use super::radix;
-use super::repertoire::Repertoire;
-use crate::math::Line;
+use super::radix_sort;
+use crate::lod::LevelId;
+use crate::math::F32x16;
 
 /// How a group is posed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Kind {
+pub(super) struct GroupKind {
     /// The finest that one of them needs.
     pub(super) level: LevelId,
     /// The clip of all, who are near each other in time.
@@ -29,9 +30,9 @@ pub(super) struct Kind {
 /// Groups of one kind that stand together.
 #[derive(Clone, Debug)]
 pub(super) struct Bucket {
-    pub(super) kind: Kind,
+    pub(super) kind: GroupKind,
     pub(super) groups: Range<usize>,
-    pub(super) first_line: usize,
+    pub(super) offset: usize,
     /// Of each group.
     pub(super) lines: usize,
 }
@@ -39,7 +40,7 @@ pub(super) struct Bucket {
 /// Groups of one bucket that one thread poses.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    pub(super) kind: Kind,
+    pub(super) kind: GroupKind,
     pub(super) groups: Range<usize>,
     pub(super) lines: Range<usize>,
 }
@@ -48,7 +49,7 @@ pub(super) struct Piece {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Schedule {
     pub(super) groups: Vec<Group>,
-    pub(super) asides: Vec<Aside>,
+    pub(super) cold: Vec<GroupCold>,
     buckets: Vec<Bucket>,
     pieces: Vec<Piece>,
     /// Where the pieces of each thread end.
@@ -79,8 +80,8 @@ pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// What the order follows from.
 pub(super) struct Sorting<'a> {
-    pub(super) repertoire: &'a Repertoire,
-    pub(super) beings: &'a [Being],
+    pub(super) animations: &'a AnimationSet,
+    pub(super) states: &'a [CharacterState],
     /// Of each character its group and lane, as one number.
     pub(super) slots: &'a mut [u32],
     pub(super) now: f32,
@@ -98,36 +99,36 @@ impl Schedule {
 
     fn order(&mut self, sorting: &Sorting<'_>) {
         let Sorting {
-            repertoire, now, ..
+            animations, now, ..
         } = *sorting;
-        let clips = repertoire.clips();
+        let clips = animations.clips();
         self.keys.clear();
-        let present = sorting.beings.iter().enumerate();
-        let present = present.filter(|(_, being)| !being.is_out);
-        self.keys.extend(present.map(|(id, being)| {
-            let at = being.at(now) / repertoire.span(being.clip).intervals as f32;
+        let present = sorting.states.iter().enumerate();
+        let present = present.filter(|(_, state)| !state.is_inactive);
+        self.keys.extend(present.map(|(id, state)| {
+            let at = state.at(now) / animations.range(state.clip).intervals as f32;
             // What is no number becomes 0, as where it is played.
             let time = ((at - at.floor()) * (1 << TIME_BITS) as f32) as u64;
             let time = time.min((1 << TIME_BITS) - 1);
-            let kind = 2 * being.level().index() + usize::from(being.is_fading);
-            let plays = (kind * clips + being.clip.index()) as u64;
+            let kind = 2 * state.level().index() + usize::from(state.is_fading);
+            let plays = (kind * clips + state.clip.index()) as u64;
             plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
         }));
-        let kinds = 2 * repertoire.levels() * clips;
+        let kinds = 2 * animations.levels() * clips;
         let bits = ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2();
-        radix::sort(&mut self.keys, &mut self.spare, (ID_BITS, bits));
+        radix_sort::sort(&mut self.keys, &mut self.spare, (ID_BITS, bits));
     }
 
     /// Fills groups in the order of the keys.
     fn fill(&mut self, sorting: &mut Sorting<'_>) {
         self.groups.clear();
-        self.asides.clear();
+        self.cold.clear();
         self.buckets.clear();
         self.lines = 0;
-        self.reserve(sorting.beings.len(), sorting.threads);
+        self.reserve(sorting.states.len(), sorting.threads);
         sorting.slots.fill(NOWHERE);
         let keys = std::mem::take(&mut self.keys);
-        let level = |key: &u64| sorting.beings[who(*key)].level();
+        let level = |key: &u64| sorting.states[who(*key)].level();
         for same_level in keys.chunk_by(|a, b| level(a) == level(b)) {
             self.fill_level(same_level, sorting);
         }
@@ -140,10 +141,10 @@ impl Schedule {
 
     /// For any order of so many characters, and for those who come late.
     fn reserve(&mut self, characters: usize, threads: usize) {
-        let full = characters / Line::LANES + 2;
+        let full = characters / F32x16::LANES + 2;
         let groups = full + characters / MOST_LATE + 2;
         self.groups.reserve(groups);
-        self.asides.reserve(groups);
+        self.cold.reserve(groups);
         self.buckets.reserve(groups);
         self.pieces
             .reserve((groups + threads).saturating_sub(self.pieces.len()));
@@ -156,28 +157,28 @@ impl Schedule {
     /// finer levels, as long as there are sixteen.
     fn fill_level(&mut self, mut left: &[u64], sorting: &mut Sorting<'_>) {
         while let Some(&key) = left.first() {
-            let being = &sorting.beings[who(key)];
-            if !being.is_fading && sorting.are_near(left) {
-                let kind = Kind {
-                    level: being.level(),
-                    near: Some(being.clip),
+            let state = &sorting.states[who(key)];
+            if !state.is_fading && sorting.are_near(left) {
+                let kind = GroupKind {
+                    level: state.level(),
+                    near: Some(state.clip),
                     is_fading: false,
                 };
-                let (near, others) = left.split_at(Line::LANES);
-                let mut ids = [0; Line::LANES];
+                let (near, others) = left.split_at(F32x16::LANES);
+                let mut ids = [0; F32x16::LANES];
                 for (id, &key) in ids.iter_mut().zip(near) {
                     *id = who(key) as u32;
                 }
                 self.push(kind, &ids, sorting);
                 left = others;
             } else {
-                self.rest[usize::from(being.is_fading)].push(who(key) as u32);
+                self.rest[usize::from(state.is_fading)].push(who(key) as u32);
                 left = &left[1..];
             }
         }
         for is_fading in [false, true] {
             let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
-            let sixteens = rest.chunks_exact(Line::LANES);
+            let sixteens = rest.chunks_exact(F32x16::LANES);
             let left = rest.len() - sixteens.remainder().len();
             for ids in sixteens {
                 self.push_mixed(ids, is_fading, sorting);
@@ -199,10 +200,10 @@ impl Schedule {
 
     /// Sixteen at most, the one of the finest level first.
     fn push_mixed(&mut self, members: &[u32], is_fading: bool, sorting: &mut Sorting<'_>) {
-        let mut ids = [Group::NOBODY; Line::LANES];
+        let mut ids = [Group::NOBODY; F32x16::LANES];
         ids[..members.len()].copy_from_slice(members);
-        let kind = Kind {
-            level: sorting.beings[members[0] as usize].level(),
+        let kind = GroupKind {
+            level: sorting.states[members[0] as usize].level(),
             near: None,
             is_fading,
         };
@@ -210,34 +211,36 @@ impl Schedule {
     }
 
     /// One more group, behind all others.
-    fn push(&mut self, kind: Kind, ids: &[u32; Line::LANES], sorting: &mut Sorting<'_>) {
+    fn push(&mut self, kind: GroupKind, ids: &[u32; F32x16::LANES], sorting: &mut Sorting<'_>) {
         let index = self.groups.len();
-        let lines = sorting.output.lines(sorting.repertoire.joints(kind.level));
+        let lines = sorting
+            .output
+            .group_len(sorting.animations.joints(kind.level));
         match self.buckets.last_mut() {
             Some(bucket) if bucket.kind == kind => bucket.groups.end = index + 1,
             _ => self.buckets.push(Bucket {
                 kind,
                 groups: index..index + 1,
-                first_line: self.lines,
+                offset: self.lines,
                 lines,
             }),
         }
         self.groups.push(Group::EMPTY);
-        self.asides.push(Aside {
+        self.cold.push(GroupCold {
             kind,
-            first_line: self.lines,
-            ..Aside::EMPTY
+            offset: self.lines,
+            ..GroupCold::EMPTY
         });
         self.lines += lines;
         for (lane, &id) in ids.iter().enumerate() {
             // Lanes that nobody uses repeat the first.
             let shown = if id == Group::NOBODY { ids[0] } else { id };
-            if let Some(being) = sorting.beings.get(shown as usize) {
-                self.write((index, lane), being, sorting.repertoire);
+            if let Some(state) = sorting.states.get(shown as usize) {
+                self.write((index, lane), state, sorting.animations);
             }
             if id != Group::NOBODY {
-                self.asides[index].ids[lane] = id;
-                sorting.slots[id as usize] = (index * Line::LANES + lane) as u32;
+                self.cold[index].ids[lane] = id;
+                sorting.slots[id as usize] = (index * F32x16::LANES + lane) as u32;
             }
         }
     }
@@ -246,15 +249,15 @@ impl Schedule {
     pub(super) fn write(
         &mut self,
         (group, lane): (usize, usize),
-        being: &Being,
-        repertoire: &Repertoire,
+        state: &CharacterState,
+        animations: &AnimationSet,
     ) {
-        let spans = [being.clip, being.second].map(|clip| {
-            let span = repertoire.span(clip);
-            (span.row, span.intervals)
+        let ranges = [state.clip, state.second].map(|clip| {
+            let range = animations.range(clip);
+            (range.row, range.intervals)
         });
-        self.groups[group].write(lane, being);
-        self.asides[group].write(lane, being, spans);
+        self.groups[group].write(lane, state);
+        self.cold[group].write(lane, state, ranges);
     }
 
     /// Puts those who cannot stay where they are, or have just come, into groups of their own at the
@@ -262,30 +265,30 @@ impl Schedule {
     pub(super) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
         for &id in late {
             self.vacate(id, &mut sorting);
-            let being = &sorting.beings[id as usize];
-            if being.is_out {
+            let state = &sorting.states[id as usize];
+            if state.is_inactive {
                 continue;
             }
-            let own = Kind {
-                level: being.level(),
+            let own = GroupKind {
+                level: state.level(),
                 near: None,
-                is_fading: being.is_fading,
+                is_fading: state.is_fading,
             };
             // The last few: more are seldom open.
             let open = (self.first_late..self.groups.len()).rev().take(4);
             let vacancy = { open }.find_map(|group| {
-                let aside = &self.asides[group];
-                let lane = (0..Line::LANES).find(|&lane| !aside.is_used(lane))?;
-                aside.kind.takes(being).then_some((group, lane))
+                let cold = &self.cold[group];
+                let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
+                cold.kind.takes(state).then_some((group, lane))
             });
             match vacancy {
                 Some((group, lane)) => {
-                    self.asides[group].ids[lane] = id;
-                    sorting.slots[id as usize] = (group * Line::LANES + lane) as u32;
-                    self.write((group, lane), being, sorting.repertoire);
+                    self.cold[group].ids[lane] = id;
+                    sorting.slots[id as usize] = (group * F32x16::LANES + lane) as u32;
+                    self.write((group, lane), state, sorting.animations);
                 }
                 None => {
-                    let mut ids = [Group::NOBODY; Line::LANES];
+                    let mut ids = [Group::NOBODY; F32x16::LANES];
                     ids[0] = id;
                     self.push(own, &ids, &mut sorting);
                 }
@@ -300,11 +303,11 @@ impl Schedule {
             return;
         }
         let (group, lane) = split(slot);
-        self.asides[group].ids[lane] = Group::NOBODY;
+        self.cold[group].ids[lane] = Group::NOBODY;
         let stays = |&&id: &&u32| id != Group::NOBODY;
-        if let Some(&other) = self.asides[group].ids.iter().find(stays) {
-            let being = &sorting.beings[other as usize];
-            self.write((group, lane), being, sorting.repertoire);
+        if let Some(&other) = self.cold[group].ids.iter().find(stays) {
+            let state = &sorting.states[other as usize];
+            self.write((group, lane), state, sorting.animations);
         }
     }
 
@@ -318,14 +321,12 @@ impl Schedule {
             for bucket in &self.buckets {
                 // A group goes to the thread in whose part it starts.
                 let up_to = |line: usize| {
-                    let groups = line
-                        .saturating_sub(bucket.first_line)
-                        .div_ceil(bucket.lines);
+                    let groups = line.saturating_sub(bucket.offset).div_ceil(bucket.lines);
                     groups.min(bucket.groups.len())
                 };
                 let (from, to) = (up_to(start), up_to(end));
                 if from < to {
-                    let line = |group: usize| bucket.first_line + group * bucket.lines;
+                    let line = |group: usize| bucket.offset + group * bucket.lines;
                     self.pieces.push(Piece {
                         kind: bucket.kind,
                         groups: bucket.groups.start + from..bucket.groups.start + to,
@@ -352,27 +353,27 @@ impl Schedule {
 impl Sorting<'_> {
     /// Whether the first sixteen can share their loads for a while: lanes drift apart.
     fn are_near(&self, keys: &[u64]) -> bool {
-        let Some(sixteen) = keys.get(..Line::LANES) else {
+        let Some(sixteen) = keys.get(..F32x16::LANES) else {
             return false;
         };
         let plays = |key: u64| key >> (TIME_BITS + ID_BITS);
-        if plays(sixteen[0]) != plays(sixteen[Line::LANES - 1]) {
+        if plays(sixteen[0]) != plays(sixteen[F32x16::LANES - 1]) {
             return false;
         }
-        let clip = self.beings[who(sixteen[0])].clip;
-        let intervals = self.repertoire.span(clip).intervals as u64;
+        let clip = self.states[who(sixteen[0])].clip;
+        let intervals = self.animations.range(clip).intervals as u64;
         let time = |key: u64| key >> ID_BITS & ((1 << TIME_BITS) - 1);
-        let between = time(sixteen[Line::LANES - 1]) - time(sixteen[0]);
+        let between = time(sixteen[F32x16::LANES - 1]) - time(sixteen[0]);
         between * intervals <= NEAR << TIME_BITS
     }
 }
 
-impl Kind {
+impl GroupKind {
     /// Whether a character can be posed so.
-    pub(super) fn takes(self, being: &Being) -> bool {
-        self.level <= being.level()
-            && self.near.is_none_or(|clip| clip == being.clip)
-            && (self.is_fading || !being.is_fading)
+    pub(super) fn takes(self, state: &CharacterState) -> bool {
+        self.level <= state.level()
+            && self.near.is_none_or(|clip| clip == state.clip)
+            && (self.is_fading || !state.is_fading)
     }
 }
 
@@ -383,5 +384,5 @@ fn who(key: u64) -> usize {
 /// A slot as group and lane.
 pub(super) fn split(slot: u32) -> (usize, usize) {
     let slot = slot as usize;
-    (slot / Line::LANES, slot % Line::LANES)
+    (slot / F32x16::LANES, slot % F32x16::LANES)
 }

@@ -1,8 +1,8 @@
 use thiserror::Error;
 
-use super::character::LevelId;
 use super::output::Output;
 use super::schedule;
+use crate::lod::LevelId;
 use crate::math::Isa;
 
 /// How a crowd is posed.
@@ -47,8 +47,8 @@ impl Default for CrowdSettings {
 /// Why a character cannot be what it is wanted to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum CrowdError {
-    /// A clip that the repertoire has not.
-    #[error("clip {clip} of a repertoire of {clips}")]
+    /// A clip that the animations has not.
+    #[error("clip {clip} of a animations of {clips}")]
     NoSuchClip {
         /// The clip.
         clip: u16,

@@ -1,30 +1,30 @@
 //! Where a group's joints go in the output.
 
-use super::form::Posture;
-use super::output::{Layout, Memory, Output, row_lines, turn_joints, turn_lines};
-use crate::math::{Lanes, Line};
+use super::joint_math::JointMath;
+use super::output::{Layout, Output, WriteMode, row_lines, turn_joints, turn_lines};
+use crate::math::{F32x16, Lanes};
 
 /// A joint in the order of the output, from memory of the thread's own.
 #[inline(always)]
-pub(super) fn write_joint<L: Lanes, P: Posture>(
+pub(super) fn write_joint<L: Lanes, P: JointMath>(
     models: &[P::Model],
     joint: usize,
-    (out, output): (&mut [Line], Output),
+    (out, output): (&mut [F32x16], Output),
 ) {
     match output.layout {
         Layout::Blocks => stream_block::<L, P>(&models[joint], block::<P>(out, joint)),
-        Layout::Rows => write_rows::<L, P>(models, joint, (out, output.memory)),
+        Layout::Rows => write_rows::<L, P>(models, joint, (out, output.write)),
     }
 }
 
 /// The lines of one joint in the output of a group.
 #[inline(always)]
-fn block<P: Posture>(out: &mut [Line], joint: usize) -> &mut [Line] {
+fn block<P: JointMath>(out: &mut [F32x16], joint: usize) -> &mut [F32x16] {
     &mut out[joint * P::NUMBERS..][..P::NUMBERS]
 }
 
 #[inline(always)]
-fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut [Line]) {
+fn stream_block<L: Lanes, P: JointMath>(from: &P::Model, to: &mut [F32x16]) {
     for (from, to) in from.as_ref().iter().zip(to) {
         for part in 0..L::PARTS {
             L::load(from, part).stream(to, part);
@@ -34,10 +34,10 @@ fn stream_block<L: Lanes, P: Posture>(from: &P::Model, to: &mut [Line]) {
 
 /// Writes the whole lines of all rows that end with this joint.
 #[inline(always)]
-fn write_rows<L: Lanes, P: Posture>(
+fn write_rows<L: Lanes, P: JointMath>(
     models: &[P::Model],
     joint: usize,
-    (out, memory): (&mut [Line], Memory),
+    (out, memory): (&mut [F32x16], WriteMode),
 ) {
     let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
     if !(joint + 1).is_multiple_of(of_turn) && joint + 1 != models.len() {
@@ -46,9 +46,9 @@ fn write_rows<L: Lanes, P: Posture>(
     let turn = joint / of_turn;
     let row = row_lines::<P>(models.len());
     for line in 0..lines {
-        let mut numbers = [&Line::ZERO; Line::LANES];
+        let mut numbers = [&F32x16::ZERO; F32x16::LANES];
         for (index, number) in numbers.iter_mut().enumerate() {
-            let place = line * Line::LANES + index;
+            let place = line * F32x16::LANES + index;
             if let Some(model) = models.get(turn * of_turn + place / P::ROW)
                 && let Some(found) = model.as_ref().get(place % P::ROW)
             {
@@ -60,8 +60,8 @@ fn write_rows<L: Lanes, P: Posture>(
         for (from, to) in turned.iter().zip(to) {
             for part in 0..L::PARTS {
                 match memory {
-                    Memory::Cached => L::load(from, part).store(to, part),
-                    Memory::Streamed => L::load(from, part).stream(to, part),
+                    WriteMode::Cached => L::load(from, part).store(to, part),
+                    WriteMode::Streamed => L::load(from, part).stream(to, part),
                 }
             }
         }

@@ -6,7 +6,7 @@
 
 use glam::Affine3A;
 
-use super::Levels;
+use super::{LevelId, Levels};
 use crate::anim::JointTransform;
 
 /// What makes a level look like the next.
@@ -23,8 +23,11 @@ pub struct Blend {
 impl Levels {
     /// From a level to the next; `None` for the last one.
     #[must_use]
-    pub fn blend(&self, level: usize) -> Option<Blend> {
-        let (finer, coarser) = (self.levels.get(level)?, self.levels.get(level + 1)?);
+    pub fn blend(&self, level: LevelId) -> Option<Blend> {
+        let (finer, coarser) = (
+            self.levels.get(level.index())?,
+            self.levels.get(level.index() + 1)?,
+        );
         let removed = coarser.removed?;
         let seat = coarser.seats.get(removed.index())?;
         let carrier = *coarser.kept.get(usize::from(seat.carrier))?;

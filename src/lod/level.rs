@@ -3,6 +3,18 @@ use super::displacement::LevelError;
 use super::frames::Place;
 use crate::anim::{JointId, JointTransform, Skeleton};
 
+/// A level of detail by its index in [`Levels::levels`]: level 0 keeps all joints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LevelId(pub u16);
+
+impl LevelId {
+    /// The index in [`Levels::levels`].
+    #[must_use]
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
 /// One level of detail: the joints that are kept, of whom each hangs, and where the others are drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {

@@ -30,7 +30,7 @@ pub use build::{Carrier, LevelSettings, Order};
 pub use displacement::LevelError;
 pub use energy::{Branch, EnergySettings, Flexion, Inertia, joint_energies};
 pub use error::LodError;
-pub use level::{Level, Levels, Seated};
+pub use level::{Level, LevelId, Levels, Seated};
 pub use mass::{BoneShape, Masses};
 pub use motion::{LevelMotion, LevelTrack, Translations, rehang};
 pub use switching::{Band, BlendSettings, Choice, Measure, Rule, SwitchSettings, Switching};

@@ -18,7 +18,7 @@ impl Levels {
     /// The matrices of all joints of the full skeleton as they are drawn, in the space of the motion, into `out`; `joints` are those of
     /// the full skeleton.
     fn draw(&self, choice: Choice, joints: &[Affine3A], out: &mut Vec<Affine3A>) {
-        let level = &self.levels[choice.level];
+        let level = &self.levels[choice.level.index()];
         let mut kept: Vec<Affine3A> = level.kept.iter().map(|id| joints[id.index()]).collect();
         if let Some(blend) = self.blend(choice.level)
             && choice.blend > 0.0

@@ -13,7 +13,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Levels, LodError, View};
+use super::{LevelId, Levels, LodError, View};
 
 /// When levels are switched.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -155,7 +155,7 @@ pub struct Band {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// The level whose joints are posed.
-    pub level: usize,
+    pub level: LevelId,
     /// How far [`Levels::blend`] of this level has gone: 0 not at all, 1 all the way.
     pub blend: f32,
 }
@@ -238,10 +238,10 @@ impl Switching {
 
     /// What is drawn at a distance; `before`: the level in the frame before, which is kept while that is allowed.
     #[must_use]
-    pub fn choose(&self, distance: f32, before: Option<usize>) -> Choice {
+    pub fn choose(&self, distance: f32, before: Option<LevelId>) -> Choice {
         let coarsest = self.bands.partition_point(|band| band.full <= distance);
         let finest = self.bands.partition_point(|band| band.end <= distance);
-        let level = before.map_or(finest, |before| before.clamp(finest, coarsest));
+        let level = before.map_or(finest, |before| before.index().clamp(finest, coarsest));
         let blend = match self.bands.get(level) {
             Some(band) if self.blends && distance > band.start => {
                 let width = band.full - band.start;
@@ -250,7 +250,10 @@ impl Switching {
             }
             _ => 0.0,
         };
-        Choice { level, blend }
+        Choice {
+            level: LevelId(level as u16),
+            blend,
+        }
     }
 }
 

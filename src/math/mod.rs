@@ -1,16 +1,16 @@
 //! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
 
-mod crew;
 mod isa;
 mod lanes;
 mod parallel;
 mod rigid2;
 mod round;
+mod worker_pool;
 
-pub(crate) use crew::Crew;
 pub use isa::{Isa, Lookup, Words};
-pub use lanes::Line;
+pub use lanes::F32x16;
 pub(crate) use lanes::{Kernel, Lanes};
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};
+pub(crate) use worker_pool::WorkerPool;

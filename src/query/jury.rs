@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::clearance::{Clearance, MotionBody};
-use crate::math::Crew;
+use crate::math::WorkerPool;
 
 /// Who tests, and what each of them works with; kept from one query to the next. The threads are started when they are first
 /// asked for, and are nobody else's: a clone starts its own.
 #[derive(Default)]
 pub(super) struct Jury {
     /// And how many were asked for: there may be fewer.
-    crew: Option<(usize, Crew)>,
+    pool: Option<(usize, WorkerPool)>,
     /// The caller's first.
     seats: Vec<Mutex<Seat>>,
     found: Vec<Option<Clearance>>,
@@ -55,14 +55,14 @@ impl Jury {
         ends: impl Fn(&Clearance) -> bool + Sync,
     ) -> &[Option<Clearance>] {
         let threads = threads.min(MOST);
-        self.crew.take_if(|(asked, _)| *asked != threads);
-        let (_, crew) = self
-            .crew
-            .get_or_insert_with(|| (threads, Crew::new(threads)));
+        self.pool.take_if(|(asked, _)| *asked != threads);
+        let (_, pool) = self
+            .pool
+            .get_or_insert_with(|| (threads, WorkerPool::new(threads)));
         self.seats
-            .resize_with(crew.threads().max(self.seats.len()), Mutex::default);
+            .resize_with(pool.threads().max(self.seats.len()), Mutex::default);
         let (next, end) = (AtomicUsize::new(0), AtomicUsize::new(count));
-        crew.run(&|thread: usize| {
+        pool.run(&|thread: usize| {
             let mut seat = lock(&self.seats[thread]);
             let Seat { body, found } = &mut *seat;
             found.clear();
@@ -82,7 +82,7 @@ impl Jury {
         });
         self.found.clear();
         self.found.resize(count, None);
-        for seat in &self.seats[..crew.threads()] {
+        for seat in &self.seats[..pool.threads()] {
             for &(index, one) in &lock(seat).found {
                 self.found[index] = Some(one);
             }
@@ -106,7 +106,7 @@ impl fmt::Debug for Jury {
         f.debug_struct("Jury")
             .field(
                 "threads",
-                &self.crew.as_ref().map_or(1, |(_, crew)| crew.threads()),
+                &self.pool.as_ref().map_or(1, |(_, pool)| pool.threads()),
             )
             .finish_non_exhaustive()
     }

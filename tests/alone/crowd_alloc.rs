@@ -28,7 +28,7 @@ fn frames_allocate_nothing() {
             for &id in &ids {
                 crowd.set_level(id, LevelId(0)).unwrap();
             }
-            out.resize(out.len().max(crowd.lines()) * 2, out[0]);
+            out.resize(out.len().max(crowd.output_len()) * 2, out[0]);
             for (&id, character) in ids.iter().zip(&characters) {
                 crowd.set_level(id, character.level).unwrap();
             }

@@ -12,8 +12,8 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::character::{MemberId, PosedBy, Troupe, TroupeSettings};
 use sabaki::crowd::{CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
-use sabaki::lod::{LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
-use sabaki::math::{Line, Rigid2};
+use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
+use sabaki::math::{F32x16, Rigid2};
 
 /// Metres.
 const NEAR: f64 = 4e-4;
@@ -77,7 +77,10 @@ impl Scene {
             .map(|id| exact[id.index()])
             .collect();
         if blend > 0.0 {
-            self.levels.blend(own).unwrap().apply(blend, &mut kept);
+            self.levels
+                .blend(LevelId(own as u16))
+                .unwrap()
+                .apply(blend, &mut kept);
         }
         let seats = levels[own].seats.iter();
         seats
@@ -88,17 +91,17 @@ impl Scene {
     /// How far the worst point of a member is from where it should be, and who posed it.
     fn check(
         &self,
-        (troupe, out): (&mut Troupe<'_>, &[Line]),
+        (troupe, out): (&mut Troupe<'_>, &[F32x16]),
         member: MemberId,
         form: Form,
     ) -> (f64, PosedBy) {
-        let region = troupe.region(member).unwrap();
+        let slice = troupe.pose_slice(member).unwrap();
         let detail = troupe.detail(member).unwrap();
         let drawn = self.drawn(troupe.playhead(member).unwrap(), detail);
-        let level = &self.levels.levels[usize::from(region.level.0)];
+        let level = &self.levels.levels[usize::from(slice.level.0)];
         let mut worst: f64 = 0.0;
         for (joint, id) in level.kept.iter().enumerate() {
-            let found = joint_of(out, &region, form, joint);
+            let found = joint_of(out, &slice, form, joint);
             for point in [DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1] {
                 let expected = drawn[id.index()].transform_point3(point.as_vec3());
                 let apart = found.transform_point3(point).distance(expected.as_dvec3());
@@ -129,7 +132,7 @@ fn members_are_where_their_playheads_are() {
             // A camera that flies across.
             let eye = Vec3::new(frame as f32 * 0.5 - 20.0, 1.6, 0.0);
             troupe.look_from(eye).unwrap();
-            out.resize(troupe.lines(), Line::ZERO);
+            out.resize(troupe.lines(), F32x16::ZERO);
             troupe.pose(&mut out).unwrap();
             for (&member, before) in members.iter().zip(&mut before) {
                 let (worst, by) = scene.check((&mut troupe, &out), member, output.form);
@@ -174,7 +177,7 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
         seconds += 0.02;
         troupe.advance(0.02).unwrap();
         troupe.look_from(far).unwrap();
-        out.resize(troupe.lines(), Line::ZERO);
+        out.resize(troupe.lines(), F32x16::ZERO);
         troupe.pose(&mut out).unwrap();
         let (worst, by) = scene.check((&mut troupe, &out), members[3], Form::Matrices);
         assert!(worst < NEAR, "{worst} m after {seconds} s by {by:?}");
@@ -195,13 +198,13 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
 fn strangers_and_small_memory_are_errors() {
     let scene = Scene::new();
     let mut troupe = scene.troupe(CrowdSettings::default());
-    assert!(troupe.is_empty() && troupe.region(MemberId(0)).is_err());
+    assert!(troupe.is_empty() && troupe.pose_slice(MemberId(0)).is_err());
     assert_eq!(troupe.playhead(MemberId(0)), None);
     scene.fill(&mut troupe, 3);
     assert_eq!(troupe.len(), 3);
     let needed = troupe.lines();
-    assert!(troupe.pose(&mut vec![Line::ZERO; needed - 1]).is_err());
-    troupe.pose(&mut vec![Line::ZERO; needed]).unwrap();
+    assert!(troupe.pose(&mut vec![F32x16::ZERO; needed - 1]).is_err());
+    troupe.pose(&mut vec![F32x16::ZERO; needed]).unwrap();
     let frozen = troupe.playhead(MemberId(0));
     troupe.advance(f32::NAN).unwrap();
     troupe.advance(-1.0).unwrap();

@@ -11,11 +11,11 @@ use common::crowd::{Stage, crowd_of, forms, furthest, joint_of, posed, settings}
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    Character, CharacterId, ClipId, Crowd, CrowdError, CrowdSettings, Form, Hold, LevelId, Output,
-    PoseError, Repertoire, RepertoireError,
+    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
+    CrowdSettings, Form, Hold, LevelId, Output, PoseError,
 };
 use sabaki::lod::{LevelSettings, Levels};
-use sabaki::math::{Isa, Line};
+use sabaki::math::{F32x16, Isa};
 use sabaki_import::{ReadOptions, read_clip};
 
 /// Metres.
@@ -96,7 +96,7 @@ fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
             crowd.advance(0.5);
             posed(&mut crowd)
         };
-        let bits = |lines: &[Line]| -> Vec<u32> {
+        let bits = |lines: &[F32x16]| -> Vec<u32> {
             lines
                 .iter()
                 .flat_map(|line| line.0)
@@ -151,10 +151,13 @@ fn a_crowd_goes_on_for_a_long_time() {
     let (mut anew, new_ids) = crowd_of(&stage, &characters, default());
     let new_out = posed(&mut anew);
     for (&id, &new_id) in ids.iter().zip(&new_ids) {
-        let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
-        for (joint, same) in stage.both(&region, &new) {
+        let (slice, new) = (
+            crowd.pose_slice(id).unwrap(),
+            anew.pose_slice(new_id).unwrap(),
+        );
+        for (joint, same) in stage.both(&slice, &new) {
             for number in 0..12 {
-                let found = region.number(&out, joint, number);
+                let found = slice.number(&out, joint, number);
                 let expected = new.number(&new_out, same, number);
                 // 1800 sums of a sixtieth of a second.
                 assert!((found - expected).abs() < 2e-3, "{found} {expected}");
@@ -189,10 +192,13 @@ fn characters_change() {
     let (mut anew, new_ids) = crowd_of(&stage, &after, default());
     let (out, new_out) = (posed(&mut crowd), posed(&mut anew));
     for (&id, &new_id) in ids.iter().zip(&new_ids) {
-        let (region, new) = (crowd.region(id).unwrap(), anew.region(new_id).unwrap());
-        for (joint, same) in stage.both(&region, &new) {
+        let (slice, new) = (
+            crowd.pose_slice(id).unwrap(),
+            anew.pose_slice(new_id).unwrap(),
+        );
+        for (joint, same) in stage.both(&slice, &new) {
             for number in 0..12 {
-                let found = region.number(&out, joint, number);
+                let found = slice.number(&out, joint, number);
                 let expected = new.number(&new_out, same, number);
                 assert!((found - expected).abs() < 1e-5);
             }
@@ -218,19 +224,19 @@ fn held_characters_are_a_few_frames_behind() {
         let mut held = 0;
         for frame in 1..40u16 {
             crowd.advance(0.02);
-            out.resize(crowd.lines(), Line::ZERO);
+            out.resize(crowd.output_len(), F32x16::ZERO);
             crowd.pose(&mut out).unwrap();
             for (&id, character) in ids.iter().zip(&characters) {
-                let region = crowd.region(id).unwrap();
+                let slice = crowd.pose_slice(id).unwrap();
                 let is_at = |behind: u16| {
                     let seconds = 0.02 * f64::from(frame.saturating_sub(behind));
-                    let at = (&region, Form::Matrices);
+                    let at = (&slice, Form::Matrices);
                     let expected = stage.drawn(character, seconds, at);
-                    let place = |joint| joint_of(&out, &region, Form::Matrices, joint).translation;
+                    let place = |joint| joint_of(&out, &slice, Form::Matrices, joint).translation;
                     let joints = expected.iter().enumerate();
                     { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)
                 };
-                let most = if region.level >= hold.from { frames } else { 0 };
+                let most = if slice.level >= hold.from { frames } else { 0 };
                 let behind = (0..=most).find(|&behind| is_at(behind));
                 assert!(behind.is_some(), "frame {frame}, {character:?}");
                 held += usize::from(behind > Some(0));
@@ -331,10 +337,10 @@ fn what_is_no_number_is_the_start() {
             same.advance(5.0);
             let (out, plain_out) = (posed(&mut crowd), posed(&mut same));
             for (&id, &plain_id) in ids.iter().zip(&plain_ids) {
-                let region = crowd.region(id).unwrap();
-                let expected = same.region(plain_id).unwrap();
-                for joint in 0..region.joints {
-                    let found = region.number(&out, joint, 3);
+                let slice = crowd.pose_slice(id).unwrap();
+                let expected = same.pose_slice(plain_id).unwrap();
+                for joint in 0..slice.joints {
+                    let found = slice.number(&out, joint, 3);
                     assert_eq!(found, expected.number(&plain_out, joint, 3), "{isa:?}");
                 }
             }
@@ -351,14 +357,14 @@ fn a_level_beyond_the_last_is_the_last() {
     }
     let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     posed(&mut crowd);
-    assert_eq!(crowd.region(ids[0]).unwrap().joints, 6);
+    assert_eq!(crowd.pose_slice(ids[0]).unwrap().joints, 6);
     assert!(furthest(&stage, &characters, default(), 0.1) < NEAR);
 }
 
 #[test]
 fn errors_say_what_is_missing() {
     let stage = stage();
-    let mut crowd = Crowd::new(stage.repertoire.clone(), default());
+    let mut crowd = Crowd::new(stage.animations.clone(), default());
     let stranger = Character {
         clip: ClipId(3),
         ..Character::default()
@@ -372,9 +378,9 @@ fn errors_say_what_is_missing() {
         characters: 1,
     };
     assert_eq!(crowd.set_level(CharacterId(1), LevelId(0)), Err(nobody));
-    assert_eq!(crowd.region(CharacterId(1)), Err(nobody));
-    let needed = crowd.lines();
-    let mut small = vec![Line::ZERO; needed - 1];
+    assert_eq!(crowd.pose_slice(CharacterId(1)), Err(nobody));
+    let needed = crowd.output_len();
+    let mut small = vec![F32x16::ZERO; needed - 1];
     let found = needed - 1;
     assert_eq!(
         crowd.pose(&mut small),
@@ -382,13 +388,13 @@ fn errors_say_what_is_missing() {
     );
 
     let skeleton = small_skeleton();
-    let none = Repertoire::new(
+    let none = AnimationSet::new(
         &skeleton,
         &[],
         &Levels::in_order(&skeleton, &[]).unwrap().levels,
     );
-    assert_eq!(none.unwrap_err(), RepertoireError::NoClip);
+    assert_eq!(none.unwrap_err(), AnimationSetError::NoClip);
     let clip = swinging_clip(&skeleton, 3, 0.1);
-    let none = Repertoire::new(&skeleton, &[clip], &[]);
-    assert_eq!(none.unwrap_err(), RepertoireError::NoLevel);
+    let none = AnimationSet::new(&skeleton, &[clip], &[]);
+    assert_eq!(none.unwrap_err(), AnimationSetError::NoLevel);
 }

@@ -9,7 +9,7 @@ use common::random::Random;
 use counting::allocations;
 use glam::Affine3A;
 use sabaki::lod::{
-    Budget, Cost, LevelSettings, Levels, Measure, Planner, Rule, SwitchSettings, Switching,
+    Budget, Cost, LevelId, LevelSettings, Levels, Measure, Planner, Rule, SwitchSettings, Switching,
 };
 
 #[test]
@@ -21,7 +21,7 @@ fn a_frame_of_levels_allocates_nothing() {
     let identity = vec![Affine3A::IDENTITY; skeleton.len()];
     let mut matrices = identity.clone();
     let blends: Vec<_> = (0..levels.levels.len())
-        .map(|level| levels.blend(level))
+        .map(|level| levels.blend(LevelId(level as u16)))
         .collect();
     let binds: Vec<_> = { levels.levels.iter() }
         .map(|level| level.binds(&identity).unwrap())
@@ -55,11 +55,19 @@ fn a_frame_of_levels_allocates_nothing() {
             let choice = planner.switching().choose(*distance, *before);
             *before = Some(choice.level);
             matrices.clear();
-            matrices.extend(identity.iter().take(levels.levels[choice.level].kept.len()));
-            if let Some(blend) = &blends[choice.level] {
+            matrices.extend(
+                identity
+                    .iter()
+                    .take(levels.levels[choice.level.index()].kept.len()),
+            );
+            if let Some(blend) = &blends[choice.level.index()] {
                 blend.apply(choice.blend, &mut matrices);
             }
-            levels.levels[choice.level].palette(&matrices, &binds[choice.level], &mut palette);
+            levels.levels[choice.level.index()].palette(
+                &matrices,
+                &binds[choice.level.index()],
+                &mut palette,
+            );
         }
         allocations() - start
     };

@@ -5,7 +5,9 @@ use sabaki_testing as common;
 
 use common::lod::{random_levels, screen_error, setting_of};
 use common::random::Random;
-use sabaki::lod::{Budget, Choice, Cost, Levels, Measure, Planner, SwitchSettings, Switching};
+use sabaki::lod::{
+    Budget, Choice, Cost, LevelId, Levels, Measure, Planner, SwitchSettings, Switching,
+};
 
 fn budget(milliseconds: f32) -> Budget {
     Budget {
@@ -31,12 +33,12 @@ fn crowd(random: &mut Random, count: usize) -> Vec<f32> {
 fn cost_of(
     (levels, switching): (&Levels, &Switching),
     distances: &[f32],
-    before: impl Fn(usize) -> Option<usize>,
+    before: impl Fn(usize) -> Option<LevelId>,
 ) -> f32 {
     let cost = budget(0.0).cost;
     let of = |(index, &distance): (usize, &f32)| {
         let choice = switching.choose(distance, before(index));
-        let joints = levels.levels[choice.level].kept.len() as f32;
+        let joints = levels.levels[choice.level.index()].kept.len() as f32;
         let blend = if choice.blend > 0.0 { cost.blend } else { 0.0 };
         f64::from(cost.character + joints * cost.joint + blend)
     };
@@ -61,8 +63,8 @@ fn a_budget_is_kept_with_the_least_error() {
                     &distances,
                     |index| match before {
                         0 => None,
-                        1 => Some(0),
-                        _ => Some((index * 7) % count),
+                        1 => Some(LevelId(0)),
+                        _ => Some(LevelId((index * 7 % count) as u16)),
                     },
                 );
                 assert!(cost <= plan.milliseconds * 1.0001, "{cost} {plan:?}");
@@ -76,7 +78,7 @@ fn a_budget_is_kept_with_the_least_error() {
                     ..budget.switching
                 };
                 let switching = Switching::new(&levels, &settings).unwrap();
-                let cost = cost_of((&levels, &switching), &distances, |_| Some(0));
+                let cost = cost_of((&levels, &switching), &distances, |_| Some(LevelId(0)));
                 cost <= 0.995 * budget.milliseconds
             };
             if let Some(least) = { tries }.find(fits) {
@@ -138,9 +140,9 @@ fn a_crowd_of_none_and_a_lone_joint_have_plans() {
     assert_eq!(switching.furthest(), 0.0);
     for distance in [-1.0, 0.0, 1e9, f32::NAN] {
         assert_eq!(
-            switching.choose(distance, Some(7)),
+            switching.choose(distance, Some(LevelId(7))),
             Choice {
-                level: 0,
+                level: LevelId(0),
                 blend: 0.0
             }
         );

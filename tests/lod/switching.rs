@@ -8,8 +8,8 @@ use common::lod::{build, frames_of, points_of, random_levels, screen_error, sett
 use glam::{Affine3A, Vec2, Vec3};
 use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki::lod::{
-    BlendSettings, Choice, Level, Levels, Measure, Order, Rule, SwitchSettings, Switching, View,
-    affine,
+    BlendSettings, Choice, Level, LevelId, Levels, Measure, Order, Rule, SwitchSettings, Switching,
+    View, affine,
 };
 
 /// Energy to 60 m and errors of 1 pixel, with blending.
@@ -45,24 +45,24 @@ fn the_papers_distances_are_linear_in_energy() {
             assert_eq!(band.end, 50.0 * share);
             assert_eq!((band.start, band.full), (band.end, band.end));
             let at = switching.choose(band.end, None);
-            assert!(at.level >= index && at.blend == 0.0);
+            assert!(at.level.index() >= index && at.blend == 0.0);
             if band.end > 0.0 {
-                assert!(switching.choose(band.end * 0.9999, None).level < index);
+                assert!(switching.choose(band.end * 0.9999, None).level.index() < index);
             }
         }
         for distance in [50.0, 51.0, 1e9, f32::INFINITY] {
-            let choice = switching.choose(distance, Some(0));
+            let choice = switching.choose(distance, Some(LevelId(0)));
             assert_eq!(
                 choice,
                 Choice {
-                    level: last,
+                    level: LevelId(last as u16),
                     blend: 0.0
                 }
             );
         }
         if greatest > 0.0 {
-            assert_eq!(switching.choose(-1.0, None).level, 0);
-            assert_eq!(switching.choose(f32::NAN, None).level, 0);
+            assert_eq!(switching.choose(-1.0, None).level, LevelId(0));
+            assert_eq!(switching.choose(f32::NAN, None).level, LevelId(0));
         }
     }
 }
@@ -141,16 +141,16 @@ fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
                     continue;
                 }
                 let between = 0.5 * (band.full + band.end);
-                let finer = switching.choose(between, Some(index));
-                let coarser = switching.choose(between, Some(index + 1));
+                let finer = switching.choose(between, Some(LevelId(index as u16)));
+                let coarser = switching.choose(between, Some(LevelId(index as u16 + 1)));
                 assert_eq!(
                     finer,
                     Choice {
-                        level: index,
+                        level: LevelId(index as u16),
                         blend: 1.0
                     }
                 );
-                assert_eq!(coarser.level, index + 1);
+                assert_eq!(coarser.level.index(), index + 1);
                 assert_eq!(coarser.blend, 0.0);
             }
             // Whatever the level was, the same is seen.
@@ -158,10 +158,10 @@ fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
                 let distance = (switching.furthest() + 1.0) * step as f32 / 5000.0;
                 let seen = |before| {
                     let choice = switching.choose(distance, before);
-                    choice.level as f32 + choice.blend
+                    f32::from(choice.level.0) + choice.blend
                 };
-                for before in 0..levels.levels.len() {
-                    assert_eq!(seen(Some(before)), seen(None), "{distance} m");
+                for before in 0..levels.levels.len() as u16 {
+                    assert_eq!(seen(Some(LevelId(before))), seen(None), "{distance} m");
                 }
             }
         }
@@ -170,7 +170,7 @@ fn the_blend_is_continuous_and_hysteresis_keeps_the_level() {
 
 /// The matrices of all joints of the full skeleton as drawn.
 fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affine3A> {
-    let level: &Level = &levels.levels[choice.level];
+    let level: &Level = &levels.levels[choice.level.index()];
     let mut matrices: Vec<Affine3A> = level
         .kept
         .iter()
@@ -190,10 +190,10 @@ fn a_full_blend_is_the_next_level() {
     for seed in 0..30 {
         let (skeleton, clip, levels) = random_levels(seed);
         for joints in frames_of(&skeleton, &clip).iter().step_by(5) {
-            for level in 0..levels.levels.len() - 1 {
+            for level in (0..levels.levels.len() as u16 - 1).map(LevelId) {
                 let blended = drawn(&levels, Choice { level, blend: 1.0 }, joints);
                 let next = Choice {
-                    level: level + 1,
+                    level: LevelId(level.0 + 1),
                     blend: 0.0,
                 };
                 for (a, b) in blended.iter().zip(drawn(&levels, next, joints)) {
@@ -201,8 +201,8 @@ fn a_full_blend_is_the_next_level() {
                 }
             }
         }
-        assert_eq!(levels.blend(levels.levels.len() - 1), None);
-        assert_eq!(levels.blend(levels.levels.len() + 5), None);
+        assert_eq!(levels.blend(LevelId(levels.levels.len() as u16 - 1)), None);
+        assert_eq!(levels.blend(LevelId(levels.levels.len() as u16 + 5)), None);
     }
 }
 
@@ -351,7 +351,7 @@ fn the_screen_error_is_no_larger_than_allowed() {
                 for step in 1..60 {
                     let distance = levels.reach + 0.02 * 1.18f32.powi(step);
                     let joints = &frames[step as usize % frames.len()];
-                    let before = Some(step as usize % levels.levels.len());
+                    let before = Some(LevelId((step as usize % levels.levels.len()) as u16));
                     let choice = switching.choose(distance, before);
                     let shown = drawn(&levels, choice, joints);
                     for (joint, points) in points.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use crate::headless::Headless;
 use sabaki::gpu::GpuError;
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Offscreen, Stage, StageDesc};
 
@@ -54,7 +54,7 @@ impl Painter {
     ///
     /// # Errors
     /// None.
-    pub fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+    pub fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
         // SAFETY: every picture has been waited for.
         unsafe { self.stage.poses(0) }
     }

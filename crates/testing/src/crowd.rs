@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use sabaki::anim::{Clip, JointId, Skeleton};
 use sabaki::crowd::{
-    Character, CharacterId, ClipId, Crowd, CrowdSettings, Fade, Form, Layout, LevelId, Memory,
-    Output, Placement, Region, Repertoire,
+    AnimationSet, Character, CharacterId, ClipId, Crowd, CrowdSettings, Fade, Form, Layout,
+    LevelId, Output, Placement, PoseSlice, WriteMode,
 };
 use sabaki::lod::{Level, LevelMotion, Levels, rehang};
-use sabaki::math::{Isa, Line, Rigid2};
+use sabaki::math::{F32x16, Isa, Rigid2};
 
 use super::random::Random;
 
@@ -90,7 +90,7 @@ fn local(motion: &LevelMotion, (frame, share): (usize, f64), joint: usize) -> (D
 
 /// A skeleton, clips and levels, in both the crowd's form and the oracle's.
 pub struct Stage {
-    pub repertoire: Arc<Repertoire>,
+    pub animations: Arc<AnimationSet>,
     oracles: Vec<Oracle>,
     levels: Levels,
 }
@@ -104,36 +104,36 @@ impl Stage {
     }
 
     pub fn on_levels(skeleton: &Skeleton, clips: &[Clip], levels: &Levels) -> Self {
-        let repertoire = Repertoire::new(skeleton, clips, &levels.levels).unwrap();
+        let animations = AnimationSet::new(skeleton, clips, &levels.levels).unwrap();
         let oracle = |level| Oracle::new(skeleton, clips, level);
         Self {
-            repertoire: Arc::new(repertoire),
+            animations: Arc::new(animations),
             oracles: levels.levels.iter().map(oracle).collect(),
             levels: levels.clone(),
         }
     }
 
-    /// The joints that two regions have both, by their numbers in each.
-    pub fn both(&self, a: &Region, b: &Region) -> Vec<(usize, usize)> {
-        let [a, b] = [a, b].map(|region| &self.levels.levels[usize::from(region.level.0)]);
+    /// The joints that two slices have both, by their numbers in each.
+    pub fn both(&self, a: &PoseSlice, b: &PoseSlice) -> Vec<(usize, usize)> {
+        let [a, b] = [a, b].map(|slice| &self.levels.levels[usize::from(slice.level.0)]);
         let in_both = |(index, &joint)| Some((index, b.index_of(joint)?));
         a.kept.iter().enumerate().filter_map(in_both).collect()
     }
 
-    /// Where a character's joints are drawn that stands in this region, in the order of its level.
+    /// Where a character's joints are drawn that stands in this slice, in the order of its level.
     pub fn drawn(
         &self,
         character: &Character,
         seconds: f64,
-        (region, form): (&Region, Form),
+        (slice, form): (&PoseSlice, Form),
     ) -> Vec<DAffine3> {
         let levels = &self.levels.levels;
-        let posed = &levels[usize::from(region.level.0)];
-        let exact = self.oracles[usize::from(region.level.0)].pose(character, seconds);
+        let posed = &levels[usize::from(slice.level.0)];
+        let exact = self.oracles[usize::from(slice.level.0)].pose(character, seconds);
         let detail = f64::from(character.level.0) + f64::from(character.blend);
         let detail = detail.min((levels.len() - 1) as f64);
         let (own, blend) = (detail as usize, detail.fract());
-        assert!(usize::from(region.level.0) <= own);
+        assert!(usize::from(slice.level.0) <= own);
         let ends = [own, (own + 1).min(levels.len() - 1)].map(|level| &levels[level]);
         let at = |joint: JointId| exact[posed.index_of(joint).unwrap()];
         let seated = |level: &Level, joint: JointId| {
@@ -170,7 +170,7 @@ impl Stage {
     }
 
     fn character(&self, random: &mut Random) -> Character {
-        let clips = self.repertoire.clips();
+        let clips = self.animations.clips();
         let clip = |random: &mut Random| ClipId(random.below(clips) as u16);
         let mut number = |from: f32, to: f32| from + (to - from) * unit(random);
         let placement = Placement {
@@ -188,7 +188,7 @@ impl Stage {
             speed: number(-1.0, 2.0),
             placement,
             clip: clip(random),
-            level: LevelId(random.below(self.repertoire.levels()) as u16),
+            level: LevelId(random.below(self.animations.levels()) as u16),
             blend: [0.0, 0.0, 1.0, unit(random)][random.below(4)],
             fade: (random.below(5) == 0).then(|| Fade {
                 clip: clip(random),
@@ -225,11 +225,11 @@ pub fn forms() -> Vec<Output> {
     let mut all = Vec::new();
     for form in [Form::Matrices, Form::Rotations] {
         for layout in [Layout::Blocks, Layout::Rows] {
-            for memory in [Memory::Cached, Memory::Streamed] {
+            for write in [WriteMode::Cached, WriteMode::Streamed] {
                 all.push(Output {
                     form,
                     layout,
-                    memory,
+                    write,
                 });
             }
         }
@@ -251,7 +251,7 @@ pub fn crowd_of(
     characters: &[Character],
     settings: CrowdSettings,
 ) -> (Crowd, Vec<CharacterId>) {
-    let mut crowd = Crowd::new(Arc::clone(&stage.repertoire), settings);
+    let mut crowd = Crowd::new(Arc::clone(&stage.animations), settings);
     let ids = characters
         .iter()
         .map(|character| crowd.add(character).unwrap());
@@ -259,8 +259,8 @@ pub fn crowd_of(
     (crowd, ids)
 }
 
-pub fn posed(crowd: &mut Crowd) -> Vec<Line> {
-    let mut out = vec![Line([f32::NAN; 16]); crowd.lines()];
+pub fn posed(crowd: &mut Crowd) -> Vec<F32x16> {
+    let mut out = vec![F32x16([f32::NAN; 16]); crowd.output_len()];
     crowd.pose(&mut out).unwrap();
     out
 }
@@ -278,12 +278,12 @@ pub fn furthest(
     let out = posed(&mut crowd);
     let mut furthest: f64 = 0.0;
     for (&id, character) in ids.iter().zip(characters) {
-        let region = crowd.region(id).unwrap();
-        let at = (&region, settings.output.form);
+        let slice = crowd.pose_slice(id).unwrap();
+        let at = (&slice, settings.output.form);
         let expected = stage.drawn(character, f64::from(seconds), at);
-        assert_eq!(region.joints, expected.len());
+        assert_eq!(slice.joints, expected.len());
         for (joint, expected) in expected.iter().enumerate() {
-            let found = joint_of(&out, &region, settings.output.form, joint);
+            let found = joint_of(&out, &slice, settings.output.form, joint);
             let far = |point: DVec3| {
                 found
                     .transform_point3(point)
@@ -300,8 +300,8 @@ pub fn furthest(
 }
 
 /// A joint as it was written.
-pub fn joint_of(out: &[Line], region: &Region, form: Form, joint: usize) -> DAffine3 {
-    let number = |number| f64::from(region.number(out, joint, number));
+pub fn joint_of(out: &[F32x16], slice: &PoseSlice, form: Form, joint: usize) -> DAffine3 {
+    let number = |number| f64::from(slice.number(out, joint, number));
     match form {
         Form::Matrices => DAffine3::from_cols_array(&[
             number(0),

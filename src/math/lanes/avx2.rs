@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{FURTHER, Lanes, Line, reaching};
+use super::{F32x16, FURTHER, Lanes, reaching};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -31,12 +31,12 @@ operator!(Div, div, _mm256_div_ps);
 
 /// The numbers of one part of a line.
 #[inline(always)]
-fn part_of(line: &Line, part: usize) -> &[f32] {
+fn part_of(line: &F32x16, part: usize) -> &[f32] {
     &line.0[part * Avx2::COUNT..][..Avx2::COUNT]
 }
 
 #[inline(always)]
-fn part_of_mut(line: &mut Line, part: usize) -> &mut [f32] {
+fn part_of_mut(line: &mut F32x16, part: usize) -> &mut [f32] {
     &mut line.0[part * Avx2::COUNT..][..Avx2::COUNT]
 }
 
@@ -59,19 +59,19 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn load(line: &Line, part: usize) -> Self {
+    fn load(line: &F32x16, part: usize) -> Self {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
         Self(unsafe { _mm256_load_ps(part_of(line, part).as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, line: &mut Line, part: usize) {
+    fn store(self, line: &mut F32x16, part: usize) {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so.
         unsafe { _mm256_store_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]
-    fn stream(self, line: &mut Line, part: usize) {
+    fn stream(self, line: &mut F32x16, part: usize) {
         // SAFETY: the machine has AVX; half a line is 32 bytes and aligned so, and not read by
         // another thread before the fence that the trait asks for.
         unsafe { _mm256_stream_ps(part_of_mut(line, part).as_mut_ptr(), self.0) }
@@ -167,7 +167,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn load_words(line: &Line, part: usize) -> __m256i {
+    fn load_words(line: &F32x16, part: usize) -> __m256i {
         // SAFETY: the machine has AVX.
         unsafe { _mm256_castps_si256(Self::load(line, part).0) }
     }
@@ -212,8 +212,8 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
-        let mut out = [Line::ZERO; Line::LANES];
+    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
+        let mut out = [F32x16::ZERO; F32x16::LANES];
         for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
             for column in 0..Self::PARTS {
                 let mut block = [Self::splat(0.0); 8];

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{FURTHER, Lanes, Line, reaching};
+use super::{F32x16, FURTHER, Lanes, reaching};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -49,19 +49,19 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn load(line: &Line, _: usize) -> Self {
+    fn load(line: &F32x16, _: usize) -> Self {
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
         Self(unsafe { _mm512_load_ps(line.0.as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, line: &mut Line, _: usize) {
+    fn store(self, line: &mut F32x16, _: usize) {
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
         unsafe { _mm512_store_ps(line.0.as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]
-    fn stream(self, line: &mut Line, _: usize) {
+    fn stream(self, line: &mut F32x16, _: usize) {
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so, and not read by
         // another thread before the fence that the trait asks for.
         unsafe { _mm512_stream_ps(line.0.as_mut_ptr(), self.0) }
@@ -150,7 +150,7 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn load_words(line: &Line, part: usize) -> __m512i {
+    fn load_words(line: &F32x16, part: usize) -> __m512i {
         // SAFETY: the machine has AVX-512F.
         unsafe { _mm512_castps_si512(Self::load(line, part).0) }
     }
@@ -196,8 +196,8 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
-        let mut out = [Line::ZERO; Line::LANES];
+    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
+        let mut out = [F32x16::ZERO; F32x16::LANES];
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
         unsafe {
             // Blocks of 4 x 4 within the four 128-bit quarters, first.

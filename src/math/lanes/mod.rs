@@ -4,7 +4,7 @@
 //!
 //! A [`Kernel`] is written once over [`Lanes`] and run by [`Isa::on_lanes`], which alone names the
 //! types behind it, and only where the machine has what they are made of. Memory is always in
-//! [`Line`]s of sixteen; a type of fewer lanes takes a line in parts.
+//! [`F32x16`]s of sixteen; a type of fewer lanes takes a line in parts.
 //!
 //! Every type rounds alike, but for [`Lanes::mul_add`]: see there.
 
@@ -26,9 +26,9 @@ use super::Isa;
 /// a line of the cache, and aligned to it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub struct Line(pub [f32; Line::LANES]);
+pub struct F32x16(pub [f32; F32x16::LANES]);
 
-impl Line {
+impl F32x16 {
     /// Numbers in a line.
     pub const LANES: usize = 16;
     /// All zero.
@@ -44,24 +44,24 @@ pub(crate) trait Lanes:
     /// One of something for each part of a line: an array of [`Lanes::PARTS`].
     type Parts<T: Copy>: Copy + IndexMut<usize, Output = T>;
 
-    /// How many; a divisor of [`Line::LANES`].
+    /// How many; a divisor of [`F32x16::LANES`].
     const COUNT: usize;
     /// How many words each of [`Lanes::windows`] chooses from.
     const REACH: usize;
     /// How many of these make a line.
-    const PARTS: usize = Line::LANES / Self::COUNT;
+    const PARTS: usize = F32x16::LANES / Self::COUNT;
 
     /// The same for all parts.
     fn parts<T: Copy>(value: T) -> Self::Parts<T>;
     /// The same number in all lanes.
     fn splat(value: f32) -> Self;
     /// Part `part` of a line.
-    fn load(line: &Line, part: usize) -> Self;
+    fn load(line: &F32x16, part: usize) -> Self;
     /// Into part `part` of a line.
-    fn store(self, line: &mut Line, part: usize);
+    fn store(self, line: &mut F32x16, part: usize);
     /// Into part `part` of a line, past the caches; [`Lanes::fence`] must follow the last of them
     /// before another thread reads.
-    fn stream(self, line: &mut Line, part: usize);
+    fn stream(self, line: &mut F32x16, part: usize);
     /// Orders all [`Lanes::stream`] before what comes after.
     fn fence();
 
@@ -91,7 +91,7 @@ pub(crate) trait Lanes:
     /// Rounded towards zero; for numbers from 0 to 2^31 - 1.
     fn truncated(self) -> Self::Words;
     /// Part `part` of a line, as the bits that it has.
-    fn load_words(line: &Line, part: usize) -> Self::Words;
+    fn load_words(line: &F32x16, part: usize) -> Self::Words;
     /// The number that has these bits.
     fn from_bits(words: Self::Words) -> Self;
     /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
@@ -112,12 +112,12 @@ pub(crate) trait Lanes:
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
     /// Rows become columns.
-    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES];
+    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES];
 }
 
 /// How far beyond a window's first word others are asked for: the second line from there, which is needed when windows
 /// have gone on by one.
-const FURTHER: usize = 2 * Line::LANES;
+const FURTHER: usize = 2 * F32x16::LANES;
 
 /// A table from its first window on, all `N` of which have `reach` words there.
 #[inline(always)]

@@ -3,10 +3,10 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{Lanes, Line, reaching};
+use super::{F32x16, Lanes, reaching};
 
 const COUNT: usize = 4;
-const REACH: usize = Line::LANES;
+const REACH: usize = F32x16::LANES;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
@@ -67,18 +67,18 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn load(line: &Line, part: usize) -> Self {
+    fn load(line: &F32x16, part: usize) -> Self {
         Self(from_fn(|lane| line.0[part * COUNT + lane]))
     }
 
     #[inline(always)]
-    fn store(self, line: &mut Line, part: usize) {
+    fn store(self, line: &mut F32x16, part: usize) {
         line.0[part * COUNT..(part + 1) * COUNT].copy_from_slice(&self.0);
     }
 
     /// Plain Rust has no way past the caches.
     #[inline(always)]
-    fn stream(self, line: &mut Line, part: usize) {
+    fn stream(self, line: &mut F32x16, part: usize) {
         self.store(line, part);
     }
 
@@ -155,7 +155,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn load_words(line: &Line, part: usize) -> [u32; COUNT] {
+    fn load_words(line: &F32x16, part: usize) -> [u32; COUNT] {
         Self::load(line, part).0.map(f32::to_bits)
     }
 
@@ -199,7 +199,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&Line; Line::LANES]) -> [Line; Line::LANES] {
-        from_fn(|column| Line(from_fn(|row| lines[row].0[column])))
+    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
+        from_fn(|column| F32x16(from_fn(|row| lines[row].0[column])))
     }
 }

@@ -4,19 +4,19 @@ use super::*;
 
 /// Some of everything, written over lanes: what it gives must be the same bits on all registers.
 struct Everything<'a> {
-    numbers: &'a [Line; 16],
+    numbers: &'a [F32x16; 16],
     table: &'a [u32],
 }
 
 impl Kernel for Everything<'_> {
-    type Out = Vec<Line>;
+    type Out = Vec<F32x16>;
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> Vec<Line> {
+    fn run<L: Lanes>(self) -> Vec<F32x16> {
         let mut out = Vec::new();
         let mut keep = |value: &dyn Fn(usize) -> L| {
-            let mut stored = Line::ZERO;
-            let mut streamed = Line::ZERO;
+            let mut stored = F32x16::ZERO;
+            let mut streamed = F32x16::ZERO;
             for part in 0..L::PARTS {
                 value(part).store(&mut stored, part);
                 value(part).stream(&mut streamed, part);
@@ -61,15 +61,15 @@ impl Kernel for Everything<'_> {
     }
 }
 
-fn numbers() -> [Line; 16] {
+fn numbers() -> [F32x16; 16] {
     std::array::from_fn(|row| {
-        Line(std::array::from_fn(|lane| {
+        F32x16(std::array::from_fn(|lane| {
             ((row * 16 + lane) as f32 * 0.7).sin() * 3.7
         }))
     })
 }
 
-fn bits(lines: &[Line]) -> Vec<[u32; 16]> {
+fn bits(lines: &[F32x16]) -> Vec<[u32; 16]> {
     lines.iter().map(|line| line.0.map(f32::to_bits)).collect()
 }
 
@@ -133,14 +133,14 @@ fn what_lanes_give_is_plain_arithmetic() {
 }
 
 /// A product and a sum, fused and not.
-struct Fused<'a>(&'a [Line; 3]);
+struct Fused<'a>(&'a [F32x16; 3]);
 
 impl Kernel for Fused<'_> {
-    type Out = [Line; 2];
+    type Out = [F32x16; 2];
 
     #[inline(always)]
-    fn run<L: Lanes>(self) -> [Line; 2] {
-        let mut out = [Line::ZERO; 2];
+    fn run<L: Lanes>(self) -> [F32x16; 2] {
+        let mut out = [F32x16::ZERO; 2];
         for part in 0..L::PARTS {
             let [a, b, c] = self.0.each_ref().map(|line| L::load(line, part));
             a.mul_add(b, c).store(&mut out[0], part);

@@ -11,10 +11,10 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{
-    Character, ClipId, Crowd, CrowdSettings, Form, LevelId, Output, Placement, Repertoire,
+    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Form, LevelId, Output, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
-use sabaki::math::{Isa, Line, Rigid2};
+use sabaki::math::{F32x16, Isa, Rigid2};
 use sabaki_app::demo;
 use serde_json::{Value, json};
 
@@ -47,7 +47,7 @@ pub(crate) struct Args {
 
 /// Characters of which each plays something.
 struct Scene {
-    repertoire: Arc<Repertoire>,
+    animations: Arc<AnimationSet>,
     switching: Switching,
     characters: Vec<Character>,
 }
@@ -79,7 +79,7 @@ const BEFORE: f32 = 5.0;
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let scene = Scene::new(args)?;
-    let cases = args.cases(scene.repertoire.levels());
+    let cases = args.cases(scene.animations.levels());
     cancel::listen();
     let bar = output::progress("posing", cases.len() as u64);
     let mut rows = Vec::with_capacity(cases.len());
@@ -90,9 +90,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Ok(Done::ok(if as_json {
         Done::json(&json!({
             "rows": rows.iter().map(|row| row.to_json(args)).collect::<Vec<_>>(),
-            "clips": scene.repertoire.clips(),
-            "levels": scene.repertoire.levels(),
-            "key_bytes": scene.repertoire.bytes(),
+            "clips": scene.animations.clips(),
+            "levels": scene.animations.levels(),
+            "key_bytes": scene.animations.bytes(),
             "error_pixels": args.error,
         }))
     } else {
@@ -152,23 +152,23 @@ impl Scene {
             },
             ..SwitchSettings::default()
         };
-        let repertoire = Repertoire::new(&skeleton, &clips, &levels.levels).map_err(usage)?;
+        let animations = AnimationSet::new(&skeleton, &clips, &levels.levels).map_err(usage)?;
         let mut random = Pcg32::seed_from_u64(args.seed);
         let characters = (0..args.count as usize)
-            .map(|index| Self::character(index, &repertoire, &mut random))
+            .map(|index| Self::character(index, &animations, &mut random))
             .collect();
         Ok(Self {
             switching: Switching::new(&levels, &settings).map_err(usage)?,
-            repertoire: Arc::new(repertoire),
+            animations: Arc::new(animations),
             characters,
         })
     }
 
     /// In a column that walks towards the camera, each at a moment of its own.
-    fn character(index: usize, repertoire: &Repertoire, random: &mut impl Rng) -> Character {
+    fn character(index: usize, animations: &AnimationSet, random: &mut impl Rng) -> Character {
         let (row, file) = (index / ABREAST, index % ABREAST);
-        let clip = ClipId(random.random_range(0..repertoire.clips()) as u16);
-        let seconds = repertoire.duration(clip).unwrap_or_default();
+        let clip = ClipId(random.random_range(0..animations.clips()) as u16);
+        let seconds = animations.duration(clip).unwrap_or_default();
         Character {
             clip,
             time: seconds * random.random_range(0.0..1.0f32),
@@ -193,7 +193,7 @@ impl Scene {
             Lod::Distance => {
                 let distance = character.placement.ground.ground().length();
                 let choice = self.switching.choose(distance, None);
-                (LevelId(choice.level as u16), choice.blend)
+                (choice.level, choice.blend)
             }
         }
     }
@@ -213,11 +213,11 @@ impl Scene {
             threads,
             ..CrowdSettings::default()
         };
-        let mut crowd = Crowd::new(Arc::clone(&self.repertoire), settings);
+        let mut crowd = Crowd::new(Arc::clone(&self.animations), settings);
         let mut joints = 0;
         for character in &self.characters {
             let (level, blend) = self.detail(character, lod);
-            joints += self.repertoire.joints(level);
+            joints += self.animations.joints(level);
             crowd
                 .add(&Character {
                     level,
@@ -226,7 +226,7 @@ impl Scene {
                 })
                 .map_err(usage)?;
         }
-        let mut out = vec![Line::ZERO; crowd.lines()];
+        let mut out = vec![F32x16::ZERO; crowd.output_len()];
         let mut times = Vec::with_capacity(args.frames as usize);
         for frame in 0..args.frames + 3 {
             crowd.advance(1.0 / 60.0);
@@ -313,9 +313,9 @@ fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         text,
         "{} characters, {} clips, {} levels, {:.1} MB of keys; medians of {} frames",
         args.count,
-        scene.repertoire.clips(),
-        scene.repertoire.levels(),
-        scene.repertoire.bytes() as f64 * 1e-6,
+        scene.animations.clips(),
+        scene.animations.levels(),
+        scene.animations.bytes() as f64 * 1e-6,
         args.frames
     );
     let _ = writeln!(

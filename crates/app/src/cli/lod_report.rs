@@ -282,7 +282,10 @@ impl Report {
             let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
             let at = |distance: f64| {
                 let choice = bands.choose(distance as f32, None);
-                (distance, choice.level as f64 + f64::from(choice.blend))
+                (
+                    distance,
+                    f64::from(choice.level.0) + f64::from(choice.blend),
+                )
             };
             Line {
                 name,

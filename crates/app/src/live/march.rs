@@ -4,7 +4,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use sabaki::crowd::PoseError;
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Shot};
 
 /// How a camera goes past a crowd.
@@ -122,7 +122,7 @@ impl March {
         &mut self,
         camera: Camera,
         size: [u32; 2],
-        poses: &mut [Line],
+        poses: &mut [F32x16],
     ) -> Result<(Shot, CrowdShot), MarchError> {
         self.crowd.use_levels(self.levels);
         self.crowd.show_levels(self.tinted);

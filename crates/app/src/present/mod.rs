@@ -18,7 +18,7 @@ use capture::Capture;
 use frames::Frame;
 use overlay::Overlay;
 use sabaki::gpu::{Context, GpuError};
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::internal::{COPIED, DRAWN, Use, turn};
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Stage, StageDesc, Target};
@@ -211,7 +211,7 @@ impl Presenter {
     ///
     /// # Errors
     /// None.
-    pub(crate) fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+    pub(crate) fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
         let slot = self.turn as u32;
         let stage = self.stage.as_mut().ok_or(GpuError::Unfinished)?;
         // SAFETY: `begin` has waited for what was recorded into this slot.

@@ -7,7 +7,7 @@ use super::{Exhibit, Seen, WindowError};
 use crate::live::{Clock, Event, Sparring};
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 
@@ -60,7 +60,7 @@ impl Exhibit for DuelExhibit<'_> {
         &mut self,
         camera: Camera,
         size: [u32; 2],
-        _: &mut [Line],
+        _: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
         let aspect = size[0].max(1) as f32 / size[1].max(1) as f32;
         Ok((self.sparring.shot(camera, aspect), None))

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::WindowError;
 use crate::live::{Clock, Event};
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 
@@ -33,7 +33,7 @@ pub trait Exhibit {
         &mut self,
         camera: Camera,
         size: [u32; 2],
-        poses: &mut [Line],
+        poses: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError>;
 
     /// A click at what `camera` sees in the direction `ray`.

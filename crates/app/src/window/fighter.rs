@@ -9,7 +9,7 @@ use super::panels::maps::Thumbnails;
 use super::{Exhibit, Seen, WindowError};
 use crate::live::{Clock, Culling, Event, Fighter, MapChoice, map_name};
 use sabaki::maps::MapGrid;
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki::query::{Enumerate, Lookup, Source};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, MapStyle, Shot};
@@ -61,7 +61,7 @@ impl Exhibit for FighterExhibit<'_> {
         &mut self,
         camera: Camera,
         _: [u32; 2],
-        _: &mut [Line],
+        _: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
         Ok((self.fighter.shot(camera), None))
     }

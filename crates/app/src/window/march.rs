@@ -7,7 +7,7 @@ use super::gui::bars;
 use super::times::median;
 use super::{Exhibit, Seen, WindowError};
 use crate::live::{CameraPath, Clock, Event, March};
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot, level_colour};
 
@@ -62,7 +62,7 @@ impl Exhibit for MarchExhibit {
         &mut self,
         camera: Camera,
         size: [u32; 2],
-        poses: &mut [Line],
+        poses: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
         let (shot, crowd) = self.march.shot(camera, size, poses)?;
         Ok((shot, Some(crowd)))

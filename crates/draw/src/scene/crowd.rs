@@ -12,14 +12,14 @@ use super::{
 };
 use sabaki::anim::{Clip, JointId, Skeleton};
 use sabaki::crowd::{
-    self, Character, CharacterId, ClipId, CrowdError, CrowdSettings, Layout, LevelId, Memory,
-    Output, Placement, PoseError, Repertoire, RepertoireError,
+    self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
+    CrowdSettings, Layout, LevelId, Output, Placement, PoseError, WriteMode,
 };
 use sabaki::lod::{
     Level, LevelSettings, Levels, LodError, Measure, Rule, SwitchSettings, Switching, View,
 };
 use sabaki::maps::Body;
-use sabaki::math::{Line, Rigid2};
+use sabaki::math::{F32x16, Rigid2};
 
 /// Who stands where, and what they do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,9 +60,9 @@ pub enum FormationError {
     /// Levels could not be built, or switched.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// The clips make no repertoire.
+    /// The clips make no animations.
     #[error(transparent)]
-    Repertoire(#[from] RepertoireError),
+    AnimationSet(#[from] AnimationSetError),
     /// Too many characters.
     #[error(transparent)]
     Crowd(#[from] CrowdError),
@@ -109,7 +109,7 @@ impl Crowd {
     /// Everybody plays `clip`, over and over.
     ///
     /// # Errors
-    /// What makes no levels, no repertoire or no crowd.
+    /// What makes no levels, no animations or no crowd.
     pub fn new(
         (skeleton, body): (&Skeleton, &Body),
         clip: &Clip,
@@ -117,7 +117,7 @@ impl Crowd {
     ) -> Result<Self, FormationError> {
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
-        let repertoire = Arc::new(Repertoire::new(skeleton, clips, &levels.levels)?);
+        let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
         let whole = Figure::of(skeleton, body, &settings.look);
         let figures = levels.levels.iter().flat_map(|level| {
             let seated = seated(&whole, level);
@@ -127,14 +127,14 @@ impl Crowd {
         });
         let output = Output {
             layout: Layout::Blocks,
-            memory: Memory::Streamed,
+            write: WriteMode::Streamed,
             ..Output::default()
         };
-        let period = repertoire.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
+        let period = animations.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
         let mut formation = Self {
             figures: figures.collect(),
             crowd: crowd::Crowd::new(
-                Arc::clone(&repertoire),
+                Arc::clone(&animations),
                 CrowdSettings {
                     output,
                     threads: settings.threads,
@@ -150,7 +150,7 @@ impl Crowd {
             tinted: false,
         };
         formation.fill()?;
-        formation.most_lines = formation.crowd.lines();
+        formation.most_lines = formation.crowd.output_len();
         Ok(formation)
     }
 
@@ -221,8 +221,8 @@ impl Crowd {
     #[must_use]
     pub fn most_lines(&self) -> usize {
         // Those who change their kind stand in groups of their own for a while: one in sixteen at most.
-        let groups = 2 * (self.characters.len().div_ceil(Line::LANES) + 2);
-        let group = Output::default().lines(self.levels.levels[0].kept.len());
+        let groups = 2 * (self.characters.len().div_ceil(F32x16::LANES) + 2);
+        let group = Output::default().group_len(self.levels.levels[0].kept.len());
         self.most_lines.max(groups * group)
     }
 
@@ -299,7 +299,7 @@ impl Crowd {
         for character in &mut self.characters {
             let distance = camera.eye.distance(character.place + Vec3::Y);
             let level = match self.lod {
-                true => LevelId(switching.choose(distance, None).level as u16),
+                true => switching.choose(distance, None).level,
                 false => LevelId(0),
             };
             if level != character.level {
@@ -314,7 +314,7 @@ impl Crowd {
     ///
     /// # Errors
     /// Less memory than [`Crowd::most_lines`].
-    pub fn pose(&mut self, out: &mut [Line]) -> Result<(), PoseError> {
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         self.crowd.pose(out)
     }
 
@@ -355,13 +355,13 @@ impl Crowd {
                 many if many > NEAR => (Detail::Fine, 0),
                 _ => (Detail::Medium, 0),
             };
-            let region = self.crowd.region(character.id)?;
+            let slice = self.crowd.pose_slice(character.id)?;
             // It may be posed on a finer level than its own, on which it looks alike.
-            let level = usize::from(region.level.0);
-            let first = region.position(0, 0);
+            let level = usize::from(slice.level.0);
+            let first = slice.position(0, 0);
             let member = CrowdMember {
                 first: first as u32,
-                stride: (region.position(0, 1) - first) as u32,
+                stride: (slice.position(0, 1) - first) as u32,
                 tint: self.tint(usize::from(character.level.0)),
             };
             let casts = character.place.distance(middle) < SHADOWS + HEIGHT;

@@ -16,7 +16,7 @@ use pipelines::Pipelines;
 use sabaki::gpu::internal::within;
 use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use slot::Slot;
 use targets::Targets;
 
@@ -194,7 +194,7 @@ impl Stage {
     ///
     /// # Safety
     /// The commands that were recorded into this slot last have finished, or were never submitted.
-    pub unsafe fn poses(&mut self, slot: u32) -> Result<&mut [Line], GpuError> {
+    pub unsafe fn poses(&mut self, slot: u32) -> Result<&mut [F32x16], GpuError> {
         let slot = self.slot_mut(slot)?;
         // SAFETY: the caller knows that the device does not read it.
         unsafe { slot.poses() }

@@ -10,7 +10,7 @@ use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
 use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::internal::{Named, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 
 /// Null handles by default.
 #[derive(Debug, Default)]
@@ -60,7 +60,7 @@ impl Slot {
         self.words = buffer("maps", bytes(desc.max_map_words, size_of::<u32>()), storage)?;
         // One more, since the first may start within a line.
         let lines = desc.max_crowd_lines + u32::from(desc.max_crowd_lines > 0);
-        self.poses = buffer("poses", bytes(lines, size_of::<Line>()), storage)?;
+        self.poses = buffer("poses", bytes(lines, size_of::<F32x16>()), storage)?;
         self.members = buffer(
             "crowd",
             bytes(desc.max_members, size_of::<CrowdCharacter>()),
@@ -74,7 +74,7 @@ impl Slot {
         self.lines = desc.max_crowd_lines as usize;
         // SAFETY: nobody else has the buffer yet.
         let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;
-        let skipped = start.next_multiple_of(align_of::<Line>()) - start;
+        let skipped = start.next_multiple_of(align_of::<F32x16>()) - start;
         self.first_number = (skipped / size_of::<f32>()) as u32;
         Ok(())
     }
@@ -83,12 +83,12 @@ impl Slot {
     ///
     /// # Safety
     /// The device is done with what was recorded into this slot.
-    pub(super) unsafe fn poses(&mut self) -> Result<&mut [Line], GpuError> {
+    pub(super) unsafe fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
         let lines = self.lines;
         // SAFETY: the caller knows that the device does not read it.
         let bytes = unsafe { self.poses.bytes_mut() }?;
         let start = self.first_number as usize * size_of::<f32>();
-        let end = (start + lines * size_of::<Line>()).min(bytes.len());
+        let end = (start + lines * size_of::<F32x16>()).min(bytes.len());
         Ok(bytemuck::try_cast_slice_mut(&mut bytes[start..end]).unwrap_or(&mut []))
     }
 

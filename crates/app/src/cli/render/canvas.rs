@@ -1,7 +1,7 @@
 //! The device that draws, and its painter.
 
 use sabaki::gpu::GpuError;
-use sabaki::math::Line;
+use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 use sabaki_draw::StageDesc;
@@ -43,7 +43,7 @@ impl Canvas {
     }
 
     /// Memory for a crowd's poses.
-    pub(super) fn poses(&mut self) -> Result<&mut [Line], Failure> {
+    pub(super) fn poses(&mut self) -> Result<&mut [F32x16], Failure> {
         let (_, painter) = self.parts.as_mut().ok_or_else(gone)?;
         painter.poses().map_err(failed)
     }

@@ -2,30 +2,30 @@
 
 use glam::{Affine3A, Quat};
 
-use super::character::LevelId;
-use super::output::{Form, Output, Region};
-use super::repertoire::Repertoire;
+use super::animation_set::AnimationSet;
+use super::output::{Form, Output, PoseSlice};
 use crate::anim::JointTransform;
+use crate::lod::LevelId;
 use crate::lod::affine;
-use crate::math::Line;
+use crate::math::F32x16;
 
-/// Memory for it, used again and again.
+/// WriteMode for it, used again and again.
 #[derive(Clone, Debug, Default)]
-pub struct Single {
+pub struct ExternalPose {
     /// All joints of the finest level, in its order, in the space of the world.
     pub joints: Vec<JointTransform>,
     matrices: Vec<Affine3A>,
 }
 
-impl Repertoire {
-    /// Where the `index`th of several characters is that are written by [`Repertoire::write`], from
-    /// `first_line` on, in groups of sixteen that take [`Output::lines`] each.
+impl AnimationSet {
+    /// Where the `index`th of several characters is that are written by [`AnimationSet::write`], from
+    /// `offset` on, in groups of sixteen that take [`Output::group_len`] each.
     #[must_use]
-    pub fn region(&self, output: Output, (first_line, index): (usize, usize)) -> Region {
+    pub fn pose_slice(&self, output: Output, (offset, index): (usize, usize)) -> PoseSlice {
         let joints = self.joints(LevelId(0));
-        Region {
-            first_line: first_line + index / Line::LANES * output.lines(joints),
-            lane: index % Line::LANES,
+        PoseSlice {
+            offset: offset + index / F32x16::LANES * output.group_len(joints),
+            lane: index % F32x16::LANES,
             level: LevelId(0),
             joints,
             output,
@@ -36,10 +36,15 @@ impl Repertoire {
     /// [`Crowd::pose`](super::Crowd::pose) would, and writes it.
     ///
     /// # Panics
-    /// Where there are fewer joints than the finest level has, or the region is not within `out`.
-    pub fn write(&self, single: &mut Single, detail: f32, (region, out): (&Region, &mut [Line])) {
-        let Single { joints, matrices } = single;
-        match region.output.form {
+    /// Where there are fewer joints than the finest level has, or the slice is not within `out`.
+    pub fn write(
+        &self,
+        external: &mut ExternalPose,
+        detail: f32,
+        (slice, out): (&PoseSlice, &mut [F32x16]),
+    ) {
+        let ExternalPose { joints, matrices } = external;
+        match slice.output.form {
             Form::Matrices => {
                 matrices.clear();
                 matrices.extend(joints.iter().map(affine));
@@ -48,7 +53,7 @@ impl Repertoire {
                     model.matrix3 = model.matrix3 * (1.0 - weight) + there.matrix3 * weight;
                     model.translation = model.translation.lerp(there.translation, weight);
                 });
-                for (joint, matrix) in matrices.iter().enumerate().take(region.joints) {
+                for (joint, matrix) in matrices.iter().enumerate().take(slice.joints) {
                     let [x, y, z, at] = [
                         matrix.matrix3.x_axis,
                         matrix.matrix3.y_axis,
@@ -57,7 +62,7 @@ impl Repertoire {
                     ];
                     for row in 0..3 {
                         let numbers = [x[row], y[row], z[row], at[row]];
-                        region.set(out, (joint, 4 * row), &numbers);
+                        slice.set(out, (joint, 4 * row), &numbers);
                     }
                 }
             }
@@ -68,9 +73,9 @@ impl Repertoire {
                     let place = carrier.point(ride.translation);
                     model.translation = model.translation.lerp(place, weight);
                 });
-                for (joint, model) in joints.iter().enumerate().take(region.joints) {
-                    region.set(out, (joint, 0), &model.rotation.to_array());
-                    region.set(out, (joint, 4), &model.translation.to_array());
+                for (joint, model) in joints.iter().enumerate().take(slice.joints) {
+                    slice.set(out, (joint, 0), &model.rotation.to_array());
+                    slice.set(out, (joint, 4), &model.translation.to_array());
                 }
             }
         }
@@ -86,7 +91,7 @@ impl Repertoire {
         for (index, step) in self.steps[0].iter().enumerate().rev() {
             let weight = (detail - index as f32).clamp(0.0, 1.0);
             if weight > 0.0 {
-                for ride in &step.rides {
+                for ride in &step.removed {
                     let carrier = models[usize::from(ride.carrier)];
                     let seat = JointTransform {
                         rotation: ride.turn,

@@ -12,22 +12,22 @@ use crate::lod::Level;
 
 /// From one level to the next, among the joints of the level that is posed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Step {
-    pub(super) rides: Vec<Ride>,
+pub(super) struct LevelStep {
+    pub(super) removed: Vec<RemovedJoint>,
 }
 
-/// A joint that goes, and what it rides on from then on. Indices into the posed level's joints.
+/// A joint that goes, and what it removed on from then on. Indices into the posed level's joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ride {
+pub(super) struct RemovedJoint {
     pub(super) joint: u16,
     pub(super) carrier: u16,
-    /// Where it rides, in the carrier's frame.
+    /// Where it removed, in the carrier's frame.
     pub(super) turn: Quat,
     pub(super) place: Vec3,
 }
 
 /// Of each level its steps to the levels after it.
-pub(super) fn steps(levels: &[Level]) -> Vec<Vec<Step>> {
+pub(super) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
     let after = |posed: usize| {
         let pairs = levels[posed..].windows(2);
         pairs.map(move |pair| step(&levels[posed], &pair[0], &pair[1]))
@@ -37,20 +37,20 @@ pub(super) fn steps(levels: &[Level]) -> Vec<Vec<Step>> {
         .collect()
 }
 
-fn step(posed: &Level, finer: &Level, coarser: &Level) -> Step {
+fn step(posed: &Level, finer: &Level, coarser: &Level) -> LevelStep {
     let index = |joint: JointId| Some(posed.index_of(joint)? as u16);
     let gone = |&&joint: &&JointId| coarser.index_of(joint).is_none();
     let ride = |&joint: &JointId| {
         let seat = coarser.seats.get(joint.index())?;
         let carrier = *coarser.kept.get(usize::from(seat.carrier))?;
-        Some(Ride {
+        Some(RemovedJoint {
             joint: index(joint)?,
             carrier: index(carrier)?,
             turn: seat.offset.rotation,
             place: seat.offset.translation,
         })
     };
-    Step {
-        rides: finer.kept.iter().filter(gone).filter_map(ride).collect(),
+    LevelStep {
+        removed: finer.kept.iter().filter(gone).filter_map(ride).collect(),
     }
 }

@@ -2,17 +2,17 @@
 
 use bytemuck::Pod;
 
-use super::bank::BankJoint;
-use super::sample::{Local, Source, Turn};
-use crate::math::{Lanes, Line};
+use super::level_clips::LevelJoint;
+use super::sampling::{Local, QuatLanes, Source};
+use crate::math::{F32x16, Lanes};
 
 /// How joints follow from their parents, and what is written of them.
-pub(super) trait Posture {
+pub(super) trait JointMath {
     /// A joint of sixteen characters: a line of each of its numbers.
-    type Model: Pod + AsRef<[Line]>;
+    type Model: Pod + AsRef<[F32x16]>;
 
     /// Numbers of a joint.
-    const NUMBERS: usize = size_of::<Self::Model>() / size_of::<Line>();
+    const NUMBERS: usize = size_of::<Self::Model>() / size_of::<F32x16>();
     /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
     const ROW: usize;
 
@@ -20,7 +20,7 @@ pub(super) trait Posture {
     type Ready<L: Lanes>: Copy;
 
     /// The next joint, as far as it can be computed without its parent.
-    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> Self::Ready<L>;
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &LevelJoint) -> Self::Ready<L>;
 
     /// The same of a motion whose rotation has length 1.
     fn ready<L: Lanes>(local: Local<L>) -> Self::Ready<L>;
@@ -37,7 +37,7 @@ pub(super) trait Posture {
         part: usize,
     );
 
-    /// The same from what may have [gone a part of the way](Posture::approach).
+    /// The same from what may have [gone a part of the way](JointMath::approach).
     fn ride<L: Lanes>(
         above: &Self::Model,
         ready: Self::Ready<L>,
@@ -59,7 +59,7 @@ pub(super) struct Rotations;
 // compiled for the instruction set at hand.
 
 #[inline(always)]
-fn load<L: Lanes, const N: usize>(lines: &[Line], part: usize) -> [L; N] {
+fn load<L: Lanes, const N: usize>(lines: &[F32x16], part: usize) -> [L; N] {
     let lines = &lines[..N];
     let mut values = [L::splat(0.0); N];
     for index in 0..N {
@@ -69,7 +69,7 @@ fn load<L: Lanes, const N: usize>(lines: &[Line], part: usize) -> [L; N] {
 }
 
 #[inline(always)]
-fn store<L: Lanes, const N: usize>(values: [L; N], lines: &mut [Line], part: usize) {
+fn store<L: Lanes, const N: usize>(values: [L; N], lines: &mut [F32x16], part: usize) {
     let lines = &mut lines[..N];
     for index in 0..N {
         values[index].store(&mut lines[index], part);
@@ -89,8 +89,8 @@ fn dot_and<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3], sum: L) -> L {
 /// The first two columns of a rotation matrix. The quaternion may have any length: it is scaled by 2 / |q|², which no root
 /// has to be taken for.
 #[inline(always)]
-fn columns<L: Lanes>(turn: Turn<L>) -> [[L; 3]; 2] {
-    let Turn { x, y, z, w } = turn;
+fn columns<L: Lanes>(turn: QuatLanes<L>) -> [[L; 3]; 2] {
+    let QuatLanes { x, y, z, w } = turn;
     let one = L::splat(1.0);
     let scale = L::splat(2.0) / turn.dot(turn);
     let (sx, sy, sz) = (x * scale, y * scale, z * scale);
@@ -112,12 +112,12 @@ fn cross<L: Lanes>([a, b, c]: [L; 3], [x, y, z]: [L; 3]) -> [L; 3] {
 }
 
 #[inline(always)]
-fn turn_of<L: Lanes>([x, y, z, w, ..]: [L; 7]) -> Turn<L> {
-    Turn { x, y, z, w }
+fn turn_of<L: Lanes>([x, y, z, w, ..]: [L; 7]) -> QuatLanes<L> {
+    QuatLanes { x, y, z, w }
 }
 
-impl Posture for Matrices {
-    type Model = [Line; 12];
+impl JointMath for Matrices {
+    type Model = [F32x16; 12];
 
     const ROW: usize = 12;
 
@@ -125,7 +125,7 @@ impl Posture for Matrices {
     type Ready<L: Lanes> = [[L; 3]; 3];
 
     #[inline(always)]
-    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> [[L; 3]; 3] {
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &LevelJoint) -> [[L; 3]; 3] {
         // Any length will do.
         Self::ready(source.next(joint))
     }
@@ -228,8 +228,8 @@ impl Posture for Matrices {
     }
 }
 
-impl Posture for Rotations {
-    type Model = [Line; 7];
+impl JointMath for Rotations {
+    type Model = [F32x16; 7];
 
     const ROW: usize = 8;
 
@@ -237,7 +237,7 @@ impl Posture for Rotations {
     type Ready<L: Lanes> = Local<L>;
 
     #[inline(always)]
-    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &BankJoint) -> Local<L> {
+    fn next<L: Lanes, S: Source<L>>(source: &mut S, joint: &LevelJoint) -> Local<L> {
         source.next_unit(joint)
     }
 

@@ -2,20 +2,20 @@
 
 use glam::{Quat, Vec3};
 
-use super::bank::{Bank, BankJoint, Place, Span};
+use super::level_clips::{ClipRange, LevelClips, LevelJoint, Place};
 use super::quantise::ONE;
-use crate::math::{Lanes, Line};
+use crate::math::{F32x16, Lanes};
 
 /// A rotation for each lane, of any length.
 #[derive(Clone, Copy)]
-pub(super) struct Turn<L> {
+pub(super) struct QuatLanes<L> {
     pub(super) x: L,
     pub(super) y: L,
     pub(super) z: L,
     pub(super) w: L,
 }
 
-impl<L: Lanes> Turn<L> {
+impl<L: Lanes> QuatLanes<L> {
     #[inline(always)]
     pub(super) fn dot(self, other: Self) -> L {
         // In two halves, which do not wait for each other.
@@ -69,7 +69,7 @@ impl<L: Lanes> Turn<L> {
 /// A joint's motion under its parent, for each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Local<L> {
-    pub(super) turn: Turn<L>,
+    pub(super) turn: QuatLanes<L>,
     pub(super) place: [L; 3],
 }
 
@@ -78,7 +78,7 @@ impl<L: Lanes> Local<L> {
     #[inline(always)]
     pub(super) fn splat(turn: Quat, place: Vec3) -> Self {
         Self {
-            turn: Turn {
+            turn: QuatLanes {
                 x: L::splat(turn.x),
                 y: L::splat(turn.y),
                 z: L::splat(turn.z),
@@ -92,10 +92,10 @@ impl<L: Lanes> Local<L> {
 /// What gives the motion of one joint after the other, in the bank's order.
 pub(super) trait Source<L: Lanes> {
     /// Its rotation has any length.
-    fn next(&mut self, joint: &BankJoint) -> Local<L>;
+    fn next(&mut self, joint: &LevelJoint) -> Local<L>;
 
     /// The same, its rotation of length 1.
-    fn next_unit(&mut self, joint: &BankJoint) -> Local<L>;
+    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L>;
 }
 
 /// The interval between keys that each lane is in, as a float, and how far in it, from 0 to 1.
@@ -124,8 +124,8 @@ impl<L: Lanes> Cycle<L> {
 
     /// Of one clip for all lanes.
     #[inline(always)]
-    pub(super) fn of(span: &Span) -> Self {
-        let length = span.intervals as f32;
+    pub(super) fn of(range: &ClipRange) -> Self {
+        let length = range.intervals as f32;
         Self {
             length: L::splat(length),
             inverse: L::splat(1.0 / length),
@@ -179,10 +179,10 @@ pub(super) struct Near<L: Lanes> {
 impl<L: Lanes> Near<L> {
     /// `None` where the lanes are not within [`Lanes::REACH`] intervals of each other.
     #[inline(always)]
-    pub(super) fn new(span: &Span, cycle: Cycle<L>, interval: L) -> Option<Self> {
+    pub(super) fn new(range: &ClipRange, cycle: Cycle<L>, interval: L) -> Option<Self> {
         // From the lane that is furthest behind; the first lane is only near it.
         let first = interval.first();
-        let half = (span.intervals / 2) as f32;
+        let half = (range.intervals / 2) as f32;
         let ahead = cycle.wrapped_whole(interval + L::splat(half - first));
         let least = ahead.least();
         let places = ahead - L::splat(least);
@@ -191,12 +191,12 @@ impl<L: Lanes> Near<L> {
         }
         let start = (first + least - half) as i32 as isize;
         let start = if start < 0 {
-            start.wrapping_add_unsigned(span.intervals)
+            start.wrapping_add_unsigned(range.intervals)
         } else {
             start
         };
         Some(Self {
-            start: (start as usize).min(span.intervals - 1),
+            start: (start as usize).min(range.intervals - 1),
             places: places.truncated(),
         })
     }
@@ -212,11 +212,11 @@ pub(super) struct Window<'a, L: Lanes> {
 
 impl<'a, L: Lanes> Window<'a, L> {
     #[inline(always)]
-    pub(super) fn new(bank: &'a Bank, span: &Span, near: Near<L>) -> Self {
+    pub(super) fn new(bank: &'a LevelClips, range: &ClipRange, near: Near<L>) -> Self {
         Self {
             words: &bank.words,
-            start: bank.base(span) + near.start,
-            stride: span.stride(),
+            start: bank.base(range) + near.start,
+            stride: range.stride(),
             places: near.places,
         }
     }
@@ -233,7 +233,7 @@ impl<L: Lanes> Columns<L> for Window<'_, L> {
 
 /// Columns that were made of sixteen rows.
 pub(super) struct Turned<'a> {
-    pub(super) lines: std::slice::Iter<'a, Line>,
+    pub(super) lines: std::slice::Iter<'a, F32x16>,
     pub(super) part: usize,
 }
 
@@ -250,19 +250,23 @@ impl<L: Lanes> Columns<L> for Turned<'_> {
 
 /// The rows of sixteen characters who may be anywhere in any clip become columns.
 #[inline(always)]
-pub(super) fn turn_rows<L: Lanes>(bank: &Bank, rows: &[u32; Line::LANES], columns: &mut [Line]) {
+pub(super) fn gather_rows<L: Lanes>(
+    bank: &LevelClips,
+    rows: &[u32; F32x16::LANES],
+    columns: &mut [F32x16],
+) {
     let length = bank.row_lines;
-    let mut sixteen: [&[Line]; Line::LANES] = [&[]; Line::LANES];
-    for lane in 0..Line::LANES {
+    let mut sixteen: [&[F32x16]; F32x16::LANES] = [&[]; F32x16::LANES];
+    for lane in 0..F32x16::LANES {
         sixteen[lane] = &bank.rows[rows[lane] as usize * length..][..length];
     }
     for (index, columns) in columns
-        .chunks_exact_mut(Line::LANES)
+        .chunks_exact_mut(F32x16::LANES)
         .take(length)
         .enumerate()
     {
-        let mut lines = [&Line::ZERO; Line::LANES];
-        for lane in 0..Line::LANES {
+        let mut lines = [&F32x16::ZERO; F32x16::LANES];
+        for lane in 0..F32x16::LANES {
             lines[lane] = &sixteen[lane][index];
         }
         columns.copy_from_slice(&L::transpose(lines));
@@ -330,9 +334,9 @@ impl<L: Lanes, C: Columns<L>> Playing<L, C> {
 
 impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     #[inline(always)]
-    fn next(&mut self, joint: &BankJoint) -> Local<L> {
+    fn next(&mut self, joint: &LevelJoint) -> Local<L> {
         let [x, y, z, w] = self.mixed();
-        let turn = Turn { x, y, z, w };
+        let turn = QuatLanes { x, y, z, w };
         let place = match joint.place {
             Place::Fixed(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
             Place::Narrow(middle, unit) => {
@@ -349,7 +353,7 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     }
 
     #[inline(always)]
-    fn next_unit(&mut self, joint: &BankJoint) -> Local<L> {
+    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
         let local = self.next(joint);
         Local {
             turn: local.turn.between_keys_normalized(),
@@ -368,7 +372,7 @@ pub(super) struct Mixed<L, A, B> {
 
 impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
     #[inline(always)]
-    fn next(&mut self, joint: &BankJoint) -> Local<L> {
+    fn next(&mut self, joint: &LevelJoint) -> Local<L> {
         let (a, b) = (self.first.next_unit(joint), self.second.next_unit(joint));
         let turn = a.turn.towards(b.turn, self.weight);
         let ([ax, ay, az], [bx, by, bz]) = (a.place, b.place);
@@ -381,7 +385,7 @@ impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
     }
 
     #[inline(always)]
-    fn next_unit(&mut self, joint: &BankJoint) -> Local<L> {
+    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
         let local = self.next(joint);
         Local {
             turn: local.turn.normalized(),

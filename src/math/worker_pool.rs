@@ -15,7 +15,7 @@ const PATIENCE: u32 = 2_000;
 const STACK: usize = 16 << 20;
 
 /// Threads that wait for work. They end with it.
-pub(crate) struct Crew {
+pub(crate) struct WorkerPool {
     shared: Arc<Shared>,
     workers: Vec<JoinHandle<()>>,
 }
@@ -33,12 +33,12 @@ struct Shared {
 
 type Task<'a> = dyn Fn(usize) + Sync + 'a;
 
-/// The work of one [`Crew::run`], which does not return before all workers are done with it.
+/// The work of one [`WorkerPool::run`], which does not return before all workers are done with it.
 #[derive(Clone, Copy)]
 struct Work(&'static Task<'static>);
 
-impl Crew {
-    /// `threads` of them, the caller of [`Crew::run`] counted in.
+impl WorkerPool {
+    /// `threads` of them, the caller of [`WorkerPool::run`] counted in.
     pub(crate) fn new(threads: usize) -> Self {
         let shared = Arc::new(Shared {
             turn: AtomicU64::new(0),
@@ -101,7 +101,7 @@ impl Crew {
     }
 }
 
-impl Drop for Crew {
+impl Drop for WorkerPool {
     fn drop(&mut self) {
         self.shared.closing.store(true, Ordering::Release);
         for worker in self.workers.drain(..) {
@@ -163,10 +163,10 @@ mod tests {
     #[test]
     fn each_part_is_done_once_each_time() {
         for threads in 1..5 {
-            let mut crew = Crew::new(threads);
+            let mut pool = WorkerPool::new(threads);
             let counts: Vec<AtomicUsize> = (0..threads).map(|_| AtomicUsize::new(0)).collect();
             for _ in 0..200 {
-                crew.run(&|part: usize| {
+                pool.run(&|part: usize| {
                     counts[part].fetch_add(1, Ordering::Relaxed);
                 });
             }
@@ -177,11 +177,11 @@ mod tests {
 
     #[test]
     fn a_sleeping_crew_wakes() {
-        let mut crew = Crew::new(3);
+        let mut pool = WorkerPool::new(3);
         let count = AtomicUsize::new(0);
         for _ in 0..3 {
             thread::sleep(std::time::Duration::from_millis(5));
-            crew.run(&|_| {
+            pool.run(&|_| {
                 count.fetch_add(1, Ordering::Relaxed);
             });
         }
@@ -190,15 +190,15 @@ mod tests {
 
     #[test]
     fn a_panic_goes_on_at_the_caller_and_the_crew_lives() {
-        let mut crew = Crew::new(3);
+        let mut pool = WorkerPool::new(3);
         for panicking in 0..3 {
             let caught = catch_unwind(AssertUnwindSafe(|| {
-                crew.run(&|part| assert!(part != panicking, "part {part}"));
+                pool.run(&|part| assert!(part != panicking, "part {part}"));
             }));
             assert!(caught.is_err());
         }
         let count = AtomicUsize::new(0);
-        crew.run(&|_| {
+        pool.run(&|_| {
             count.fetch_add(1, Ordering::Relaxed);
         });
         assert_eq!(count.into_inner(), 3);

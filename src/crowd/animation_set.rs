@@ -1,28 +1,28 @@
 use thiserror::Error;
 
-use super::bank::{Bank, Span};
-use super::character::{ClipId, LevelId};
+use super::character::ClipId;
+use super::level_clips::{ClipRange, LevelClips};
+use super::level_step::{LevelStep, steps};
 use super::quantise::{keys_per_frame, quantise};
-use super::step::{Step, steps};
 use crate::anim::{Clip, Skeleton};
-use crate::lod::{Level, LevelMotion, LodError, rehang};
+use crate::lod::{Level, LevelId, LevelMotion, LodError, rehang};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
 /// Immutable once made; share it by reference count.
 #[derive(Clone, Debug)]
-pub struct Repertoire {
-    pub(super) banks: Vec<Bank>,
+pub struct AnimationSet {
+    pub(super) banks: Vec<LevelClips>,
     /// Of each level, what makes it look like the ones after it: one step for each of those.
-    pub(super) steps: Vec<Vec<Step>>,
+    pub(super) steps: Vec<Vec<LevelStep>>,
     /// One for each clip.
-    pub(super) spans: Vec<Span>,
+    pub(super) ranges: Vec<ClipRange>,
     /// Seconds of each clip.
     durations: Vec<f32>,
 }
 
-/// Why clips and levels make no repertoire.
+/// Why clips and levels make no animations.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum RepertoireError {
+pub enum AnimationSetError {
     /// There is no clip.
     #[error("a crowd needs at least one clip")]
     NoClip,
@@ -35,8 +35,8 @@ pub enum RepertoireError {
     /// The clips' joints do not hang alike.
     #[error("the motions of one level differ in their joints")]
     Differ,
-    /// More than [`Repertoire::MOST_MOTIONS`].
-    #[error("{clips} clips on {levels} levels are more than {max} motions", max = Repertoire::MOST_MOTIONS)]
+    /// More than [`AnimationSet::MOST_MOTIONS`].
+    #[error("{clips} clips on {levels} levels are more than {max} motions", max = AnimationSet::MOST_MOTIONS)]
     TooMany {
         /// How many clips.
         clips: usize,
@@ -48,7 +48,7 @@ pub enum RepertoireError {
     TooLarge,
 }
 
-impl Repertoire {
+impl AnimationSet {
     /// Clips times levels may not be more.
     pub const MOST_MOTIONS: usize = 1 << 19;
 
@@ -61,12 +61,12 @@ impl Repertoire {
         skeleton: &Skeleton,
         clips: &[Clip],
         levels: &[Level],
-    ) -> Result<Self, RepertoireError> {
+    ) -> Result<Self, AnimationSetError> {
         if levels.is_empty() {
-            return Err(RepertoireError::NoLevel);
+            return Err(AnimationSetError::NoLevel);
         }
         if clips.len().saturating_mul(levels.len()) > Self::MOST_MOTIONS {
-            return Err(RepertoireError::TooMany {
+            return Err(AnimationSetError::TooMany {
                 clips: clips.len(),
                 levels: levels.len(),
             });
@@ -78,24 +78,24 @@ impl Repertoire {
                 *most = keys_per_frame(&rehang(skeleton, clip, level)?).max(*most);
             }
         }
-        let mut spans: Vec<Span> = Vec::with_capacity(clips.len());
+        let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len());
         let mut banks = Vec::with_capacity(levels.len());
         for level in levels {
             let motions = clips.iter().map(|clip| rehang(skeleton, clip, level));
             let motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
-            if spans.is_empty() {
+            if ranges.is_empty() {
                 for (motion, &per_frame) in motions.iter().zip(&per_frame) {
-                    spans.push(Span::after(spans.last(), motion, per_frame));
+                    ranges.push(ClipRange::after(ranges.last(), motion, per_frame));
                 }
             }
             let pairs = motions.iter().zip(&per_frame);
             let keys: Vec<_> = pairs.map(|(motion, &per)| quantise(motion, per)).collect();
-            banks.push(Bank::new(&motions, &keys, &spans)?);
+            banks.push(LevelClips::new(&motions, &keys, &ranges)?);
         }
         Ok(Self {
             banks,
             steps: steps(levels),
-            spans,
+            ranges,
             durations: clips.iter().map(|clip| clip.duration() as f32).collect(),
         })
     }
@@ -128,8 +128,8 @@ impl Repertoire {
         LevelId((self.banks.len() - 1) as u16)
     }
 
-    pub(super) fn span(&self, clip: ClipId) -> &Span {
-        &self.spans[clip.index()]
+    pub(super) fn range(&self, clip: ClipId) -> &ClipRange {
+        &self.ranges[clip.index()]
     }
 
     /// From the first frame of a clip to its last, seconds; `None` where there is no such clip.

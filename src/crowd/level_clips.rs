@@ -11,27 +11,27 @@
 
 use glam::Vec3;
 
+use super::animation_set::AnimationSetError;
 use super::quantise::{Keys, ONE, Quantised};
-use super::repertoire::RepertoireError;
 use crate::lod::{LevelMotion, Translations};
-use crate::math::Line;
+use crate::math::F32x16;
 
 /// Words that a column repeats from its beginning after its end: a window that starts at the last
 /// interval goes on at the first.
-const SPARE: usize = Line::LANES;
+const SPARE: usize = F32x16::LANES;
 
 /// A place that stays within so much of a middle is kept in 16 bits, metres: to 0.01 mm.
 const NARROW: f32 = 0.65;
 
 /// All clips on one level.
 #[derive(Clone, Debug)]
-pub(super) struct Bank {
+pub(super) struct LevelClips {
     /// Parents first.
-    pub(super) joints: Vec<BankJoint>,
+    pub(super) joints: Vec<LevelJoint>,
     /// The columns of all clips.
     pub(super) words: Vec<u32>,
     /// The rows of all clips.
-    pub(super) rows: Vec<Line>,
+    pub(super) rows: Vec<F32x16>,
     /// How many columns a motion has.
     columns: usize,
     /// Lines of a row.
@@ -40,7 +40,7 @@ pub(super) struct Bank {
 
 /// What all clips agree on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BankJoint {
+pub(super) struct LevelJoint {
     /// `None` for the root alone.
     pub(super) parent: Option<u16>,
     pub(super) place: Place,
@@ -57,7 +57,7 @@ pub(super) enum Place {
 
 /// A clip's intervals, on every level the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Span {
+pub(super) struct ClipRange {
     /// Intervals of all clips before it.
     pub(super) row: usize,
     /// The same in columns, where each clip has some to spare.
@@ -68,11 +68,11 @@ pub(super) struct Span {
     pub(super) rate: f32,
 }
 
-impl Span {
+impl ClipRange {
     /// The clip after `before`, of so many keys per frame.
     pub(super) fn after(before: Option<&Self>, motion: &LevelMotion, per_frame: usize) -> Self {
-        let end = |span: &Self| {
-            let (row, word) = (span.row + span.intervals, span.word + span.stride());
+        let end = |range: &Self| {
+            let (row, word) = (range.row + range.intervals, range.word + range.stride());
             (row, word)
         };
         let (row, word) = before.map_or((0, 0), end);
@@ -90,14 +90,14 @@ impl Span {
     }
 }
 
-impl Bank {
+impl LevelClips {
     /// # Errors
     /// Motions that do not belong to one level, or are too much.
     pub(super) fn new(
         motions: &[LevelMotion],
         keys: &[Quantised],
-        spans: &[Span],
-    ) -> Result<Self, RepertoireError> {
+        ranges: &[ClipRange],
+    ) -> Result<Self, AnimationSetError> {
         let joints = shared_joints(motions, keys)?;
         let columns = joints.iter().map(|joint| 4 + joint.place.columns()).sum();
         let mut bank = Self {
@@ -105,35 +105,35 @@ impl Bank {
             words: Vec::new(),
             rows: Vec::new(),
             columns,
-            row_lines: usize::div_ceil(columns, Line::LANES),
+            row_lines: usize::div_ceil(columns, F32x16::LANES),
         };
-        for (keys, span) in keys.iter().zip(spans) {
-            bank.add(keys, span);
+        for (keys, range) in keys.iter().zip(ranges) {
+            bank.add(keys, range);
             if bank.rows.len() > u32::MAX as usize {
-                return Err(RepertoireError::TooLarge);
+                return Err(AnimationSetError::TooLarge);
             }
         }
         Ok(bank)
     }
 
     /// Where the first column of a clip starts.
-    pub(super) fn base(&self, span: &Span) -> usize {
-        span.word * self.columns
+    pub(super) fn base(&self, range: &ClipRange) -> usize {
+        range.word * self.columns
     }
 
-    fn add(&mut self, keys: &Quantised, span: &Span) {
+    fn add(&mut self, keys: &Quantised, range: &ClipRange) {
         let rows = self.rows.len();
-        let lines = span.intervals * self.row_lines;
-        self.rows.resize(rows + lines, Line::ZERO);
+        let lines = range.intervals * self.row_lines;
+        self.rows.resize(rows + lines, F32x16::ZERO);
         let mut index = 0;
         let (words, rows) = (&mut self.words, &mut self.rows[rows..]);
         let row_lines = self.row_lines;
         let mut column = |word: &dyn Fn(usize, usize) -> u32| {
             let of = |start: usize| word(start, (start + 1).min(keys.keys - 1));
-            let starts = (0..span.stride()).map(|place| place % span.intervals);
+            let starts = (0..range.stride()).map(|place| place % range.intervals);
             words.extend(starts.map(of));
             for (start, row) in rows.chunks_exact_mut(row_lines).enumerate() {
-                row[index / Line::LANES].0[index % Line::LANES] = f32::from_bits(of(start));
+                row[index / F32x16::LANES].0[index % F32x16::LANES] = f32::from_bits(of(start));
             }
             index += 1;
         };
@@ -187,12 +187,12 @@ impl Keys {
 fn shared_joints(
     motions: &[LevelMotion],
     keys: &[Quantised],
-) -> Result<Vec<BankJoint>, RepertoireError> {
+) -> Result<Vec<LevelJoint>, AnimationSetError> {
     let Some(first) = motions.first() else {
-        return Err(RepertoireError::NoClip);
+        return Err(AnimationSetError::NoClip);
     };
     if motions.iter().any(|motion| motion.parents != first.parents) {
-        return Err(RepertoireError::Differ);
+        return Err(AnimationSetError::Differ);
     }
     let fixed = |index: usize| {
         let Translations::Fixed(place) = first.tracks[index].translations else {
@@ -219,7 +219,7 @@ fn shared_joints(
     };
     let joints = first.parents.iter().enumerate();
     Ok(joints
-        .map(|(index, &parent)| BankJoint {
+        .map(|(index, &parent)| LevelJoint {
             parent,
             place: fixed(index).map_or_else(|| moving(index), Place::Fixed),
         })
