@@ -21,7 +21,7 @@ layout(local_size_x = 32) in;
 
 // Host: `PlacedPlanes` in src/gpu/shader_table.rs.
 struct PlaneCandidate {
-    ivec4 turn;     // a, b, tx, tz of `MapTurn`
+    ivec4 turn;     // a, b, tx, tz of `FixedTransform2`
     uint entries;   // word of its region's first entry
     int first_slab;
     uint slabs;

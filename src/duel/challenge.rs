@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::{Duel, Side};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, Playhead, Step};
-use crate::maps::Blow;
+use crate::maps::AttackOption;
 use crate::query::Attack;
 
 /// An attack that is announced.
@@ -35,7 +35,7 @@ pub struct Challenge {
 /// An attack of the grid that may do.
 #[derive(Clone, Copy)]
 struct Choice {
-    blow: Blow,
+    blow: AttackOption,
     /// Smaller is tried sooner.
     rank: f32,
 }
@@ -52,7 +52,7 @@ impl Duel<'_> {
         let them = self.fighters[attacker.other().index()].ahead(graph, self.now);
         let mut options: Vec<Choice> = Vec::new();
         for blow in self.blows((&me, &them), 0.0) {
-            let strike = self.grid.strike(self.baked, blow.path).edge;
+            let strike = self.grid.attack_move(self.baked, blow.path).edge;
             let recent = self.used.iter().rev().take(REMEMBERED);
             let used = recent.filter(|&&used| used == strike).count() as f32;
             options.push(Choice {
@@ -70,7 +70,7 @@ impl Duel<'_> {
     }
 
     /// What the grid of the next node after `seconds` has for the places of the other's core and thighs; each path once.
-    fn blows(&self, (me, them): (&Motion, &Motion), seconds: f32) -> Vec<Blow> {
+    fn blows(&self, (me, them): (&Motion, &Motion), seconds: f32) -> Vec<AttackOption> {
         /// Seconds from a node to most blows.
         const USUAL: f32 = 0.6;
         let graph = self.baked.graph();
@@ -101,7 +101,7 @@ impl Duel<'_> {
     }
 
     /// The challenge of a blow; `None` where it comes at the wrong time, would not land, or ends where it must not.
-    fn challenge_by(&mut self, blow: Blow, them: &Motion) -> Option<Challenge> {
+    fn challenge_by(&mut self, blow: AttackOption, them: &Motion) -> Option<Challenge> {
         let graph = self.baked.graph();
         let rate = graph.frame_rate() as f32;
         let attacker = self.turn;
@@ -111,7 +111,7 @@ impl Duel<'_> {
         if blow_at < self.settings.lead.0 {
             return None;
         }
-        let strike = *self.grid.strike(self.baked, blow.path);
+        let strike = *self.grid.attack_move(self.baked, blow.path);
         let path: Vec<EdgeId> = self.grid.paths().edges(blow.path).collect();
         let edges = path.iter().chain([&strike.edge]);
         let steps: Vec<Step> = edges.map(|&edge| Step { edge, rate: 1.0 }).collect();
@@ -119,7 +119,7 @@ impl Duel<'_> {
         let start = wait + f32::from(self.grid.paths().path(blow.path).frames) / rate;
         // The strike's clip as it stands in the world then.
         let placement = motion.playhead(graph, start + 0.5 / rate).clip_to_world * strike.placement;
-        let attack = Attack::of_strike(self.baked, &strike, placement, start).ok()?;
+        let attack = Attack::of_attack_move(self.baked, &strike, placement, start).ok()?;
         let end = attack.end();
         motion.extend(graph, end + self.settings.window);
         let without = self.depth(them, &attack);
@@ -139,7 +139,7 @@ impl Duel<'_> {
         let now = self.now;
         self.fighters[attacker.index()].play(graph, now, motion);
         self.now += hidden;
-        let attack = Attack::of_strike(self.baked, &strike, placement, start - hidden).ok()?;
+        let attack = Attack::of_attack_move(self.baked, &strike, placement, start - hidden).ok()?;
         Some(Challenge {
             attacker,
             playhead: self.fighters[attacker.other().index()].playhead(graph, self.now),

@@ -105,7 +105,7 @@ impl<'a> Duel<'a> {
         settings: &DuelSettings,
     ) -> Result<Self, DuelError> {
         settings.check()?;
-        if baked.strikes().is_empty() {
+        if baked.attack_moves().is_empty() {
             return Err(DuelError::NoAttacks);
         }
         let mut chance = Chance::new(settings.seed);

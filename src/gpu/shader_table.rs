@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use crate::maps::{Disc, MapTurn};
+use crate::maps::{Disc, FixedTransform2};
 
 /// One entry of the table.
 #[derive(Clone, Copy, Debug)]
@@ -211,5 +211,5 @@ const _: () = {
 
     // `disc` and `turn` are their host types, word for word.
     assert!(size_of::<Disc>() == size_of::<[i32; 3]>());
-    assert!(size_of::<MapTurn>() == size_of::<[i32; 4]>());
+    assert!(size_of::<FixedTransform2>() == size_of::<[i32; 4]>());
 };

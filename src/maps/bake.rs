@@ -1,40 +1,42 @@
-//! From a motion graph to everything that a query needs.
+//! Bakes a motion graph into the data that a query needs.
 //!
-//! Source: Masaoka & Oshita, sections 4.2–4.4. The maps are drawn by whoever has a rasterizer:
-//! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] say what to draw,
-//! [`Baker::finish`] takes what was drawn.
+//! Source: Masaoka & Oshita, sections 4.2–4.4. The caller may draw the maps with any rasterizer:
+//! [`Baker::every_frame_drawings`] and [`Baker::any_frame_drawings`] list the drawings, and
+//! [`Baker::finish`] takes the drawn maps.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::drawings::{self, EventDrawings, TooHigh};
-use super::gather::{Gathering, Kind, Member};
-use super::raster::{self, EvasionMaps};
+use super::baked::BakedParts;
+use super::collect::{DrawingOwner, DrawnMaps, Kind, MapCollector};
+use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
+use super::raster;
 use super::retime::retimable_edges;
 use super::{
-    BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect, PathSettings, Prop,
-    RegionAtlas, RegionId, RetimeSettings, Strike,
+    AttackMove, BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect,
+    PathSettings, Prop, RegionAtlas, RegionId, RetimeSettings,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
 
-/// How a graph is baked.
+/// Settings of a bake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BakeSettings {
-    /// Texels and slabs of the maps.
+    /// Texel size, slab height and time slices of the maps.
     pub maps: MapGrid,
-    /// Which edges may be retimed.
+    /// Thresholds that decide which edges may be retimed.
     pub retime: RetimeSettings,
-    /// How far ways to evasions are followed.
+    /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
-    /// The cells that those are filed in.
+    /// Size of the cells that paths are filed in.
     pub grid: GridSettings,
-    /// The body's spheres; from the bones where there are none.
+    /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
     pub body: Option<Body>,
-    /// Threads for the maps; 0 for as many as the machine has. The maps are the same for any number.
+    /// Number of threads that draw the maps, or 0 for one thread per CPU core. The maps do not
+    /// depend on it.
     pub threads: usize,
-    /// What the body's joints hold, beside what [`BakeSettings::body`] holds already.
+    /// Props that the joints hold, in addition to those of [`BakeSettings::body`].
     pub props: Vec<Prop>,
 }
 
@@ -69,7 +71,9 @@ impl BakeSettings {
                 "0.05 to 1 m",
             ),
         ];
-        let wrong = { checks.into_iter() }.find(|(_, value, range, _)| !range.contains(value));
+        let wrong = checks
+            .into_iter()
+            .find(|(_, value, range, _)| !range.contains(value));
         match wrong {
             Some((name, value, _, range)) => Err(BakeError::Setting { name, value, range }),
             None => Ok(()),
@@ -77,104 +81,97 @@ impl BakeSettings {
     }
 }
 
-/// Why a graph cannot be baked.
+/// Reason why a graph cannot be baked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BakeError {
-    /// Texels, slabs or slices out of range.
+    /// Texel size, slab height or time slices are out of range.
     #[error(
         "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m and {attack_pitch}, {slab_height} m and {slices} of {slice_seconds} s",
         max = MapGrid::MAX_SLICES
     )]
     Grid {
-        /// Metres.
+        /// Side of a texel, in metres.
         texel: f32,
-        /// Texels.
+        /// Pitch of an attack's texels, in texels.
         attack_pitch: u32,
-        /// Metres.
+        /// Height of a slab, in metres.
         slab_height: f32,
-        /// How many.
+        /// Number of time slices.
         slices: u32,
-        /// Seconds.
+        /// Duration of a slice, in seconds.
         slice_seconds: f32,
     },
-    /// Another setting is out of its range.
+    /// Another setting is out of range.
     #[error("bake setting {name} is {value}; it must be {range}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         name: &'static str,
-        /// What it is.
+        /// Value of the setting.
         value: f64,
-        /// What it may be.
+        /// Range of valid values.
         range: &'static str,
     },
-    /// The settings' body has no sphere, or one without a joint, a place or a size.
+    /// The body has no sphere, or a sphere has an unknown joint, a position that is not finite, or
+    /// no radius.
     #[error(
         "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
     )]
     Body,
-    /// One of the settings' props, counted from 0, has no sphere, or one without a joint, a place or a size.
+    /// A prop has no sphere, or a sphere with an unknown joint, a position that is not finite, or
+    /// no radius. Props are counted from 0.
     #[error(
         "prop {0} needs spheres, and a joint of the skeleton, each with a finite place and a radius above 0"
     )]
     Prop(usize),
-    /// The body is higher above the ground, or further below it, than slabs are counted.
+    /// The body is farther above or below the ground than slab numbers reach.
     #[error("the body in {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
     TooHigh {
-        /// Its clip and seconds.
+        /// Clip and time of the event.
         event: String,
-        /// Lowest slab.
+        /// Lowest slab that the body reaches.
         low: i32,
-        /// Highest slab.
+        /// Highest slab that the body reaches.
         high: i32,
     },
-    /// A map with more texels a side than fixed-point products allow.
+    /// A map has more texels on a side than fixed-point products allow.
     #[error("the map of {event} would be {width} x {height} texels; {max} a side is the most: choose larger texels", max = MapGrid::MAX_SIDE)]
     MapTooLarge {
-        /// Its clip and seconds.
+        /// Clip and time of the event.
         event: String,
-        /// Texels.
+        /// Width of the map, in texels.
         width: u32,
-        /// Texels.
+        /// Height of the map, in texels.
         height: u32,
     },
-    /// A rasterizer returned maps that are not those that were asked for.
+    /// The drawn maps do not match the requested drawings.
     #[error("{found} maps were drawn where {expected} were asked for")]
     Maps {
-        /// How many came.
+        /// Number of maps that match a drawing.
         found: usize,
-        /// How many should.
+        /// Number of drawings.
         expected: usize,
     },
 }
 
-/// What a rasterizer has drawn for a [`Baker`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DrawnMaps {
-    /// Of [`Baker::every_frame_drawings`], in order.
-    pub every_frame: Vec<EvasionMaps>,
-    /// Of [`Baker::any_frame_drawings`], in order.
-    pub any_frame: Vec<BitMap>,
-}
-
-/// A bake that waits for its maps.
+/// A bake whose drawings are prepared and whose maps are not yet drawn.
 #[derive(Clone, Debug)]
 pub struct Baker {
     graph: MotionGraph,
     body: Body,
     settings: BakeSettings,
-    /// The edges of all evasions and of all attacks.
+    /// Edges of all evasions.
     evasions: Vec<EdgeId>,
     attacks: Vec<EdgeId>,
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
-    gathering: Gathering,
+    collector: MapCollector,
 }
 
 impl Baker {
     /// Prepares the drawings of all events of `graph`.
     ///
     /// # Errors
-    /// Settings that make no maps.
+    /// A setting is out of range, or an event's maps would be too large.
     pub fn new(graph: MotionGraph, settings: BakeSettings) -> Result<Self, BakeError> {
         let maps = settings.maps;
         if !maps.is_sound() {
@@ -208,26 +205,33 @@ impl Baker {
             settings,
             every_frame: Vec::new(),
             any_frame: Vec::new(),
-            gathering: Gathering::new(maps),
+            collector: MapCollector::new(maps),
             graph,
         };
         for (kind, drawings) in baker.events()? {
-            let event = baker.gathering.event(kind, &drawings);
+            let event = baker.collector.event(kind, &drawings);
             for (part, drawing) in drawings.every_frame {
-                baker.gathering.every_frame.push(Member { event, part });
+                baker
+                    .collector
+                    .every_frame
+                    .push(DrawingOwner { event, part });
                 baker.every_frame.push(drawing);
             }
             for (part, drawing) in drawings.any_frame {
-                baker.gathering.any_frame.push(Member { event, part });
+                baker.collector.any_frame.push(DrawingOwner { event, part });
                 baker.any_frame.push(drawing);
             }
         }
         Ok(baker)
     }
 
-    /// The drawings of all events, evasions first.
+    /// Prepares the drawings of all events, evasions first.
     fn events(&self) -> Result<Vec<(Kind, EventDrawings)>, BakeError> {
-        let maps = self.settings.maps;
+        let source = DrawingSource {
+            graph: &self.graph,
+            body: &self.body,
+            grid: self.settings.maps,
+        };
         let evasions = self.evasions.len();
         let count = evasions + self.attacks.len();
         let drawn = in_parallel(self.settings.threads, count, |index| {
@@ -240,15 +244,15 @@ impl Baker {
             };
             let event = self.graph.event(event);
             let drawings = match kind {
-                Kind::Evasion => drawings::of_evasion(&self.graph, &self.body, (edge, event), maps),
-                Kind::Attack => drawings::of_attack(&self.graph, &self.body, event, maps),
+                Kind::Evasion => drawings::of_evasion(source, edge, event),
+                Kind::Attack => drawings::of_attack(source, event),
             };
             Ok((kind, self.checked(event, drawings)?))
         });
         drawn.into_iter().collect()
     }
 
-    /// Refuses what fixed-point maps cannot hold.
+    /// Returns an error if the drawings do not fit fixed-point maps.
     fn checked(
         &self,
         event: &GraphEvent,
@@ -260,8 +264,8 @@ impl Baker {
             low,
             high,
         })?;
-        let all = drawings.every_frame.iter().chain(&drawings.any_frame);
-        if let Some((_, large)) = { all }.find(|(_, drawing)| !drawing.rect.fits()) {
+        let mut all = drawings.every_frame.iter().chain(&drawings.any_frame);
+        if let Some((_, large)) = all.find(|(_, drawing)| !drawing.rect.fits()) {
             let MapRect { width, height, .. } = large.rect;
             return Err(BakeError::MapTooLarge {
                 event: describe(),
@@ -272,15 +276,16 @@ impl Baker {
         Ok(drawings)
     }
 
-    /// What is to be drawn by "every frame" ([`raster::every_frame`] or its twin on the device):
-    /// each evasion as a whole and, where maps are timed, in each slice, slab by slab.
+    /// Drawings for [`raster::every_frame`] or its GPU counterpart. Each evasion has, slab by slab,
+    /// one drawing of the whole evasion and, if the maps are timed, one of each slice.
     #[must_use]
     pub fn every_frame_drawings(&self) -> &[Drawing] {
         &self.every_frame
     }
 
-    /// What is to be drawn by "any frame" ([`raster::any_frame`] or its twin on the device): all
-    /// that a body may touch in each slice of its evasion, and where attacks pass, slab by slab.
+    /// Drawings for [`raster::any_frame`] or its GPU counterpart. They hold, slab by slab,
+    /// everything that the body may touch in each slice of an evasion, and everything that an
+    /// attack passes.
     #[must_use]
     pub fn any_frame_drawings(&self) -> &[Drawing] {
         &self.any_frame
@@ -297,19 +302,20 @@ impl Baker {
         }
     }
 
-    /// Draws on the CPU and finishes.
+    /// Draws all maps on the CPU and finishes the bake.
     ///
     /// # Errors
-    /// None that [`Baker::finish`] would not have.
+    /// The errors of [`Baker::finish`].
     pub fn finish_on_cpu(self) -> Result<BakedGraph, BakeError> {
         let maps = self.draw_on_cpu();
         self.finish(maps)
     }
 
-    /// Takes the maps, one for each drawing.
+    /// Finishes the bake with one map for each drawing.
     ///
     /// # Errors
-    /// Another number of maps than drawings, or maps of other rectangles.
+    /// The number of maps differs from the number of drawings, or a map's rectangle differs from
+    /// its drawing's.
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
         let atlas = self.atlas(&maps)?;
         let placement = |edge: EdgeId| -> Rigid2 {
@@ -326,20 +332,25 @@ impl Baker {
             })
             .collect();
         let attacks = self.attacks.iter();
-        let strikes = attacks
-            .map(|&edge| Strike {
+        let attack_moves = attacks
+            .map(|&edge| AttackMove {
                 edge,
                 placement: placement(edge),
             })
             .collect();
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
-        Ok(BakedGraph::new(
-            self.graph,
-            self.body,
+        let parts = BakedParts {
+            graph: self.graph,
+            body: self.body,
             atlas,
             retimable,
-            (evasions, strikes),
-            (&self.settings.paths, self.settings.grid),
+            evasions,
+            attack_moves,
+        };
+        Ok(BakedGraph::new(
+            parts,
+            &self.settings.paths,
+            self.settings.grid,
         ))
     }
 
@@ -347,16 +358,16 @@ impl Baker {
         let every = maps.every_frame.iter().map(|maps| maps.body.rect());
         check(every, &self.every_frame)?;
         check(maps.any_frame.iter().map(BitMap::rect), &self.any_frame)?;
-        let (regions, attacks) = self.gathering.gather(maps);
+        let (regions, attacks) = self.collector.gather(maps);
         Ok(RegionAtlas::new(self.settings.maps, regions, attacks))
     }
 }
 
 impl BakedGraph {
-    /// The same graph and ways with other maps, drawn on the CPU.
+    /// Returns the same graph and paths with maps of another grid, drawn on the CPU.
     ///
     /// # Errors
-    /// A grid that makes no maps, or none that can be held.
+    /// The grid is out of range, or an event's maps would be too large.
     pub fn with_maps(&self, maps: MapGrid) -> Result<Self, BakeError> {
         let settings = BakeSettings {
             maps,
@@ -368,7 +379,7 @@ impl BakedGraph {
     }
 }
 
-/// Whether maps of these rectangles are those of the drawings.
+/// Checks that the maps have the rectangles of the drawings.
 fn check(
     rects: impl ExactSizeIterator<Item = MapRect>,
     drawings: &[Drawing],

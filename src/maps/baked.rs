@@ -1,75 +1,92 @@
 use serde::{Deserialize, Serialize};
 
+use super::attack_move::attack_spheres;
+use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use super::grid::{Grid, GridSettings, GridSource};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
-use super::strike::attack_spheres;
-use super::upright::{Upright, Uprights};
 use super::{
-    Body, BodyRows, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps, Retimable, Slab,
-    Strike,
+    AttackMove, Body, BodyRows, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps,
+    Retimable, Slab, TrackStart,
 };
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::math::Rigid2;
 
-/// An edge that avoids.
+/// An edge that plays an evasion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evasion {
-    /// The edge; it plays the whole event and nothing else.
+    /// Edge that plays the whole event and nothing else.
     pub edge: EdgeId,
-    /// Its maps.
+    /// Maps of the evasion in the [`RegionAtlas`].
     pub region: RegionId,
-    /// The character's frame at the event's start, in the space of its clip.
+    /// Character's frame at the event's start, in the space of its clip.
     pub placement: Rigid2,
 }
 
-/// Everything that a query needs, made once. Immutable.
+/// The immutable result of a bake: everything that a query needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BakedGraph {
     graph: MotionGraph,
     body: Body,
     atlas: RegionAtlas,
-    /// By edge.
+    /// Allowed rate changes, by edge.
     retimable: Vec<Retimable>,
     evasions: Vec<Evasion>,
-    strikes: Vec<Strike>,
+    #[serde(rename = "strikes")]
+    attack_moves: Vec<AttackMove>,
     paths: PathTable,
     grid_settings: GridSettings,
     #[serde(skip)]
     grid: Grid,
-    /// By evasion.
+    /// Body spheres over time, by evasion.
     #[serde(skip)]
     tracks: Vec<BodyTrack>,
-    /// For each node the fewest frames at rate 1 until an evasion starts.
+    /// Minimum number of frames from each node to an evasion's start, at rate 1.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
-    /// No part of the body is further from the root.
+    /// Maximum distance of any part of the body from the root, in metres.
     #[serde(skip)]
     reach: f32,
     #[serde(skip)]
     body_rows: BodyRows,
     #[serde(skip)]
-    uprights: Uprights,
-    /// For each region and slab.
+    cylinders: ClipCylinders,
+    /// Number of texels of each region's evasion maps, by slab.
     #[serde(skip)]
     evasion_texels: Vec<Vec<u32>>,
-    /// For each node the character's frame there, in the space of its clip.
+    /// Character's frame at each node, in the space of the node's clip.
     #[serde(skip)]
     placements: Vec<Rigid2>,
 }
 
+/// The independent parts of a [`BakedGraph`], from which all its tables are computed.
+pub(super) struct BakedParts {
+    pub graph: MotionGraph,
+    pub body: Body,
+    pub atlas: RegionAtlas,
+    /// Allowed rate changes, by edge.
+    pub retimable: Vec<Retimable>,
+    pub evasions: Vec<Evasion>,
+    pub attack_moves: Vec<AttackMove>,
+}
+
 impl BakedGraph {
-    /// The body is known this long from each evasion's start on, or until its end, seconds.
+    /// Minimum time for which a [`BodyTrack`] holds the body, from an evasion's start, in seconds.
     pub const TRACK_SECONDS: f32 = 1.5;
 
     pub(super) fn new(
-        graph: MotionGraph,
-        body: Body,
-        atlas: RegionAtlas,
-        retimable: Vec<Retimable>,
-        (evasions, strikes): (Vec<Evasion>, Vec<Strike>),
-        (paths, grid_settings): (&PathSettings, GridSettings),
+        parts: BakedParts,
+        paths: &PathSettings,
+        grid_settings: GridSettings,
     ) -> Self {
+        let BakedParts {
+            graph,
+            body,
+            atlas,
+            retimable,
+            evasions,
+            attack_moves,
+        } = parts;
         let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
         let source = PathSource {
             graph: &graph,
@@ -85,7 +102,7 @@ impl BakedGraph {
             atlas,
             retimable,
             evasions,
-            strikes,
+            attack_moves,
             paths,
             grid_settings,
             grid,
@@ -93,7 +110,7 @@ impl BakedGraph {
             frames_to_evasion,
             reach,
             body_rows: BodyRows::default(),
-            uprights: Uprights::default(),
+            cylinders: ClipCylinders::default(),
             evasion_texels: Vec::new(),
             placements: Vec::new(),
         }
@@ -106,42 +123,43 @@ impl BakedGraph {
         &self.graph
     }
 
-    /// The body's spheres.
+    /// Spheres and props of the body.
     #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// The maps of all evasions.
+    /// Maps of all evasions and attacks.
     #[must_use]
     pub fn atlas(&self) -> &RegionAtlas {
         &self.atlas
     }
 
-    /// How an edge's rate may change.
+    /// Allowed rate changes of an edge.
     #[must_use]
     pub fn retimable(&self, edge: EdgeId) -> Retimable {
         self.retimable[edge.index()]
     }
 
-    /// All evasions, by edge.
+    /// All evasions, sorted by edge.
     #[must_use]
     pub fn evasions(&self) -> &[Evasion] {
         &self.evasions
     }
 
-    /// All attacks, by edge.
+    /// All attacks, sorted by edge.
     #[must_use]
-    pub fn strikes(&self) -> &[Strike] {
-        &self.strikes
+    pub fn attack_moves(&self) -> &[AttackMove] {
+        &self.attack_moves
     }
 
-    /// Where an attack passes, in the character's frame at its start; the clock starts with it.
+    /// Spheres of an attack over time, in the character's frame at the attack's start. Time 0 is
+    /// the start.
     #[must_use]
-    pub fn strike_spheres(&self, strike: &Strike) -> Vec<MovingSphere> {
+    pub fn attack_spheres(&self, attack: &AttackMove) -> Vec<MovingSphere> {
         let event = self
             .graph
-            .edge(strike.edge)
+            .edge(attack.edge)
             .event
             .map(|event| self.graph.event(event));
         event.map_or_else(Vec::new, |event| {
@@ -149,26 +167,25 @@ impl BakedGraph {
         })
     }
 
-    /// The ways from every node to an evasion.
+    /// Paths from each node to evasions.
     #[must_use]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
-    /// Those ways, by the cells of space that they take the body out of.
+    /// Paths, filed by the cells that the body leaves when it takes them.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// The body all through an evasion and beyond, by the evasion's position in
-    /// [`BakedGraph::evasions`].
+    /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
         &self.tracks[evasion]
     }
 
-    /// The evasion that an edge is, if it is one.
+    /// Evasion that plays on an edge, or `None` if the edge is not an evasion.
     #[must_use]
     pub fn evasion(&self, edge: EdgeId) -> Option<&Evasion> {
         let index = self
@@ -178,13 +195,13 @@ impl BakedGraph {
         Some(&self.evasions[index])
     }
 
-    /// No part of the body is ever further than this from the root's joint, metres.
+    /// Maximum distance of any part of the body from the root joint, in metres.
     #[must_use]
     pub fn reach(&self) -> f32 {
         self.reach
     }
 
-    /// Texels of an evasion's region in a slab: what an attack there can cover at most.
+    /// Number of texels in an evasion map, which is the most that an attack can cover there.
     #[must_use]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
         let first = self.atlas.region(region).first_slab;
@@ -196,32 +213,35 @@ impl BakedGraph {
             .map_or(0, |&texels| texels)
     }
 
-    /// The body's spheres, in rows as those of a [`BodyTrack`] are.
+    /// Spheres of the body in the row layout of a [`BodyTrack`].
     #[must_use]
     pub fn body_rows(&self) -> &BodyRows {
         &self.body_rows
     }
 
-    /// A cylinder around the body at a moment of an edge, in the space of the clip in which that
-    /// starts. Where a transition bends the body outwards it can be centimetres too narrow.
-    pub(crate) fn upright(&self, edge: EdgeId, frame: f32) -> Upright {
-        self.uprights.at(&self.graph, edge, frame)
+    /// Cylinder around the body at a frame of an edge, in the space of the clip in which the edge
+    /// starts. It may be a few centimetres too narrow where a transition bends the body outwards.
+    pub(crate) fn bounding_cylinder(&self, edge: EdgeId, frame: f32) -> BoundingCylinder {
+        self.cylinders.at(&self.graph, edge, frame)
     }
 
-    /// The character's frame (root on the ground, facing +Z) at a node, in the space of its clip.
+    /// Character's frame (root on the ground, facing +Z) at a node, in the space of the node's
+    /// clip.
     #[must_use]
     pub fn placement(&self, node: NodeId) -> Rigid2 {
         self.placements[node.index()]
     }
 
-    /// The fewest frames at rate 1 from a node until an evasion starts; `None` where the graph has no evasion.
+    /// Minimum number of frames from a node to an evasion's start, at rate 1, or `None` if no
+    /// evasion can be reached.
     #[must_use]
     pub fn frames_to_evasion(&self, node: NodeId) -> Option<u32> {
         let frames = self.frames_to_evasion[node.index()];
         (frames != u32::MAX).then_some(frames)
     }
 
-    /// Share of the moments of the graph's clips from whose next node an evasion can start within `seconds`, at rate 1.
+    /// Share of the frames of all clips from which an evasion can start within `seconds`, at rate
+    /// 1.
     #[must_use]
     pub fn responsive_share(&self, seconds: f64) -> f64 {
         let limit = seconds * self.graph.frame_rate();
@@ -235,25 +255,28 @@ impl BakedGraph {
             let frames = f64::from(edge.frames);
             all += frames;
             if let Some(wait) = self.frames_to_evasion(edge.to) {
-                // Of the moments 1 to `frames` before the edge's end, those that leave the wait within the limit.
+                // An edge has the frames 1 to `frames` before its end. Count those from which the
+                // evasion starts within the limit.
                 soon += (limit - f64::from(wait)).floor().clamp(0.0, frames);
             }
         }
         if all > 0.0 { soon / all } else { 0.0 }
     }
 
-    /// Checks what was read from a file, every index of it, and derives the tables that files do not hold.
+    /// Checks all data and indices that were read from a file, and computes the tables that files
+    /// do not store.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// A description of the first invalid item.
     pub fn restored(self) -> Result<Self, String> {
         self.restored_within(u64::MAX)
     }
 
-    /// The same in so many bytes for what is derived.
+    /// Like [`BakedGraph::restored`], but refuses graphs whose computed tables would need more than
+    /// `bytes` of memory.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// A description of the first invalid item.
     pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
         self.graph.validate()?;
         let edges = self.graph.edges().len();
@@ -262,13 +285,13 @@ impl BakedGraph {
             .windows(2)
             .all(|pair| pair[0].edge < pair[1].edge)
             && self
-                .strikes
+                .attack_moves
                 .windows(2)
                 .all(|pair| pair[0].edge < pair[1].edge);
-        let strikes_fit = self
-            .strikes
+        let attacks_fit = self
+            .attack_moves
             .iter()
-            .all(|strike| self.event_fits(strike.edge, EventKind::Attack, strike.placement));
+            .all(|attack| self.event_fits(attack.edge, EventKind::Attack, attack.placement));
         let checks = [
             (
                 self.retimable.len() == edges,
@@ -279,7 +302,7 @@ impl BakedGraph {
                 "an evasion names an edge that is none, or maps that are not there",
             ),
             (
-                strikes_fit && self.atlas.attacks().len() == self.strikes.len(),
+                attacks_fit && self.atlas.attacks().len() == self.attack_moves.len(),
                 "an attack names an edge that is none, or has no maps",
             ),
             (
@@ -303,11 +326,14 @@ impl BakedGraph {
         Ok(self.derived())
     }
 
-    /// What the tables that files do not hold take in memory, about, bytes: whatever the file says, as much as is asked for.
+    /// Estimated memory of the tables that files do not store, in bytes. It is computed from
+    /// untrusted data before any allocation.
     fn derived_bytes(&self) -> u64 {
         let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
         let frames: usize = self.graph.clips().iter().map(|clip| clip.frames()).sum();
-        let tracks: u64 = { self.evasions.iter() }
+        let tracks: u64 = self
+            .evasions
+            .iter()
             .map(|evasion| {
                 let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
                 let ticks = (seconds * BodyTrack::RATE) as usize + 2;
@@ -316,7 +342,7 @@ impl BakedGraph {
             .sum();
         let spheres = self.body.spheres.len() + self.body.props.len();
         tracks
-            + of(frames, size_of::<Upright>())
+            + of(frames, size_of::<BoundingCylinder>())
             + of(
                 self.atlas.regions().len() * self.atlas.grid().slices as usize,
                 64,
@@ -326,18 +352,21 @@ impl BakedGraph {
     }
 
     fn derived(mut self) -> Self {
-        self.look_at_maps();
+        self.derive_from_maps();
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         self.body_rows = BodyRows::new(&self.body);
-        self.uprights = Uprights::new(&self.graph, &self.body);
+        self.cylinders = ClipCylinders::new(&self.graph, &self.body);
         let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
         self.placements = self.graph.nodes().iter().map(placement).collect();
         let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
         let track = |evasion: &Evasion| {
-            let place = (evasion.edge, evasion.placement);
+            let start = TrackStart {
+                edge: evasion.edge,
+                placement: evasion.placement,
+            };
             let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
-            BodyTrack::along(&self.graph, &self.body, place, seconds)
+            BodyTrack::along(&self.graph, &self.body, start, seconds)
         };
         self.tracks = self.evasions.iter().map(track).collect();
         let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
@@ -352,22 +381,22 @@ impl BakedGraph {
         self
     }
 
-    /// What is derived from the maps.
-    fn look_at_maps(&mut self) {
-        // Now rather than in the first query.
-        let _ = self.atlas.near();
+    /// Computes the tables that depend on the maps.
+    fn derive_from_maps(&mut self) {
+        // Computed here, so that the first query does not have to.
+        let _ = self.atlas.coarse();
         let texels =
             |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
         self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
     }
 
-    /// The same with other maps of the same evasions and attacks.
+    /// Returns the same graph with other maps of the same evasions and attacks.
     pub(super) fn with_atlas(&self, atlas: RegionAtlas) -> Self {
         let mut other = Self {
             atlas,
             ..self.clone()
         };
-        other.look_at_maps();
+        other.derive_from_maps();
         other
     }
 
@@ -387,7 +416,8 @@ impl BakedGraph {
     }
 }
 
-/// Dijkstra from all evasions' starts, against the edges' direction.
+/// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
+/// starts, against the edges' direction.
 fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
     let mut into: Vec<Vec<(u32, u32)>> = vec![Vec::new(); graph.nodes().len()];
     for edge in graph.edges() {

@@ -1,72 +1,47 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::Prop;
+use super::{BodySphere, Prop};
 use crate::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
 
-/// A sphere that is fixed to a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BodySphere {
-    /// The joint whose frame it moves with.
-    pub joint: JointId,
-    /// Of its centre, in the joint's own frame, metres.
-    pub offset: Vec3,
-    /// Metres.
-    pub radius: f32,
-}
-
-impl BodySphere {
-    /// Whether it hangs from one of `skeleton`'s joints and has a place and a size.
-    #[must_use]
-    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
-        self.joint.index() < skeleton.len()
-            && Skeleton::is_near(self.offset)
-            && self.radius > 0.0
-            && self.radius <= Skeleton::FURTHEST
-    }
-
-    /// Its centre in the space of the motion.
-    #[must_use]
-    pub fn centre(&self, joints: &[JointTransform]) -> Vec3 {
-        joints[self.joint.index()].point(self.offset)
-    }
-}
-
-/// The body as spheres on its bones, and what it holds.
+/// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// In no particular order.
+    /// Spheres of the body, in no particular order.
     pub spheres: Vec<BodySphere>,
-    /// What its joints hold. Those that are [`Prop::is_body`] have their spheres among the body's own too.
+    /// Props that the joints hold. If [`Prop::is_body`] is set, the prop's spheres are in `spheres`
+    /// too.
     pub props: Vec<Prop>,
 }
 
-/// Radii as shares, set by eye against drawings of the human figure; they are what the body is made of where nobody says
-/// better. "Height" is the length of the bones from crown to toe, a little more than a person's stature.
+/// Default radii as shares of a length, chosen by comparison with drawings of the human figure. The
+/// height is the length of the bones from crown to toe, which is slightly more than a person's
+/// stature.
 mod shares {
-    /// Trunk: of the height.
+    /// Radius of the trunk, as a share of the height.
     pub(super) const TRUNK: f32 = 0.062;
-    /// Hips and shoulders, the bones that leave the trunk sideways: of the height.
+    /// Radius of hips and shoulders (the bones that leave the trunk sideways), as a share of the
+    /// height.
     pub(super) const GIRDLE: f32 = 0.05;
-    /// What of the trunk's line lies above the arms: of the height.
+    /// Radius of the trunk above the arms, as a share of the height.
     pub(super) const NECK: f32 = 0.032;
-    /// Head, from its joint to its tip: of that bone.
+    /// Radius of the head, as a share of the bone from the head's joint to its tip.
     pub(super) const HEAD: f32 = 0.62;
-    /// Smallest and largest head: of the height.
+    /// Minimum and maximum radius of the head, as shares of the height.
     pub(super) const HEAD_RANGE: (f32, f32) = (0.04, 0.06);
-    /// Arms and legs: of the bone.
+    /// Radius of arms and legs, as a share of the bone.
     pub(super) const LIMB: f32 = 0.17;
-    /// Thinnest and thickest limb: of the height.
+    /// Minimum and maximum radius of a limb, as shares of the height.
     pub(super) const LIMB_RANGE: (f32, f32) = (0.02, 0.042);
-    /// Spheres of a bone stand this share of their radius apart.
+    /// Distance between neighbouring spheres of a bone, as a share of their radius.
     pub(super) const SPACING: f32 = 1.2;
 }
 
 impl Body {
-    /// Spheres along every bone, with radii from the lengths of the bones.
+    /// Places spheres along all bones, with radii that depend on the bones' lengths.
     ///
-    /// A bone belongs to a limb where names give it a twin on the other side of the body; what has none is the trunk or, at its tip, the
-    /// head.
+    /// A bone belongs to a limb if a bone of the other side of the body has the mirrored name. All
+    /// other bones form the trunk, and the last of them the head.
     #[must_use]
     pub fn from_bones(skeleton: &Skeleton) -> Self {
         let height = height(skeleton);
@@ -74,7 +49,7 @@ impl Body {
         let within =
             |length: f32, (low, high): (f32, f32)| length.clamp(height * low, height * high);
         let mut spheres = Vec::new();
-        // Bones that meet share the sphere of their joint: the largest.
+        // Bones that meet at a joint share its sphere, which takes the largest of their radii.
         let mut at_joints = vec![0.0f32; skeleton.len()];
         for id in skeleton.ids().skip(1) {
             let joint = skeleton.joint(id);
@@ -115,7 +90,7 @@ impl Body {
             offset: Vec3::ZERO,
             radius,
         }));
-        // One bone after the other, so that each turns its spheres at once.
+        // Spheres are sorted by joint, so that all spheres of a joint are transformed together.
         spheres.sort_by_key(|sphere| sphere.joint);
         if spheres.is_empty() {
             spheres.push(BodySphere {
@@ -127,14 +102,14 @@ impl Body {
         Self::new(spheres)
     }
 
-    /// Of spheres, with nothing in its hands.
+    /// Creates a body from spheres, without props.
     #[must_use]
     pub fn new(spheres: Vec<BodySphere>) -> Self {
         let props = Vec::new();
         Self { spheres, props }
     }
 
-    /// Gives it something to hold, which attacks where the joint does and, if it is a part of the body, is hit as that is.
+    /// Adds a prop. It attacks when its joint does; if it is part of the body, attacks can hit it.
     pub fn hold(&mut self, prop: Prop) {
         if prop.is_body {
             self.spheres.extend(prop.body_spheres());
@@ -142,7 +117,8 @@ impl Body {
         self.props.push(prop);
     }
 
-    /// Whether there is a sphere and all are sound ([`BodySphere::is_sound`]), those of its props too.
+    /// Whether the body has spheres and all spheres, including those of props, are valid
+    /// ([`BodySphere::is_sound`]).
     #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let sound = |sphere: &BodySphere| sphere.is_sound(skeleton);
@@ -150,13 +126,14 @@ impl Body {
         !self.spheres.is_empty() && self.spheres.iter().all(sound) && props
     }
 
-    /// The centres of all spheres, in the space of the motion.
+    /// Writes the centres of all spheres to `out`, in the space of `joints`.
     pub fn centres(&self, joints: &[JointTransform], out: &mut Vec<Vec3>) {
         out.clear();
         out.extend(self.spheres.iter().map(|sphere| sphere.centre(joints)));
     }
 
-    /// No part of the body is ever further than this from the root's joint in the motions of `clips`, or blends of them, metres.
+    /// Maximum distance of any part of the body from the root joint in all poses of `clips` and in
+    /// blends of them, in metres.
     #[must_use]
     pub fn reach(&self, skeleton: &Skeleton, clips: &[Clip]) -> f32 {
         let mut bones: Vec<f32> = skeleton
@@ -183,7 +160,7 @@ impl Body {
     }
 }
 
-/// The spheres of a bone but for those at its ends.
+/// Adds the spheres of a bone, except those at its two ends.
 fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32) {
     let pieces = (bone.length() / (radius * shares::SPACING)).ceil().max(1.0) as usize;
     spheres.extend((1..pieces).map(|i| {
@@ -196,7 +173,7 @@ fn along(spheres: &mut Vec<BodySphere>, joint: JointId, bone: Vec3, radius: f32)
     }));
 }
 
-/// The longest chain of bones without a side, plus the longest one with: trunk and head, and a leg.
+/// Height of the skeleton: the longest chain of trunk and head bones, plus the longest leg.
 fn height(skeleton: &Skeleton) -> f32 {
     let longest = |sided: bool| {
         let of_side = skeleton
@@ -207,11 +184,11 @@ fn height(skeleton: &Skeleton) -> f32 {
             .fold(0.0, f32::max)
     };
     let (trunk, leg) = (longest(false), longest(true));
-    // Without names that tell sides all chains are trunks.
+    // If the names do not tell left from right, every chain counts as trunk.
     if leg > 0.0 { trunk + leg } else { 2.0 * trunk }
 }
 
-/// Length of the bones from `id` up, as long as they have a side or, for the trunk, none.
+/// Length of the chain of bones from `id` up that belong to the trunk or, if `sided`, to a limb.
 fn own_chain(skeleton: &Skeleton, id: JointId, sided: bool) -> f32 {
     skeleton
         .ancestry(id)

@@ -1,24 +1,24 @@
-//! The body's spheres as rows of numbers: what the innermost loop of the exact test reads.
+//! The body's spheres as rows of numbers, for the inner loop of the exact test.
 
-use super::{Body, BodyTrack};
+use super::Body;
 use crate::anim::JointTransform;
 use crate::math::Isa;
 
-/// Spheres that are turned at once.
+/// Number of spheres that are transformed together.
 const LANES: usize = 8;
 
-/// A body's spheres, bone by bone, each axis in a row of its own. Rows are padded to a multiple of
-/// [`BodyTrack::LANES`], with copies of the last sphere.
+/// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
+/// of the last sphere to a multiple of [`BodyRows::ROW_LANES`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyRows {
     spheres: usize,
     bones: Vec<Bone>,
-    /// Of the spheres' centres in their joints' frames: x, y, z.
+    /// Centres of the spheres in their joints' frames: x, y, z.
     offsets: [Vec<f32>; 3],
     radii: Vec<f32>,
 }
 
-/// Spheres of one joint that follow each other.
+/// Consecutive spheres of one joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bone {
     joint: usize,
@@ -27,11 +27,14 @@ struct Bone {
 }
 
 impl BodyRows {
-    /// Of a body.
+    /// Number that row lengths are a multiple of.
+    pub(super) const ROW_LANES: usize = 16;
+
+    /// Creates the rows of a body.
     #[must_use]
     pub fn new(body: &Body) -> Self {
         let spheres = body.spheres.len();
-        let row = spheres.next_multiple_of(BodyTrack::LANES);
+        let row = spheres.next_multiple_of(Self::ROW_LANES);
         let padded = |value: &dyn Fn(&super::BodySphere) -> f32| {
             let mut values: Vec<f32> = body.spheres.iter().map(value).collect();
             values.resize(row, values.last().copied().unwrap_or(0.0));
@@ -48,7 +51,7 @@ impl BodyRows {
                 }),
             }
         }
-        // Padding is turned like the sphere that it repeats.
+        // Padding moves with the last sphere's joint.
         if let Some(last) = bones.last_mut() {
             last.end = row;
         }
@@ -64,19 +67,19 @@ impl BodyRows {
         }
     }
 
-    /// How many spheres are not padding.
+    /// Number of spheres without padding.
     #[must_use]
     pub fn spheres(&self) -> usize {
         self.spheres
     }
 
-    /// The radii.
+    /// Radii of the spheres, with padding, in metres.
     #[must_use]
     pub fn radii(&self) -> &[f32] {
         &self.radii
     }
 
-    /// Appends the x, then the y, then the z of all centres, in the space that `joints` are in.
+    /// Appends the x, then the y, then the z coordinates of all centres, in the space of `joints`.
     pub fn push(&self, joints: &[JointTransform], rows: &mut Vec<f32>) {
         let (start, row) = (rows.len(), self.radii.len());
         rows.resize(start + 3 * row, 0.0);
@@ -92,8 +95,8 @@ impl BodyRows {
         );
     }
 
-    /// Turns a bone's spheres, whole lanes at once: those of the next bones, which come along, are
-    /// overwritten when it is their turn.
+    /// Transforms a bone's spheres, a whole vector at a time. The last vector may also write
+    /// spheres of later bones, which those bones overwrite afterwards.
     #[inline(always)]
     fn place(&self, bone: &Bone, joint: &JointTransform, mut out: [&mut [f32]; 3]) {
         let turn = glam::Mat3::from_quat(joint.rotation).to_cols_array_2d();
@@ -173,9 +176,9 @@ mod tests {
             rows.push(&joints, &mut values);
             let row = rows.radii().len();
             prop_assert_eq!(values.len(), 1 + 3 * row);
-            prop_assert_eq!(row % BodyTrack::LANES, 0);
+            prop_assert_eq!(row % BodyRows::ROW_LANES, 0);
             for index in 0..row {
-                // Padding repeats the last one.
+                // Padding repeats the last sphere.
                 let Some(sphere) = body.spheres.get(index).or(body.spheres.last()) else { break };
                 let found = Vec3::from([0, 1, 2].map(|axis| values[1 + axis * row + index]));
                 prop_assert!(found.distance(sphere.centre(&joints)) < 1e-5);

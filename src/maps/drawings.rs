@@ -1,84 +1,112 @@
-//! What is drawn of an event: its spheres' discs, slab by slab and slice by slice.
+//! Prepares the drawings of an event: the discs of its spheres, for each slab and slice.
 //!
-//! Source: Masaoka & Oshita, section 4.3. Differs: besides the paper's maps of a whole evasion there
-//! are maps of slices of time, of two kinds. The inner one holds texels that surely lie within the
-//! body all through the slice, the outer one all that the body may touch in it. An attack is not
-//! drawn at its frames alone, between which a fist leaves gaps, but in steps of half a radius.
+//! Source: Masaoka & Oshita, section 4.3. Differs: in addition to the paper's map of a whole
+//! evasion, there are two maps for each slice of time. The inner map holds the texels that are
+//! certainly inside the body during the whole slice. The outer map holds all texels that the body
+//! may touch during the slice. An attack is not only drawn at its frames, which would leave gaps
+//! between the positions of a fast fist, but in steps of half a radius.
 //!
-//! Margins. A texel of an inner map is whole within the body's section: discs lose half of a texel's
-//! diagonal, and what rounding their centres to sub-texels may move them. A point of the body lies
-//! in the attack's texel, whose centre falls into a texel of the outer map: discs gain half of the
-//! diagonal of either, that rounding, and what a turn in fixed point may be off. In time a drawn moment stands
-//! for the times around it, half-way to its neighbours: spheres lose or gain the way that they go in
-//! that time, and what motion between samples may bend.
+//! Margins. A texel of an inner map must lie completely inside the body's section. Its discs shrink
+//! by half a texel's diagonal and by the rounding of disc centres to sub-texels. For outer maps, a
+//! point of the body lies in some texel of the attack, whose centre falls into a texel of the outer
+//! map. Discs grow by half the diagonal of both texels, the rounding of disc centres, and the error
+//! of the fixed-point rotation. Each drawn moment represents the times up to half-distance to its
+//! neighbours. Its spheres shrink or grow by the distance that they travel in that time, and by the
+//! deviation of the motion from a straight line between samples.
 
 use glam::Vec3;
 
+use super::attack_move::attack_spheres;
 use super::slab::Cut;
-use super::strike::attack_spheres;
-use super::{Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab};
+use super::{
+    Body, BodyTrack, Disc, Drawing, MapGrid, MapRect, SUB_TEXELS, Section, Slab, TrackStart,
+};
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::Rigid2;
 
-/// Half of a texel's diagonal, sub-texels, rounded up.
+/// Half of a texel's diagonal, rounded up, in sub-texels.
 pub(crate) const HALF_DIAGONAL: f32 = 0.7072 * SUB_TEXELS as f32;
-/// How far rounding to whole sub-texels moves a disc's centre, and what single precision may lose
-/// on top of it.
+/// Maximum error of a disc's centre from rounding to sub-texels and from single precision, in
+/// sub-texels.
 pub(crate) const ROUNDING: f32 = 0.7072 + 0.1;
-/// A moment on the clock of one motion may be this much later or earlier on another one's, seconds:
-/// what single precision and merged clocks lose.
+/// Maximum difference of two motions' clocks from single precision and from merging keys, in
+/// seconds.
 pub(crate) const CLOCK_ERROR: f32 = 3e-5;
-/// Most that a turn of an attack map with the most texels puts a texel's centre beside its place,
-/// sub-texels of that map ([`MapTurn::error`](super::MapTurn::error)).
-const MOST_TURN_ERROR: f32 = 1.1;
+/// Maximum error of a texel's centre under a fixed-point transform, for the largest attack map, in
+/// sub-texels of that map ([`FixedTransform2::error`](super::FixedTransform2::error)).
+const MAX_TRANSFORM_ERROR: f32 = 1.1;
 
-/// Moments that are drawn for each of a track's samples, in inner and in outer maps. The more, the
-/// smaller the margins for what lies between them.
+/// Moments drawn per second in inner maps and in outer maps. More moments give smaller margins for
+/// the motion between them.
 const INNER_RATE: f32 = 4.0 * BodyTrack::RATE;
 const OUTER_RATE: f32 = 2.0 * BodyTrack::RATE;
 
-/// Which map a drawing is of, within its event.
+/// Position of a drawing within its event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
-    /// Counted from the event's lowest slab.
+    /// Index of the slab, counted from the event's lowest slab.
     pub slab: usize,
-    /// `None` for the event as a whole.
+    /// Index of the slice, or `None` for the drawing of the whole event.
     pub slice: Option<u32>,
 }
 
-/// The drawings of one event; what is empty is left out.
+/// The drawings of one event. Empty drawings are left out.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EventDrawings {
-    /// The lowest slab and how many there are from it upwards.
-    pub slabs: (i32, usize),
-    /// Seconds from the event's start that its slices cover.
+    /// Slabs that the event reaches.
+    pub slabs: SlabRange,
+    /// Time from the event's start that the slices cover, in seconds.
     pub seconds: f32,
-    /// To be drawn by "every frame".
+    /// Drawings for [`every_frame`](super::raster::every_frame).
     pub every_frame: Vec<(Part, Drawing)>,
-    /// To be drawn by "any frame".
+    /// Drawings for [`any_frame`](super::raster::any_frame).
     pub any_frame: Vec<(Part, Drawing)>,
 }
 
-/// Slabs beyond those that are counted.
+/// The event reaches slabs beyond [`MapGrid::HIGHEST_SLAB`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TooHigh {
     pub low: i32,
     pub high: i32,
 }
 
-/// A sphere at one moment.
-type Ball = (Vec3, f32);
+/// Centre and radius of a sphere, in metres.
+type Sphere = (Vec3, f32);
 
-/// The body through an evasion and, where maps are timed, beyond it.
-pub(super) fn of_evasion(
-    graph: &MotionGraph,
-    body: &Body,
-    (edge, event): (EdgeId, &GraphEvent),
+/// The graph, the body and the grid that all events of a bake share.
+#[derive(Clone, Copy)]
+pub(super) struct DrawingSource<'a> {
+    pub graph: &'a MotionGraph,
+    pub body: &'a Body,
+    pub grid: MapGrid,
+}
+
+/// A range of slabs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SlabRange {
+    /// Lowest slab.
+    pub low: i32,
+    /// Number of slabs.
+    pub count: usize,
+}
+
+/// The slabs and the grid that spheres are cut by.
+#[derive(Clone, Copy)]
+struct Cutter {
+    slabs: SlabRange,
     grid: MapGrid,
+}
+
+/// Prepares the drawings of an evasion, and of the motion after it if the maps are timed.
+pub(super) fn of_evasion(
+    source: DrawingSource<'_>,
+    edge: EdgeId,
+    event: &GraphEvent,
 ) -> Result<EventDrawings, TooHigh> {
+    let DrawingSource { graph, body, grid } = source;
     let placement = graph.placement(event.clip, event.first);
-    let frames = body_frames(graph, body, event, placement.inverse());
+    let frames = body_frames(source, event, placement.inverse());
     let (slices, slice_seconds) = if grid.is_timed() {
         (grid.slices, grid.slice_seconds)
     } else {
@@ -86,53 +114,53 @@ pub(super) fn of_evasion(
     };
     let seconds = slices as f32 * slice_seconds;
     let beyond = seconds + 3.0 / BodyTrack::RATE;
-    let track = BodyTrack::along(graph, body, (edge, placement), beyond);
+    let start = TrackStart { edge, placement };
+    let track = BodyTrack::along(graph, body, start, beyond);
     let moving = MovingBody::new(body, &track);
     let outer: Vec<_> = (0..slices)
         .map(|slice| moving.through(slice, slice_seconds, OUTER_RATE))
-        .map(|moments| balls(&moments, 1.0))
+        .map(|moments| grown_spheres(&moments, 1.0))
         .collect();
     let slabs = slab_range(outer.iter().chain([&frames]).flatten().flatten(), grid)?;
+    let cutter = Cutter { slabs, grid };
     let mut drawings = EventDrawings {
         slabs,
         seconds,
         ..EventDrawings::default()
     };
-    let whole = in_slabs(&frames, (slabs, grid), Cut::Nearest);
+    let whole = in_slabs(&frames, cutter, Cut::Nearest);
     drawings.every_frame = place(whole, None, |drawing| MapRect::around(drawing.frame(0)));
     if grid.is_timed() {
         for slice in 0..slices {
             let moments = moving.through(slice, slice_seconds, INNER_RATE);
             let (moments, cut) = if grid.is_certain() {
                 let cut = Cut::Inner(HALF_DIAGONAL + ROUNDING);
-                (balls(&moments, -1.0), cut)
+                (grown_spheres(&moments, -1.0), cut)
             } else {
-                (balls(&moments, 0.0), Cut::Nearest)
+                (grown_spheres(&moments, 0.0), Cut::Nearest)
             };
-            let inner = in_slabs(&moments, (slabs, grid), cut);
+            let inner = in_slabs(&moments, cutter, cut);
             drawings
                 .every_frame
                 .extend(place(inner, Some(slice), shared_rect));
         }
     }
-    let of_attack = grid.attack_pitch as f32 * (HALF_DIAGONAL + MOST_TURN_ERROR);
+    let of_attack = grid.attack_pitch as f32 * (HALF_DIAGONAL + MAX_TRANSFORM_ERROR);
     let cut = Cut::Outer(HALF_DIAGONAL + ROUNDING + of_attack);
     for (outer, slice) in outer.iter().zip(0..) {
-        let outer = in_slabs(outer, (slabs, grid), cut);
+        let outer = in_slabs(outer, cutter, cut);
         let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);
         drawings.any_frame.extend(place(outer, Some(slice), rect));
     }
     Ok(drawings)
 }
 
-/// The attacking spheres on their way through an attack, in the slabs that they reach: outlines
-/// without time, whatever the evasions' maps are.
+/// Prepares the drawings of an attack. Attacks are always drawn as outlines, without time.
 pub(super) fn of_attack(
-    graph: &MotionGraph,
-    body: &Body,
+    source: DrawingSource<'_>,
     event: &GraphEvent,
-    grid: MapGrid,
 ) -> Result<EventDrawings, TooHigh> {
+    let DrawingSource { graph, body, grid } = source;
     let grid = MapGrid {
         section: Section::Outline,
         ..grid
@@ -142,7 +170,8 @@ pub(super) fn of_attack(
         sphere.for_each_step(|centre, radius| moments.push(vec![(centre, radius)]));
     }
     let slabs = slab_range(moments.iter().flatten(), grid)?;
-    let all = in_slabs(&moments, (slabs, grid), Cut::Nearest);
+    let cutter = Cutter { slabs, grid };
+    let all = in_slabs(&moments, cutter, Cut::Nearest);
     let rect = |drawing: &Drawing| MapRect::around(&drawing.discs);
     Ok(EventDrawings {
         slabs,
@@ -151,35 +180,36 @@ pub(super) fn of_attack(
     })
 }
 
-/// The lowest slab that is reached, and how many from there to the highest.
+/// Lowest slab that the spheres reach, and number of slabs up to the highest.
 fn slab_range<'a>(
-    balls: impl Iterator<Item = &'a Ball>,
+    spheres: impl Iterator<Item = &'a Sphere>,
     grid: MapGrid,
-) -> Result<(i32, usize), TooHigh> {
-    let reached = balls.map(|&(centre, radius)| grid.slabs(centre, radius));
+) -> Result<SlabRange, TooHigh> {
+    let reached = spheres.map(|&(centre, radius)| grid.slabs(centre, radius));
     let ends = reached.map(|slabs| (*slabs.start(), *slabs.end()));
     let Some((low, high)) = ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))) else {
-        return Ok((0, 0));
+        return Ok(SlabRange::default());
     };
     let end = high.saturating_add(1);
     if low < -MapGrid::HIGHEST_SLAB || end > MapGrid::HIGHEST_SLAB {
         return Err(TooHigh { low, high: end });
     }
-    Ok((low, (end - low) as usize))
+    Ok(SlabRange {
+        low,
+        count: (end - low) as usize,
+    })
 }
 
-/// A drawing of the moments in each of the slabs, counted from the frame's origin.
-fn in_slabs(
-    moments: &[Vec<Ball>],
-    ((low, count), grid): ((i32, usize), MapGrid),
-    cut: Cut,
-) -> Vec<Drawing> {
-    let mut drawings = vec![Drawing::default(); count];
+/// Cuts the spheres of all moments into the drawings of the slabs. Discs are relative to the
+/// frame's origin.
+fn in_slabs(moments: &[Vec<Sphere>], cutter: Cutter, cut: Cut) -> Vec<Drawing> {
+    let Cutter { slabs, grid } = cutter;
+    let mut drawings = vec![Drawing::default(); slabs.count];
     for moment in moments {
         for &(centre, radius) in moment {
             for slab in grid.slabs(centre, radius) {
                 if let Some(disc) = grid.cut((centre, radius), Slab(slab), cut) {
-                    drawings[(slab - low) as usize].discs.push(disc);
+                    drawings[(slab - slabs.low) as usize].discs.push(disc);
                 }
             }
         }
@@ -190,7 +220,7 @@ fn in_slabs(
     drawings
 }
 
-/// Gives each slab's drawing its rectangle; those without a texel are left out.
+/// Sets the rectangle of each slab's drawing and leaves out the empty ones.
 fn place(
     drawings: Vec<Drawing>,
     slice: Option<u32>,
@@ -214,7 +244,7 @@ fn place(
     placed
 }
 
-/// What the rectangles of all frames share: no texel elsewhere is covered in every one.
+/// Intersection of the rectangles of all frames. No texel outside it is covered in every frame.
 fn shared_rect(drawing: &Drawing) -> MapRect {
     let around = |frame| -> MapRect {
         let discs: &[Disc] = drawing.frame(frame);
@@ -223,14 +253,14 @@ fn shared_rect(drawing: &Drawing) -> MapRect {
     (1..drawing.frames()).fold(around(0), |rect, frame| rect.intersection(around(frame)))
 }
 
-/// The body in each frame of an event, where `to_start` takes the clip's space to the frame where
-/// the event starts (root on the ground, facing +Z).
+/// Spheres of the body in each frame of an event. `to_start` transforms the clip's space to the
+/// character's frame at the event's start (root on the ground, facing +Z).
 fn body_frames(
-    graph: &MotionGraph,
-    body: &Body,
+    source: DrawingSource<'_>,
     event: &GraphEvent,
     to_start: Rigid2,
-) -> Vec<Vec<Ball>> {
+) -> Vec<Vec<Sphere>> {
+    let DrawingSource { graph, body, .. } = source;
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let frames = event.first..=event.last;
     frames
@@ -246,30 +276,32 @@ fn body_frames(
         .collect()
 }
 
-/// A sphere at a moment, which stands for the times around it.
+/// A sphere at one moment, with a bound on its motion around that moment.
 struct Moment {
-    ball: Ball,
-    /// Its centre is never further away in those times, metres.
-    away: f32,
+    sphere: Sphere,
+    /// Maximum distance of the centre from this position in the times that the moment represents,
+    /// in metres.
+    drift: f32,
 }
 
-/// The moments' spheres, larger (1), smaller (-1) or as they are (0).
-fn balls(moments: &[Vec<Moment>], growth: f32) -> Vec<Vec<Ball>> {
-    let grown = |moment: &Moment| (moment.ball.0, moment.ball.1 + growth * moment.away);
+/// Spheres of the moments with their bounds added (`growth` 1), subtracted (-1) or ignored (0).
+fn grown_spheres(moments: &[Vec<Moment>], growth: f32) -> Vec<Vec<Sphere>> {
+    let grown = |moment: &Moment| (moment.sphere.0, moment.sphere.1 + growth * moment.drift);
     moments
         .iter()
         .map(|spheres| spheres.iter().map(grown).collect())
         .collect()
 }
 
-/// A body on its track, with bounds on how fast it goes.
+/// A body on its track, with bounds on its motion.
 struct MovingBody<'a> {
     body: &'a Body,
     track: &'a BodyTrack,
-    /// From a sample to the next one, metres: `[tick][sphere]`.
-    ways: Vec<f32>,
-    /// How far the motion may be from the straight line to the next sample, metres.
-    bends: Vec<f32>,
+    /// Distance from each sample to the next, in metres: `[tick][sphere]`.
+    distances: Vec<f32>,
+    /// Maximum deviation of the motion from the straight line between two samples, in metres:
+    /// `[tick][sphere]`.
+    deviations: Vec<f32>,
 }
 
 impl<'a> MovingBody<'a> {
@@ -277,7 +309,7 @@ impl<'a> MovingBody<'a> {
         let spheres = body.spheres.len();
         let last = track.ticks().saturating_sub(1);
         let centre = |tick: usize, sphere| track.centre(tick.min(last), sphere);
-        // The change of velocity at a sample, as a way.
+        // Second difference of the position at a sample, in metres.
         let corner = |tick: usize, sphere| {
             let tick = tick.clamp(1, last.max(2) - 1);
             let (before, after) = (centre(tick - 1, sphere), centre(tick + 1, sphere));
@@ -286,23 +318,23 @@ impl<'a> MovingBody<'a> {
         let mut moving = Self {
             body,
             track,
-            ways: Vec::with_capacity(last * spheres),
-            bends: Vec::with_capacity(last * spheres),
+            distances: Vec::with_capacity(last * spheres),
+            deviations: Vec::with_capacity(last * spheres),
         };
         for tick in 0..last {
             for sphere in 0..spheres {
-                let way = centre(tick, sphere).distance(centre(tick + 1, sphere));
-                // A corner somewhere between two samples shows in the changes at both; half-way its
-                // tip is a quarter of the change away from the straight line.
-                let bend = 0.25 * (corner(tick, sphere) + corner(tick + 1, sphere));
-                moving.ways.push(way);
-                moving.bends.push(bend);
+                let distance = centre(tick, sphere).distance(centre(tick + 1, sphere));
+                // A corner between two samples changes the second difference at both. Its tip
+                // deviates by at most a quarter of the change from the straight line.
+                let deviation = 0.25 * (corner(tick, sphere) + corner(tick + 1, sphere));
+                moving.distances.push(distance);
+                moving.deviations.push(deviation);
             }
         }
         moving
     }
 
-    /// The body at moments from a slice's start to its end, about `rate` a second.
+    /// Body at moments from the slice's start to its end, at about `rate` moments per second.
     fn through(&self, slice: u32, slice_seconds: f32, rate: f32) -> Vec<Vec<Moment>> {
         let steps = (slice_seconds * rate - 1e-3).ceil().max(1.0);
         let step = slice_seconds / steps;
@@ -313,7 +345,7 @@ impl<'a> MovingBody<'a> {
         (0..=steps as usize).map(moment).collect()
     }
 
-    /// The body at a time, for the times up to `around` before and after it.
+    /// Body at `time`, with bounds for the times up to `around` seconds before and after.
     fn at(&self, time: f32, around: f32) -> Vec<Moment> {
         let last = self.track.ticks().saturating_sub(2);
         let tick = |time: f32| ((time * BodyTrack::RATE).max(0.0) as usize).min(last);
@@ -328,8 +360,9 @@ impl<'a> MovingBody<'a> {
         let sphere = |(index, sphere): (usize, &super::BodySphere)| {
             let ends = [now, now + 1].map(|tick| self.track.centre(tick, index));
             Moment {
-                ball: (ends[0].lerp(ends[1], share), sphere.radius),
-                away: most(&self.ways, index) * BodyTrack::RATE * around + most(&self.bends, index),
+                sphere: (ends[0].lerp(ends[1], share), sphere.radius),
+                drift: most(&self.distances, index) * BodyTrack::RATE * around
+                    + most(&self.deviations, index),
             }
         };
         self.body.spheres.iter().enumerate().map(sphere).collect()

@@ -1,11 +1,11 @@
-//! Which paths from a node take the body out of a cell of space?
+//! Finds the paths from a node that take the body out of a cell of space.
 //!
-//! Source: Masaoka & Oshita, section 4.1: around every node a grid of cells; every path from it
-//! that ends in an evasion is filed in the cells that the body occupies at the evasion's start and
-//! not at its end. Differs: which cells those are, relative to where the evasion starts, is the
-//! same for every path to it. They are kept once for each evasion, heading and part of a cell
-//! ([`Grid::HEADINGS`], [`Grid::PARTS`]), and a path says which of those it is filed under, and
-//! where: 12 bytes a path instead of an entry a path and cell ([`Grid::flat_bytes`]).
+//! Source: Masaoka & Oshita, section 4.1. They place a grid of cells around each node and file each
+//! path that ends in an evasion in the cells that the body occupies at the evasion's start but not
+//! at its end. Differs: relative to the place where an evasion starts, these cells are the same for
+//! every path. They are stored once for each evasion, heading and part of a cell
+//! ([`Grid::HEADINGS`], [`Grid::PARTS`]). A path stores an index into them and an offset. That
+//! takes 12 bytes for each path instead of one entry for each path and cell ([`Grid::flat_bytes`]).
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize};
 use super::{Body, BodyTrack, NodePath, PathId, PathTable};
 use crate::math::{Rigid2, floor};
 
-/// How space is cut into cells.
+/// Settings of a [`Grid`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridSettings {
-    /// Side of a cell, metres, 0.05 to 1. Default 0.10. Doubled as often as it takes where the body is so large, or evasions
-    /// are so many, that their cells would fill the memory.
+    /// Side of a cell, in metres, from 0.05 to 1. Default 0.10. The side is doubled until the cells
+    /// of all evasions fit a fixed memory limit, which only very large bodies or thousands of
+    /// evasions exceed.
     pub cell: f32,
 }
 
@@ -27,23 +28,24 @@ impl Default for GridSettings {
     }
 }
 
-/// Cells on top of each other, in a node's frame (root on the ground, facing +Z).
+/// A column of cells in a node's frame (root on the ground, facing +Z).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellColumn {
-    /// Cells along x.
+    /// Index of the column along x, in cells.
     pub x: i32,
-    /// Cells along z.
+    /// Index of the column along z, in cells.
     pub z: i32,
-    /// Bit `n` stands for the cell from height `n - 2` to `n - 1`, counted in cells; the lowest and
-    /// the highest bit for all below and above.
+    /// Occupied cells. Bit `n` is the cell from height `n - 2` to `n - 1`, in cells. The lowest bit
+    /// includes all cells below, the highest bit all cells above.
     pub heights: u64,
 }
 
 impl CellColumn {
-    /// Cells below the ground.
+    /// Number of cells below the ground.
     const BELOW: i32 = 2;
 
-    /// Cells from the origin; what would lie further out lies there.
+    /// Maximum distance of a column from the origin, in cells. Columns farther out are moved to
+    /// this distance.
     const FURTHEST: i32 = 200;
 
     fn bit(height: f32, cell: f32) -> u32 {
@@ -52,7 +54,7 @@ impl CellColumn {
             .clamp(0, 63) as u32
     }
 
-    /// Its cells one by one.
+    /// Splits the column into its cells.
     pub fn cells(&self) -> impl Iterator<Item = Self> + use<> {
         let Self { x, z, heights } = *self;
         let bits = (0..64).map(|bit| 1 << bit);
@@ -60,15 +62,15 @@ impl CellColumn {
             .map(move |heights| Self { x, z, heights })
     }
 
-    /// The middle of its lowest cell, metres.
+    /// Centre of the lowest cell, in metres.
     #[must_use]
     pub fn middle(&self, cell: f32) -> Vec3 {
         let height = self.heights.trailing_zeros() as i32 - Self::BELOW;
         (Vec3::new(self.x as f32, height as f32, self.z as f32) + 0.5) * cell
     }
 
-    /// The heights that a sphere reaches in the column of cells `(x, z)`; none where it does not
-    /// reach the column.
+    /// Heights of the cells that a sphere reaches in the column `(x, z)`, or 0 if it does not reach
+    /// the column.
     fn reached(centre: Vec3, radius: f32, cell: f32, (x, z): (i32, i32)) -> u64 {
         let nearest = |value: f32, index: i32| {
             value.clamp(index as f32 * cell, (index + 1) as f32 * cell) - value
@@ -86,7 +88,8 @@ impl CellColumn {
         (u64::MAX >> (63 - high)) & (u64::MAX << low)
     }
 
-    /// Calls `visit` with every column that a sphere reaches, no more than `within` columns from the origin along x and z.
+    /// Calls `visit` for each column that a sphere reaches and that is at most `within` columns
+    /// from the origin along x and z.
     fn for_each_reached(
         (centre, radius): (Vec3, f32),
         cell: f32,
@@ -108,18 +111,18 @@ impl CellColumn {
     }
 }
 
-/// The cells that an evasion vacates, relative to the cell that it starts in.
+/// The cells that an evasion vacates, relative to the cell that the evasion starts in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Vacated {
+struct VacatedCells {
     x: i32,
     z: i32,
     width: u32,
     depth: u32,
-    /// Of its heights, `[x][z]`.
+    /// Index of the first entry in `heights`, `[x][z]`.
     first: u32,
 }
 
-/// Under what a path is filed.
+/// Cells of a path: an index into `vacated` and an offset in cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Filed {
     vacated: u32,
@@ -131,27 +134,27 @@ struct Filed {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grid {
     cell: f32,
-    vacated: Vec<Vacated>,
+    vacated: Vec<VacatedCells>,
     heights: Vec<u64>,
-    /// By path.
+    /// Cells of each path, by path.
     filed: Vec<Filed>,
 }
 
-/// What the grids of a graph are made of.
+/// Input of [`Grid::new`].
 pub(super) struct GridSource<'a> {
     pub body: &'a Body,
-    /// No part of the body is further from the root, metres.
+    /// Maximum distance of any part of the body from the root, in metres.
     pub reach: f32,
-    /// The track of each evasion, and the sample at which it ends.
+    /// Track of each evasion, with the sample at which the evasion ends.
     pub evasions: Vec<(&'a BodyTrack, usize)>,
     pub paths: &'a PathTable,
 }
 
 impl Grid {
-    /// Headings that are told apart.
+    /// Number of headings that have their own cells.
     pub const HEADINGS: u32 = 72;
 
-    /// Parts of a cell that are told apart, along x and along z.
+    /// Number of parts of a cell along x and along z that have their own cells.
     pub const PARTS: u32 = 2;
 
     pub(super) fn new(source: &GridSource<'_>, settings: GridSettings) -> Self {
@@ -169,11 +172,11 @@ impl Grid {
         grid
     }
 
-    /// Most columns of all evasions, 128 MB.
+    /// Maximum number of columns of all evasions: 128 MB.
     const MOST_COLUMNS: f32 = (1 << 24) as f32;
 
-    /// The side of a cell, doubled until the evasions of a giant, or of thousands, fit into [`Grid::MOST_COLUMNS`]. That of
-    /// anybody else stays what it was.
+    /// Side of a cell. It is doubled until the columns of all evasions fit [`Grid::MOST_COLUMNS`],
+    /// which only very large bodies or thousands of evasions exceed.
     fn fitting_cell(source: &GridSource<'_>, cell: f32) -> f32 {
         let kinds = (Self::HEADINGS * Self::PARTS * Self::PARTS) as f32;
         let count = kinds * source.evasions.len() as f32;
@@ -182,14 +185,14 @@ impl Grid {
                 (2.0 * source.reach / cell + 3.0).min(2.0 * CellColumn::FURTHEST as f32 + 1.0);
             count * side * side
         };
-        let sides = std::iter::successors(Some(cell), |cell| Some(2.0 * cell)).take(64);
-        { sides }
+        std::iter::successors(Some(cell), |cell| Some(2.0 * cell))
+            .take(64)
             .find(|&cell| columns(cell) <= Self::MOST_COLUMNS)
             .unwrap_or(cell)
     }
 
-    /// The columns of cells that the body occupies at one sample of an evasion that starts in cell
-    /// `(0, 0)`; `kind` says in which part of it and facing where.
+    /// Columns of cells that the body occupies at one sample of an evasion that starts in cell `(0,
+    /// 0)`. `kind` encodes the heading and the part of the cell.
     fn occupied(&self, body: &Body, track: &BodyTrack, tick: usize, kind: u32) -> Vec<CellColumn> {
         let part = |index: u32| (index as f32 + 0.5) / Self::PARTS as f32 * self.cell;
         let heading = (kind / (Self::PARTS * Self::PARTS)) as f32 + 0.5;
@@ -207,7 +210,7 @@ impl Grid {
         columns
     }
 
-    /// Adds the cells of the first set that are not in the second.
+    /// Adds the cells that are in the first set and not in the second.
     fn push_vacated(&mut self, [start, end]: &[Vec<CellColumn>; 2]) {
         let ends = |of: fn(&CellColumn) -> i32| {
             let low = start.iter().map(of).min().unwrap_or(0);
@@ -215,7 +218,7 @@ impl Grid {
             (low, (high - low + 1) as u32)
         };
         let ((x, width), (z, depth)) = (ends(|c| c.x), ends(|c| c.z));
-        let vacated = Vacated {
+        let vacated = VacatedCells {
             x,
             z,
             width,
@@ -256,13 +259,13 @@ impl Grid {
         }
     }
 
-    /// Side of a cell, metres.
+    /// Side of a cell, in metres.
     #[must_use]
     pub fn cell(&self) -> f32 {
         self.cell
     }
 
-    /// The cells of a column, in the node's frame, that a path vacates.
+    /// Cells of `column` that a path vacates. The column is in the node's frame.
     #[must_use]
     #[inline]
     pub fn vacates(&self, path: PathId, column: CellColumn) -> u64 {
@@ -273,7 +276,7 @@ impl Grid {
             .map_or(0, |at| self.heights[at] & column.heights)
     }
 
-    /// Whether a path vacates a cell of `columns`, which come in order ([`TouchedCells::merge`]).
+    /// Whether a path vacates a cell of `columns`, which must be sorted ([`TouchedCells::merge`]).
     #[must_use]
     pub fn vacates_any(&self, path: PathId, columns: &[CellColumn]) -> bool {
         let filed = self.filed[path.0 as usize];
@@ -299,7 +302,7 @@ impl Grid {
         })
     }
 
-    /// What it takes in memory, bytes.
+    /// Memory of the grids, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.vacated.as_slice())
@@ -307,7 +310,8 @@ impl Grid {
             + size_of_val(self.filed.as_slice())
     }
 
-    /// What it would take as a list of paths for every cell of every node, two bytes an entry.
+    /// Memory of the same data as a list of paths for each cell of each node, with two bytes for
+    /// each entry.
     #[must_use]
     pub fn flat_bytes(&self) -> usize {
         let cells = |filed: &Filed| -> usize {
@@ -320,7 +324,7 @@ impl Grid {
     }
 }
 
-impl Vacated {
+impl VacatedCells {
     #[inline]
     fn position(&self, x: i32, z: i32) -> Option<usize> {
         let (x, z) = (x.wrapping_sub(self.x) as u32, z.wrapping_sub(self.z) as u32);
@@ -329,32 +333,32 @@ impl Vacated {
     }
 }
 
-/// The cells that an attack touches, in the frame of a node. Buffers are kept from one attack to
-/// the next.
+/// The cells that an attack touches, in the frame of a node. Its buffers are reused.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TouchedCells {
     columns: Vec<CellColumn>,
-    /// Columns that are noted before they are merged.
+    /// Number of columns that triggers the next merge.
     room: usize,
 }
 
 impl TouchedCells {
-    /// Columns that are noted at first before they are merged, 1.5 MB. An attack touches some hundreds.
+    /// Initial number of columns that triggers a merge: 1.5 MB. An attack touches a few hundred
+    /// columns.
     const ROOM: usize = 1 << 16;
 
-    /// Forgets all.
+    /// Removes all cells.
     pub fn clear(&mut self) {
         self.columns.clear();
         self.room = 0;
     }
 
-    /// Adds the cells that a sphere (centre and radius, metres) reaches, as far as they lie within `reach` (metres) of the
-    /// node's root along x and along z.
+    /// Adds the cells that a sphere (centre and radius, in metres) touches, within `reach` metres
+    /// of the node's root along x and along z.
     pub fn add(&mut self, (centre, radius): (Vec3, f32), cell: f32, reach: f32) {
         if centre.x.abs() - radius > reach || centre.z.abs() - radius > reach {
             return;
         }
-        // Beyond reach there is nothing to look up.
+        // Paths have no cells beyond their reach.
         let within = floor(reach / cell).saturating_add(1);
         let columns = &mut self.columns;
         CellColumn::for_each_reached((centre, radius), cell, within, |c| columns.push(c));
@@ -364,7 +368,7 @@ impl TouchedCells {
         }
     }
 
-    /// Columns in order, each once. Call it when all spheres are in.
+    /// Sorts the columns and merges duplicates. Call it after the last [`TouchedCells::add`].
     pub fn merge(&mut self) -> &[CellColumn] {
         self.columns.sort_unstable_by_key(|c| (c.x, c.z));
         self.columns.dedup_by(|later, kept| {

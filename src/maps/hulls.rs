@@ -1,46 +1,46 @@
-//! Spheres around the body all through short stretches of time: one around all of it, and ones around
-//! its parts, which lie much closer.
+//! Bounding spheres of the body over short intervals of time: one of the whole body, and tighter
+//! ones of its parts.
 
 use glam::Vec3;
 
-/// Spheres of the body that one part is made of: they follow each other.
+/// Number of consecutive spheres of the body in one part.
 pub(crate) const PART: usize = 8;
 
-/// Hulls that are looked at side by side.
+/// Number of hulls that are tested together.
 const LANES: usize = 16;
 
-/// X, y, z and radius of sixteen spheres.
+/// X, y, z and radius of 16 spheres.
 pub(crate) type HullRows = [[f32; LANES]; 4];
 
-/// The hulls of a track, stretch by stretch.
+/// The hulls of a track, by interval.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Hulls {
-    /// Of the whole body: x, y, z and radius, the last one sixteen times.
-    whole: [Vec<f32>; 4],
+    /// Hulls of the whole body, as rows of x, y, z and radius. The last hull is repeated 15 times.
+    body: [Vec<f32>; 4],
     stretches: usize,
-    /// `[stretch][part / 16]`; where there is no part a sphere that nothing comes near.
+    /// Hulls of the parts, `[stretch][part / 16]`. Unused lanes have a radius of −∞.
     parts: Vec<HullRows>,
 }
 
 impl Hulls {
-    /// Of stretches of so many spheres. `whole` are spheres around the whole body, `part` gives one around those of its spheres
-    /// that are named, in a stretch.
+    /// Creates the hulls of a body with `spheres` spheres. `body` holds the hull of the body in
+    /// each interval; `part` returns the hull of a range of spheres in an interval.
     pub(super) fn new(
         spheres: usize,
-        whole: &[(Vec3, f32)],
+        body: &[(Vec3, f32)],
         part: impl Fn(usize, std::ops::Range<usize>) -> (Vec3, f32),
     ) -> Self {
         let mut hulls = Self {
-            stretches: whole.len(),
+            stretches: body.len(),
             ..Self::default()
         };
-        let last = whole.last().into_iter().cycle().take(LANES - 1);
-        for &hull in whole.iter().chain(last) {
-            for (row, value) in hulls.whole.iter_mut().zip(values(hull)) {
+        let last = body.last().into_iter().cycle().take(LANES - 1);
+        for &hull in body.iter().chain(last) {
+            for (row, value) in hulls.body.iter_mut().zip(values(hull)) {
                 row.push(value);
             }
         }
-        for stretch in 0..whole.len() {
+        for stretch in 0..body.len() {
             for first in (0..spheres).step_by(PART * LANES) {
                 let mut rows = [[0.0; LANES]; 4];
                 rows[3] = [f32::NEG_INFINITY; LANES];
@@ -57,28 +57,29 @@ impl Hulls {
         hulls
     }
 
-    /// What a stretch takes in memory, bytes.
+    /// Memory of one interval, in bytes.
     pub(super) fn stretch_bytes(spheres: usize) -> usize {
         size_of::<(Vec3, f32)>() + spheres.div_ceil(PART * LANES) * size_of::<HullRows>()
     }
 
-    /// Around the whole body.
-    pub(super) fn whole(&self, stretch: usize) -> (Vec3, f32) {
-        let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.whole[row][stretch]);
+    /// Hull of the whole body in an interval.
+    pub(super) fn body(&self, stretch: usize) -> (Vec3, f32) {
+        let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.body[row][stretch]);
         (Vec3::new(x, y, z), radius)
     }
 
-    /// The same of sixteen stretches that follow each other, and after the last one that again.
+    /// Hulls of the whole body in 16 consecutive intervals. The last interval is repeated past the
+    /// end.
     pub(super) fn rows(&self, first: usize) -> HullRows {
         let first = first.min(self.stretches.saturating_sub(1));
         let mut rows = [[0.0; LANES]; 4];
-        for (row, values) in rows.iter_mut().zip(&self.whole) {
+        for (row, values) in rows.iter_mut().zip(&self.body) {
             row.copy_from_slice(&values[first..first + LANES]);
         }
         rows
     }
 
-    /// Around the body's parts, sixteen at a time.
+    /// Hulls of the body's parts in an interval, 16 to an entry.
     pub(super) fn parts(&self, stretch: usize) -> &[HullRows] {
         let each = self.parts.len() / self.stretches.max(1);
         let stretch = stretch.min(self.stretches.saturating_sub(1));
@@ -96,13 +97,13 @@ mod tests {
 
     #[test]
     fn each_part_and_each_stretch_has_its_own_hull() {
-        let whole: Vec<(Vec3, f32)> = (0..5).map(|i| (Vec3::splat(i as f32), 0.5)).collect();
-        // 131 spheres make 17 parts, the last one of three.
+        let body: Vec<(Vec3, f32)> = (0..5).map(|i| (Vec3::splat(i as f32), 0.5)).collect();
+        // 131 spheres form 17 parts; the last part has three spheres.
         let part = |stretch: usize, spheres: std::ops::Range<usize>| {
             let place = Vec3::new(stretch as f32, spheres.start as f32, spheres.len() as f32);
             (place, 1.0 + stretch as f32)
         };
-        let hulls = Hulls::new(131, &whole, part);
+        let hulls = Hulls::new(131, &body, part);
         for first in 0..8 {
             let rows = hulls.rows(first);
             for lane in 0..LANES {
@@ -111,7 +112,7 @@ mod tests {
                 assert_eq!(rows.map(|row| row[lane]), expected, "{first} {lane}");
             }
             let stretch = first.min(4);
-            assert_eq!(hulls.whole(stretch), whole[stretch]);
+            assert_eq!(hulls.body(stretch), body[stretch]);
             let parts = hulls.parts(first);
             assert_eq!(parts.len(), 2);
             for at in 0..2 * LANES {
@@ -125,7 +126,7 @@ mod tests {
                 assert_eq!(radius, 1.0 + stretch as f32);
             }
         }
-        let none = Hulls::new(0, &whole, part);
+        let none = Hulls::new(0, &body, part);
         assert!(none.parts(3).is_empty());
     }
 }

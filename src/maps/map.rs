@@ -5,18 +5,18 @@ use super::{Disc, SUB_TEXELS};
 /// A rectangle of texels in the frame that a map is drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapRect {
-    /// First column, texels along x.
+    /// First column, in texels along x.
     pub u: i32,
-    /// First row, texels along z.
+    /// First row, in texels along z.
     pub v: i32,
-    /// Columns; 0 for an empty map.
+    /// Number of columns, 0 for an empty map.
     pub width: u32,
-    /// Rows; 0 for an empty map.
+    /// Number of rows, 0 for an empty map.
     pub height: u32,
 }
 
 impl MapRect {
-    /// The smallest rectangle that holds every texel which `discs` may cover.
+    /// Smallest rectangle that contains every texel that `discs` may cover.
     #[must_use]
     pub fn around(discs: &[Disc]) -> Self {
         let Some(first) = discs.first() else {
@@ -44,7 +44,7 @@ impl MapRect {
         }
     }
 
-    /// The part that two rectangles share.
+    /// Intersection of two rectangles.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         let (u, v) = (self.u.max(other.u), self.v.max(other.v));
@@ -61,7 +61,7 @@ impl MapRect {
         }
     }
 
-    /// The smallest rectangle that holds both.
+    /// Smallest rectangle that contains two rectangles.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         if self.is_empty() || other.is_empty() {
@@ -78,23 +78,25 @@ impl MapRect {
         }
     }
 
-    /// Whether it is small enough for fixed-point coordinates ([`MapGrid::MAX_SIDE`](super::MapGrid::MAX_SIDE)).
+    /// Whether the rectangle is small enough for fixed-point coordinates
+    /// ([`MapGrid::MAX_SIDE`](super::MapGrid::MAX_SIDE)).
     #[must_use]
     pub fn fits(self) -> bool {
         let max = super::MapGrid::MAX_SIDE;
-        // Half of where a turn leaves everything that lies too far away for fixed point.
+        // Half of the distance to which a fixed-point transform clamps.
         let far = |place: i32| place.unsigned_abs() <= 8 * max;
         self.width <= max && self.height <= max && far(self.u) && far(self.v)
     }
 
-    /// Whether it holds no texel.
+    /// Whether the rectangle contains no texel.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.width == 0 || self.height == 0
     }
 }
 
-/// One map, a bit a texel. Rows are padded to whole words, which makes them usable as they are in a storage buffer.
+/// A map with one bit for each texel. Rows are padded to whole words, so that a storage buffer can
+/// hold them unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BitMap {
     rect: MapRect,
@@ -102,7 +104,7 @@ pub struct BitMap {
 }
 
 impl BitMap {
-    /// A map without a texel set.
+    /// Creates a map with no texel set.
     #[must_use]
     pub fn new(rect: MapRect) -> Self {
         Self {
@@ -115,19 +117,19 @@ impl BitMap {
         rect.width.div_ceil(32) as usize
     }
 
-    /// Where it lies in its frame.
+    /// Position of the map in its frame.
     #[must_use]
     pub fn rect(&self) -> MapRect {
         self.rect
     }
 
-    /// Words in a row of texels.
+    /// Number of words in a row.
     #[must_use]
     pub fn words_per_row(&self) -> usize {
         Self::row_words(self.rect)
     }
 
-    /// Rows after each other; column 0 is the lowest bit of a row's first word; padding bits are 0.
+    /// Words of all rows. Column 0 is the lowest bit of a row's first word. Padding bits are 0.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
@@ -137,7 +139,8 @@ impl BitMap {
         &mut self.words
     }
 
-    /// Whether a texel is set, by its column and row in this map. Outside the map nothing is.
+    /// Whether a texel is set, by its column and row in this map. Texels outside the map are not
+    /// set.
     #[must_use]
     pub fn get(&self, column: i32, row: i32) -> bool {
         let inside = (0..self.rect.width as i32).contains(&column)
@@ -148,7 +151,7 @@ impl BitMap {
         }
     }
 
-    /// Calls `visit` with the column and the row of each texel that is set, row by row.
+    /// Calls `visit` with the column and the row of each set texel, row by row.
     pub fn for_each(&self, mut visit: impl FnMut(i32, i32)) {
         let words = self.words_per_row().max(1);
         for (row, line) in self.words.chunks(words).enumerate() {
@@ -165,8 +168,8 @@ impl BitMap {
         }
     }
 
-    /// The smallest rectangle around the texels that are set, in the map's frame; empty where none
-    /// is.
+    /// Smallest rectangle that contains the set texels, in the map's frame. It is empty if no texel
+    /// is set.
     #[must_use]
     pub fn bounds(&self) -> MapRect {
         let (mut low, mut high) = ((i32::MAX, i32::MAX), (i32::MIN, i32::MIN));
@@ -185,7 +188,7 @@ impl BitMap {
         }
     }
 
-    /// The part of the map within another rectangle.
+    /// Returns the part of the map that lies within `rect`.
     #[must_use]
     pub fn cropped(&self, rect: MapRect) -> Self {
         let mut map = Self::new(rect);
@@ -199,7 +202,7 @@ impl BitMap {
         map
     }
 
-    /// Sets a texel, by its column and row in this map; both must lie inside.
+    /// Sets a texel, by its column and row in this map. The texel must lie inside the map.
     pub fn set(&mut self, column: i32, row: i32) {
         let (word, bit) = self.address(column, row);
         self.words[word] |= 1 << bit;
@@ -212,14 +215,14 @@ impl BitMap {
         )
     }
 
-    /// How many texels are set.
+    /// Number of set texels.
     #[must_use]
     pub fn count(&self) -> u32 {
         self.words.iter().map(|word| word.count_ones()).sum()
     }
 
-    /// Whether words and rectangle fit together and padding is clear, as they do in every map made here; a map
-    /// read from a file is asked.
+    /// Whether the words fit the rectangle and all padding bits are 0. Maps that are made here
+    /// always pass; maps that come from a file are checked.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let words = self.words_per_row();
@@ -236,19 +239,19 @@ impl BitMap {
     }
 }
 
-/// What a rasterizer is given: the discs of every frame of a region, on one map.
+/// Input of a rasterizer: the discs of every frame of a region, on one map.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Drawing {
-    /// The map's place in its frame.
+    /// Position of the map in its frame.
     pub rect: MapRect,
-    /// Relative to the rectangle's first texel, frame after frame.
+    /// Discs relative to the rectangle's first texel, frame by frame.
     pub discs: Vec<Disc>,
-    /// End of each frame in `discs`; its length is the number of frames.
+    /// End of each frame in `discs`. Its length is the number of frames.
     pub frame_ends: Vec<u32>,
 }
 
 impl Drawing {
-    /// The discs of one frame.
+    /// Discs of one frame.
     #[must_use]
     pub fn frame(&self, frame: usize) -> &[Disc] {
         let start = if frame == 0 {
@@ -259,7 +262,7 @@ impl Drawing {
         &self.discs[start as usize..self.frame_ends[frame] as usize]
     }
 
-    /// How many frames.
+    /// Number of frames.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.frame_ends.len()

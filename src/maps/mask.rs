@@ -2,18 +2,18 @@ use serde::{Deserialize, Serialize};
 
 use super::MapRect;
 
-/// One map over time: a mask a texel, with a bit for each slice.
+/// A map over time: each texel has a mask with one bit for each slice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MaskMap {
     rect: MapRect,
-    /// Words of a mask.
+    /// Number of words in a mask.
     lanes: u32,
-    /// `[row][column][lane]`.
+    /// Masks, `[row][column][lane]`.
     masks: Vec<u32>,
 }
 
 impl MaskMap {
-    /// A map without a bit set, of masks of 1 or 2 words.
+    /// Creates a map with no bit set. `lanes` is the number of words in a mask, 1 or 2.
     #[must_use]
     pub fn new(rect: MapRect, lanes: usize) -> Self {
         Self {
@@ -23,25 +23,25 @@ impl MaskMap {
         }
     }
 
-    /// Where it lies in its frame.
+    /// Position of the map in its frame.
     #[must_use]
     pub fn rect(&self) -> MapRect {
         self.rect
     }
 
-    /// Words of a mask: 1 up to 32 slices, 2 up to 64.
+    /// Number of words in a mask: 1 for up to 32 slices, 2 for up to 64.
     #[must_use]
     pub fn lanes(&self) -> usize {
         self.lanes as usize
     }
 
-    /// All masks, `[row][column][lane]`; slice `s` is bit `s % 32` of lane `s / 32`.
+    /// All masks, `[row][column][lane]`. Slice `s` is bit `s % 32` of lane `s / 32`.
     #[must_use]
     pub fn masks(&self) -> &[u32] {
         &self.masks
     }
 
-    /// A texel's mask, by its column and row in this map, as one number. Outside the map it is 0.
+    /// Mask of a texel, by its column and row in this map. Texels outside the map have mask 0.
     #[must_use]
     pub fn get(&self, column: i32, row: i32) -> u64 {
         let inside = (0..self.rect.width as i32).contains(&column)
@@ -55,7 +55,8 @@ impl MaskMap {
         lanes.iter().enumerate().fold(0, join)
     }
 
-    /// Sets a slice's bit of a texel, by its column and row in this map; both must lie inside.
+    /// Sets the bit of a slice in a texel, by its column and row in this map. The texel must lie
+    /// inside the map.
     pub fn set(&mut self, column: i32, row: i32, slice: u32) {
         let word = self.address(column, row) + slice as usize / 32;
         self.masks[word] |= 1 << (slice % 32);
@@ -65,7 +66,7 @@ impl MaskMap {
         (row as usize * self.rect.width as usize + column as usize) * self.lanes()
     }
 
-    /// For each of so many slices the rectangle around its texels; empty where it has none.
+    /// Smallest rectangle around the texels of each slice. It is empty if a slice has no texel.
     #[must_use]
     pub fn slice_rects(&self, slices: u32) -> Vec<MapRect> {
         let (rect, lanes) = (self.rect, self.lanes().max(1));
@@ -98,7 +99,7 @@ impl MaskMap {
             .collect()
     }
 
-    /// How many texels have a bit set.
+    /// Number of texels with at least one bit set.
     #[must_use]
     pub fn count(&self) -> usize {
         let texels = self.masks.chunks(self.lanes().max(1));
@@ -107,8 +108,8 @@ impl MaskMap {
             .count()
     }
 
-    /// Whether it has a mask of so many bits for every texel of its rectangle and none beyond: true
-    /// of every map made here, asked of what is read from a file.
+    /// Whether the masks fit the rectangle and have no bits beyond `slices`. Maps that are made
+    /// here always pass; maps that come from a file are checked.
     #[must_use]
     pub fn is_sound(&self, slices: u32) -> bool {
         let lanes = slices.div_ceil(32);

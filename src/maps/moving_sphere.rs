@@ -4,8 +4,8 @@ use serde::Serialize;
 use super::SphereKey;
 use crate::math::Rigid2;
 
-/// A sphere on its way: keys in the order of time, straight lines between them. Before the first
-/// and after the last key it is not there.
+/// A sphere that moves along straight lines between keys. It does not exist before its first and
+/// after its last key.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct MovingSphere {
@@ -13,14 +13,15 @@ pub struct MovingSphere {
 }
 
 impl MovingSphere {
-    /// A sphere of these keys; `None` where there is none or one is not after the one before it.
+    /// Creates a sphere from keys, or returns `None` if there are no keys or their times do not
+    /// increase.
     #[must_use]
     pub fn new(keys: Vec<SphereKey>) -> Option<Self> {
         let ordered = keys.windows(2).all(|pair| pair[0].t < pair[1].t);
         (ordered && !keys.is_empty()).then_some(Self { keys })
     }
 
-    /// Becomes another sphere seen from another frame; `placement` takes its points there.
+    /// Copies `other`, transformed by `placement`, into this sphere.
     pub fn place_from(&mut self, other: &Self, placement: Rigid2) {
         self.keys.clear();
         self.keys.extend(other.keys.iter().map(|key| SphereKey {
@@ -29,7 +30,7 @@ impl MovingSphere {
         }));
     }
 
-    /// The same sphere in another frame: `placement` takes points of this one there.
+    /// Returns the sphere in another frame. `placement` transforms points to that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
         let key = |key: &SphereKey| SphereKey {
@@ -41,25 +42,25 @@ impl MovingSphere {
         }
     }
 
-    /// When it appears, seconds.
+    /// Time of the first key, in seconds.
     #[must_use]
     pub fn start(&self) -> f32 {
         self.keys[0].t
     }
 
-    /// When it disappears, seconds.
+    /// Time of the last key, in seconds.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.keys[self.keys.len() - 1].t
     }
 
-    /// Its keys, in the order of time, at least one.
+    /// Keys in the order of time, at least one.
     #[must_use]
     pub fn keys(&self) -> &[SphereKey] {
         &self.keys
     }
 
-    /// Where it is at a time between its first and its last key.
+    /// Position and radius at time `t`, which must lie between the first and the last key.
     #[must_use]
     pub fn at(&self, t: f32) -> SphereKey {
         let next = self
@@ -73,8 +74,7 @@ impl MovingSphere {
         Self::between(before, after, t)
     }
 
-    /// Where a sphere is that goes straight from one key to a later one; before the first that,
-    /// after the last the other.
+    /// Interpolates between two keys. Times before the first or after the second key are clamped.
     #[must_use]
     pub fn between(before: SphereKey, after: SphereKey, t: f32) -> SphereKey {
         let span = after.t - before.t;
@@ -90,10 +90,11 @@ impl MovingSphere {
         }
     }
 
-    /// Calls `visit` with the sphere at times so close to each other that it moves at most half its
-    /// radius in between, first and last key included.
+    /// Calls `visit` with the sphere at times so close together that it moves at most half its
+    /// radius between them. The first and the last key are included.
     pub fn for_each_step(&self, mut visit: impl FnMut(Vec3, f32)) {
-        /// A sphere that is far faster than wide is drawn with gaps rather than without end.
+        /// Maximum number of steps between two keys. A sphere that moves very far relative to its
+        /// radius is drawn with gaps.
         const MOST_STEPS: f32 = 1024.0;
         visit(self.keys[0].center, self.keys[0].radius);
         for pair in self.keys.windows(2) {

@@ -4,28 +4,29 @@ use serde::{Deserialize, Serialize};
 use super::BodySphere;
 use crate::anim::{JointId, Skeleton};
 
-/// A sphere in a joint's own frame.
+/// A sphere in the frame of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LocalSphere {
-    /// Of its centre, metres.
+    /// Position of the centre, in metres.
     pub offset: Vec3,
-    /// Metres.
+    /// Radius, in metres.
     pub radius: f32,
 }
 
-/// What a joint holds: a staff, a sword, a shield. It attacks where its joint does.
+/// An object that a joint holds, for example a staff, a sword or a shield. It attacks when its
+/// joint does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prop {
-    /// The joint that it moves with.
+    /// Joint that the prop moves with.
     pub joint: JointId,
-    /// In that joint's frame.
+    /// Spheres of the prop, in the joint's frame.
     pub spheres: Vec<LocalSphere>,
-    /// Whether an attack that meets it is a hit: it is then part of the body.
+    /// Whether attacks can hit the prop, which makes it part of the body.
     pub is_body: bool,
 }
 
 impl Prop {
-    /// Its spheres as the body has them.
+    /// Spheres of the prop as body spheres.
     pub fn body_spheres(&self) -> impl Iterator<Item = BodySphere> + '_ {
         self.spheres
             .iter()
@@ -36,13 +37,15 @@ impl Prop {
             })
     }
 
-    /// Whether it has spheres, and each hangs from one of `skeleton`'s joints and has a place and a size.
+    /// Whether the prop has spheres and each has a joint of `skeleton`, a finite position and a
+    /// positive radius.
     #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         !self.spheres.is_empty() && self.body_spheres().all(|sphere| sphere.is_sound(skeleton))
     }
 
-    /// Whether it attacks where `joints` do, of which none means the whole body: it is held by one of them, or by a joint above or below.
+    /// Whether the prop takes part in an attack of `joints`. It does if its joint is one of them,
+    /// or an ancestor or a descendant of one. An empty list stands for the whole body.
     #[must_use]
     pub fn takes_part(&self, skeleton: &Skeleton, joints: &[JointId]) -> bool {
         let above = |joint: JointId, other: JointId| skeleton.ancestry(joint).any(|j| j == other);

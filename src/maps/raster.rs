@@ -1,24 +1,24 @@
-//! The CPU's rasterizer: twin of the stencil passes in `gpu`, of the same names, equal to the
-//! texel.
+//! CPU rasterizer. It has the same functions as the stencil passes in `gpu` and produces identical
+//! maps.
 //!
-//! Source: Masaoka & Oshita, section 4.3. A disc is filled row by row: in each row it covers the
-//! texels between two columns, which are found by an exact square root and set as words.
+//! Source: Masaoka & Oshita, section 4.3. A disc is filled row by row. In each row it covers a
+//! range of columns, which an exact integer square root finds and whole-word writes fill.
 
 use std::ops::Range;
 
 use super::{BitMap, Disc, Drawing, MapRect, SUB_TEXELS};
 
-/// What [`every_frame`] draws.
+/// Maps that [`every_frame`] draws.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EvasionMaps {
     /// Texels that are covered in every frame.
     pub body: BitMap,
-    /// Texels that are covered in the first frame and not in every frame.
+    /// Texels that are covered in the first frame but not in every frame.
     pub evasion: BitMap,
 }
 
-/// Draws the texels that are covered in every frame, and those that are covered in the first frame
-/// only for a while.
+/// Draws the texels that are covered in every frame, and the texels that are covered in the first
+/// frame but not in every frame.
 #[must_use]
 pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
     let mut body = BitMap::new(drawing.rect);
@@ -43,7 +43,7 @@ pub fn every_frame(drawing: &Drawing) -> EvasionMaps {
     EvasionMaps { body, evasion }
 }
 
-/// Draws the texels that are covered in any frame.
+/// Draws the texels that are covered in at least one frame.
 #[must_use]
 pub fn any_frame(drawing: &Drawing) -> BitMap {
     let mut map = BitMap::new(drawing.rect);
@@ -53,7 +53,7 @@ pub fn any_frame(drawing: &Drawing) -> BitMap {
     map
 }
 
-/// Sets the texels of a map that a disc covers; the disc's place counts from the map's first texel.
+/// Sets the texels of a map that a disc covers. The disc is relative to the map's first texel.
 fn fill(disc: Disc, map: &mut BitMap) {
     let rect = map.rect();
     let words = map.words_per_row();
@@ -72,8 +72,9 @@ fn fill(disc: Disc, map: &mut BitMap) {
     });
 }
 
-/// The blocks along one axis, of so many and of a side of so many sub-texels, that a disc may cover texels of. They are so near
-/// to it that squares of distances fit.
+/// Range of blocks along one axis that a disc may cover. `side` is a block's side in sub-texels,
+/// `count` the number of blocks. The blocks are close enough to the disc that squared distances fit
+/// 32 bits.
 #[inline(always)]
 pub(crate) fn blocks_near(centre: i32, radius: i32, (side, count): (i32, usize)) -> Range<usize> {
     let centre = centre.clamp(-FAR, FAR);
@@ -81,15 +82,17 @@ pub(crate) fn blocks_near(centre: i32, radius: i32, (side, count): (i32, usize))
     block(centre - radius) as usize..block(centre + radius + side) as usize
 }
 
-/// Further out there is no map; nearer, all that follows fits.
+/// Maximum coordinate of a disc, in sub-texels. Maps lie far closer to the origin, and sums of
+/// clamped coordinates fit 32 bits.
 const FAR: i32 = 1 << 29;
 
-/// Calls `visit` with each row that a disc covers texels of, the first covered column and the last.
+/// Calls `visit` with each row that a disc covers, its first covered column and its last covered
+/// column.
 fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, usize)) {
     let (x, z) = (disc.x.clamp(-FAR, FAR), disc.z.clamp(-FAR, FAR));
     let radius = disc.radius.min(Disc::MAX_RADIUS);
     let half = SUB_TEXELS / 2;
-    // The texels whose centres lie from `low` to `high`.
+    // Texels whose centres lie between `low` and `high`.
     let span = |low: i32, high: i32, texels: u32| {
         let first = -(half - low).div_euclid(SUB_TEXELS);
         let last = (high - half).div_euclid(SUB_TEXELS);
@@ -98,7 +101,7 @@ fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, u
     let (first_row, last_row) = span(z - radius, z + radius, rect.height);
     for row in first_row..=last_row {
         let dz = row * SUB_TEXELS + half - z;
-        let reach = whole_root(radius * radius - dz * dz);
+        let reach = integer_sqrt(radius * radius - dz * dz);
         let (first, last) = span(x - reach, x + reach, rect.width);
         if first <= last {
             visit(row as usize, first as usize, last as usize);
@@ -106,10 +109,10 @@ fn for_each_row(disc: Disc, rect: MapRect, mut visit: impl FnMut(usize, usize, u
     }
 }
 
-/// The largest whole number whose square is not above `value`, which is not below 0.
+/// Largest integer whose square is at most `value`. `value` must not be negative.
 #[inline(always)]
-fn whole_root(value: i32) -> i32 {
-    // Single precision is off by one at most.
+fn integer_sqrt(value: i32) -> i32 {
+    // The single-precision root is off by at most one.
     let root = (value as f32).sqrt() as i32;
     let root = root - i32::from(root * root > value);
     root + i32::from((root + 1) * (root + 1) <= value)
@@ -123,10 +126,10 @@ mod tests {
     proptest! {
         #[test]
         fn roots_are_exact(root in 0..=Disc::MAX_RADIUS, beyond in 0i32..64_001) {
-            prop_assert_eq!(whole_root(root * root), root);
+            prop_assert_eq!(integer_sqrt(root * root), root);
             let value = root * root + beyond.min(2 * root);
-            prop_assert_eq!(whole_root(value), root);
-            prop_assert_eq!(whole_root(i32::max(root * root - 1, 0)), i32::max(root - 1, 0));
+            prop_assert_eq!(integer_sqrt(value), root);
+            prop_assert_eq!(integer_sqrt(i32::max(root * root - 1, 0)), i32::max(root - 1, 0));
         }
     }
 }

@@ -1,9 +1,8 @@
-//! Which edges may be played faster or slower.
+//! Decides which edges may be played faster or slower.
 //!
 //! Source: Masaoka & Oshita, section 4.2. Differs: edges of a dense graph can be shorter than the
-//! window in which travel is measured; the window then reaches over the edge's ends into what is
-//! played before and after it in the clip, and an edge counts as still only when that whole window
-//! is.
+//! window in which travel is measured. The window then extends beyond the edge's ends into the
+//! frames before and after it in the clip. An edge is still only if the whole window is still.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -11,18 +10,19 @@ use serde::{Deserialize, Serialize};
 use crate::anim::{JointId, Limbs, Pose, forward_kinematics};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
 
-/// When is motion slow, fast or still?
+/// Thresholds for slow, fast and still motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RetimeSettings {
-    /// Travel is measured over this long, seconds. Default 1/3.
+    /// Duration of the window in which travel is measured, in seconds. Default 1/3.
     pub window: f64,
-    /// Slow: all hands and feet travel less than this, metres. Default 0.08.
+    /// Motion is slow if all hands and feet travel less than this, in metres. Default 0.08.
     pub slow: f32,
-    /// Fast: one of them travels this or more, metres. Default 0.20.
+    /// Motion is fast if a hand or foot travels at least this far, in metres. Default 0.20.
     pub fast: f32,
-    /// Still: none of them travels this in the whole edge, metres. Default 0.05.
+    /// An edge is still if no hand or foot travels this far in the whole edge, in metres. Default
+    /// 0.05.
     pub still: f32,
-    /// Travel relative to the root instead of in the world. Default no.
+    /// Whether travel is measured relative to the root instead of in world space. Default false.
     pub relative_to_root: bool,
 }
 
@@ -38,17 +38,17 @@ impl Default for RetimeSettings {
     }
 }
 
-/// How the rate of an edge may change without looking unnatural.
+/// Rate changes of an edge that look natural.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Retimable {
-    /// It may be played faster than it was captured.
+    /// Whether the edge may be played faster than it was captured.
     pub faster: bool,
-    /// It may be played slower.
+    /// Whether the edge may be played slower than it was captured.
     pub slower: bool,
 }
 
-/// Judges every edge of a graph, by [`EdgeId`]. Events and transitions between clips are judged
-/// like all others.
+/// Classifies every edge of a graph, by [`EdgeId`]. Events and transitions are classified like all
+/// other edges.
 #[must_use]
 pub fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
     let limbs: Vec<JointId> = Limbs::of(graph.skeleton()).all().collect();
@@ -57,21 +57,20 @@ pub fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Re
         .collect();
     graph
         .edge_ids()
-        .map(|edge| judge(&travel(graph, edge, &tracks, settings), settings))
+        .map(|edge| classify(&travel(graph, edge, &tracks, settings), settings))
         .collect()
 }
 
-/// What hands and feet do in an edge, metres: the largest and, over the whole edge, the total.
+/// Travel of hands and feet in an edge, in metres.
 struct Travel {
-    /// Largest travel of any limb in any window that meets the edge.
+    /// Maximum travel of any limb in any window that overlaps the edge.
     window: f32,
-    /// Largest travel of any limb from the edge's start to its end, or over one window where that
-    /// is longer.
-    whole: f32,
+    /// Maximum travel of any limb over the whole edge, or over one window if that is longer.
+    total: f32,
 }
 
-fn judge(travel: &Travel, settings: &RetimeSettings) -> Retimable {
-    if travel.whole < settings.still {
+fn classify(travel: &Travel, settings: &RetimeSettings) -> Retimable {
+    if travel.total < settings.still {
         return Retimable {
             faster: true,
             slower: true,
@@ -83,7 +82,7 @@ fn judge(travel: &Travel, settings: &RetimeSettings) -> Retimable {
     }
 }
 
-/// Places of each limb in each frame: `[limb][frame]`.
+/// Positions of each limb in each frame: `[limb][frame]`.
 fn limb_track(
     graph: &MotionGraph,
     clip: usize,
@@ -116,8 +115,8 @@ fn travel(
 ) -> Travel {
     let edge = graph.edge(edge);
     let (from, to) = (graph.node(edge.from), graph.node(edge.to));
-    // A transition plays the end of its source's stretch and the start of its target's: the worse
-    // of the two counts.
+    // A transition plays the end of its source's frames and the start of its target's. The larger
+    // travel counts.
     let stretches = match edge.motion {
         EdgeMotion::Clip => vec![(from.clip, from.frame, to.frame)],
         EdgeMotion::Transition { .. } => {
@@ -130,7 +129,7 @@ fn travel(
     let window = ((settings.window * graph.frame_rate()).round() as usize).max(1);
     let mut worst = Travel {
         window: 0.0,
-        whole: 0.0,
+        total: 0.0,
     };
     for (clip, first, last) in stretches {
         for track in &tracks[clip.index()] {
@@ -143,13 +142,13 @@ fn travel(
                 .windows(window.min(steps.len()).max(1))
                 .map(|w| w.iter().sum());
             worst.window = in_window.fold(worst.window, f32::max);
-            worst.whole = worst.whole.max(steps.iter().sum());
+            worst.total = worst.total.max(steps.iter().sum());
         }
     }
     worst
 }
 
-/// Grows a stretch about its middle to at least `window` frames, within the clip.
+/// Extends a range of frames evenly to at least `window` frames, within the clip.
 fn widen(first: usize, last: usize, window: usize, end: usize) -> (usize, usize) {
     let missing = window.saturating_sub(last - first);
     let first = first.saturating_sub(missing.div_ceil(2));

@@ -1,14 +1,13 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Where a moving sphere is at one moment; between two keys its centre and radius go in a straight
-/// line.
+/// Position and radius of a moving sphere at one time. Both are interpolated linearly between keys.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SphereKey {
-    /// Seconds.
+    /// Time, in seconds.
     pub t: f32,
-    /// Metres.
+    /// Position of the centre, in metres.
     pub center: Vec3,
-    /// Metres.
+    /// Radius, in metres.
     pub radius: f32,
 }

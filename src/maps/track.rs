@@ -1,7 +1,7 @@
-//! The body's spheres all through an evasion and beyond.
+//! The body's spheres during and after an evasion.
 //!
-//! What an evasion's body does from its start on is the same in every query: the evasion itself,
-//! then the natural way on. It is sampled once, when a graph is baked or read.
+//! The motion from an evasion's start on is the same in every query: the evasion itself, then the
+//! default continuation. It is sampled once, when a graph is baked or loaded.
 
 use glam::Vec3;
 
@@ -11,46 +11,49 @@ use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
-/// Centres of the body's spheres, [`BodyTrack::RATE`] times a second, in the character's frame at
-/// the start (root on the ground, facing +Z). The clock starts with the first sample.
+/// Centres of the body's spheres, sampled [`BodyTrack::RATE`] times per second, in the character's
+/// frame at the start (root on the ground, facing +Z). Time 0 is the first sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyTrack {
     spheres: usize,
     ticks: usize,
-    /// `[tick][x, y, z][sphere]`, rows padded to whole lanes.
+    /// Coordinates, `[tick][x, y, z][sphere]`, with rows padded to whole vectors.
     rows: Vec<f32>,
-    /// For each stretch what holds the body all through.
+    /// Bounding spheres, by interval.
     hulls: Hulls,
 }
 
+/// Start of a [`BodyTrack`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackStart {
+    /// Edge that starts.
+    pub edge: EdgeId,
+    /// Character's frame at the edge's start, in the space of its clip.
+    pub placement: Rigid2,
+}
+
 impl BodyTrack {
-    /// Samples a second. In between a rotating limb leaves the straight line by little: at 15 rad/s
-    /// and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm; it would be 0.34 mm at 240
-    /// a second.
+    /// Sample rate, per second. Between two samples a rotating limb deviates little from the
+    /// straight line: at 15 rad/s and 0.7 m from its joint, by 0.7 (1 - cos(15 / 240)) m = 1.4 mm.
+    /// At 240 samples per second it would be 0.34 mm.
     pub const RATE: f32 = 120.0;
 
-    /// From one sample of a stretch to the first of the next there are so many.
+    /// Number of samples in an interval for which bounding spheres are stored.
     pub const STRETCH: usize = 4;
 
-    /// Rows are padded to a multiple of it, with copies of the last sphere.
-    pub const LANES: usize = 16;
+    /// Number that row lengths are a multiple of. Padding repeats the last sphere.
+    pub const LANES: usize = BodyRows::ROW_LANES;
 
-    /// The body on `edge` and the natural way on, from its start until `seconds` have passed.
-    /// `placement` is the character's frame at the edge's start, in the space of its clip.
+    /// Samples the body on an edge and its default continuation, for `seconds` from its start.
     #[must_use]
-    pub fn along(
-        graph: &MotionGraph,
-        body: &Body,
-        (edge, placement): (EdgeId, Rigid2),
-        seconds: f32,
-    ) -> Self {
+    pub fn along(graph: &MotionGraph, body: &Body, start: TrackStart, seconds: f32) -> Self {
         let ticks = (seconds * Self::RATE).ceil() as usize + 1;
-        let start = Playhead {
-            edge,
+        let playhead = Playhead {
+            edge: start.edge,
             frame: 0.0,
-            clip_to_world: placement.inverse(),
+            clip_to_world: start.placement.inverse(),
         };
-        let mut motion = Motion::new(graph, start, &[]);
+        let mut motion = Motion::new(graph, playhead, &[]);
         motion.extend(graph, ticks as f32 / Self::RATE);
         let mut track = Self {
             spheres: body.spheres.len(),
@@ -88,7 +91,7 @@ impl BodyTrack {
         track
     }
 
-    /// What a sample takes in memory, bytes.
+    /// Memory of a sample, in bytes.
     pub(super) fn tick_bytes(body: &Body) -> usize {
         12 * Self::padded(body.spheres.len())
             + 64
@@ -99,43 +102,43 @@ impl BodyTrack {
         spheres.next_multiple_of(Self::LANES)
     }
 
-    /// A sphere that holds the whole body all through a stretch: from sample [`BodyTrack::STRETCH`]
-    /// `index` to the first one of the next stretch, in straight lines between samples.
+    /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::STRETCH`]
+    /// `index` to the first sample of the next interval, along straight lines between samples.
     #[must_use]
     pub fn hull(&self, index: usize) -> (Vec3, f32) {
-        self.hulls.whole(index)
+        self.hulls.body(index)
     }
 
-    /// The same of sixteen stretches that follow each other, and after the last one that again.
+    /// Bounding spheres of 16 consecutive intervals. The last interval is repeated past the end.
     pub(crate) fn hulls(&self, first: usize) -> HullRows {
         self.hulls.rows(first)
     }
 
-    /// Spheres that hold the body's parts, [`PART`](super::PART) spheres each, all through a stretch; the last one where there are
-    /// no more.
+    /// Spheres that contain the body's parts, [`PART`](super::PART) spheres each, during an
+    /// interval. Indices past the end return the last interval.
     pub(crate) fn part_hulls(&self, index: usize) -> &[HullRows] {
         self.hulls.parts(index)
     }
 
-    /// Values in a row of one tick and axis.
+    /// Length of a row of one tick and axis, with padding.
     #[must_use]
     pub fn row(&self) -> usize {
         Self::padded(self.spheres)
     }
 
-    /// How many samples.
+    /// Number of samples.
     #[must_use]
     pub fn ticks(&self) -> usize {
         self.ticks
     }
 
-    /// Seconds from the first sample to the last.
+    /// Time from the first sample to the last, in seconds.
     #[must_use]
     pub fn seconds(&self) -> f32 {
         self.ticks().saturating_sub(1) as f32 / Self::RATE
     }
 
-    /// The x, y and z of all spheres at one sample, padded.
+    /// Rows of x, y and z of all spheres at one sample, padded.
     #[must_use]
     pub fn axes(&self, tick: usize) -> [&[f32]; 3] {
         let row = self.row();
@@ -143,7 +146,7 @@ impl BodyTrack {
         [axis(0), axis(1), axis(2)]
     }
 
-    /// One sphere's centre at one sample.
+    /// Centre of a sphere at one sample.
     #[must_use]
     pub fn centre(&self, tick: usize, sphere: usize) -> Vec3 {
         let [x, y, z] = self.axes(tick);
@@ -151,7 +154,7 @@ impl BodyTrack {
     }
 }
 
-/// A sphere around spheres.
+/// Sphere that contains all `spheres`. Its centre is the middle of the box around their centres.
 fn around(spheres: &[(Vec3, f32)]) -> (Vec3, f32) {
     let low = spheres.iter().map(|s| s.0).fold(Vec3::INFINITY, Vec3::min);
     let high = spheres
@@ -163,7 +166,7 @@ fn around(spheres: &[(Vec3, f32)]) -> (Vec3, f32) {
     (middle, spheres.iter().map(reach).fold(0.0, f32::max))
 }
 
-/// The sphere around the middle of the body's box.
+/// Sphere that contains the body. Its centre is the middle of the box around the spheres' centres.
 fn bound(body: &Body, centres: &[Vec3]) -> (Vec3, f32) {
     let low = centres.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let high = centres.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);

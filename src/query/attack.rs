@@ -1,7 +1,7 @@
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::maps::{BakedGraph, MovingSphere, SphereKey, Strike};
+use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
 use crate::math::Rigid2;
 
 /// Where and when an attack passes: one or more moving spheres. Times count from the moment of the
@@ -126,9 +126,9 @@ impl Attack {
     ///
     /// # Errors
     /// None for a start within 0 to 500 s and a placement within some kilometres.
-    pub fn of_strike(
+    pub fn of_attack_move(
         baked: &BakedGraph,
-        strike: &Strike,
+        attack: &AttackMove,
         placement: Rigid2,
         start: f32,
     ) -> Result<Self, AttackError> {
@@ -136,7 +136,7 @@ impl Attack {
             t: key.t + start,
             ..*key
         };
-        let spheres = baked.strike_spheres(strike);
+        let spheres = baked.attack_spheres(attack);
         let placed = spheres.iter().map(|sphere| sphere.placed(placement));
         Self::new(
             placed

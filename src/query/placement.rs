@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 
 use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
 pub(super) use super::cull::{PlacedRegion, Scene};
-use crate::maps::{CLOCK_ERROR, MapTurn, Slab, SphereKey};
+use crate::maps::{CLOCK_ERROR, FixedTransform2, Slab, SphereKey};
 
 /// The maps of one query, and the scratch of drawing them: filled again and again.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,10 +49,10 @@ impl CullMaps {
             CullCandidate {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
-                turn: MapTurn::new(back, origin, grid),
+                turn: FixedTransform2::new(back, origin, grid),
                 open: !scene.outer
                     || !whole
-                    || !MapTurn::keeps(back, grid.texel)
+                    || !FixedTransform2::keeps(back, grid.texel)
                     || is_open(scene, placed),
             }
         };
@@ -62,12 +62,14 @@ impl CullMaps {
 
 /// What the maps of all placed evasions reach.
 fn reach(scene: &Scene<'_>) -> Reach {
-    let (near, grid) = (scene.atlas.near(), scene.atlas.grid());
+    let (near, grid) = (scene.atlas.coarse(), scene.atlas.grid());
     let mut reach = Reach::default();
     for placed in scene.placed {
         let region = scene.atlas.region(placed.region);
         let rect = near[placed.region.index()].rect;
-        reach.rect = reach.rect.union(grid.around_turned(rect, placed.placement));
+        reach.rect = reach
+            .rect
+            .union(grid.transformed_rect(rect, placed.placement));
         let low = region.first_slab.0;
         let end = low + region.slabs.len() as i32;
         reach.slabs = match reach.slabs.is_empty() {

@@ -256,7 +256,7 @@ fn what_makes_no_duel_is_said_by_name() {
         })
     ));
     let unarmed = unarmed();
-    assert!(unarmed.strikes().is_empty());
+    assert!(unarmed.attack_moves().is_empty());
     let grid = AttackGrid::new(&unarmed, &AttackGridSettings::default());
     let refused = Duel::new(&unarmed, &grid, &DuelSettings::default());
     assert_eq!(refused.err(), Some(DuelError::NoAttacks));

@@ -8,7 +8,7 @@ use common::maps::{attack_of, untimed};
 use common::{Random, desc, drifting};
 use counting::allocations;
 use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
-use sabaki::maps::{MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Slab};
+use sabaki::maps::{FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Slab};
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{CullCandidate, CullInput};
 use sabaki_app::headless::{Headless, HeadlessDesc};
@@ -42,7 +42,7 @@ fn a_cull_allocates_nothing() {
             region: RegionId(0),
             clock: 0,
             open: false,
-            turn: MapTurn::new(
+            turn: FixedTransform2::new(
                 Rigid2::new(index as f32, 0.1, 0.0),
                 (-20, -20),
                 MapGrid::PAPER,

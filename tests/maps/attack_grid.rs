@@ -49,7 +49,7 @@ fn file(
                 let away = ((cell + 0.5) * side).distance(centre);
                 if away <= radius + 0.5 * side {
                     let key = ([cell.x as i16, cell.y as i16, cell.z as i16], strike);
-                    let cost = seconds + settings.aside * away;
+                    let cost = seconds + settings.distance_weight * away;
                     let known = best.entry(key).or_insert(f32::INFINITY);
                     *known = known.min(cost);
                 }
@@ -63,11 +63,11 @@ fn search(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
     let (graph, settings) = (baked.graph(), grid.settings());
     let rate = graph.frame_rate() as f32;
     let longest = (settings.paths.horizon * rate).round() as u32;
-    let notice = (settings.notice * rate).ceil() as u32;
+    let notice = (settings.min_seconds * rate).ceil() as u32;
     let start = baked.placement(node);
     let (mut best, mut open) = (Best::new(), vec![(node, Rigid2::IDENTITY, 0u32)]);
     while let Some((node, to_start, frames)) = open.pop() {
-        for (index, strike) in baked.strikes().iter().enumerate() {
+        for (index, strike) in baked.attack_moves().iter().enumerate() {
             if graph.edge(strike.edge).from != node {
                 continue;
             }
@@ -107,8 +107,8 @@ fn filed(baked: &BakedGraph, grid: &AttackGrid, node: NodeId) -> Best {
         for &blow in blows {
             let path = grid.paths().path(blow.path);
             let place = path.placement.point(grid.contact(blow).centre);
-            let cost =
-                grid.frames(blow) as f32 / rate + grid.settings().aside * place.distance(middle);
+            let cost = grid.frames(blow) as f32 / rate
+                + grid.settings().distance_weight * place.distance(middle);
             assert!(
                 best.insert((cell, path.evasion), cost).is_none(),
                 "an attack stands there twice"
@@ -187,7 +187,7 @@ fn the_limb_is_there_when_the_grid_says_so() {
     for node in (0..graph.nodes().len() as u32).step_by(211).map(NodeId) {
         for (cell, blows) in grid.cells(node).step_by(7) {
             let blow = blows[blows.len() - 1];
-            let strike = grid.strike(baked, blow.path);
+            let strike = grid.attack_move(baked, blow.path);
             let edges: Vec<_> = grid.paths().edges(blow.path).chain([strike.edge]).collect();
             let first = Playhead {
                 edge: edges[0],
@@ -221,7 +221,7 @@ fn the_limb_is_there_when_the_grid_says_so() {
                 nearest <= 0.5 * grid.settings().cell + 0.02,
                 "{node:?} {cell:?}: {nearest} m away"
             );
-            assert!(grid.frames(blow) as f32 / rate >= grid.settings().notice);
+            assert!(grid.frames(blow) as f32 / rate >= grid.settings().min_seconds);
             played += 1;
         }
     }
@@ -244,6 +244,6 @@ fn any_number_of_threads_files_the_same() {
     }
     let report = one.report();
     assert_eq!(report, three.report());
-    assert!(report.blows >= report.cells && report.bytes > report.cells * 8);
+    assert!(report.options >= report.cells && report.bytes > report.cells * 8);
     assert_eq!(one.at(NodeId(0), Vec3::splat(1e9)), []);
 }

@@ -8,8 +8,8 @@ use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::anim::JointId;
 use sabaki::maps::{
-    BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, MapGrid, MapRect,
-    MapTurn, MaskMap, Slab, raster,
+    BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, FixedTransform2,
+    MapGrid, MapRect, MaskMap, Slab, raster,
 };
 use sabaki::math::Rigid2;
 
@@ -100,8 +100,8 @@ proptest! {
         attack_pitch in prop::sample::select(vec![1u32, 2, 4]),
     ) {
         let grid = MapGrid { texel: 0.02, attack_pitch, ..MapGrid::default() };
-        let (placement, texel, origin) = (Rigid2::new(heading, x, z), grid.of_attacks().texel, (-31, 57));
-        let turn = MapTurn::new(placement, origin, grid);
+        let (placement, texel, origin) = (Rigid2::new(heading, x, z), grid.for_attacks().texel, (-31, 57));
+        let turn = FixedTransform2::new(placement, origin, grid);
         let centre = Vec3::new(f32::midpoint(u as f32, (u + 1) as f32) + origin.0 as f32, 0.0, f32::midpoint(v as f32, (v + 1) as f32) + origin.1 as f32);
         let real = placement.point(centre * texel) / grid.texel;
         let (to_u, to_v) = turn.texel(u, v);

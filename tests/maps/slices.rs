@@ -9,6 +9,7 @@ use common::small::small;
 use glam::Vec3;
 use sabaki::maps::{
     BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
+    TrackStart,
 };
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
@@ -68,7 +69,10 @@ fn check(grid: MapGrid) {
     let track = BodyTrack::along(
         baked.graph(),
         baked.body(),
-        (evasion.edge, evasion.placement),
+        TrackStart {
+            edge: evasion.edge,
+            placement: evasion.placement,
+        },
         seconds,
     );
     let mut random = Random::new(5);
@@ -94,7 +98,7 @@ fn check(grid: MapGrid) {
                 let outer = &maps.unwrap().outer;
                 // Wherever the centre of the attack's texel lies that the point is in.
                 let [u, v] = [point.x, point.z].map(|place| {
-                    let half = 0.5 * grid.of_attacks().texel;
+                    let half = 0.5 * grid.for_attacks().texel;
                     texel(
                         place + half * [-1.0, 1.0, 2.0 * share(&mut random) - 1.0][random.below(3)],
                     )

@@ -9,7 +9,7 @@ use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
-use sabaki::maps::{AttackMaps, Strike};
+use sabaki::maps::{AttackMaps, AttackMove};
 use sabaki::math::Rigid2;
 use sabaki::query::{Attack, Judging, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
@@ -29,7 +29,7 @@ fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
 
 /// The places of the attacking joints in every frame, in the character's frame at the attack's
 /// start, by hand.
-fn joint_places(strike: &Strike) -> Vec<glam::Vec3> {
+fn joint_places(strike: &AttackMove) -> Vec<glam::Vec3> {
     let graph = embedded().graph();
     let event = graph.event(graph.edge(strike.edge).event.unwrap());
     let (mut pose, mut joints, mut places) = (Pose::default(), Vec::new(), Vec::new());
@@ -48,8 +48,8 @@ fn joint_places(strike: &Strike) -> Vec<glam::Vec3> {
 #[test]
 fn attack_maps_lie_under_the_attacking_joints() {
     let baked = embedded();
-    assert!(baked.strikes().len() >= 6);
-    for (strike, maps) in baked.strikes().iter().zip(baked.atlas().attacks()) {
+    assert!(baked.attack_moves().len() >= 6);
+    for (strike, maps) in baked.attack_moves().iter().zip(baked.atlas().attacks()) {
         let places = joint_places(strike);
         assert!(places.len() > 5);
         for place in places {
@@ -65,8 +65,8 @@ fn attack_maps_lie_under_the_attacking_joints() {
 #[test]
 fn an_attack_passes_without_gaps() {
     let baked = embedded();
-    for strike in baked.strikes() {
-        for sphere in baked.strike_spheres(strike) {
+    for strike in baked.attack_moves() {
+        for sphere in baked.attack_spheres(strike) {
             let mut before: Option<glam::Vec3> = None;
             sphere.for_each_step(|centre, radius| {
                 let gap = before.map_or(0.0, |before| before.distance(centre));
@@ -87,8 +87,8 @@ fn an_attack_of_the_graph_is_answered() {
     let (baked, settings) = (embedded(), QuerySettings::default());
     let in_front = Rigid2::new(std::f32::consts::PI, 0.0, 0.8);
     let (mut avoided, mut met) = (0, 0);
-    for (index, strike) in baked.strikes().iter().enumerate() {
-        let attack = Attack::of_strike(baked, strike, in_front, 0.9).unwrap();
+    for (index, strike) in baked.attack_moves().iter().enumerate() {
+        let attack = Attack::of_attack_move(baked, strike, in_front, 0.9).unwrap();
         assert!((attack.start() - 0.9).abs() < 1e-5 && attack.end() > 0.9);
         let playhead: Playhead = throw(baked, &ThrowSettings::default(), 3, index as u64)
             .unwrap()
@@ -101,7 +101,7 @@ fn an_attack_of_the_graph_is_answered() {
         met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));
     }
     assert!(
-        avoided > baked.strikes().len() / 2,
+        avoided > baked.attack_moves().len() / 2,
         "only {avoided} avoided"
     );
     assert!(met > 0, "no strike passes through any evasion region");

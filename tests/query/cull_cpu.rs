@@ -7,8 +7,8 @@ use sabaki_testing as common;
 use common::maps::oracle;
 use common::random::Random;
 use sabaki::maps::{
-    BitMap, Disc, MapGrid, MapRect, MapTurn, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab,
-    SlabMaps,
+    BitMap, Disc, FixedTransform2, MapGrid, MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps,
+    Slab, SlabMaps,
 };
 use sabaki::math::{Isa, Rigid2};
 use sabaki::query::cull::cpu::Culler;
@@ -150,7 +150,7 @@ fn candidate(random: &mut Random, grid: MapGrid, attack: &AttackDrawing) -> Cull
     CullCandidate {
         region: RegionId(random.below(12) as u32),
         clock: random.below(2) as u32,
-        turn: MapTurn::new(placement, (attack.rect.u, attack.rect.v), grid),
+        turn: FixedTransform2::new(placement, (attack.rect.u, attack.rect.v), grid),
         open: false,
     }
 }

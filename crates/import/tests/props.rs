@@ -60,7 +60,7 @@ fn baked(props: Vec<Prop>) -> Result<BakedGraph, BakeError> {
 
 /// The ends of the staff in every frame of a strike, in the character's frame at its start, by hand.
 fn tips(baked: &BakedGraph, strike: usize, joint: JointId) -> Vec<Vec3> {
-    let (graph, strike) = (baked.graph(), &baked.strikes()[strike]);
+    let (graph, strike) = (baked.graph(), &baked.attack_moves()[strike]);
     let event = graph.event(graph.edge(strike.edge).event.unwrap());
     let (mut pose, mut joints, mut tips) = (Pose::default(), Vec::new(), Vec::new());
     for frame in event.first..=event.last {
@@ -85,13 +85,13 @@ fn a_staff_strikes_where_it_passes() {
     );
     assert_eq!(armed.reach(), plain.reach());
     let (mut with, mut without) = (0, 0);
-    for (index, strike) in armed.strikes().iter().enumerate() {
+    for (index, strike) in armed.attack_moves().iter().enumerate() {
         let event = armed
             .graph()
             .event(armed.graph().edge(strike.edge).event.unwrap());
         let (bare, now) = (
-            plain.strike_spheres(&plain.strikes()[index]),
-            armed.strike_spheres(strike),
+            plain.attack_spheres(&plain.attack_moves()[index]),
+            armed.attack_spheres(strike),
         );
         if !event.joints.contains(&joint) {
             assert_eq!(now, bare, "another limb strikes without the staff");
@@ -177,10 +177,10 @@ fn a_shield_is_hit_as_the_body_is_and_strikes_once() {
         plain.body().spheres.len() + count
     );
     assert!(armed.reach() > plain.reach());
-    for (index, strike) in armed.strikes().iter().enumerate() {
+    for (index, strike) in armed.attack_moves().iter().enumerate() {
         let (bare, now) = (
-            plain.strike_spheres(&plain.strikes()[index]),
-            armed.strike_spheres(strike),
+            plain.attack_spheres(&plain.attack_moves()[index]),
+            armed.attack_spheres(strike),
         );
         assert!(
             [bare.len(), bare.len() + count].contains(&now.len()),

@@ -2,7 +2,7 @@
 
 use sabaki::gpu::stencil::{Culler, CullerDesc};
 use sabaki::maps::{
-    MapGrid, MapRect, MapTurn, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps,
+    FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps,
 };
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu};
@@ -86,7 +86,7 @@ pub fn candidates(
             region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
             clock: 0,
             open: false,
-            turn: MapTurn::new(
+            turn: FixedTransform2::new(
                 Rigid2::new(heading, x, z),
                 (origin.u, origin.v),
                 atlas.grid(),

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use sabaki::maps::{
-    BitMap, MapGrid, MapRect, MapTurn, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab, SlabMaps,
+    BitMap, FixedTransform2, MapGrid, MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab,
+    SlabMaps,
 };
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
@@ -128,7 +129,7 @@ pub fn candidates(
             region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
             clock: CLOCKS[random.int(0, 2) as usize],
             open: false,
-            turn: MapTurn::new(
+            turn: FixedTransform2::new(
                 Rigid2::new(heading, x, z),
                 (origin.u, origin.v),
                 atlas.grid(),

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::canvas::{COLUMNS, ROWS, Shape, Sheet};
 use crate::{
-    maps::{MapGrid, MapTurn},
+    maps::{FixedTransform2, MapGrid},
     math::Isa,
     query::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
 };
@@ -58,8 +58,8 @@ pub(super) struct Blocks {
 }
 
 /// Whether a block's texels, as they are turned, may span more than a window's (`SPAN` in `shaders/count.comp.glsl`).
-pub(super) fn is_large(turn: MapTurn) -> bool {
-    let most = i64::from(SPAN) << (MapTurn::SHIFT - 1);
+pub(super) fn is_large(turn: FixedTransform2) -> bool {
+    let most = i64::from(SPAN) << (FixedTransform2::SHIFT - 1);
     let [a, b] = [turn.a, turn.b].map(|part| i64::from(part).abs());
     let [columns, rows] = [COLUMNS, ROWS].map(|side| side as i64 - 1);
     (columns * a + rows * b).max(columns * b + rows * a) >= most

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     gpu::{GpuError, error::within, shader_table::BoxCorner},
-    maps::{MapRect, MapTurn},
+    maps::{FixedTransform2, MapRect},
     query::cull::{Counted, CullCandidate, CullInput},
 };
 
@@ -238,7 +238,7 @@ struct WayBack {
     from: [f32; 2],
     /// A turn that is none cannot be turned back.
     exists: bool,
-    turn: MapTurn,
+    turn: FixedTransform2,
 }
 
 impl WayBack {
@@ -246,9 +246,9 @@ impl WayBack {
     /// precision can lose.
     const MARGIN: f32 = 1.0;
 
-    fn new(turn: MapTurn) -> Self {
+    fn new(turn: FixedTransform2) -> Self {
         let (a, b) = (turn.a as f32, turn.b as f32);
-        let one = (1u32 << (MapTurn::SHIFT - 1)) as f32;
+        let one = (1u32 << (FixedTransform2::SHIFT - 1)) as f32;
         let squared = a * a + b * b;
         let scale = one / squared.max(1.0);
         Self {
@@ -260,15 +260,15 @@ impl WayBack {
         }
     }
 
-    /// `MapTurn::texel`, with both maps' places in the translation: from texels of the target, where the attack's first one
+    /// `FixedTransform2::texel`, with both maps' places in the translation: from texels of the target, where the attack's first one
     /// lies at `origin`, to those of the map. Sums may wrap on the way; what they end as fits.
     fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
-        let MapTurn { a, b, tx, tz } = self.turn;
+        let FixedTransform2 { a, b, tx, tz } = self.turn;
         let placed = |start: i32, along: i32, across: i32, texel: i32| {
             start
                 .wrapping_sub(along.wrapping_mul(2 * x))
                 .wrapping_sub(across.wrapping_mul(2 * y))
-                .wrapping_sub(texel << MapTurn::SHIFT)
+                .wrapping_sub(texel << FixedTransform2::SHIFT)
         };
         [a, b, placed(tx, a, b, map.u), placed(tz, -b, a, map.v)]
     }

@@ -1,134 +1,142 @@
-//! Paths to attacks, filed in the cells that they strike.
+//! Finds paths to attacks and files them by the cells that the attacks hit.
 
 use glam::Vec3;
 
-use super::contact::{edges, frames, of_all};
-use super::{AttackGrid, AttackGridSettings, Blow, Contact, Filed, cell_of};
+use super::contact::{all_contacts, edges, frames};
+use super::{AttackGrid, AttackGridSettings, AttackOption, Contact, FiledCell, cell_of};
 use crate::graph::NodeId;
 use crate::maps::paths::{self, PathSource, PathTable};
 use crate::maps::{BakedGraph, Retimable};
 use crate::math::in_parallel;
 
-/// A blow that is being considered.
+/// A candidate entry of the grid.
 #[derive(Clone, Copy)]
-struct Draft {
+struct Candidate {
     cell: [i16; 3],
-    strike: u32,
-    /// Seconds.
+    attack: u32,
+    /// Time until the hit plus the distance penalty, in seconds. Lower is better.
     cost: f32,
-    blow: Blow,
+    option: AttackOption,
 }
 
-pub(super) fn build(baked: &BakedGraph, settings: &AttackGridSettings) -> AttackGrid {
-    let graph = baked.graph();
-    let settings = AttackGridSettings {
-        cell: settings.cell.max(0.02),
-        ..*settings
-    };
-    // Attacks come when they come: no way to one is better for what could be retimed on it.
-    let nothing = Retimable {
-        faster: false,
-        slower: false,
-    };
-    let source = PathSource {
-        graph,
-        retimable: &vec![nothing; graph.edges().len()],
-        goals: &edges(baked),
-    };
-    let paths = paths::build(source, &settings.paths);
-    let contacts = of_all(baked, settings.drive);
-    let filing = Filing {
-        rate: graph.frame_rate() as f32,
-        notice: frames(graph, settings.notice),
-        settings: &settings,
-        paths: &paths,
-        contacts: &contacts,
-    };
-    let nodes = graph.nodes().len();
-    let filed = in_parallel(settings.paths.threads, nodes, |node| {
-        filing.of_node(NodeId(node as u32))
-    });
-    let mut grid = AttackGrid {
-        settings,
-        paths,
-        contacts,
-        first: vec![0],
-        cells: Vec::new(),
-        blows: Vec::new(),
-    };
-    for drafts in filed {
-        for of_cell in drafts.chunk_by(|a, b| a.cell == b.cell) {
-            grid.cells.push(Filed {
-                cell: of_cell[0].cell,
-                first: grid.blows.len() as u32,
-            });
-            grid.blows.extend(of_cell.iter().map(|draft| draft.blow));
+impl AttackGrid {
+    /// Finds the paths from all nodes to all attacks and files them in cells. The result does not
+    /// depend on the number of threads.
+    #[must_use]
+    pub fn new(baked: &BakedGraph, settings: &AttackGridSettings) -> Self {
+        let graph = baked.graph();
+        let settings = AttackGridSettings {
+            cell: settings.cell.max(0.02),
+            ..*settings
+        };
+        // An attacker may choose when to attack, so the share of a path that can be retimed does not
+        // make it better.
+        let nothing = Retimable {
+            faster: false,
+            slower: false,
+        };
+        let source = PathSource {
+            graph,
+            retimable: &vec![nothing; graph.edges().len()],
+            goals: &edges(baked),
+        };
+        let paths = paths::build(source, &settings.paths);
+        let contacts = all_contacts(baked, settings.reach_share);
+        let search = NodeSearch {
+            rate: graph.frame_rate() as f32,
+            min_frames: frames(graph, settings.min_seconds),
+            settings: &settings,
+            paths: &paths,
+            contacts: &contacts,
+        };
+        let nodes = graph.nodes().len();
+        let filed = in_parallel(settings.paths.threads, nodes, |node| {
+            search.of_node(NodeId(node as u32))
+        });
+        let mut grid = AttackGrid {
+            settings,
+            paths,
+            contacts,
+            first: vec![0],
+            cells: Vec::new(),
+            options: Vec::new(),
+        };
+        for candidates in filed {
+            for of_cell in candidates.chunk_by(|a, b| a.cell == b.cell) {
+                grid.cells.push(FiledCell {
+                    cell: of_cell[0].cell,
+                    first: grid.options.len() as u32,
+                });
+                grid.options
+                    .extend(of_cell.iter().map(|candidate| candidate.option));
+            }
+            grid.first.push(grid.cells.len() as u32);
         }
-        grid.first.push(grid.cells.len() as u32);
+        grid
     }
-    grid
 }
 
-/// What all nodes share.
-struct Filing<'a> {
+/// Data that the search shares among all nodes.
+struct NodeSearch<'a> {
     settings: &'a AttackGridSettings,
     paths: &'a PathTable,
     contacts: &'a [Vec<Contact>],
-    /// Frames a second.
+    /// Frame rate, in frames per second.
     rate: f32,
-    /// Frames.
-    notice: u32,
+    /// Minimum time until a hit, in frames.
+    min_frames: u32,
 }
 
-impl Filing<'_> {
-    /// What is kept of a node, by cell, the best first.
-    fn of_node(&self, node: NodeId) -> Vec<Draft> {
-        let mut drafts = Vec::new();
+impl NodeSearch<'_> {
+    /// Entries to keep for one node, sorted by cell and, within a cell, by cost.
+    fn of_node(&self, node: NodeId) -> Vec<Candidate> {
+        let mut candidates = Vec::new();
         for (id, path) in self.paths.ids(node).zip(self.paths.of(node)) {
             let contacts = self.contacts[path.evasion as usize].iter();
             for (contact, number) in contacts.zip(0..) {
                 let wait = u32::from(path.frames) + contact.frame;
-                if wait < self.notice {
+                if wait < self.min_frames {
                     continue;
                 }
                 let place = path.placement.point(contact.centre);
-                let blow = Blow {
+                let option = AttackOption {
                     path: id,
                     contact: number,
                 };
                 self.for_each_cell((place, contact.radius), |cell, away| {
-                    drafts.push(Draft {
+                    candidates.push(Candidate {
                         cell,
-                        strike: path.evasion,
-                        cost: wait as f32 / self.rate + self.settings.aside * away,
-                        blow,
+                        attack: path.evasion,
+                        cost: wait as f32 / self.rate + self.settings.distance_weight * away,
+                        option,
                     });
                 });
             }
         }
-        drafts.sort_unstable_by(|a, b| {
-            (a.cell, a.strike)
-                .cmp(&(b.cell, b.strike))
+        candidates.sort_unstable_by(|a, b| {
+            (a.cell, a.attack)
+                .cmp(&(b.cell, b.attack))
                 .then(a.cost.total_cmp(&b.cost))
-                .then(a.blow.cmp(&b.blow))
+                .then(a.option.cmp(&b.option))
         });
-        drafts.dedup_by_key(|draft| (draft.cell, draft.strike));
-        drafts.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost)));
+        candidates.dedup_by_key(|candidate| (candidate.cell, candidate.attack));
+        candidates.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.cost.total_cmp(&b.cost)));
         let mut kept = 0;
         let mut last = None;
-        drafts.retain(|draft| {
-            kept = if last == Some(draft.cell) {
+        candidates.retain(|candidate| {
+            kept = if last == Some(candidate.cell) {
                 kept + 1
             } else {
                 0
             };
-            last = Some(draft.cell);
+            last = Some(candidate.cell);
             kept < self.settings.most
         });
-        drafts
+        candidates
     }
 
-    /// The cells whose inner ball a sphere meets, each with the distance of its middle from the sphere's centre.
+    /// Calls `found` for each cell whose inscribed sphere touches the given sphere, with the
+    /// distance between the cell's centre and the sphere's centre.
     fn for_each_cell(&self, (centre, radius): (Vec3, f32), mut found: impl FnMut([i16; 3], f32)) {
         let side = self.settings.cell;
         let reach = radius + 0.5 * side;

@@ -1,23 +1,25 @@
 use glam::{Vec2, Vec3};
 
 use crate::graph::{EdgeId, MotionGraph};
-use crate::maps::{BakedGraph, MovingSphere, SphereKey, Strike};
+use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
 
-/// A moment of an attack at which it strikes: the foremost sphere of its limb then.
+/// The foremost sphere of an attack's limb at one moment of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Frames since the attack's start.
+    /// Time since the attack's start, in frames.
     pub frame: u32,
-    /// Centre of the sphere, in the character's frame at the attack's start, metres.
+    /// Centre of the sphere, in the character's frame at the attack's start, in metres.
     pub centre: Vec3,
-    /// Metres.
+    /// Radius of the sphere, in metres.
     pub radius: f32,
 }
 
-/// The contacts of an attack: one each frame, from where its foremost sphere has `drive` of its furthest reach until where that is
-/// largest. Reach is along the ground, from the root's place at the attack's start towards where the sphere gets.
-pub(super) fn contacts(baked: &BakedGraph, strike: &Strike, drive: f32) -> Vec<Contact> {
-    let spheres = baked.strike_spheres(strike);
+/// Finds the contacts of an attack, one for each frame. The first contact is where the foremost
+/// sphere has `reach_share` of its maximum reach, the last where its reach is at its maximum. Reach is
+/// measured along the ground, from the root's position at the attack's start towards the point of
+/// maximum reach.
+pub(super) fn contacts(baked: &BakedGraph, attack: &AttackMove, reach_share: f32) -> Vec<Contact> {
+    let spheres = baked.attack_spheres(attack);
     let ground = |key: &SphereKey| Vec2::new(key.center.x, key.center.z);
     let furthest = |sphere: &MovingSphere| {
         let keys = sphere.keys().iter().enumerate();
@@ -39,7 +41,7 @@ pub(super) fn contacts(baked: &BakedGraph, strike: &Strike, drive: f32) -> Vec<C
     };
     let keys = &sphere.keys()[..=last];
     let way = ground(&keys[last]).normalize_or(Vec2::Y);
-    let is_short = |key: &SphereKey| ground(key).dot(way) < drive * reach;
+    let is_short = |key: &SphereKey| ground(key).dot(way) < reach_share * reach;
     let first = keys.iter().rposition(is_short).map_or(0, |at| at + 1);
     (first..=last.max(first))
         .filter_map(|frame| {
@@ -53,20 +55,24 @@ pub(super) fn contacts(baked: &BakedGraph, strike: &Strike, drive: f32) -> Vec<C
         .collect()
 }
 
-/// For all attacks of a graph.
-pub(super) fn of_all(baked: &BakedGraph, drive: f32) -> Vec<Vec<Contact>> {
-    let strikes = baked.strikes().iter();
-    strikes
-        .map(|strike| contacts(baked, strike, drive))
+/// Contacts of all attacks of a graph.
+pub(super) fn all_contacts(baked: &BakedGraph, reach_share: f32) -> Vec<Vec<Contact>> {
+    let attack_moves = baked.attack_moves().iter();
+    attack_moves
+        .map(|attack| contacts(baked, attack, reach_share))
         .collect()
 }
 
-/// The edges of all attacks.
+/// Edges of all attacks.
 pub(super) fn edges(baked: &BakedGraph) -> Vec<EdgeId> {
-    baked.strikes().iter().map(|strike| strike.edge).collect()
+    baked
+        .attack_moves()
+        .iter()
+        .map(|attack| attack.edge)
+        .collect()
 }
 
-/// Seconds as whole frames, rounded up.
+/// Converts seconds to whole frames, rounded up.
 pub(super) fn frames(graph: &MotionGraph, seconds: f32) -> u32 {
     (seconds * graph.frame_rate() as f32).ceil().max(0.0) as u32
 }

@@ -1,10 +1,13 @@
-//! For every node, what to do about somebody who stands there: found once, for all places that the graph's attacks reach.
+//! For each graph node, a grid of the attacks that hit a target at a given place. The grid is
+//! computed once, for all places that the graph's attacks reach.
 //!
-//! Source: Lee & Lee, "Precomputing Avatar Behavior from Human Motion Data" (2004): at every node a grid over where the
-//! target is, seen from the avatar, and in each cell the best action. Differs: they find the actions by value iteration
-//! over target positions on the ground, one a cell, and approach by them as well. Here a cell is one of space, since a
-//! blow at the head is none at the knee; it holds several paths, each to another attack, with the moment at which the attack's
-//! limb is there; and where it holds none, whoever asks has to come nearer first (see [`avoid::duel`](crate::duel)).
+//! Source: Lee & Lee, "Precomputing Avatar Behavior from Human Motion Data" (2004). They store at
+//! each node a grid over the target's position relative to the avatar, with the best action in each
+//! cell. This module differs in three ways. Their cells are 2-D and hold one action; these cells
+//! are 3-D, because an attack to the head misses the knee, and hold several paths, each to another
+//! attack, with the frame at which the attack's limb is in the cell. They find actions by value
+//! iteration, which also plans the approach; this grid only covers attacks that start within the
+//! path horizon. If a cell is empty, the caller has to approach first (see [`duel`](crate::duel)).
 
 mod build;
 mod contact;
@@ -14,24 +17,30 @@ use serde::{Deserialize, Serialize};
 
 pub use contact::Contact;
 
-use super::{BakedGraph, PathId, PathReport, PathSettings, PathTable, Strike};
+use super::{AttackMove, BakedGraph, PathId, PathReport, PathSettings, PathTable};
 use crate::graph::NodeId;
 use crate::math::floor;
 
-/// What is filed in an [`AttackGrid`].
+/// Settings of an [`AttackGrid`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AttackGridSettings {
-    /// Side of a cell, metres; 0.02 at least. Default 0.15.
+    /// Side of a cell, in metres, at least 0.02. Default 0.15.
     pub cell: f32,
-    /// Most attacks of a cell, each by its best path. Default 4.
+    /// Maximum number of attacks in a cell. Each attack is stored with its best path. Default 4.
     pub most: u32,
-    /// No attack is filed that strikes sooner after the node, seconds: whoever is to avoid it needs some time. Default 0.4.
-    pub notice: f32,
-    /// An attack strikes from where its limb has this share of its furthest reach, until where that is largest. Default 0.8.
-    pub drive: f32,
-    /// What a metre between the striking sphere and the middle of a cell weighs, in seconds of waiting. Default 2.
-    pub aside: f32,
-    /// How far paths to attacks are followed, and how many of a node there are.
+    /// Minimum time from the node to the hit, in seconds. Faster attacks are left out, because the
+    /// defender needs time to avoid them. Default 0.4.
+    #[serde(rename = "notice")]
+    pub min_seconds: f32,
+    /// Share of the maximum reach at which an attack starts to hit. It stops hitting at maximum
+    /// reach. Default 0.8.
+    #[serde(rename = "drive")]
+    pub reach_share: f32,
+    /// Penalty for the distance between the attacking sphere and the cell's centre, in seconds per
+    /// metre. Default 2.
+    #[serde(rename = "aside")]
+    pub distance_weight: f32,
+    /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
 }
 
@@ -40,9 +49,9 @@ impl Default for AttackGridSettings {
         Self {
             cell: 0.15,
             most: 4,
-            notice: 0.4,
-            drive: 0.8,
-            aside: 2.0,
+            min_seconds: 0.4,
+            reach_share: 0.8,
+            distance_weight: 2.0,
             paths: PathSettings {
                 horizon: 2.0,
                 alike_distance: 0.10,
@@ -54,123 +63,120 @@ impl Default for AttackGridSettings {
     }
 }
 
-/// A path to an attack, and the moment at which that strikes the cell.
+/// A path to an attack, and the frame at which that attack hits the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Blow {
-    /// In [`AttackGrid::paths`]: the path to the attack's start.
+pub struct AttackOption {
+    /// Path to the attack's start, in [`AttackGrid::paths`].
     pub path: PathId,
-    /// Which of the attack's [`AttackGrid::contacts`].
+    /// Index of the contact in [`AttackGrid::contacts`] of the attack.
     pub contact: u32,
 }
 
-/// A cell of a node in which something is filed.
+/// A non-empty cell of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Filed {
-    /// x, y and z.
+struct FiledCell {
+    /// Cell coordinates: x, y and z.
     cell: [i16; 3],
     first: u32,
 }
 
-/// For each node the cells that an attack can strike, and how.
+/// For each node, the cells that attacks can hit, and the attacks that hit them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AttackGrid {
     settings: AttackGridSettings,
-    /// Where a path's evasion would stand there is an attack: its position in [`BakedGraph::strikes`].
+    /// Paths to attacks. [`NodePath::evasion`](super::NodePath::evasion) holds the attack's index
+    /// in [`BakedGraph::attack_moves`].
     paths: PathTable,
-    /// By strike.
+    /// Contacts of each attack, by its index in [`BakedGraph::attack_moves`].
     contacts: Vec<Vec<Contact>>,
-    /// For each node its first cell; one more at the end.
+    /// Index of each node's first cell. The last entry is the number of cells.
     first: Vec<u32>,
-    /// Of each node in order.
-    cells: Vec<Filed>,
-    /// Of each cell the best first.
-    blows: Vec<Blow>,
+    /// Non-empty cells, node by node, sorted within a node.
+    cells: Vec<FiledCell>,
+    /// Entries of the cells, cell by cell, best first.
+    options: Vec<AttackOption>,
 }
 
 impl AttackGrid {
-    /// Finds the paths from all nodes to all attacks, and files them. The same for any number of threads.
-    #[must_use]
-    pub fn new(baked: &BakedGraph, settings: &AttackGridSettings) -> Self {
-        build::build(baked, settings)
-    }
-
-    /// The settings that it was made with.
+    /// Settings that the grid was built with.
     #[must_use]
     pub fn settings(&self) -> &AttackGridSettings {
         &self.settings
     }
 
-    /// What strikes somebody at `target` (in the character's frame at the node), the best first.
+    /// Attacks that hit `target`, best first. `target` is in the character's frame at the node.
     #[must_use]
-    pub fn at(&self, node: NodeId, target: Vec3) -> &[Blow] {
+    pub fn at(&self, node: NodeId, target: Vec3) -> &[AttackOption] {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
         let cells = &self.cells[from as usize..to as usize];
         let Some(key) = cell_of(target, self.settings.cell) else {
             return &[];
         };
         match cells.binary_search_by_key(&key, |filed| filed.cell) {
-            Ok(index) => self.blows_of(from as usize + index),
+            Ok(index) => self.options_of(from as usize + index),
             Err(_) => &[],
         }
     }
 
-    /// The cells of a node, each with its blows, in order.
-    pub fn cells(&self, node: NodeId) -> impl Iterator<Item = ([i16; 3], &[Blow])> {
+    /// Non-empty cells of a node in sorted order, each with its attacks.
+    pub fn cells(&self, node: NodeId) -> impl Iterator<Item = ([i16; 3], &[AttackOption])> {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
-        (from as usize..to as usize).map(|index| (self.cells[index].cell, self.blows_of(index)))
+        (from as usize..to as usize).map(|index| (self.cells[index].cell, self.options_of(index)))
     }
 
-    fn blows_of(&self, cell: usize) -> &[Blow] {
+    fn options_of(&self, cell: usize) -> &[AttackOption] {
         let end = self.cells.get(cell + 1);
-        let end = end.map_or(self.blows.len(), |next| next.first as usize);
-        &self.blows[self.cells[cell].first as usize..end]
+        let end = end.map_or(self.options.len(), |next| next.first as usize);
+        &self.options[self.cells[cell].first as usize..end]
     }
 
-    /// The paths to attacks. What [`NodePath::evasion`](super::NodePath::evasion) says is the attack's position in
-    /// [`BakedGraph::strikes`].
+    /// Paths to attacks. [`NodePath::evasion`](super::NodePath::evasion) holds the attack's index
+    /// in [`BakedGraph::attack_moves`].
     #[must_use]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
-    /// The attack that a path leads to.
+    /// Attack at the end of a path.
     #[must_use]
-    pub fn strike<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a Strike {
-        &baked.strikes()[self.paths.path(path).evasion as usize]
+    pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
+        &baked.attack_moves()[self.paths.path(path).evasion as usize]
     }
 
-    /// Where and when an attack strikes, by its position in [`BakedGraph::strikes`].
+    /// Contacts of an attack, by its index in [`BakedGraph::attack_moves`].
     #[must_use]
-    pub fn contacts(&self, strike: usize) -> &[Contact] {
-        &self.contacts[strike]
+    pub fn contacts(&self, attack: usize) -> &[Contact] {
+        &self.contacts[attack]
     }
 
-    /// The moment of a blow.
+    /// Contact at which the attack hits.
     #[must_use]
-    pub fn contact(&self, blow: Blow) -> Contact {
-        let strike = self.paths.path(blow.path).evasion as usize;
-        self.contacts[strike][blow.contact as usize]
+    pub fn contact(&self, option: AttackOption) -> Contact {
+        let attack = self.paths.path(option.path).evasion as usize;
+        self.contacts[attack][option.contact as usize]
     }
 
-    /// Frames from the node to the blow.
+    /// Time from the node to the hit, in frames.
     #[must_use]
-    pub fn frames(&self, blow: Blow) -> u32 {
-        u32::from(self.paths.path(blow.path).frames) + self.contact(blow).frame
+    pub fn frames(&self, option: AttackOption) -> u32 {
+        u32::from(self.paths.path(option.path).frames) + self.contact(option).frame
     }
 
-    /// Where attacks from a node strike on the whole, in the character's frame there: at which bearing (radians, 0 ahead, π/2 to the
-    /// left), and how far away (metres). Soon ones weigh more. `None` where none is filed. A guard is not held with the hips
-    /// square to whom it is held against, so this, and not the way that the character faces, says where it looks.
+    /// Weighted mean bearing (in radians, 0 is ahead, π/2 is to the left) and distance (in metres)
+    /// at which attacks from a node hit, in the character's frame there. Attacks that hit sooner
+    /// have a larger weight. Returns `None` if the node has no attacks. A fighter in guard stands
+    /// with the hips at an angle to the opponent, so this bearing, not the character's facing
+    /// direction, tells where the fighter aims.
     #[must_use]
     pub fn aim(&self, node: NodeId) -> Option<(f32, f32)> {
-        /// Frames: an attack that is so far away weighs half.
+        /// Delay at which an attack's weight is one half, in frames.
         const SOON: f32 = 15.0;
         let (mut way, mut reach, mut all) = (Vec2::ZERO, 0.0, 0.0);
-        for &blow in self.cells(node).flat_map(|(_, blows)| blows) {
-            let path = self.paths.path(blow.path);
-            let place = path.placement.point(self.contact(blow).centre);
+        for &option in self.cells(node).flat_map(|(_, options)| options) {
+            let path = self.paths.path(option.path);
+            let place = path.placement.point(self.contact(option).centre);
             let place = Vec2::new(place.x, place.z);
-            let late = self.frames(blow) as f32 / SOON;
+            let late = self.frames(option) as f32 / SOON;
             let weight = 1.0 / (1.0 + late * late * late);
             way += place.normalize_or(Vec2::Y) * weight;
             reach += place.length() * weight;
@@ -179,15 +185,15 @@ impl AttackGrid {
         (all > 0.0).then(|| (way.x.atan2(way.y), reach / all))
     }
 
-    /// How much there is of everything.
+    /// Counts of nodes, cells, entries and bytes.
     #[must_use]
     pub fn report(&self) -> AttackGridReport {
         AttackGridReport {
             nodes: self.first.len() as u64 - 1,
             cells: self.cells.len() as u64,
-            blows: self.blows.len() as u64,
+            options: self.options.len() as u64,
             bytes: (size_of_val(self.cells.as_slice())
-                + size_of_val(self.blows.as_slice())
+                + size_of_val(self.options.as_slice())
                 + size_of_val(self.first.as_slice())) as u64,
             path_bytes: self.paths.bytes() as u64,
             paths: self.paths.report(),
@@ -195,24 +201,25 @@ impl AttackGrid {
     }
 }
 
-/// How large an [`AttackGrid`] is.
+/// Size of an [`AttackGrid`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttackGridReport {
-    /// Of the graph.
+    /// Number of nodes in the graph.
     pub nodes: u64,
-    /// Cells of all nodes in which something is filed.
+    /// Number of non-empty cells of all nodes.
     pub cells: u64,
-    /// What is filed in them.
-    pub blows: u64,
-    /// Of cells and blows in memory.
+    /// Number of entries in all cells.
+    #[serde(rename = "blows")]
+    pub options: u64,
+    /// Memory of cells and entries, in bytes.
     pub bytes: u64,
-    /// Of the paths.
+    /// Memory of the paths, in bytes.
     pub path_bytes: u64,
-    /// How the search for paths went.
+    /// Statistics of the path search.
     pub paths: PathReport,
 }
 
-/// The cell that a place lies in; `None` for one that is thousands of cells away.
+/// Cell that contains a place, or `None` if the place is too far away for 16-bit coordinates.
 fn cell_of(place: Vec3, side: f32) -> Option<[i16; 3]> {
     let axis = |value: f32| i16::try_from(floor(value / side)).ok();
     Some([axis(place.x)?, axis(place.y)?, axis(place.z)?])

@@ -1,37 +1,37 @@
-//! Paths of all nodes at once, backwards from the evasions (or from what else they shall lead to).
+//! Finds the paths of all nodes to evasions (or other goals), backwards from the goals.
 //!
-//! A path of n frames from a node is one of its edges, of m frames, and a path of n - m frames from
-//! where that leads: in the order of n, everything that is needed is there already. Every layer of
-//! n is one pass over the edges, whatever the number of routes.
+//! A path of n frames from a node is an edge of m frames followed by a path of n - m frames from
+//! the edge's end. If paths are built in the order of n, the shorter paths already exist. Each
+//! length n needs one pass over the edges, regardless of the number of routes.
 
 use super::{Link, NodePath, PathId, PathReport, PathSettings, PathTable};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, NodeId};
 use crate::maps::Retimable;
 use crate::math::{Rigid2, in_parallel};
 
-/// What paths are found in.
+/// Input of the path search.
 #[derive(Clone, Copy)]
 pub(in crate::maps) struct PathSource<'a> {
     pub graph: &'a MotionGraph,
     pub retimable: &'a [Retimable],
-    /// The edges that paths lead to; their positions are [`NodePath::evasion`].
+    /// Edges that paths lead to. [`NodePath::evasion`] is an index into this list.
     pub goals: &'a [EdgeId],
 }
 
-/// A path that is being considered.
+/// A candidate path.
 #[derive(Clone, Copy)]
 struct Draft {
     link: Link,
     path: NodePath,
-    /// What its transitions cost in looks: the smaller the better.
+    /// Sum of the transitions' costs. Lower is better.
     cost: f32,
 }
 
-/// The paths of one node so far.
+/// Paths of one node that were found so far.
 #[derive(Clone, Default)]
 struct Drafts {
     all: Vec<Draft>,
-    /// For each number of frames the first one in `all`.
+    /// Index in `all` of the first path of each number of frames.
     by_frames: Vec<u32>,
 }
 
@@ -77,17 +77,17 @@ fn table(graph: &MotionGraph, nodes: &[Drafts], report: PathReport) -> PathTable
     table
 }
 
-/// What all layers share.
+/// Data that all layers share.
 struct Layers<'a> {
     source: PathSource<'a>,
     settings: &'a PathSettings,
-    /// Frames of the horizon.
+    /// Horizon, in frames.
     longest: usize,
-    /// Most paths of a node in a layer.
+    /// Maximum number of paths of a node in a layer.
     most: usize,
-    /// For each edge the character's frame at its end in that at its start.
+    /// For each edge, the character's frame at its end, relative to that at its start.
     steps: Vec<Rigid2>,
-    /// For each node the goal that starts there.
+    /// For each node, the goal that starts there.
     starts: Vec<Option<u32>>,
 }
 
@@ -114,7 +114,7 @@ impl<'a> Layers<'a> {
         }
     }
 
-    /// The paths of `frames` frames from a node.
+    /// Paths of exactly `frames` frames from a node.
     fn paths(&self, nodes: &[Drafts], node: NodeId, frames: usize) -> (Vec<Draft>, PathReport) {
         let mut found = Vec::new();
         if let (0, Some(evasion)) = (frames, self.starts[node.index()]) {
@@ -149,7 +149,7 @@ impl<'a> Layers<'a> {
         self.select(found)
     }
 
-    /// `rest` with an edge before it.
+    /// Path that starts with `edge` and continues with `rest`.
     fn extended(&self, edge: EdgeId, link: Link, rest: &Draft) -> Option<Draft> {
         let graph = self.source.graph;
         let frames = u16::try_from(graph.edge(edge).frames).ok()?;
@@ -159,7 +159,8 @@ impl<'a> Layers<'a> {
         };
         Some(Draft {
             link,
-            // Where the rest will be among all paths is not known yet: its place among its node's.
+            // The final index of `rest` is not known yet. The index among its node's paths stands
+            // in for it.
             path: rest.path.after(
                 (edge, PathId(link.rest)),
                 (frames, self.source.retimable[edge.index()]),
@@ -169,8 +170,8 @@ impl<'a> Layers<'a> {
         })
     }
 
-    /// Of alike paths the best one, and of the others as many as there is room for: of each evasion
-    /// the best, then of each the second best, and so on.
+    /// Selects the paths to keep: the best one of each group of similar paths, limited to `most` in
+    /// turns: first the best of each evasion, then the second best of each, and so on.
     fn select(&self, found: Vec<Draft>) -> (Vec<Draft>, PathReport) {
         let mut report = PathReport::default();
         let all = found.len();
@@ -206,10 +207,10 @@ impl<'a> Layers<'a> {
         (ranked.into_iter().map(|(_, draft)| draft).collect(), report)
     }
 
-    /// Equal for paths of one length that are alike.
+    /// Key that is equal for similar paths of one length.
     fn key(&self, path: &NodePath) -> [i32; 6] {
-        // A fifth of a second more or less that can be retimed makes a different path, and so does
-        // having anything to retime at all.
+        // Paths count as different if their retimable durations differ by a fifth of a second, or
+        // if only one of them can be retimed.
         let fifth = ((self.source.graph.frame_rate() / 5.0) as u16).max(1);
         let share = |frames: u16| match frames {
             0 => -1,
@@ -229,7 +230,7 @@ impl<'a> Layers<'a> {
     }
 }
 
-/// Which of two paths looks better; the same order on every machine.
+/// Orders two paths by quality. The order is the same on every machine.
 fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
     let place = |draft: &Draft| (draft.link.edge, draft.link.rest);
     a.cost
@@ -237,10 +238,11 @@ fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
         .then_with(|| place(a).cmp(&place(b)))
 }
 
-/// What a transition costs beside its distance, metres: fewer are better.
+/// Fixed cost of each transition in addition to its distance, in metres. It favours paths with
+/// fewer transitions.
 const TRANSITION_COST: f32 = 0.02;
 
-/// For each edge the character's frame at its end in that at its start.
+/// For each edge, the character's frame at its end, relative to that at its start.
 pub(super) fn steps(graph: &MotionGraph) -> Vec<Rigid2> {
     let placements: Vec<Rigid2> = graph
         .nodes()

@@ -1,13 +1,13 @@
-//! For every node, the ways from it to an evasion: found once, when a graph is baked.
+//! For each node, the paths from it to evasions. They are found once, during the bake.
 //!
-//! Source: Masaoka & Oshita, section 4.1: for every node every path within a time horizon that ends
-//! in an evasion. Differs: a graph of real motion has millions of paths from a node, nearly all of
-//! them different routes to the same answer. What matters of a path is which evasion starts when,
-//! where and facing where, and how much of the way can be retimed: of paths that are alike in all
-//! of that the one with the best transitions is kept, and what a limit drops is counted.
+//! Source: Masaoka & Oshita, section 4.1: for each node, every path within a time horizon that ends
+//! in an evasion. Differs: a graph of real motion has millions of paths from a node, most of which
+//! are different routes to the same result. A path's result is the evasion, its start time, the
+//! place and heading at its start, and how much of the path can be retimed. Of paths with similar
+//! results, only the one with the best transitions is kept. Paths that a limit removes are counted.
 //!
-//! A path from a node is an edge and then a path from the node that the edge leads to, so that all
-//! of them share their ends: two numbers a path are enough to write them down.
+//! A path is stored as its first edge and the path from that edge's end, so that paths share their
+//! ends. That takes two numbers for each path.
 
 mod build;
 mod restore;
@@ -20,26 +20,29 @@ use super::Retimable;
 use crate::graph::{EdgeId, NodeId};
 use crate::math::{Rigid2, floor};
 
-/// How far paths are followed, and how many are kept.
+/// Settings of the path search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathSettings {
-    /// Paths last at most this long at rate 1 until their evasion starts, seconds. Default 2.
+    /// Maximum duration of a path at rate 1, from the node to the evasion's start, in seconds.
+    /// Default 2.
     pub horizon: f32,
-    /// Paths to the same evasion at the same time are alike when it starts in one cell of a grid
-    /// with this side, metres; 0.001 at least. Default 0.05.
+    /// Cell size for similar places, in metres, at least 0.001. Paths to the same evasion at the
+    /// same time are similar if the evasion starts in the same cell. Default 0.05.
     pub alike_distance: f32,
-    /// And when the character faces into one cell of this size then, radians; 0.001 at least.
-    /// Default 5°.
+    /// Cell size for similar headings at the evasion's start, in radians, at least 0.001. Default
+    /// 5°.
     pub alike_angle: f32,
-    /// Most paths of a node. They are shared out evenly among the frames of the horizon, and there
-    /// among the evasions. All nodes together have [`PathSettings::MOST_OF_ALL`] at most. Default 960.
+    /// Maximum number of paths of a node. They are distributed evenly over the frames of the
+    /// horizon and, within a frame, over the evasions. All nodes together have at most
+    /// [`PathSettings::MOST_OF_ALL`] paths. Default 960.
     pub most: u32,
-    /// Threads; 0 for as many as the machine has. The paths are the same for any number.
+    /// Number of threads, or 0 for one thread per CPU core. The paths do not depend on it.
     pub threads: usize,
 }
 
 impl PathSettings {
-    /// Most paths of all nodes together, some 4 GB while they are sought: what is beyond is cut off, and counted.
+    /// Maximum number of paths of all nodes, which take about 4 GB during the search. Paths beyond
+    /// it are removed and counted.
     pub const MOST_OF_ALL: usize = 1 << 26;
 }
 
@@ -55,42 +58,41 @@ impl Default for PathSettings {
     }
 }
 
-/// How the search for all paths went.
+/// Statistics of the path search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PathReport {
-    /// Paths of all nodes that were kept.
+    /// Number of paths that were kept, of all nodes.
     pub kept: u64,
-    /// Paths that were left out since an alike one is there.
+    /// Number of paths that were removed because a similar path was kept.
     pub alike: u64,
-    /// Paths that [`PathSettings::most`] left out, different from all that were kept.
+    /// Number of paths that [`PathSettings::most`] removed although no similar path was kept.
     pub cut: u64,
 }
 
-/// A path in the [`PathTable`].
+/// Index of a path in the [`PathTable`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PathId(pub u32);
 
 /// A path from a node to an evasion's start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePath {
-    /// The first edge, and the path from its end; `None` where the evasion starts at the node.
+    /// First edge and the path from its end, or `None` if the evasion starts at the node.
     pub(super) next: Option<(EdgeId, PathId)>,
-    /// Position in [`BakedGraph::evasions`](super::BakedGraph::evasions) of the evasion that
-    /// follows.
+    /// Index of the evasion in [`BakedGraph::evasions`](super::BakedGraph::evasions).
     pub evasion: u32,
-    /// Frames until it starts, at rate 1.
+    /// Number of frames until the evasion starts, at rate 1.
     pub frames: u16,
-    /// Of these, frames of edges that may be played faster.
+    /// Number of those frames on edges that may be played faster.
     pub faster: u16,
-    /// And slower.
+    /// Number of those frames on edges that may be played slower.
     pub slower: u16,
-    /// The character's frame (root on the ground, facing +Z) at the evasion's start, in that at the
-    /// node.
+    /// Character's frame (root on the ground, facing +Z) at the evasion's start, relative to that
+    /// at the node.
     pub placement: Rigid2,
 }
 
 impl NodePath {
-    /// The path without an edge: the evasion starts at the node.
+    /// Path without edges: the evasion starts at the node.
     fn start(evasion: u32) -> Self {
         Self {
             next: None,
@@ -102,10 +104,10 @@ impl NodePath {
         }
     }
 
-    /// Where its evasion starts, in the grid whose cells hold what is alike: x, z and heading.
+    /// Cell of the place and heading at the evasion's start: x, z and heading.
     #[must_use]
     pub fn alike_cell(&self, distance: f32, angle: f32) -> [i32; 3] {
-        /// With no side at all everything would be infinitely far, and so all in one cell.
+        /// Minimum cell size. It keeps the cell indices finite.
         const SHORTEST: f32 = 1e-3;
         let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
         [
@@ -115,8 +117,8 @@ impl NodePath {
         ]
     }
 
-    /// This path with an edge before it, of so many frames, that takes the character a `step` on;
-    /// `None` for more frames than a path can have.
+    /// Returns this path with an edge in front of it. `frames` is the edge's length, `step` its
+    /// displacement. Returns `None` if the path would have too many frames.
     fn after(
         self,
         next: (EdgeId, PathId),
@@ -138,7 +140,8 @@ impl NodePath {
 /// The paths of all nodes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathTable {
-    /// For each node its first path; one more at the end. A node's paths come by their length.
+    /// Index of each node's first path. The last entry is the number of paths. The paths of a node
+    /// are sorted by length.
     first: Vec<u32>,
     links: Vec<Link>,
     report: PathReport,
@@ -146,17 +149,18 @@ pub struct PathTable {
     paths: Vec<NodePath>,
 }
 
-/// A path as files hold it.
+/// A path as it is stored in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Link {
-    /// Which of the node's edges, from 1; 0 where the evasion starts at once.
+    /// Number of the edge among the node's edges, from 1, or 0 if the evasion starts at the node.
     edge: u32,
-    /// Which of the paths from that edge's end; the evasion where it starts at once.
+    /// Index of the rest among the paths from the edge's end, or the evasion's index if `edge` is
+    /// 0.
     rest: u32,
 }
 
 impl PathTable {
-    /// The paths from a node, short ones first.
+    /// Paths from a node, sorted by length.
     #[must_use]
     pub fn of(&self, node: NodeId) -> &[NodePath] {
         &self.paths[self.first[node.index()] as usize..self.first[node.index() + 1] as usize]
@@ -166,19 +170,19 @@ impl PathTable {
         &self.paths
     }
 
-    /// The ids of [`PathTable::of`], in its order.
+    /// Ids of the paths in [`PathTable::of`], in the same order.
     #[must_use]
     pub fn ids(&self, node: NodeId) -> impl ExactSizeIterator<Item = PathId> + use<> {
         (self.first[node.index()]..self.first[node.index() + 1]).map(PathId)
     }
 
-    /// One path.
+    /// The path with an id.
     #[must_use]
     pub fn path(&self, id: PathId) -> &NodePath {
         &self.paths[id.0 as usize]
     }
 
-    /// The edges of a path, the evasion's own not among them.
+    /// Edges of a path, without the evasion's edge.
     pub fn edges(&self, id: PathId) -> impl Iterator<Item = EdgeId> + '_ {
         let mut next = self.path(id).next;
         std::iter::from_fn(move || {
@@ -188,13 +192,13 @@ impl PathTable {
         })
     }
 
-    /// How many paths, and how many were left out.
+    /// Statistics of the path search.
     #[must_use]
     pub fn report(&self) -> PathReport {
         self.report
     }
 
-    /// What it takes in memory, bytes.
+    /// Memory of the table, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(self.first.as_slice())

@@ -1,4 +1,4 @@
-//! What files do not hold of paths, made again from what they hold.
+//! Rebuilds the path data that is derived on load and not stored in the file.
 
 use super::build::steps;
 use super::{Link, NodePath, PathId, PathTable};
@@ -7,7 +7,7 @@ use crate::maps::{Evasion, Retimable};
 use crate::math::Rigid2;
 
 impl PathTable {
-    /// The table with its paths, checked against the graph that it is of.
+    /// Rebuilds the paths of a table from a file and checks them against the graph.
     pub(in crate::maps) fn restored(
         self,
         graph: &MotionGraph,
@@ -51,16 +51,17 @@ struct Restorer<'a> {
     paths: Vec<Option<NodePath>>,
 }
 
-/// What a link says.
+/// Decoded form of a [`Link`].
 enum Meaning {
     /// The evasion starts at the node.
     Start(u32),
-    /// An edge, and the rest of the path.
+    /// The path starts with an edge and continues with another path.
     Edge(EdgeId, PathId),
 }
 
 impl Restorer<'_> {
-    /// `None` where a link points nowhere or a path comes back to itself.
+    /// Rebuilds all paths, or returns `None` if a link points outside the table or a path contains
+    /// itself.
     fn run(mut self) -> Option<Vec<NodePath>> {
         let mut owners = Vec::with_capacity(self.paths.len());
         for (node, ends) in (0..).zip(self.table.first.windows(2)) {
@@ -83,8 +84,8 @@ impl Restorer<'_> {
                                 self.paths[path as usize] = self.extended(edge, rest, &known);
                                 self.paths[path as usize]?;
                             }
-                            // A path is shorter than any that it is a part of; one that is its own
-                            // part makes this pile grow beyond all frames of a path.
+                            // Every path is longer than its rest, so a chain has at most `u16::MAX`
+                            // paths. A path that contains itself exceeds this.
                             None if open.len() > usize::from(u16::MAX) => return None,
                             None => {
                                 open.push(rest.0);

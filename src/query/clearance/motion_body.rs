@@ -150,7 +150,7 @@ impl Posed<'_> {
     fn upright(&self, tick: usize) -> [f32; 5] {
         let seconds = tick as f32 / SAMPLE_RATE;
         let playhead = self.motion.playhead(self.baked.graph(), seconds);
-        let upright = self.baked.upright(playhead.edge, playhead.frame);
+        let upright = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
         let upright = upright.placed(playhead.clip_to_world);
         let [x, z] = upright.axis.to_array();
         [x, z, upright.radius, upright.low, upright.high]

@@ -7,7 +7,9 @@
 use super::groups::{Group, Groups, LANES};
 use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks};
 use super::{Counted, CullCandidate, CullInput, Overlap};
-use crate::maps::{BitMap, MapTurn, MaskMap, NearMap, NearRegion, RegionMaps, SlabMaps};
+use crate::maps::{
+    BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
+};
 use crate::math::{Isa, Lookup, Words};
 
 /// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
@@ -52,7 +54,7 @@ impl Culler {
         overlaps.clear();
         self.isa.look_up(Counting {
             input,
-            near: input.atlas.near(),
+            near: input.atlas.coarse(),
             attack: (&self.texels, &self.groups),
             counted: self.counted,
             overlaps,
@@ -63,7 +65,7 @@ impl Culler {
 /// All candidates against the attack's blocks.
 struct Counting<'a> {
     input: &'a CullInput<'a>,
-    near: &'a [NearRegion],
+    near: &'a [CoarseRegion],
     attack: (&'a AttackTexels, &'a Groups),
     counted: Counted,
     overlaps: &'a mut Vec<Overlap>,
@@ -81,7 +83,8 @@ impl Lookup for Counting<'_> {
                 texels,
                 turn: candidate.turn,
                 steps: Steps::new(candidate.turn),
-                widest: (2 * self.input.atlas.grid().attack_pitch as i32) << (MapTurn::SHIFT - 1),
+                widest: (2 * self.input.atlas.grid().attack_pitch as i32)
+                    << (FixedTransform2::SHIFT - 1),
                 words,
             };
             let maps = CandidateMaps {
@@ -123,7 +126,7 @@ struct Steps {
 
 impl Steps {
     #[inline(always)]
-    fn new(turn: MapTurn) -> Self {
+    fn new(turn: FixedTransform2) -> Self {
         let (mut x, mut z) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
         for k in 0..BLOCK_TEXELS {
             let (du, dv) = (2 * (k % BLOCK) as i32, 2 * (k / BLOCK) as i32);
@@ -137,7 +140,7 @@ impl Steps {
 /// One candidate's look at the attack.
 struct Look<'a, W> {
     texels: &'a AttackTexels,
-    turn: MapTurn,
+    turn: FixedTransform2,
     steps: Steps,
     /// |cos| + |sin| of a turn, in its fixed point, is no more.
     widest: i32,
@@ -147,7 +150,7 @@ struct Look<'a, W> {
 /// The maps of one candidate.
 struct CandidateMaps<'a> {
     candidate: &'a CullCandidate,
-    near: &'a [NearMap],
+    near: &'a [CoarseMap],
     region: &'a RegionMaps,
 }
 
@@ -190,7 +193,7 @@ impl<W: Words> Look<'_, W> {
 
     /// Which of the blocks may share something with the maps.
     #[inline(always)]
-    fn meets(&self, group: &Group, near: &NearMap, counted: Counted) -> Met {
+    fn meets(&self, group: &Group, near: &CoarseMap, counted: Counted) -> Met {
         let turn = self.turn;
         // More than a turn stretches blocks beyond what cells know.
         if turn.a.abs().saturating_add(turn.b.abs()) > self.widest {
@@ -265,8 +268,12 @@ impl<W: Words> Look<'_, W> {
         let [u, v] = self.texels.places[block];
         let (x, z) = self.turn.start(2 * u + 1, 2 * v + 1);
         [
-            self.steps.x.map(|step| (x + step) >> MapTurn::SHIFT),
-            self.steps.z.map(|step| (z + step) >> MapTurn::SHIFT),
+            self.steps
+                .x
+                .map(|step| (x + step) >> FixedTransform2::SHIFT),
+            self.steps
+                .z
+                .map(|step| (z + step) >> FixedTransform2::SHIFT),
         ]
     }
 

@@ -11,7 +11,7 @@ use glam::Vec3;
 
 use super::Scene;
 use super::steps::Steps;
-use crate::maps::{Cut, Disc, HALF_DIAGONAL, MapGrid, MapRect, MapTurn, ROUNDING, Slab};
+use crate::maps::{Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, ROUNDING, Slab};
 use crate::math::floor;
 
 /// The attack's discs, in the frame that the paths start in.
@@ -71,7 +71,7 @@ impl AttackDrawing {
         reach: &Reach,
         scratch: &mut Steps,
     ) -> bool {
-        let grid = scene.atlas.grid().of_attacks();
+        let grid = scene.atlas.grid().for_attacks();
         // Without time every clock draws the same.
         let clocks = match grid.is_timed() {
             true => scene.clocks,
@@ -88,7 +88,7 @@ impl AttackDrawing {
         let pen = Pen {
             grid,
             rect,
-            inner: ROUNDING + MapTurn::error(rect.width, rect.height),
+            inner: ROUNDING + FixedTransform2::error(rect.width, rect.height),
             outer: HALF_DIAGONAL + ROUNDING,
         };
         let mut around = MapRect::default();

@@ -21,7 +21,7 @@ pub use path::{CullPath, UnknownCullPath};
 pub(super) use scene::{PlacedRegion, Scene};
 pub(super) use steps::Steps;
 
-use crate::maps::{MapTurn, RegionAtlas, RegionId};
+use crate::maps::{FixedTransform2, RegionAtlas, RegionId};
 
 /// What a culling path is given.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +42,7 @@ pub struct CullCandidate {
     /// Which of the attack's clocks it goes by: layers of other clocks are not its.
     pub clock: u32,
     /// From the attack's maps to the evasion's frame.
-    pub turn: MapTurn,
+    pub turn: FixedTransform2,
     /// Whether the attack may come near where or when the maps know nothing: then an
     /// [`Overlap::outer`] of 0 proves nothing.
     pub open: bool,

@@ -53,7 +53,7 @@ impl Steps {
     /// clock draws.
     pub(super) fn take(&mut self, scene: &Scene<'_>, reach: &Reach) {
         let (clocks, attack) = (scene.clocks, scene.attack);
-        let grid = scene.atlas.grid().of_attacks();
+        let grid = scene.atlas.grid().for_attacks();
         self.steps.clear();
         self.untimed.clear();
         self.touched.clear();
@@ -187,15 +187,15 @@ impl Step {
 impl Steps {
     /// Finds out of which steps some candidate's inner maps can meet something, and in which slabs those are.
     fn meet_inner(&mut self, scene: &Scene<'_>) {
-        let (grid, regions) = (scene.atlas.grid(), scene.atlas.near());
+        let (grid, regions) = (scene.atlas.grid(), scene.atlas.coarse());
         for placed in scene.placed {
             let inner = regions[placed.region.index()].inner;
-            let rect = grid.around_turned(inner, placed.placement);
+            let rect = grid.transformed_rect(inner, placed.placement);
             let (bit, offset) = (clock_bit(placed.clock), scene.clocks[placed.clock as usize]);
             let (mut low, mut end) = (i32::MAX, i32::MIN);
             if !rect.is_empty() {
                 for step in &mut self.steps {
-                    let near = meets((step.centre, step.within), grid.of_attacks(), rect);
+                    let near = meets((step.centre, step.within), grid.for_attacks(), rect);
                     if near && step.slices(grid, offset).is_some() {
                         step.met_inner |= bit;
                         (low, end) = (low.min(step.slabs.0), end.max(step.slabs.1 + 1));
@@ -212,7 +212,7 @@ impl Steps {
 
     /// Finds out which steps some candidate's outer or body maps can meet.
     fn meet(&mut self, scene: &Scene<'_>) {
-        let (grid, regions) = (scene.atlas.grid(), scene.atlas.near());
+        let (grid, regions) = (scene.atlas.grid(), scene.atlas.coarse());
         for placed in scene.placed {
             let bit = clock_bit(placed.clock);
             let offset = scene.clocks[placed.clock as usize];

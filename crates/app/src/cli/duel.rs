@@ -187,13 +187,13 @@ fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
     let AttackGridReport {
         nodes,
         cells,
-        blows,
+        options,
         bytes,
         paths,
         path_bytes,
     } = filed.grid.report();
     let mut text = format!(
-        "attacks of {nodes} nodes filed in {:.2} s: {} paths, {cells} cells, {blows} blows; {:.1} MB, and {:.1} MB of paths\n\n",
+        "attacks of {nodes} nodes filed in {:.2} s: {} paths, {cells} cells, {options} entries; {:.1} MB, and {:.1} MB of paths\n\n",
         filed.seconds,
         paths.kept,
         bytes as f64 * 1e-6,

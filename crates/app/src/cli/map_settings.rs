@@ -152,7 +152,7 @@ fn text(rows: &[Row], attacks: usize) -> String {
             row.maps.slices.to_string(),
             format!("{:.2}", row.maps.slab_height),
             format!("{:.2}", 100.0 * row.maps.texel),
-            format!("{:.2}", 100.0 * row.maps.of_attacks().texel),
+            format!("{:.2}", 100.0 * row.maps.for_attacks().texel),
             percent(row.tally.weak()),
             percent(row.tally.wrong()),
             percent(row.tally.undecided_share()),

@@ -1,44 +1,55 @@
-//! From single drawn maps to the maps of regions: which drawing is which slab's and slice's, and
-//! all slices of a slab put together as masks in the smallest rectangle.
+//! Collects drawn maps into the maps of regions. Each drawing is assigned to its event, slab and
+//! slice, and all slices of a slab are merged into masks in the smallest rectangle.
 
 use super::drawings::{EventDrawings, Part};
-use super::{AttackMaps, BitMap, DrawnMaps, MapGrid, MapRect, MaskMap, RegionMaps, Slab, SlabMaps};
+use super::raster::EvasionMaps;
+use super::region_maps::{AttackMaps, RegionMaps, SlabMaps};
+use super::{BitMap, MapGrid, MapRect, MaskMap, Slab};
 
-/// What an event is.
+/// The maps that a rasterizer drew for a [`Baker`](super::Baker).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DrawnMaps {
+    /// Maps of [`Baker::every_frame_drawings`](super::Baker::every_frame_drawings), in order.
+    pub every_frame: Vec<EvasionMaps>,
+    /// Maps of [`Baker::any_frame_drawings`](super::Baker::any_frame_drawings), in order.
+    pub any_frame: Vec<BitMap>,
+}
+
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Evasion,
     Attack,
 }
 
-/// Whose map a drawing is.
+/// Event and part that a drawing belongs to.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Member {
-    /// Position among all events.
+pub(super) struct DrawingOwner {
+    /// Index of the event among all events.
     pub event: usize,
     pub part: Part,
 }
 
-/// An event whose maps are awaited.
+/// An event whose maps are not yet drawn.
 #[derive(Clone, Copy, Debug)]
-struct Awaited {
+struct PendingEvent {
     kind: Kind,
     first_slab: Slab,
     slabs: usize,
     seconds: f32,
 }
 
-/// All events of a bake, and which drawing belongs to which of them.
+/// All events of a bake, with the event of each drawing.
 #[derive(Clone, Debug)]
-pub(super) struct Gathering {
+pub(super) struct MapCollector {
     grid: MapGrid,
-    events: Vec<Awaited>,
-    /// By drawing; those of one event stand together.
-    pub every_frame: Vec<Member>,
-    pub any_frame: Vec<Member>,
+    events: Vec<PendingEvent>,
+    /// Owner of each drawing. Drawings of one event are consecutive.
+    pub every_frame: Vec<DrawingOwner>,
+    pub any_frame: Vec<DrawingOwner>,
 }
 
-impl Gathering {
+impl MapCollector {
     pub(super) fn new(grid: MapGrid) -> Self {
         Self {
             grid,
@@ -48,24 +59,24 @@ impl Gathering {
         }
     }
 
-    /// Takes note of an event; returns its position.
+    /// Adds an event and returns its index.
     pub(super) fn event(&mut self, kind: Kind, drawings: &EventDrawings) -> usize {
-        self.events.push(Awaited {
+        self.events.push(PendingEvent {
             kind,
-            first_slab: Slab(drawings.slabs.0),
-            slabs: drawings.slabs.1,
+            first_slab: Slab(drawings.slabs.low),
+            slabs: drawings.slabs.count,
             seconds: drawings.seconds,
         });
         self.events.len() - 1
     }
 
-    /// The maps of all evasions and of all attacks. `maps` has one for each member.
+    /// Maps of all evasions and of all attacks. `maps` holds one map for each drawing.
     pub(super) fn gather(&self, maps: &DrawnMaps) -> (Vec<RegionMaps>, Vec<AttackMaps>) {
         let mut every = self.every_frame.iter().zip(&maps.every_frame).peekable();
         let mut any = self.any_frame.iter().zip(&maps.any_frame).peekable();
         let (mut regions, mut attacks) = (Vec::new(), Vec::new());
         for (index, event) in self.events.iter().enumerate() {
-            let mut slabs = vec![Drawn::default(); event.slabs];
+            let mut slabs = vec![SlabDrawings::default(); event.slabs];
             while let Some((member, maps)) = every.next_if(|(member, _)| member.event == index) {
                 let slab = &mut slabs[member.part.slab];
                 match member.part.slice {
@@ -91,7 +102,7 @@ impl Gathering {
                 }),
                 Kind::Attack => attacks.push(AttackMaps {
                     first_slab,
-                    slabs: slabs.iter().map(Drawn::attack).collect(),
+                    slabs: slabs.iter().map(SlabDrawings::attack).collect(),
                 }),
             }
         }
@@ -99,15 +110,15 @@ impl Gathering {
     }
 }
 
-/// What was drawn for a slab, by slice.
+/// SlabDrawings maps of one slab, by slice.
 #[derive(Clone, Debug, Default)]
-struct Drawn<'a> {
+struct SlabDrawings<'a> {
     body: Vec<(u32, &'a BitMap)>,
     outer: Vec<(u32, &'a BitMap)>,
     evasion: Option<&'a BitMap>,
 }
 
-impl Drawn<'_> {
+impl SlabDrawings<'_> {
     fn region(&self, grid: MapGrid) -> SlabMaps {
         SlabMaps {
             body: masks(&self.body, grid),
@@ -125,7 +136,7 @@ impl Drawn<'_> {
     }
 }
 
-/// One map of all slices.
+/// Merges the maps of all slices into one map of masks.
 fn masks(slices: &[(u32, &BitMap)], grid: MapGrid) -> MaskMap {
     let bounds = slices.iter().map(|(_, map)| map.bounds());
     let rect = bounds.fold(MapRect::default(), MapRect::union);

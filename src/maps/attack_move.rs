@@ -6,17 +6,18 @@ use crate::anim::{JointId, Pose, Skeleton, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
 use crate::math::Rigid2;
 
-/// An edge that attacks.
+/// An edge that plays an attack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Strike {
-    /// The edge; it plays the whole event and nothing else.
+pub struct AttackMove {
+    /// Edge that plays the whole event and nothing else.
     pub edge: EdgeId,
-    /// The character's frame at the event's start, in the space of its clip.
+    /// Character's frame at the event's start, in the space of its clip.
     pub placement: Rigid2,
 }
 
-/// Where an attack passes: the spheres of the attacking joints, of all that hangs from them and of what they hold, frame by frame, in
-/// the character's frame at the event's start. The clock starts with the event.
+/// Spheres of an attack over time: those of the attacking joints, of their descendants and of the
+/// props that they hold. There is one key for each frame, in the character's frame at the event's
+/// start. Time 0 is the start.
 #[must_use]
 pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<MovingSphere> {
     let to_start = graph.placement(event.clip, event.first).inverse();
@@ -39,8 +40,8 @@ pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> V
     keys.into_iter().filter_map(MovingSphere::new).collect()
 }
 
-/// The spheres of the joints that the event names, of all that hangs from them, and of the props that take part
-/// ([`Prop::takes_part`](super::Prop::takes_part)).
+/// Spheres of the joints that the event names, of their descendants, and of the props that take
+/// part ([`Prop::takes_part`](super::Prop::takes_part)).
 fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
     let taking_part = body
         .props
@@ -52,10 +53,10 @@ fn attacking(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySp
     spheres
 }
 
-/// The body's own attacking spheres; of the whole body where the event names no joint.
+/// Attacking spheres without props. If the event names no joint, the whole body attacks.
 ///
-/// Joints at the very end of a chain have no bone and so no spheres: each then attacks with one of its own, as thick as the
-/// body is just above.
+/// A joint at the end of a chain has no bone and no spheres. It attacks with one sphere, whose
+/// radius is the smallest of its nearest ancestor with spheres.
 fn limbs(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere> {
     let takes_part = |joint: JointId| {
         event.joints.is_empty()
@@ -63,7 +64,7 @@ fn limbs(skeleton: &Skeleton, body: &Body, event: &GraphEvent) -> Vec<BodySphere
                 .ancestry(joint)
                 .any(|above| event.joints.contains(&above))
     };
-    // A prop that is part of the body is among its spheres.
+    // Spheres of props that are part of the body.
     let held: Vec<BodySphere> = body
         .props
         .iter()

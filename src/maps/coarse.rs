@@ -1,43 +1,43 @@
-//! Which slices a whole block of texels can meet: small maps that say "nothing here" of nearly all
-//! of an attack's blocks, so that texels are looked up of the others alone.
+//! Coarse maps that tell which slices a block of texels can meet. They reject nearly all of an
+//! attack's blocks, so that only the remaining blocks need texel look-ups.
 
 use super::{MapGrid, MapRect, MaskMap, RegionMaps, SlabMaps};
 
-/// What a region's maps hold, in short.
+/// The coarse maps and bounding rectangles of one region.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct NearRegion {
-    /// By slab.
-    pub(crate) slabs: Vec<NearMap>,
-    /// Around all maps of all slabs.
+pub(crate) struct CoarseRegion {
+    /// Coarse map of each slab.
+    pub(crate) slabs: Vec<CoarseMap>,
+    /// Bounding rectangle of all maps of all slabs.
     pub(crate) rect: MapRect,
-    /// By slice: around the body and outer maps of all slabs.
+    /// For each slice, the bounding rectangle of the body and outer maps of all slabs.
     pub(crate) slices: Vec<MapRect>,
-    /// Around the evasion maps of all slabs.
+    /// Bounding rectangle of the evasion maps of all slabs.
     pub(crate) evasion: MapRect,
-    /// Around the evasion and the body maps of all slabs.
+    /// Bounding rectangle of the evasion and body maps of all slabs.
     pub(crate) inner: MapRect,
 }
 
-impl NearRegion {
+impl CoarseRegion {
     pub(super) fn new(region: &RegionMaps, grid: MapGrid) -> Self {
         let slices = grid.slices;
-        let mut near = Self {
+        let mut coarse = Self {
             slices: vec![MapRect::default(); slices as usize],
             ..Self::default()
         };
         for maps in &region.slabs {
-            near.slabs.push(NearMap::new(maps, grid));
-            near.rect = near.rect.union(maps.rect());
-            near.evasion = near.evasion.union(maps.evasion.rect());
-            near.inner = near.inner.union(maps.evasion.rect());
-            near.inner = near.inner.union(maps.body.rect());
-            near.add(&maps.body);
-            near.add(&maps.outer);
+            coarse.slabs.push(CoarseMap::new(maps, grid));
+            coarse.rect = coarse.rect.union(maps.rect());
+            coarse.evasion = coarse.evasion.union(maps.evasion.rect());
+            coarse.inner = coarse.inner.union(maps.evasion.rect());
+            coarse.inner = coarse.inner.union(maps.body.rect());
+            coarse.add(&maps.body);
+            coarse.add(&maps.outer);
         }
-        near
+        coarse
     }
 
-    /// Widens the slices' rectangles around a map.
+    /// Grows the slices' rectangles to include a map.
     fn add(&mut self, map: &MaskMap) {
         let rects = map.slice_rects(self.slices.len() as u32);
         for (around, rect) in self.slices.iter_mut().zip(rects) {
@@ -46,26 +46,27 @@ impl NearRegion {
     }
 }
 
-/// Cells of 4 × 4 of the attack's texels over the maps of a slab. A cell has the bits of all texels
-/// that a point in it is no further from than three of the attack's in each axis.
+/// A grid over the maps of a slab, with cells of 4 × 4 attack texels. A cell holds the bits of all
+/// texels that are within three attack texels of any of its points along each axis.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct NearMap {
-    /// Side of a cell, texels: 1 << shift.
+pub(crate) struct CoarseMap {
+    /// Side of a cell is `1 << shift` texels.
     pub(crate) shift: u32,
     /// First texel of the first cell, in the maps' frame.
     pub(crate) u: i32,
     pub(crate) v: i32,
     pub(crate) columns: u32,
     pub(crate) rows: u32,
-    /// `[lane][row][column]`: slices of outer maps, and of body maps.
+    /// Slices of the outer maps, `[lane][row][column]`.
     outer: Vec<u32>,
     body: Vec<u32>,
-    /// `[row][column]`: not 0 where a texel of the evasion map may be met.
+    /// Evasion maps, `[row][column]`. A cell is not 0 if a texel of the evasion map is within
+    /// reach.
     evasion: Vec<u32>,
 }
 
-impl NearMap {
-    /// Half of a turned block and a little more, texels of the attack.
+impl CoarseMap {
+    /// Reach of a cell: half of a rotated block, rounded up, in attack texels.
     const REACH: i32 = 3;
 
     pub(super) fn new(maps: &SlabMaps, grid: MapGrid) -> Self {
@@ -75,11 +76,11 @@ impl NearMap {
             return Self::default();
         }
         let cell = 1 << shift;
-        // Room on all sides for points that reach into the maps from outside.
+        // A border of cells covers points outside the maps that reach into them.
         let cells = |texels: u32| (texels + 2 * cell).div_ceil(cell);
         let (columns, rows) = (cells(rect.width), cells(rect.height));
         let count = (columns * rows) as usize;
-        let mut near = Self {
+        let mut coarse = Self {
             shift,
             u: rect.u - cell as i32,
             v: rect.v - cell as i32,
@@ -95,35 +96,35 @@ impl NearMap {
                 for (column, mask) in texels.chunks(map.lanes()).enumerate() {
                     if mask.iter().any(|&word| word != 0) {
                         let texel = (column as i32, row as i32);
-                        near.spread((map.rect(), texel), mask, is_body);
+                        coarse.spread((map.rect(), texel), mask, is_body);
                     }
                 }
             }
         }
         let rect = maps.evasion.rect();
         maps.evasion.for_each(|column, row| {
-            for cell in near.around(rect, (column, row)).into_iter().flatten() {
-                near.evasion[cell] = 1;
+            for cell in coarse.around(rect, (column, row)).into_iter().flatten() {
+                coarse.evasion[cell] = 1;
             }
         });
-        near
+        coarse
     }
 
-    /// The lane's slices of the outer map, `[row][column]`.
+    /// Slices of the outer map in one lane, `[row][column]`.
     #[inline(always)]
     pub(crate) fn outer(&self, lane: usize) -> &[u32] {
         let cells = self.evasion.len();
         &self.outer[lane * cells..(lane + 1) * cells]
     }
 
-    /// The lane's slices of the body map, `[row][column]`.
+    /// Slices of the body map in one lane, `[row][column]`.
     #[inline(always)]
     pub(crate) fn body(&self, lane: usize) -> &[u32] {
         let cells = self.evasion.len();
         &self.body[lane * cells..(lane + 1) * cells]
     }
 
-    /// Not 0 where the evasion map may be met, `[row][column]`.
+    /// Evasion map, `[row][column]`. A cell is not 0 if a texel of the evasion map is within reach.
     pub(crate) fn evasion(&self) -> &[u32] {
         &self.evasion
     }
@@ -142,10 +143,11 @@ impl NearMap {
         }
     }
 
-    /// The cells that a texel of a map is within reach of: three in each axis at most.
+    /// Cells that are within reach of a texel: at most three along each axis.
     fn around(&self, rect: MapRect, (column, row): (i32, i32)) -> [Option<usize>; 9] {
         let (column, row) = (column + rect.u - self.u, row + rect.v - self.v);
-        // With cells of 4, a point of cell i lies from 4 i to 4 i + 4, the texels around it from 4 i - 3 to 4 i + 6.
+        // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
+        // i + 6.
         let reach = Self::REACH << (self.shift - 2);
         let first = |texel: i32| (texel - reach) >> self.shift;
         let last = |texel: i32| (texel + reach) >> self.shift;

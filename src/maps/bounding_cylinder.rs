@@ -1,5 +1,5 @@
-//! Upright cylinders around the body: much tighter than a sphere around somebody who stands, and
-//! known at any moment of the graph without posing.
+//! Bounding cylinders of the body with a vertical axis. They fit a standing body much more tightly
+//! than a sphere, and are available at any moment of the graph without evaluating a pose.
 
 use glam::{Vec2, Vec3};
 
@@ -8,18 +8,18 @@ use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::{EdgeId, MotionGraph};
 use crate::math::Rigid2;
 
-/// An upright cylinder, metres.
+/// A cylinder with a vertical axis, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Upright {
-    /// Where its axis stands: x and z.
+pub(crate) struct BoundingCylinder {
+    /// X and z coordinates of the axis.
     pub(crate) axis: Vec2,
     pub(crate) radius: f32,
     pub(crate) low: f32,
     pub(crate) high: f32,
 }
 
-impl Upright {
-    /// Around the body in one pose.
+impl BoundingCylinder {
+    /// Cylinder around the body in one pose.
     fn around(body: &Body, centres: &[Vec3]) -> Self {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for (sphere, &centre) in body.spheres.iter().zip(centres) {
@@ -40,7 +40,7 @@ impl Upright {
         }
     }
 
-    /// In a straight line to another one.
+    /// Interpolates linearly towards another cylinder.
     pub(crate) fn lerp(self, to: Self, share: f32) -> Self {
         let between = |a: f32, b: f32| a + (b - a) * share;
         Self {
@@ -51,7 +51,7 @@ impl Upright {
         }
     }
 
-    /// The same somewhere else.
+    /// Returns the cylinder transformed by `placement`.
     pub(crate) fn placed(self, placement: Rigid2) -> Self {
         let axis = placement.point(Vec3::new(self.axis.x, 0.0, self.axis.y));
         Self {
@@ -63,12 +63,12 @@ impl Upright {
 
 /// The cylinders of all frames of all clips.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Uprights {
-    /// `[clip][frame]`
-    clips: Vec<Vec<Upright>>,
+pub(super) struct ClipCylinders {
+    /// Cylinders, `[clip][frame]`.
+    clips: Vec<Vec<BoundingCylinder>>,
 }
 
-impl Uprights {
+impl ClipCylinders {
     pub(super) fn new(graph: &MotionGraph, body: &Body) -> Self {
         let of = |clip: &Clip| of_clip(graph.skeleton(), body, clip);
         Self {
@@ -76,9 +76,9 @@ impl Uprights {
         }
     }
 
-    /// Around the body at a moment of an edge, in the space of the clip in which that starts. In a
-    /// transition it is what lies between the cylinders of its two sides.
-    pub(super) fn at(&self, graph: &MotionGraph, edge: EdgeId, frame: f32) -> Upright {
+    /// Cylinder around the body at a frame of an edge, in the space of the clip in which the edge
+    /// starts. In a transition it is interpolated between the cylinders of the two clips.
+    pub(super) fn at(&self, graph: &MotionGraph, edge: EdgeId, frame: f32) -> BoundingCylinder {
         let moment = graph.edge_moment(graph.edge(edge), frame);
         let source = self.of_frame(moment.source);
         let Some(target) = moment.target else {
@@ -86,13 +86,13 @@ impl Uprights {
         };
         let other = self.of_frame(target.at).placed(target.align);
         let blended = source.lerp(other, target.weight);
-        Upright {
+        BoundingCylinder {
             low: blended.low - graph.sunk(edge, frame),
             ..blended
         }
     }
 
-    fn of_frame(&self, (clip, frame): (crate::graph::ClipId, f32)) -> Upright {
+    fn of_frame(&self, (clip, frame): (crate::graph::ClipId, f32)) -> BoundingCylinder {
         let frames = &self.clips[clip.index()];
         let last = frames.len() - 1;
         let frame = frame.clamp(0.0, last as f32);
@@ -101,13 +101,13 @@ impl Uprights {
     }
 }
 
-fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<Upright> {
+fn of_clip(skeleton: &Skeleton, body: &Body, clip: &Clip) -> Vec<BoundingCylinder> {
     let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
     let mut of = |frame: usize| {
         clip.pose(frame, &mut pose);
         forward_kinematics(skeleton, &pose, &mut joints);
         body.centres(&joints, &mut centres);
-        Upright::around(body, &centres)
+        BoundingCylinder::around(body, &centres)
     };
     (0..clip.frames()).map(&mut of).collect()
 }
