@@ -62,16 +62,16 @@ impl Row {
         let query = Query::new(baked, &settings);
         let mut context = QueryContext::default();
         let mut candidates_of = |throw: &Throw| {
-            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-            prepared.cull_input().candidates.len()
+            let session = query.start(throw.request(), &mut context);
+            session.cull_input().candidates.len()
         };
         let busiest = throws.iter().max_by_key(|throw| candidates_of(throw));
         let busiest = busiest.unwrap();
-        let mut prepared = query.prepare(busiest.playhead, &busiest.attack, &mut context);
+        let mut session = query.start(busiest.request(), &mut context);
         if !self.choice {
-            prepared.draw_outer_maps();
+            session.draw_outer_maps();
         }
-        let input = prepared.cull_input();
+        let input = session.cull_input();
         let all = input.candidates.iter().copied();
         let candidates: Vec<CullCandidate> = all.cycle().take(self.count).collect();
         run(&CullInput {

@@ -9,7 +9,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use sabaki::query::cull::cpu;
 use sabaki::query::{
-    Answer, Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Verdict,
+    Answer, Enumerate, Evaluation, Lookup, Query, QueryContext, QuerySettings, Request,
 };
 
 const ATTACKS: u64 = 50;
@@ -33,46 +33,45 @@ fn settings(place: usize) -> QuerySettings {
 }
 
 #[divan::bench(args = 0..PLACES.len())]
-fn prepare(bencher: Bencher<'_, '_>, place: usize) {
+fn start(bencher: Bencher<'_, '_>, place: usize) {
     let (baked, settings) = (Motions::read().bake(), settings(place));
     let throws = throws(&baked, ATTACKS);
     let (query, mut context) = (Query::new(&baked, &settings), QueryContext::default());
     bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
         let mut candidates = 0;
         for throw in &throws {
-            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-            candidates += prepared.cull_input().candidates.len();
+            let session = query.start(throw.request(), &mut context);
+            candidates += session.cull_input().candidates.len();
         }
         candidates
     });
 }
 
-fn whole(bencher: Bencher<'_, '_>, place: usize, judging: Judging) {
+fn whole(bencher: Bencher<'_, '_>, place: usize, evaluation: Evaluation) {
     let (baked, settings) = (Motions::read().bake(), settings(place));
     let throws = throws(&baked, ATTACKS);
     let query = Query::new(&baked, &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let mut overlaps = Vec::new();
+    let mut culler = cpu::Culler::default();
     bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
         for throw in &throws {
-            let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-            loop {
-                cpu::count(&prepared.cull_input(), &mut overlaps);
-                match prepared.decide(&overlaps, judging, &mut answer) {
-                    Verdict::Answered => break,
-                    Verdict::Widened(wider) => prepared = wider,
-                }
-            }
+            let request = Request {
+                evaluation,
+                ..throw.request()
+            };
+            query
+                .start(request, &mut context)
+                .run_on_cpu(&mut culler, &mut answer);
         }
     });
 }
 
 #[divan::bench(args = 0..PLACES.len())]
 fn culled_on_the_cpu(bencher: Bencher<'_, '_>, place: usize) {
-    whole(bencher, place, Judging::Needed);
+    whole(bencher, place, Evaluation::Lazy);
 }
 
 #[divan::bench(args = 0..PLACES.len())]
 fn exact(bencher: Bencher<'_, '_>, place: usize) {
-    whole(bencher, place, Judging::All);
+    whole(bencher, place, Evaluation::Exhaustive);
 }

@@ -17,7 +17,7 @@ use renderer::Renderer;
 use sabaki::anim::Pose;
 use sabaki::gpu::stencil::{Culler, CullerDesc};
 use sabaki::gpu::{Context, ContextDesc, Terms, check};
-use sabaki::query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Step, cull::cpu};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -81,28 +81,26 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = QuerySettings::default();
         let (mut context, mut answer, mut pose) =
             (QueryContext::default(), Answer::default(), Pose::default());
-        let mut prepared =
-            Query::new(&baked, &settings).prepare(throw.playhead, &throw.attack, &mut context);
+        let query = Query::new(&baked, &settings);
+        let mut session = query.start(throw.request(), &mut context);
         throw.playhead.pose(baked.graph(), &mut pose);
         let spheres = scene::instances(&baked, &pose, (&throw.attack, 0.0));
         let ticket = renderer.frame("out/guest_0.png", &spheres, |cmd| {
-            culler.record(cmd, 0, &prepared.cull_input())
+            culler.record(cmd, 0, &session.cull_input())
         })??;
 
         // Later: the counts are there, or else the CPU counts the same.
         let mut overlaps = Vec::new();
         let there = culler.poll(ticket, &mut overlaps)? && ticket.counts_exact;
         if !there {
-            cull::cpu::count(&prepared.cull_input(), &mut overlaps);
+            cpu::count(&session.cull_input(), &mut overlaps);
         }
         println!(
             "counted by the device: {there}; {} candidates",
             overlaps.len()
         );
-        while let Verdict::Widened(wider) = prepared.decide(&overlaps, Judging::Needed, &mut answer)
-        {
-            prepared = wider;
-            cull::cpu::count(&prepared.cull_input(), &mut overlaps);
+        if session.submit(&overlaps, &mut answer) == Step::Recount {
+            session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
         }
         println!(
             "avoided: {}, by {:.3} m",

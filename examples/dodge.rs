@@ -8,7 +8,7 @@ use sabaki::anim::Pose;
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict, cull};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -35,19 +35,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let attack = Attack::new(vec![vec![key(0.9, 3.0), key(1.4, -1.0)]])?;
 
-    // The query stops in the middle for whoever culls: here the CPU, in a renderer `sabaki::gpu::stencil`.
+    // The CPU culls. To cull on a device, take a `Session` (`examples/bring_your_own_device.rs`).
     let settings = QuerySettings::default();
-    let query = Query::new(&baked, &settings);
-    let (mut context, mut answer, mut overlaps) =
-        (QueryContext::default(), Answer::default(), Vec::new());
-    let mut prepared = query.prepare(playhead, &attack, &mut context);
-    loop {
-        cull::cpu::count(&prepared.cull_input(), &mut overlaps);
-        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
-            Verdict::Answered => break,
-            Verdict::Widened(wider) => prepared = wider,
-        }
-    }
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let request = Request::new(playhead, &attack);
+    Query::new(&baked, &settings).answer(request, &mut context, &mut answer);
     println!(
         "avoided: {}, by {:.1} cm",
         answer.avoided,

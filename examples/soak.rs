@@ -66,8 +66,8 @@ fn cases(baked: &BakedGraph) -> Vec<Case> {
     let query = Query::new(baked, &settings);
     let case = |index| {
         let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        let input = prepared.cull_input();
+        let session = query.start(throw.request(), &mut context);
+        let input = session.cull_input();
         let mut expected = Vec::new();
         cpu::count(&input, &mut expected);
         // Few candidates: what is tried here is the number of culls.

@@ -1,5 +1,6 @@
 //! Questions in flight, and their answers.
 
+use std::convert::Infallible;
 use std::ffi::c_void;
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
 use crate::query::cull::{Overlap, cpu};
-use crate::query::{Answer, Attack, Judging, Paused, Query, QueryContext, QuerySettings, Verdict};
+use crate::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, SessionId};
 
 /// `sabaki_place`.
 #[repr(C)]
@@ -78,12 +79,10 @@ enum Ticket {
 #[derive(Default)]
 struct Slot {
     context: QueryContext,
-    attack: Option<Attack>,
-    waiting: Option<Paused>,
+    waiting: Option<SessionId>,
     /// `None` where the CPU has to count.
     ticket: Option<Ticket>,
     overlaps: Vec<Overlap>,
-    exact: Vec<Overlap>,
     answer: Answer,
     answered: bool,
     pose: Pose,
@@ -370,9 +369,8 @@ impl Culler {
         let query = Query::new(&self.baked, &self.settings);
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
         (place.waiting, place.ticket, place.answered) = (None, None, false);
-        let attack = place.attack.insert(attack);
-        let prepared = query.prepare(playhead, attack, &mut place.context);
-        let (input, cmd) = (prepared.cull_input(), command_buffer(commands));
+        let session = query.start(Request::new(playhead, &attack), &mut place.context);
+        let (input, cmd) = (session.cull_input(), command_buffer(commands));
         // SAFETY: the caller vouches for the command buffer and the slot.
         let recorded = unsafe {
             match &mut self.path {
@@ -387,14 +385,14 @@ impl Culler {
             Err(GpuError::Limit { .. }) => None,
             Err(error) => return Err(error.into()),
         };
-        place.waiting = Some(prepared.pause());
+        place.waiting = Some(session.id());
         Ok(())
     }
 
     /// Answers, if the counts are there, or at once by counting them here.
     fn poll(&mut self, slot: u32, now: bool, out: &mut AnswerOut) -> Result<Status, Failure> {
         let place = self.slots.get_mut(slot as usize).ok_or_else(no_slot)?;
-        let (Some(waiting), Some(attack)) = (place.waiting, &place.attack) else {
+        let Some(waiting) = place.waiting else {
             return Err("nothing was asked in this slot".to_owned().into());
         };
         let ticket = if now { None } else { place.ticket };
@@ -411,22 +409,24 @@ impl Culler {
             return Ok(NOT_YET);
         }
         let query = Query::new(&self.baked, &self.settings);
-        let prepared = query.resume(waiting, attack, &mut place.context);
-        let mut prepared = prepared.ok_or_else(|| "the question is gone".to_owned())?;
-        if !counted {
-            cpu::count(&prepared.cull_input(), &mut place.overlaps);
-        } else if !is_exact {
-            // Any or none removes candidates; scores are made of counts.
-            cpu::count(&prepared.cull_input(), &mut place.exact);
-            let pairs = place.overlaps.iter_mut().zip(&place.exact);
-            pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
-        }
-        while let Verdict::Widened(wider) =
-            prepared.decide(&place.overlaps, Judging::Needed, &mut place.answer)
-        {
-            prepared = wider;
-            cpu::count(&prepared.cull_input(), &mut place.overlaps);
-        }
+        let session = query.resume(waiting, &mut place.context);
+        let mut session = session.ok_or_else(|| "the question is gone".to_owned())?;
+        let mut arrived = counted.then_some(&place.overlaps);
+        let Ok(()) = session.run(&mut place.answer, |input, counts| {
+            match arrived.take() {
+                Some(arrived) if is_exact => counts.clone_from(arrived),
+                Some(arrived) => {
+                    // The device tells only whether there are shared texels. Scores need their number.
+                    cpu::count(input, counts);
+                    for (count, found) in counts.iter_mut().zip(arrived) {
+                        let evasion = count.evasion;
+                        *count = Overlap { evasion, ..*found };
+                    }
+                }
+                None => cpu::count(input, counts),
+            }
+            Ok::<_, Infallible>(())
+        });
         (place.waiting, place.ticket, place.answered) = (None, None, true);
         *out = AnswerOut {
             avoided: place.answer.avoided.into(),

@@ -8,15 +8,15 @@
 //! level. So nothing jumps where a member goes from one to the other.
 //!
 //! ```no_run
-//! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
-//! # use sabaki::{lod::{Levels, Switching}, slice::BakedGraph, troupe::{MemberId, Troupe, TroupeSettings}};
+//! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
+//! # use sabaki::{lod::{Levels, Switching}, maps::BakedGraph, character::{MemberId, Troupe, TroupeSettings}};
 //! # fn frame(baked: &BakedGraph, attack: &Attack, troupe: &mut Troupe<'_>, member: MemberId)
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! // Somebody is attacked: what the graph finds is played, near or far.
 //! let settings = QuerySettings::default();
 //! let (mut context, mut answer) = (QueryContext::default(), Answer::default());
 //! if let Some(playhead) = troupe.playhead(member) {
-//!     Query::new(baked, &settings).answer(playhead, attack, &mut context, &mut answer);
+//!     Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
 //!     troupe.play(member, &answer.motion);
 //! }
 //! // Every frame.

@@ -9,7 +9,7 @@ use super::{Duel, Side};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, Playhead, Step};
 use crate::maps::AttackOption;
-use crate::query::Attack;
+use crate::query::{Attack, Request};
 
 /// An attack that is announced.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +30,14 @@ pub struct Challenge {
     pub lead: f32,
     /// How near it would come to trunk, head and thighs of who does nothing, metres: below 0.
     pub without: f32,
+}
+
+impl Challenge {
+    /// The request of the character that is attacked.
+    #[must_use]
+    pub fn request(&self) -> Request<'_> {
+        Request::new(self.playhead, &self.attack)
+    }
 }
 
 /// An attack of the grid that may do.

@@ -6,10 +6,23 @@ use crate::math::Rigid2;
 
 /// A sphere that moves along straight lines between keys. It does not exist before its first and
 /// after its last key.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct MovingSphere {
     keys: Vec<SphereKey>,
+}
+
+impl Clone for MovingSphere {
+    fn clone(&self) -> Self {
+        Self {
+            keys: self.keys.clone(),
+        }
+    }
+
+    /// Copies into the memory that is already there.
+    fn clone_from(&mut self, source: &Self) {
+        self.keys.clone_from(&source.keys);
+    }
 }
 
 impl MovingSphere {

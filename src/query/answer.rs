@@ -1,14 +1,11 @@
 use serde::{Deserialize, Serialize};
 
-use super::Judging;
-use super::candidate::Way;
-use super::case::Case;
 use super::clearance::Clearance;
 use super::cull::Overlap;
-use super::judge::Judged;
 use super::moves::SearchReport;
 use super::retime::{Rate, RateError};
 use super::score::Score;
+use super::source::Source;
 use crate::graph::{EdgeId, Motion};
 use crate::maps::{BakedGraph, PathId};
 
@@ -29,29 +26,14 @@ pub struct Answer {
     pub counts: Counts,
     /// How the search for candidates went.
     pub search: SearchReport,
-    /// The edges of the paths that only move.
-    edges: Vec<EdgeId>,
-}
-
-/// Where the candidates of an answer come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// The node's grid.
-    Grid,
-    /// From everywhere: nothing is filed in the cells that were looked up.
-    NothingFiled,
-    /// From everywhere: nothing that is filed there is clean.
-    NothingClean,
-    /// From everywhere, as the settings say.
-    #[default]
-    Whole,
+    /// The edges of moves.
+    pub(super) edges: Vec<EdgeId>,
 }
 
 /// One candidate and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateReport {
-    route: Route,
+    pub(super) route: Route,
     /// The evasion's edge, which follows the path; `None` for a path that only moves.
     pub evasion: Option<EdgeId>,
     /// The rate of the retimable edges, or why there is none.
@@ -69,7 +51,7 @@ pub struct CandidateReport {
 
 /// Where the edges of a candidate's path stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Route {
+pub(super) enum Route {
     /// In the table of the baked graph.
     Table(PathId),
     /// In the answer: the first one, and the end.
@@ -113,16 +95,6 @@ pub struct Counts {
     pub clean: usize,
 }
 
-/// How a query was decided.
-pub(super) struct Decision {
-    pub chosen: usize,
-    pub source: Source,
-    pub search: SearchReport,
-    pub judging: Judging,
-    pub reconsidered: usize,
-    pub not_in_time: usize,
-}
-
 impl Answer {
     /// The edges of a candidate's path: from the next node to the evasion's start, or as far as the
     /// search for moves went. `report` is one of `candidates`, `baked` the graph that was asked.
@@ -164,99 +136,5 @@ impl Answer {
             .get(self.chosen)
             .and_then(|report| report.clearance)
             .unwrap_or(none)
-    }
-
-    /// Takes over everything but the motion.
-    pub(super) fn fill(&mut self, case: &Case<'_>, judged: &[Option<Judged>], decision: &Decision) {
-        self.chosen = decision.chosen;
-        self.source = decision.source;
-        self.search = decision.search;
-        self.edges.clear();
-        self.candidates.clear();
-        for (index, judged) in judged.iter().enumerate() {
-            let report = self.report(case, (index, *judged), decision);
-            self.candidates.push(report);
-        }
-        self.avoided = self.candidates[self.chosen].score.is_some();
-        self.counts = Counts::of(&self.candidates, decision);
-    }
-
-    fn report(
-        &mut self,
-        case: &Case<'_>,
-        (index, judged): (usize, Option<Judged>),
-        decision: &Decision,
-    ) -> CandidateReport {
-        let candidate = &case.candidates[index];
-        let baked = case.query.baked;
-        let (route, evasion) = match candidate.way {
-            Way::Evasion { path, .. } => (Route::Table(path), Some(evasion_of(baked, path))),
-            Way::Move(path) => {
-                let start = self.edges.len();
-                self.edges.extend(case.moves.edges_backwards(path));
-                self.edges[start..].reverse();
-                let route = Route::Edges(start as u32, self.edges.len() as u32);
-                (route, None)
-            }
-        };
-        let overlap = case.overlap(index);
-        let score = judged.and_then(|judged| judged.score);
-        let is_culled =
-            decision.judging == Judging::Needed && overlap.is_some_and(|overlap| overlap.body > 0);
-        CandidateReport {
-            route,
-            evasion,
-            rate: Ok(candidate.rate),
-            overlap,
-            clearance: judged.map(|judged| judged.clearance),
-            score,
-            fate: if index == decision.chosen {
-                Fate::Chosen
-            } else if is_culled {
-                Fate::Culled
-            } else if judged.is_some() && score.is_none() {
-                Fate::Hit
-            } else {
-                Fate::Outscored
-            },
-        }
-    }
-
-    /// Appends the paths that no rate brings in time.
-    pub(super) fn list_late(&mut self, baked: &BakedGraph, late: &[(PathId, RateError)]) {
-        for &(path, error) in late {
-            self.candidates.push(CandidateReport {
-                route: Route::Table(path),
-                evasion: Some(evasion_of(baked, path)),
-                rate: Err(error),
-                overlap: None,
-                clearance: None,
-                score: None,
-                fate: Fate::NotInTime,
-            });
-        }
-    }
-}
-
-fn evasion_of(baked: &BakedGraph, path: PathId) -> EdgeId {
-    baked.evasions()[baked.paths().path(path).evasion as usize].edge
-}
-
-impl Counts {
-    fn of(candidates: &[CandidateReport], decision: &Decision) -> Self {
-        let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
-        let culled = match decision.judging {
-            Judging::Needed => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
-            Judging::All => 0,
-        };
-        Self {
-            candidates: candidates.len(),
-            with_evasion: count(|report| report.evasion.is_some()),
-            not_in_time: decision.not_in_time,
-            culled,
-            reconsidered: decision.reconsidered,
-            hits: count(|report| report.clearance.is_some() && report.score.is_none()),
-            clean: count(|report| report.score.is_some()),
-        }
     }
 }

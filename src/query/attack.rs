@@ -6,29 +6,22 @@ use crate::math::Rigid2;
 
 /// Where and when an attack passes: one or more moving spheres. Times count from the moment of the
 /// query.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
     spheres: Vec<MovingSphere>,
 }
 
-/// An attack in the frame of a query; of no spheres before the first one.
-#[derive(Clone, Debug)]
-pub(super) struct QueryAttack(Attack);
-
-impl QueryAttack {
-    /// The attack as it is seen from another frame: `placement` takes its points there.
-    pub(super) fn place(&mut self, attack: &Attack, placement: Rigid2) -> &Attack {
-        self.0.place_from(attack, placement);
-        &self.0
+impl Clone for Attack {
+    fn clone(&self) -> Self {
+        Self {
+            spheres: self.spheres.clone(),
+        }
     }
-}
 
-impl Default for QueryAttack {
-    fn default() -> Self {
-        Self(Attack {
-            spheres: Vec::new(),
-        })
+    /// Copies into the memory that is already there.
+    fn clone_from(&mut self, source: &Self) {
+        self.spheres.clone_from(&source.spheres);
     }
 }
 
@@ -80,6 +73,13 @@ impl Attack {
     /// Most keys of all spheres together: a hundred thousand spheres on straight ways. A query with as many takes seconds,
     /// and some 200 MB.
     pub const MOST_KEYS: usize = 1 << 18;
+
+    /// No spheres: memory for copies.
+    pub(super) fn empty() -> Self {
+        Self {
+            spheres: Vec::new(),
+        }
+    }
 
     /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the
     /// query.
@@ -171,7 +171,7 @@ impl Attack {
 
     /// Becomes another attack seen from another frame, in the memory that it has; `placement` takes
     /// the other's points there.
-    fn place_from(&mut self, other: &Self, placement: Rigid2) {
+    pub(super) fn place_from(&mut self, other: &Self, placement: Rigid2) {
         self.spheres.truncate(other.spheres.len());
         let known = self.spheres.len();
         for (mine, theirs) in self.spheres.iter_mut().zip(&other.spheres) {

@@ -1,119 +1,190 @@
-//! The candidates of a node: paths to an evasion that some rate brings in time.
+//! Gathers the candidates of a node: paths to an evasion that some rate brings in time.
 //!
-//! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same
-//! evasion at nearly the same place only the one whose rate is nearest to 1 is kept; and where no
-//! path is in time, those that are nearest to it are taken.
+//! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same evasion at nearly the same place,
+//! only the one with the rate nearest to 1 is kept. If no path is in time, the paths that are nearest to it are taken.
 
-use super::candidate::{Candidate, Way};
-use super::context::QueryContext;
-use super::query::{Lookup, QuerySettings};
+use rustc_hash::FxHashSet;
+
+use super::candidate::{Candidate, CandidateKind};
+use super::moves::SearchReport;
+use super::query::Query;
+use super::request::ActiveRequest;
 use super::retime::{Direction, Rate, rate};
-use super::situation::Situation;
-use crate::maps::{BakedGraph, CellColumn, NodePath};
+use super::settings::Lookup;
+use super::state::{LatePaths, QueryState};
+use crate::maps::{CellColumn, NodePath, PathId, TouchedCells};
 
-/// Where candidates are gathered from.
+/// The gather stage: fills the candidate list with evasions.
 #[derive(Clone, Copy)]
-pub(super) struct Gathering<'a> {
-    pub baked: &'a BakedGraph,
-    pub settings: &'a QuerySettings,
-    /// Only what is filed in the attack's cells.
+pub(super) struct Gather<'a> {
+    pub query: Query<'a>,
+    /// Cells of the node's grid that are looked up; `None` for all paths.
     pub lookup: Option<Lookup>,
 }
 
-impl Gathering<'_> {
-    /// Fills the context with candidates, evasions only.
-    pub(super) fn run(&self, situation: &Situation<'_>, context: &mut QueryContext) {
-        context.candidates.clear();
-        context.late.clear();
-        context.late_count = 0;
-        context.search = Default::default();
-        self.in_time(situation, context);
-        self.nearly_in_time(situation, context);
-        if let Some(lookup) = self.lookup {
-            self.filed(situation, lookup, context);
+/// Scratch of the stage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GatherScratch {
+    touched: TouchedCells,
+    /// Columns of cells by their distance from the root.
+    nearest: Vec<(f32, CellColumn)>,
+    seen: FxHashSet<[i32; 4]>,
+}
+
+impl Gather<'_> {
+    /// Runs the stage.
+    pub(super) fn run(&self, state: &mut QueryState, scratch: &mut GatherScratch) {
+        let mut list = Gathered {
+            query: self.query,
+            request: &state.request,
+            list: &mut state.candidates.list,
+            late: &mut state.late,
+            scratch,
+        };
+        list.clear();
+        list.add_in_time();
+        if list.list.is_empty() {
+            list.add_nearly_in_time();
         }
-        self.different(context);
+        if let Some(lookup) = self.lookup {
+            list.touch_cells();
+            match lookup {
+                Lookup::Union => list.keep_filed_in_any(),
+                Lookup::Nearest | Lookup::NearestFiled => list.keep_filed_in_one(lookup),
+            }
+        }
+        state.search = list.keep_different();
+    }
+}
+
+/// The candidate list while it is gathered.
+struct Gathered<'a> {
+    query: Query<'a>,
+    request: &'a ActiveRequest,
+    list: &'a mut Vec<Candidate>,
+    late: &'a mut LatePaths,
+    scratch: &'a mut GatherScratch,
+}
+
+impl<'a> Gathered<'a> {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.late.list.clear();
+        self.late.count = 0;
     }
 
-    fn in_time(&self, situation: &Situation<'_>, context: &mut QueryContext) {
-        let table = self.baked.paths();
-        for (id, path) in table.ids(situation.node).zip(table.of(situation.node)) {
-            let durations = Situation::durations(self.baked, path);
-            match rate(&durations, situation.available, &self.settings.rates) {
+    /// The node's paths to evasions.
+    fn paths(&self) -> impl Iterator<Item = (PathId, &'a NodePath)> + use<'a> {
+        let (table, node) = (self.query.baked.paths(), self.request.node);
+        table.ids(node).zip(table.of(node))
+    }
+
+    fn total(&self, path: &NodePath) -> f32 {
+        ActiveRequest::durations(self.query.baked, path).total
+    }
+
+    /// Adds the paths that some rate brings in time.
+    fn add_in_time(&mut self) {
+        let Query { baked, settings } = self.query;
+        for (id, path) in self.paths() {
+            let durations = ActiveRequest::durations(baked, path);
+            match rate(&durations, self.request.available, &settings.rates) {
                 Ok(rate) => {
                     let start = match rate.direction {
-                        Direction::Unchanged => situation.wait + durations.total,
-                        Direction::Faster | Direction::Slower => situation.attack.start(),
+                        Direction::Unchanged => self.request.wait + durations.total,
+                        Direction::Faster | Direction::Slower => self.request.attack.start(),
                     };
-                    let way = Way::Evasion { path: id, start };
-                    context.candidates.push(Candidate { way, rate });
+                    let kind = CandidateKind::Evasion { path: id, start };
+                    self.list.push(Candidate { kind, rate });
                 }
                 Err(error) => {
-                    context.late_count += 1;
-                    if self.settings.list_late {
-                        context.late.push((id, error));
+                    self.late.count += 1;
+                    if settings.list_late {
+                        self.late.list.push((id, error));
                     }
                 }
             }
         }
     }
 
-    /// Where nothing is in time takes what is nearest to it.
-    fn nearly_in_time(&self, situation: &Situation<'_>, context: &mut QueryContext) {
-        let (table, rates) = (self.baked.paths(), &self.settings.rates);
-        if !context.candidates.is_empty() || rates.nearest <= 0.0 {
+    /// Adds the paths that are nearest to being in time, at rate 1.
+    fn add_nearly_in_time(&mut self) {
+        let rates = &self.query.settings.rates;
+        if rates.nearest <= 0.0 {
             return;
         }
-        let off = |path: &NodePath| {
-            let total = Situation::durations(self.baked, path).total;
-            (total - situation.available).abs()
-        };
-        let all = || table.ids(situation.node).zip(table.of(situation.node));
-        let nearest = all()
-            .map(|(_, path)| off(path))
+        let available = self.request.available;
+        let nearest = self
+            .paths()
+            .map(|(_, path)| (self.total(path) - available).abs())
             .fold(f32::INFINITY, f32::min);
-        // One frame more: what is as near on the attack's other side.
+        // The tolerance includes paths that are as near on the attack's other side.
         let furthest = (nearest + rates.tolerance).min(rates.nearest);
-        for (id, path) in all().filter(|(_, path)| off(path) <= furthest) {
-            let start = situation.wait + Situation::durations(self.baked, path).total;
-            context.candidates.push(Candidate {
-                way: Way::Evasion { path: id, start },
-                rate: Rate::UNCHANGED,
+        for (id, path) in self.paths() {
+            let total = self.total(path);
+            if (total - available).abs() <= furthest {
+                let start = self.request.wait + total;
+                self.list.push(Candidate {
+                    kind: CandidateKind::Evasion { path: id, start },
+                    rate: Rate::UNCHANGED,
+                });
+            }
+        }
+        self.late.count -= self.list.len();
+        let list = &self.list;
+        self.late
+            .list
+            .retain(|(id, _)| !list.iter().any(|candidate| candidate.path() == Some(*id)));
+    }
+
+    /// Finds the cells that the attack touches, in the node's frame, as far as a body can reach.
+    fn touch_cells(&mut self) {
+        let Query { baked, .. } = self.query;
+        let (grid, table) = (baked.grid(), baked.paths());
+        let furthest = self
+            .list
+            .iter()
+            .filter_map(Candidate::path)
+            .map(|path| table.path(path).placement.ground().abs().max_element())
+            .fold(0.0, f32::max);
+        let reach = baked.reach() + furthest;
+        let to_node = self.request.node_frame.inverse();
+        let touched = &mut self.scratch.touched;
+        touched.clear();
+        for sphere in self.request.attack.spheres() {
+            sphere.for_each_step(|centre, radius| {
+                let centre = to_node.point(centre);
+                touched.add((centre, radius), grid.cell(), reach);
             });
         }
-        context.late_count -= context.candidates.len();
-        context.late.retain(|(id, _)| {
-            let taken = |candidate: &Candidate| candidate.path() == Some(*id);
-            !context.candidates.iter().any(taken)
+    }
+
+    /// Keeps the candidates that vacate any touched cell.
+    fn keep_filed_in_any(&mut self) {
+        let grid = self.query.baked.grid();
+        let columns = self.scratch.touched.merge();
+        self.list.retain(|candidate| {
+            candidate
+                .path()
+                .is_some_and(|path| grid.vacates_any(path, columns))
         });
     }
 
-    /// Keeps what vacates the cells that are looked up.
-    fn filed(&self, situation: &Situation<'_>, lookup: Lookup, context: &mut QueryContext) {
-        let grid = self.baked.grid();
-        self.touch(situation, context);
-        let QueryContext {
-            touched,
-            nearest,
-            candidates,
-            ..
-        } = context;
-        let columns = touched.merge();
-        let vacates = |candidate: &Candidate, column: CellColumn| match candidate.way {
-            Way::Evasion { path, .. } => grid.vacates(path, column) != 0,
-            Way::Move(_) => false,
+    /// Keeps the candidates that vacate one cell: of the touched ones the nearest to the root, or the nearest that some candidate
+    /// vacates.
+    fn keep_filed_in_one(&mut self, lookup: Lookup) {
+        let grid = self.query.baked.grid();
+        let root = self.request.root(self.query.baked);
+        let vacates = |candidate: &Candidate, column: CellColumn| {
+            candidate
+                .path()
+                .is_some_and(|path| grid.vacates(path, column) != 0)
         };
-        if lookup == Lookup::Union {
-            candidates.retain(|candidate| match candidate.way {
-                Way::Evasion { path, .. } => grid.vacates_any(path, columns),
-                Way::Move(_) => false,
-            });
-            return;
-        }
-        // One cell at a time, the nearest to the root first.
-        let root = situation.root(self.baked);
+        let GatherScratch {
+            touched, nearest, ..
+        } = &mut *self.scratch;
         nearest.clear();
-        for column in columns {
+        for column in touched.merge() {
             nearest.extend(column.cells().map(|cell| {
                 let distance = cell.middle(grid.cell()).distance_squared(root);
                 (distance, cell)
@@ -124,68 +195,44 @@ impl Gathering<'_> {
             a.0.total_cmp(&b.0)
                 .then_with(|| place(&a.1).cmp(&place(&b.1)))
         });
-        let looked_up = match lookup {
+        let list = &mut *self.list;
+        let found = match lookup {
             Lookup::Nearest => nearest.first(),
             _ => nearest
                 .iter()
-                .find(|(_, cell)| candidates.iter().any(|c| vacates(c, *cell))),
+                .find(|(_, cell)| list.iter().any(|candidate| vacates(candidate, *cell))),
         };
-        match looked_up {
-            Some(&(_, cell)) => candidates.retain(|c| vacates(c, cell)),
-            None => candidates.clear(),
+        match found {
+            Some(&(_, cell)) => list.retain(|candidate| vacates(candidate, cell)),
+            None => list.clear(),
         }
     }
 
-    /// Notes the cells that the attack touches, in the node's frame, as far as a body can be.
-    fn touch(&self, situation: &Situation<'_>, context: &mut QueryContext) {
-        let (grid, table) = (self.baked.grid(), self.baked.paths());
-        let furthest = |candidate: &Candidate| match candidate.way {
-            Way::Evasion { path, .. } => table.path(path).placement.ground().abs().max_element(),
-            Way::Move(_) => 0.0,
-        };
-        let reach =
-            self.baked.reach() + context.candidates.iter().map(furthest).fold(0.0, f32::max);
-        let to_node = situation.node_frame.inverse();
-        context.touched.clear();
-        for sphere in situation.attack.spheres() {
-            sphere.for_each_step(|centre, radius| {
-                let centre = to_node.point(centre);
-                context.touched.add((centre, radius), grid.cell(), reach);
-            });
-        }
-    }
-
-    /// Of candidates that perform the same evasion at nearly the same place keeps the one whose
-    /// rate is nearest to 1; and of the others as many as are allowed.
-    fn different(&self, context: &mut QueryContext) {
-        let (table, settings) = (self.baked.paths(), self.settings);
-        let QueryContext {
-            candidates,
-            seen,
-            search,
-            ..
-        } = context;
-        let place = |candidate: &Candidate| match candidate.way {
-            Way::Evasion { path, .. } => path,
-            Way::Move(_) => Default::default(),
-        };
+    /// Of candidates that perform the same evasion at nearly the same place, keeps the one with the rate nearest to 1. Of the rest,
+    /// keeps as many as the settings allow.
+    fn keep_different(&mut self) -> SearchReport {
+        let (table, settings) = (self.query.baked.paths(), self.query.settings);
+        let path = |candidate: &Candidate| candidate.path().unwrap_or_default();
         let change = |candidate: &Candidate| (candidate.rate.rate - 1.0).abs();
-        candidates.sort_unstable_by(|a, b| {
+        let (list, seen) = (&mut *self.list, &mut self.scratch.seen);
+        list.sort_unstable_by(|a, b| {
             change(a)
                 .total_cmp(&change(b))
-                .then_with(|| place(a).cmp(&place(b)))
+                .then_with(|| path(a).cmp(&path(b)))
         });
         seen.clear();
-        let all = candidates.len();
-        candidates.retain(|candidate| {
-            let path = table.path(place(candidate));
+        let all = list.len();
+        list.retain(|candidate| {
+            let path = table.path(path(candidate));
             let [x, z, heading] = path.alike_cell(settings.alike_distance, settings.alike_angle);
             seen.insert([path.evasion as i32, x, z, heading])
         });
-        let different = candidates.len();
-        candidates.truncate(settings.most_evasions);
-        search.alike = all - different;
-        search.cut = different - candidates.len();
-        search.followed = candidates.len();
+        let different = list.len();
+        list.truncate(settings.most_evasions);
+        SearchReport {
+            alike: all - different,
+            cut: different - list.len(),
+            followed: list.len(),
+        }
     }
 }

@@ -6,8 +6,10 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
+use super::answer::Answer;
 use super::cull::Overlap;
-use super::{Answer, Prepared, Source};
+use super::session::Session;
+use super::source::Source;
 use crate::maps::PathId;
 
 /// What a culling path said of the candidates of one round of a query. A query has two rounds where
@@ -27,11 +29,12 @@ struct CountedOne {
 }
 
 impl Round {
-    /// What was counted of a query.
+    /// The counts of a session's round.
     #[must_use]
-    pub fn new(prepared: &Prepared<'_, '_>, overlaps: &[Overlap]) -> Self {
-        let candidates = prepared.cull_input().candidates;
-        let counted = prepared.counted_paths().zip(candidates).zip(overlaps);
+    pub fn new(session: &Session<'_>) -> Self {
+        let candidates = session.cull_input().candidates;
+        let counted = session.counted_paths().zip(candidates);
+        let counted = counted.zip(session.counts());
         Self {
             counted: counted
                 .map(|((path, candidate), &overlap)| CountedOne {
@@ -53,7 +56,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// From answers to one query, each found by [`Judging::All`](super::Judging::All), with its rounds: of the whole search, and
+    /// From answers to one query, each found by [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive), with its rounds: of the whole search, and
     /// of the grid's.
     #[must_use]
     pub fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {

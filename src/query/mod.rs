@@ -1,38 +1,48 @@
-//! Attack in, path and playback rates out.
+//! Queries: an attack in, a path through the graph and its playback rate out.
 //!
-//! Source: Masaoka & Oshita, sections 3.3 and 5. A query goes from where the character is to the candidates that its
-//! node holds, [`retime`]s them, has them [`cull`]ed, tests them ([`clearance`]) and [`score`]s them, to an
-//! [`Answer`]; [`Query`] takes it through all of that. Whoever culls on a device stops between
-//! [`Query::prepare`] and [`Prepared::decide`].
+//! Source: Masaoka & Oshita, sections 3.3 and 5. A [`Query`] takes a [`Request`] through these stages: gather the candidates of the
+//! next node, [`retime`] them, [`cull`] them by maps, evaluate the rest exactly ([`clearance`]), [`score`] them, and select one for
+//! the [`Answer`]. [`Query::answer`] does all of it on the CPU. To cull on a device, take a [`Session`].
 //!
-//! Architecture invariant: nothing here knows of a device.
+//! Architecture invariant: no file of this module uses the GPU. Maps go out as plain data, and counts come back.
 
 mod answer;
 mod attack;
-mod beginnings;
 mod candidate;
-mod case;
+mod candidate_motion;
 pub mod clearance;
 mod context;
 pub mod cull;
-
+mod evaluate;
+mod evaluated;
+mod evaluation;
+mod evaluation_input;
 mod gather;
-mod judge;
-mod jury;
+mod gather_moves;
 pub mod measure;
 pub(crate) mod moves;
-mod placement;
-mod played;
-mod prepared;
+mod place;
+mod prefix_cache;
 mod query;
+mod report;
+mod request;
 pub mod retime;
 pub mod score;
-mod situation;
+mod select;
+mod session;
+mod settings;
+mod source;
+mod state;
+mod workers;
 
-pub use answer::{Answer, CandidateReport, Counts, Fate, Source};
+pub use answer::{Answer, CandidateReport, Counts, Fate};
 pub use attack::{Attack, AttackError};
 pub use context::QueryContext;
-pub use judge::Judging;
+pub use cull::CullPath;
+pub use evaluation::Evaluation;
 pub use moves::{MoveSettings, SearchReport};
-pub use prepared::{Paused, Prepared, Verdict};
-pub use query::{Enumerate, Lookup, Query, QuerySettings, QuerySettingsError};
+pub use query::Query;
+pub use request::Request;
+pub use session::{Session, SessionId, Step};
+pub use settings::{Enumerate, Lookup, QuerySettings, QuerySettingsError};
+pub use source::Source;

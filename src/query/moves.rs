@@ -115,8 +115,8 @@ impl MoveSearch {
         self.report
     }
 
-    /// A path and all that it begins with, the longest first, each with the frames that it lasts.
-    pub(crate) fn beginnings(&self, path: MoveId) -> impl Iterator<Item = (MoveId, u32)> + '_ {
+    /// A path and all its prefixes, the longest first, each with its duration in frames.
+    pub(crate) fn prefixes(&self, path: MoveId) -> impl Iterator<Item = (MoveId, u32)> + '_ {
         let before = |at: &MoveId| Some(self.states[at.0 as usize].before?.0);
         let all = std::iter::successors(Some(path), before);
         all.map(|at| (at, self.states[at.0 as usize].frames))

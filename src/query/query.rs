@@ -1,166 +1,16 @@
-//! The first half of a query: from where a character is to the candidates and their maps.
-//!
-//! Source: Masaoka & Oshita, sections 5.1 to 5.3. The second half is [`Prepared::decide`]; between
-//! the two, somebody counts.
-
-use std::ops::RangeInclusive;
-
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
-use super::context::QueryContext;
-use super::moves::MoveSettings;
-use super::prepared::Verdict;
-use super::retime::RateSettings;
-use super::score::Weights;
-use super::situation::Situation;
-use super::{Answer, Attack, Judging, Paused, Prepared};
-use crate::graph::Playhead;
+use super::settings::{QuerySettings, QuerySettingsError};
 use crate::maps::BakedGraph;
 
-/// Which of the cells that an attack touches are looked up in a node's grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Lookup {
-    /// The one that is nearest to the character's root (the paper's).
-    Nearest,
-    /// The nearest one that a path in time is filed in.
-    NearestFiled,
-    /// All of them.
-    #[default]
-    Union,
-}
-
-/// Where candidates come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Enumerate {
-    /// From the node's grid; where nothing is filed in the attack's cells, or nothing of it is
-    /// clean, from everywhere.
-    Grid(Lookup),
-    /// Every path from the node to an evasion, and where those are no better, moves.
-    Whole,
-}
-
-impl Default for Enumerate {
-    fn default() -> Self {
-        Self::Grid(Lookup::default())
-    }
-}
-
-/// How a query is answered.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct QuerySettings {
-    /// Where candidates come from.
-    pub enumerate: Enumerate,
-    /// Limits of the playback rate.
-    pub rates: RateSettings,
-    /// Candidates that perform the same evasion are alike when they do so in one cell of a grid
-    /// with this side, metres; 0.001 at least. Default 0.05.
-    pub alike_distance: f32,
-    /// And when the character faces into one cell of this size then, radians; 0.001 at least.
-    /// Default 5°.
-    pub alike_angle: f32,
-    /// Most candidates that end in an evasion, those first whose rate is nearest to 1. Default 256.
-    pub most_evasions: usize,
-    /// The search for paths that only move.
-    pub moves: MoveSettings,
-    /// Weights of the score.
-    pub weights: Weights,
-    /// Whether the answer also lists the paths that are not in time, each with its reason. Default
-    /// no: they are counted only.
-    pub list_late: bool,
-    /// Threads that test candidates exactly, where that does not depend on what came of others: as long as none is clean, and
-    /// with [`Judging::All`]. 0 for as many as the machine has. Default 1. They stay with the [`QueryContext`]. The answer is the
-    /// same for any number.
-    pub threads: usize,
-}
-
-impl Default for QuerySettings {
-    fn default() -> Self {
-        Self {
-            enumerate: Enumerate::default(),
-            rates: RateSettings::default(),
-            alike_distance: 0.05,
-            alike_angle: 5f32.to_radians(),
-            most_evasions: 256,
-            moves: MoveSettings::default(),
-            weights: Weights::default(),
-            list_late: false,
-            threads: 1,
-        }
-    }
-}
-
-/// A setting of a query is out of its range.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[error("query setting {name} is {value}; it must be {range}")]
-pub struct QuerySettingsError {
-    /// Which.
-    pub name: &'static str,
-    /// What it is.
-    pub value: f64,
-    /// What it may be.
-    pub range: &'static str,
-}
-
-impl QuerySettings {
-    /// Most candidates, and most paths that are followed at a time, that may be asked for.
-    pub const MOST_CANDIDATES: usize = 1 << 16;
-
-    /// Most threads that may be asked for.
-    pub const MOST_THREADS: usize = 1024;
-
-    /// Whether every setting is in its range.
-    ///
-    /// # Errors
-    /// The first one that is not, by name.
-    pub fn check(&self) -> Result<(), QuerySettingsError> {
-        type Range = (RangeInclusive<f64>, &'static str);
-        const CELL: Range = (0.001..=1000.0, "0.001 to 1000");
-        const RATE: Range = (0.01..=100.0, "0.01 to 100");
-        const WEIGHT: Range = (-1e6..=1e6, "-1000000 to 1000000");
-        const COUNT: Range = (1.0..=QuerySettings::MOST_CANDIDATES as f64, "1 to 65536");
-        const THREADS: Range = (0.0..=QuerySettings::MOST_THREADS as f64, "0 to 1024");
-        const TIME: Range = (0.0..=10.0, "0 to 10 s");
-        let (rates, moves, weights) = (&self.rates, &self.moves, &self.weights);
-        let number = |name, value: f32, range| (name, f64::from(value), range);
-        let count = |name, value: usize, range| (name, value as f64, range);
-        let checks = [
-            number("rates.slowest", rates.slowest, RATE),
-            number("rates.fastest", rates.fastest, RATE),
-            number("rates.tolerance", rates.tolerance, TIME),
-            number("rates.nearest", rates.nearest, TIME),
-            number("alike_distance", self.alike_distance, CELL),
-            number("alike_angle", self.alike_angle, CELL),
-            count("most_evasions", self.most_evasions, COUNT),
-            count("moves.width", moves.width, COUNT),
-            count("moves.candidates", moves.candidates, COUNT),
-            number("moves.alike_distance", moves.alike_distance, CELL),
-            number("moves.alike_angle", moves.alike_angle, CELL),
-            number("weights.avoid", weights.avoid, WEIGHT),
-            number("weights.distance", weights.distance, WEIGHT),
-            number("weights.time", weights.time, WEIGHT),
-            count("threads", self.threads, THREADS),
-        ];
-        let wrong = { checks.into_iter() }.find(|(_, value, (range, _))| !range.contains(value));
-        match wrong {
-            Some((name, value, (_, range))) => Err(QuerySettingsError { name, value, range }),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Asks a baked graph how to avoid attacks.
+/// Finds motions of a baked graph that avoid attacks.
 ///
 /// ```
 /// # fn ask(baked: &sabaki::maps::BakedGraph, playhead: sabaki::graph::Playhead, attack: &sabaki::query::Attack) {
-/// use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+/// use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Request};
 ///
 /// let settings = QuerySettings::default();
-/// // Kept from one query to the next: after some of them nothing is allocated any more.
+/// // Keep both from one query to the next: after a few queries nothing is allocated any more.
 /// let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-/// Query::new(baked, &settings).answer(playhead, attack, &mut context, &mut answer);
+/// Query::new(baked, &settings).answer(Request::new(playhead, attack), &mut context, &mut answer);
 /// println!("avoided: {}, by {} m", answer.avoided, answer.clearance().metres);
 /// # }
 /// ```
@@ -171,69 +21,24 @@ pub struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    /// On one graph, with one set of settings that the program itself has chosen.
+    /// A query with settings that the program itself has chosen.
     ///
-    /// Settings that [`QuerySettings::check`] refuses are taken as they are: they crash nothing, but the answer is poor, or
-    /// slow. [`Query::checked`] is for those that come from elsewhere.
+    /// Settings out of range (see [`QuerySettings::check`]) are used as they are. Nothing panics, but the query is slow or the
+    /// answer is poor. Use [`Query::checked`] for settings from elsewhere.
     #[must_use]
     pub fn new(baked: &'a BakedGraph, settings: &'a QuerySettings) -> Self {
         Self { baked, settings }
     }
 
-    /// On one graph, with settings that come from a file or a user.
+    /// A query with settings from a file or a user.
     ///
     /// # Errors
-    /// The first setting that is out of its range.
+    /// The first setting that is out of range.
     pub fn checked(
         baked: &'a BakedGraph,
         settings: &'a QuerySettings,
     ) -> Result<Self, QuerySettingsError> {
         settings.check()?;
         Ok(Self::new(baked, settings))
-    }
-
-    /// Finds the candidates for a character at `playhead` and draws up their maps. `attack` is in
-    /// the world of the playhead, its clock starts now.
-    #[must_use]
-    pub fn prepare<'c>(
-        &self,
-        playhead: Playhead,
-        attack: &'c Attack,
-        context: &'c mut QueryContext,
-    ) -> Prepared<'a, 'c> {
-        let situation = Situation::new(self.baked, playhead, attack);
-        Prepared::new(*self, situation, context)
-    }
-
-    /// Takes up a paused query. `None` where `context` has been used for another one since. The query, the attack and the
-    /// context are those that it was prepared with.
-    #[must_use]
-    pub fn resume<'c>(
-        &self,
-        paused: Paused,
-        attack: &'c Attack,
-        context: &'c mut QueryContext,
-    ) -> Option<Prepared<'a, 'c>> {
-        Prepared::resume(*self, (paused, attack), context)
-    }
-
-    /// The whole query, culled on the CPU.
-    pub fn answer(
-        &self,
-        playhead: Playhead,
-        attack: &Attack,
-        context: &mut QueryContext,
-        answer: &mut Answer,
-    ) {
-        let mut counting = std::mem::take(&mut context.counting);
-        let mut prepared = self.prepare(playhead, attack, context);
-        loop {
-            counting.count(&prepared.cull_input());
-            match prepared.decide(&counting.overlaps, Judging::Needed, answer) {
-                Verdict::Answered => break,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
-        context.counting = counting;
     }
 }

@@ -5,6 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::graph::{EdgeId, Step};
+use crate::maps::BakedGraph;
+
 /// Limits of retiming.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateSettings {
@@ -121,6 +124,26 @@ pub fn rate(
     } else {
         Err(RateError::OutOfRange { rate })
     }
+}
+
+/// The steps of a path whose retimable edges are played at a rate.
+pub(super) fn retimed<'a>(
+    baked: &'a BakedGraph,
+    rate: Rate,
+    edges: impl Iterator<Item = EdgeId> + 'a,
+) -> impl Iterator<Item = Step> + 'a {
+    edges.map(move |edge| {
+        let retimable = baked.retimable(edge);
+        let is_changed = match rate.direction {
+            Direction::Unchanged => false,
+            Direction::Faster => retimable.faster,
+            Direction::Slower => retimable.slower,
+        };
+        Step {
+            edge,
+            rate: if is_changed { rate.rate } else { 1.0 },
+        }
+    })
 }
 
 #[cfg(test)]

@@ -41,12 +41,7 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
         let (turn, before) = (duel.turn(), duel.exchanges().len());
         let challenge = duel.challenge().unwrap();
         assert_eq!(challenge.attacker, turn);
-        query.answer(
-            challenge.playhead,
-            &challenge.attack,
-            &mut context,
-            &mut answer,
-        );
+        query.answer(challenge.request(), &mut context, &mut answer);
         match duel.settle(&challenge, &answer) {
             Settled::Fought(exchange) => {
                 assert_eq!(duel.exchanges().last(), Some(&*exchange));

@@ -39,9 +39,9 @@ fn agree(baked: &BakedGraph) {
     for index in 0..60 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let query = Query::new(baked, &settings);
-        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        prepared.draw_outer_maps();
-        let input = prepared.cull_input();
+        let mut session = query.start(throw.request(), &mut context);
+        session.draw_outer_maps();
+        let input = session.cull_input();
         cpu::count(&input, &mut expected);
         let counts = device.cull_compute(&mut culler, &input).unwrap();
         assert_eq!(counts, expected, "attack {index}");

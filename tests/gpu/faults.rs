@@ -8,7 +8,7 @@ use sabaki_testing as common;
 mod plain_memory;
 use sabaki_testing::shim;
 
-use std::{cell::RefCell, collections::BTreeMap, fs, path::Path};
+use std::{cell::RefCell, collections::BTreeMap, convert::Infallible, fs, path::Path};
 
 use common::cull::{any_input, atlas_on, sliced};
 use common::small::small;
@@ -22,7 +22,7 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
-use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::headless::Headless;
 use shim::Fault;
 
@@ -368,21 +368,18 @@ fn ask(
     let query = Query::new(small(), &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let mut failed = None;
-    let mut prepared = query.prepare(*playhead, attack, &mut context);
-    loop {
-        let input = prepared.cull_input();
-        let overlaps = match failed.is_none().then(|| count(&input)) {
+    let mut session = query.start(Request::new(*playhead, attack), &mut context);
+    let Ok(()) = session.run(&mut answer, |input, counts| {
+        *counts = match failed.is_none().then(|| count(input)) {
             Some(Ok(counted)) => counted,
             other => {
-                failed = failed.or(other.and_then(Result::err));
-                on_cpu(&input)
+                failed = failed.take().or(other.and_then(Result::err));
+                on_cpu(input)
             }
         };
-        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
-            Verdict::Answered => return (answer, failed),
-            Verdict::Widened(wider) => prepared = wider,
-        }
-    }
+        Ok::<_, Infallible>(())
+    });
+    (answer, failed)
 }
 
 /// The CPU's counts, as far as a choice needs them.

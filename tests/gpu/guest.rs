@@ -8,6 +8,7 @@ use sabaki_testing as common;
 mod plain_memory;
 
 use std::{
+    convert::Infallible,
     ffi::c_void,
     future::Future,
     pin::pin,
@@ -18,8 +19,7 @@ use common::{answer::answer_throw, baked::embedded};
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{Context, RawContextDesc, Terms, command_buffer, compute, stencil};
-use sabaki::query::cull::CullInput;
-use sabaki::query::{Answer, Judging, Query, QueryContext, QuerySettings, Verdict};
+use sabaki::query::{Answer, Evaluation, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use wgpu::hal::api::Vulkan;
 
@@ -174,35 +174,30 @@ fn wgpu_hosts_a_dodge() {
         let throw = throw(baked, &ThrowSettings::default(), 3, index).unwrap();
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         let (mut counts, mut any, mut summed) = (Vec::new(), Vec::new(), Vec::new());
-        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        loop {
-            let mut cull = |input: &CullInput<'_>| {
-                // SAFETY: the host gives a buffer that is being recorded, and has waited for the one before.
-                let tickets = host.frame(index as u32, |cmd| unsafe {
-                    (
-                        stencil.record(cmd, 0, input).unwrap(),
-                        compute.record(cmd, 0, input).unwrap(),
-                        atomics.record(cmd, 0, input).unwrap(),
-                    )
-                });
-                assert!(!tickets.0.counts_exact);
-                assert!(stencil.poll(tickets.0, &mut any).unwrap());
-                assert!(compute.poll(tickets.1, &mut counts).unwrap());
-                assert!(atomics.poll(tickets.2, &mut summed).unwrap());
-                assert!(tickets.2.counts_exact);
-            };
-            cull(&prepared.cull_input());
+        let mut session = query.start(throw.request(), &mut context);
+        let Ok(()) = session.run(&mut answer, |input, wanted| {
+            // SAFETY: the host gives a buffer that is being recorded, and has waited for the one before.
+            let tickets = host.frame(index as u32, |cmd| unsafe {
+                (
+                    stencil.record(cmd, 0, input).unwrap(),
+                    compute.record(cmd, 0, input).unwrap(),
+                    atomics.record(cmd, 0, input).unwrap(),
+                )
+            });
+            assert!(!tickets.0.counts_exact);
+            assert!(stencil.poll(tickets.0, &mut any).unwrap());
+            assert!(compute.poll(tickets.1, &mut counts).unwrap());
+            assert!(atomics.poll(tickets.2, &mut summed).unwrap());
+            assert!(tickets.2.counts_exact);
             assert_eq!(summed, counts);
             for (any, counted) in any.iter().zip(&counts) {
                 assert_eq!(any.body > 0, counted.body > 0);
             }
             removed += counts.iter().filter(|one| one.body > 0).count();
-            match prepared.decide(&counts, Judging::Needed, &mut answer) {
-                Verdict::Answered => break,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
-        let expected = answer_throw(&query, &throw, Judging::Needed);
+            wanted.clone_from(&counts);
+            Ok::<_, Infallible>(())
+        });
+        let expected = answer_throw(&query, &throw, Evaluation::Lazy);
         assert_eq!(
             format!("{answer:?}"),
             format!("{expected:?}"),

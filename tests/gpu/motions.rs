@@ -89,9 +89,9 @@ fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
     for index in 0..60 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
         let query = Query::new(baked, &settings);
-        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        prepared.draw_outer_maps();
-        let input = prepared.cull_input();
+        let mut session = query.start(throw.request(), &mut context);
+        session.draw_outer_maps();
+        let input = session.cull_input();
         let mut expected = Vec::new();
         cpu::count(&input, &mut expected);
         assert_eq!(

@@ -11,7 +11,7 @@ use common::baked::embedded;
 use glam::Vec3;
 use sabaki::graph::NodeId;
 use sabaki::maps::{BodyTrack, CellColumn, PathId, TouchedCells};
-use sabaki::query::{Enumerate, Judging, Lookup, Query, QueryContext, QuerySettings, Source};
+use sabaki::query::{Enumerate, Evaluation, Lookup, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 type Cell = (i32, i32, u32);
@@ -105,17 +105,17 @@ fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
     let wide = settings(Enumerate::Whole);
     for index in 0..40 {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
-        let whole = answer_throw(&Query::new(baked, &wide), &throw, Judging::Needed);
+        let whole = answer_throw(&Query::new(baked, &wide), &throw, Evaluation::Lazy);
         let mut found = Vec::new();
         for lookup in [Lookup::Nearest, Lookup::NearestFiled, Lookup::Union] {
             let settings = settings(Enumerate::Grid(lookup));
             let query = Query::new(baked, &settings);
-            let answer = answer_throw(&query, &throw, Judging::Needed);
+            let answer = answer_throw(&query, &throw, Evaluation::Lazy);
             assert_eq!(answer.avoided, whole.avoided, "{lookup:?}, attack {index}");
             from_grid += usize::from(answer.source == Source::Grid);
-            let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-            if prepared.source() == Source::Grid {
-                found.push(prepared.cull_input().candidates.len());
+            let session = query.start(throw.request(), &mut context);
+            if session.source() == Source::Grid {
+                found.push(session.cull_input().candidates.len());
             }
         }
         assert!(found.is_sorted(), "{found:?}");

@@ -11,7 +11,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::Playhead;
 use sabaki::maps::{AttackMaps, AttackMove};
 use sabaki::math::Rigid2;
-use sabaki::query::{Attack, Judging, Query, QuerySettings};
+use sabaki::query::{Attack, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
@@ -95,7 +95,7 @@ fn an_attack_of_the_graph_is_answered() {
             .playhead;
         let query = Query::new(baked, &settings);
         let overlaps = first_counts(&query, (playhead, &attack));
-        let answer = answer_attack(&query, (playhead, &attack), Judging::Needed);
+        let answer = answer_attack(&query, (playhead, &attack), Evaluation::Lazy);
         assert_eq!(answer.avoided, answer.clearance().metres >= 0.0);
         avoided += usize::from(answer.avoided);
         met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));

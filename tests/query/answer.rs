@@ -12,7 +12,7 @@ use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
-use sabaki::query::{Answer, Attack, CandidateReport, Fate, Judging, Query, QuerySettings};
+use sabaki::query::{Answer, Attack, CandidateReport, Evaluation, Fate, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
 const ATTACKS: u64 = 60;
@@ -21,8 +21,8 @@ fn throws() -> impl Iterator<Item = Throw> {
     (0..ATTACKS).map(|index| throw(embedded(), &ThrowSettings::default(), 7, index).unwrap())
 }
 
-fn answer(settings: &QuerySettings, throw: &Throw, judging: Judging) -> Answer {
-    answer_throw(&Query::new(embedded(), settings), throw, judging)
+fn answer(settings: &QuerySettings, throw: &Throw, evaluation: Evaluation) -> Answer {
+    answer_throw(&Query::new(embedded(), settings), throw, evaluation)
 }
 
 fn centres(baked: &BakedGraph, motion: &Motion, t: f32) -> Vec<Vec3> {
@@ -66,7 +66,7 @@ fn stepped_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> f3
 fn the_exact_clearance_is_that_of_stepping_through_time() {
     let settings = QuerySettings::default();
     for throw in throws() {
-        let answer = answer(&settings, &throw, Judging::Needed);
+        let answer = answer(&settings, &throw, Evaluation::Lazy);
         let stepped = stepped_clearance(embedded(), &answer.motion, &throw.attack);
         let exact = answer.clearance().metres;
         assert!(
@@ -124,11 +124,11 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
     settings.weights.distance = -4.0;
     let mut decided_by_distance = 0;
     for throw in throws().take(20) {
-        let needed = answer(&settings, &throw, Judging::Needed);
-        let all = answer(&settings, &throw, Judging::All);
+        let needed = answer(&settings, &throw, Evaluation::Lazy);
+        let all = answer(&settings, &throw, Evaluation::Exhaustive);
         if all.avoided {
             assert_best(&settings, &needed, &all);
-            let usual = answer(&QuerySettings::default(), &throw, Judging::Needed);
+            let usual = answer(&QuerySettings::default(), &throw, Evaluation::Lazy);
             let gained = needed.clearance().metres - usual.clearance().metres;
             decided_by_distance += usize::from(gained > 0.01);
         }
@@ -141,8 +141,8 @@ fn the_maps_never_hide_the_only_clean_candidate() {
     let settings = QuerySettings::default();
     let (mut avoided, mut reconsidered, mut strayed) = (0, 0, 0);
     for throw in throws() {
-        let needed = answer(&settings, &throw, Judging::Needed);
-        let all = answer(&settings, &throw, Judging::All);
+        let needed = answer(&settings, &throw, Evaluation::Lazy);
+        let all = answer(&settings, &throw, Evaluation::Exhaustive);
         assert_eq!(needed.avoided, all.avoided);
         // Paths that only move are looked for where they could win.
         assert!(needed.counts.candidates <= all.counts.candidates);
@@ -176,7 +176,7 @@ fn the_evasion_starts_when_the_attack_does() {
     settings.rates.nearest = 0.0;
     let mut evasions = 0;
     for throw in throws() {
-        let answer = answer(&settings, &throw, Judging::Needed);
+        let answer = answer(&settings, &throw, Evaluation::Lazy);
         let chosen = answer.chosen();
         let path: Vec<_> = answer.path(baked, chosen).collect();
         let Some(evasion) = chosen.evasion else {
@@ -209,7 +209,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
     let mut taken = 0;
     for index in 0..400 {
         let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
-        let of = |settings| answer(settings, &throw, Judging::Needed).counts;
+        let of = |settings| answer(settings, &throw, Evaluation::Lazy).counts;
         let (found, in_time) = (of(&near), of(&strict));
         // Every path is either a candidate, alike another one, or late: none is lost.
         assert!(found.not_in_time <= in_time.not_in_time);
@@ -226,7 +226,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
 fn paths_are_connected_and_motion_is_continuous() {
     let (settings, baked) = (QuerySettings::default(), embedded());
     for throw in throws().take(20) {
-        let answer = answer(&settings, &throw, Judging::Needed);
+        let answer = answer(&settings, &throw, Evaluation::Lazy);
         let mut node: NodeId = throw.playhead.next_node(baked.graph());
         for step in answer.motion.steps() {
             assert_eq!(baked.graph().edge(step.edge).from, node);
@@ -269,7 +269,7 @@ fn every_candidate_has_a_fate_and_every_late_one_a_reason() {
         ..QuerySettings::default()
     };
     for throw in throws().take(20) {
-        let answer = answer(&settings, &throw, Judging::Needed);
+        let answer = answer(&settings, &throw, Evaluation::Lazy);
         let count = |fate| answer.candidates.iter().filter(|c| c.fate == fate).count();
         assert_eq!(count(Fate::Chosen), 1);
         assert_eq!(count(Fate::NotInTime), answer.counts.not_in_time);
@@ -305,7 +305,7 @@ fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
             playhead,
             attack: sure_hit.unwrap(),
         },
-        Judging::Needed,
+        Evaluation::Lazy,
     );
     assert!(!hit.avoided && hit.clearance().metres < 0.0);
     let nowhere = Attack::new(vec![vec![ball(1.0, Vec3::new(500.0, 0.9, 0.0))]]).unwrap();
@@ -315,7 +315,7 @@ fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
             playhead,
             attack: nowhere,
         },
-        Judging::Needed,
+        Evaluation::Lazy,
     );
     assert!(clean.avoided && clean.clearance().metres > 400.0);
     let late = Attack::new(vec![vec![ball(599.0, Vec3::Y), ball(600.0, Vec3::Y)]]).unwrap();
@@ -325,7 +325,7 @@ fn an_attack_that_comes_at_once_or_far_away_is_answered_too() {
             playhead,
             attack: late,
         },
-        Judging::Needed,
+        Evaluation::Lazy,
     );
 }
 
@@ -344,7 +344,7 @@ fn a_character_far_out_is_answered_without_overflow() {
         for attack in [attack(Vec3::Y), attack(Vec3::new(9_000.0, 1.0, -4_000.0))] {
             let world = Rigid2::new(0.4, metres, -metres);
             let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, world);
-            let answer = answer(&settings, &Throw { playhead, attack }, Judging::Needed);
+            let answer = answer(&settings, &Throw { playhead, attack }, Evaluation::Lazy);
             assert!(answer.avoided, "{metres} m away");
         }
     }
@@ -360,7 +360,7 @@ fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
     let (mut body, mut hits) = (MotionBody::default(), 0);
     for index in 0..150 {
         let throw = throw(baked, &ThrowSettings::default(), 41, index).unwrap();
-        let answer = answer_throw(&query, &throw, Judging::Needed);
+        let answer = answer_throw(&query, &throw, Evaluation::Lazy);
         if answer.avoided {
             continue;
         }

@@ -12,7 +12,7 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::{Attack, Enumerate, Query, QueryContext, QuerySettings};
+use sabaki::query::{Attack, Enumerate, Query, QueryContext, QuerySettings, Request};
 
 /// An attack that comes from a side, at a time.
 fn attack(from: f32, t: f32) -> Attack {
@@ -41,9 +41,9 @@ fn counting_allocates_nothing() {
     for round in 0..2 {
         for attack in &attacks {
             let before = allocations();
-            let mut prepared = query.prepare(playhead, attack, &mut context);
-            prepared.draw_outer_maps();
-            culler.count(&prepared.cull_input(), &mut overlaps);
+            let mut session = query.start(Request::new(playhead, attack), &mut context);
+            session.draw_outer_maps();
+            culler.count(&session.cull_input(), &mut overlaps);
             let after = allocations();
             candidates += overlaps.len();
             met += overlaps.iter().filter(|overlap| overlap.outer > 0).count();

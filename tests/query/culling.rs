@@ -8,7 +8,7 @@ use common::captures::fight_graph;
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::{Answer, Enumerate, Judging, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
@@ -45,14 +45,17 @@ fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
     let mut tally = Tally::default();
     for index in 0..attacks {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
-        let mut prepared =
-            Query::new(baked, &settings).prepare(throw.playhead, &throw.attack, &mut context);
-        prepared.draw_outer_maps();
-        culler.count(&prepared.cull_input(), &mut overlaps);
-        let open: Vec<bool> = (prepared.cull_input().candidates.iter())
+        let request = Request {
+            evaluation: Evaluation::Exhaustive,
+            ..throw.request()
+        };
+        let mut session = Query::new(baked, &settings).start(request, &mut context);
+        session.draw_outer_maps();
+        culler.count(&session.cull_input(), &mut overlaps);
+        let open: Vec<bool> = (session.cull_input().candidates.iter())
             .map(|candidate| candidate.open)
             .collect();
-        let _ = prepared.decide(&overlaps, Judging::All, &mut answer);
+        let _ = session.submit(&overlaps, &mut answer);
         for (index, (overlap, open)) in overlaps.iter().zip(open).enumerate() {
             let clean = answer.candidates[index].clearance.unwrap().metres >= 0.0;
             let (removed, proven) = (overlap.body > 0, overlap.outer == 0 && !open);

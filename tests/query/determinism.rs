@@ -10,7 +10,7 @@ use common::baked::{embedded, embedded_graph};
 use sabaki::archive::to_bytes;
 use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
-use sabaki::query::{Answer, Enumerate, Judging, Query, QuerySettings};
+use sabaki::query::{Answer, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 #[test]
@@ -53,11 +53,11 @@ fn what_is_baked_is_that_of_the_last_version() {
     assert_eq!(format!("{:016x}", digest.0), "d47fa7102c950939");
 }
 
-fn answers(settings: &QuerySettings, judging: Judging) -> impl Iterator<Item = Answer> {
+fn answers(settings: &QuerySettings, evaluation: Evaluation) -> impl Iterator<Item = Answer> {
     let query = Query::new(embedded(), settings);
     (0..30).map(move |index| {
         let throw = throw(embedded(), &ThrowSettings::default(), 77, index).unwrap();
-        answer_throw(&query, &throw, judging)
+        answer_throw(&query, &throw, evaluation)
     })
 }
 
@@ -71,8 +71,8 @@ fn any_number_of_threads_gives_the_same_answers() {
             ..QuerySettings::default()
         };
         let (one, three) = (with(1), with(3));
-        for judging in [Judging::All, Judging::Needed] {
-            for (a, b) in answers(&one, judging).zip(answers(&three, judging)) {
+        for evaluation in [Evaluation::Exhaustive, Evaluation::Lazy] {
+            for (a, b) in answers(&one, evaluation).zip(answers(&three, evaluation)) {
                 assert_eq!(a.candidates, b.candidates);
                 assert_eq!((a.chosen, a.motion), (b.chosen, b.motion));
                 hits += usize::from(!a.avoided);
@@ -102,7 +102,7 @@ impl Digest {
 fn digest(settings: &QuerySettings) -> u64 {
     let mut digest = Digest::default();
     let mut add = |value: u64| digest.add(value);
-    for answer in answers(settings, Judging::Needed) {
+    for answer in answers(settings, Evaluation::Lazy) {
         add(u64::from(answer.avoided));
         add(answer.counts.candidates as u64);
         add(answer.counts.culled as u64);

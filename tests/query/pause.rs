@@ -1,5 +1,4 @@
-//! Promise: a query that was paused between its halves ends as one that was not; a context that has served another one since
-//! says so.
+//! Promise: a session that is dropped and resumed in each round ends like one that is not. A context resumes only its last session.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;
@@ -10,7 +9,7 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
 use sabaki::query::cull::cpu;
-use sabaki::query::{Answer, Attack, Judging, Query, QueryContext, QuerySettings, Verdict};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, Step};
 
 fn attack(x: f32) -> Attack {
     let key = |t, x| SphereKey {
@@ -31,25 +30,22 @@ fn a_paused_query_ends_as_if_it_had_not_been() {
         let attack = attack(1.0);
         let (mut context, mut overlaps) = (QueryContext::default(), Vec::new());
         let (mut straight, mut paused) = (Answer::default(), Answer::default());
-        let mut prepared = query.prepare(playhead, &attack, &mut context);
+        let request = Request::new(playhead, &attack);
+        query
+            .start(request, &mut context)
+            .run_on_cpu(&mut cpu::Culler::default(), &mut straight);
+        let mut waiting = query.start(request, &mut context).id();
+        drop(attack);
         loop {
-            cpu::count(&prepared.cull_input(), &mut overlaps);
-            match prepared.decide(&overlaps, Judging::Needed, &mut straight) {
-                Verdict::Answered => break,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
-        let mut prepared = query.prepare(playhead, &attack, &mut context);
-        loop {
-            cpu::count(&prepared.cull_input(), &mut overlaps);
-            let pause = prepared.pause();
+            let mut session = query.resume(waiting, &mut context).unwrap();
+            cpu::count(&session.cull_input(), &mut overlaps);
             paused_at += 1;
-            let resumed = query.resume(pause, &attack, &mut context).unwrap();
-            match resumed.decide(&overlaps, Judging::Needed, &mut paused) {
-                Verdict::Answered => break,
-                Verdict::Widened(wider) => prepared = wider,
+            match session.submit(&overlaps, &mut paused) {
+                Step::Done => break,
+                Step::Recount => waiting = session.id(),
             }
         }
+        assert!(query.resume(waiting, &mut context).is_none());
         assert_eq!(
             format!("{straight:?}"),
             format!("{paused:?}"),
@@ -66,8 +62,12 @@ fn a_context_serves_one_query_at_a_time() {
     let playhead = Playhead::at(baked.graph(), EdgeId(0), 0.0, Rigid2::IDENTITY);
     let (first, second) = (attack(1.0), attack(0.5));
     let mut context = QueryContext::default();
-    let one = query.prepare(playhead, &first, &mut context).pause();
-    let two = query.prepare(playhead, &second, &mut context).pause();
-    assert!(query.resume(one, &first, &mut context).is_none());
-    assert!(query.resume(two, &second, &mut context).is_some());
+    let one = query
+        .start(Request::new(playhead, &first), &mut context)
+        .id();
+    let two = query
+        .start(Request::new(playhead, &second), &mut context)
+        .id();
+    assert!(query.resume(one, &mut context).is_none());
+    assert!(query.resume(two, &mut context).is_some());
 }

@@ -30,7 +30,7 @@ fn a_query_allocates_nothing() {
         let mut round = || {
             let before = allocations();
             for throw in &throws {
-                query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
+                query.answer(throw.request(), &mut context, &mut answer);
             }
             allocations() - before
         };

@@ -6,10 +6,9 @@ use sabaki_testing as common;
 use common::baked::embedded;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
-use sabaki::query::{Answer, Judging, Query, QueryContext, Verdict};
+use sabaki::query::{Answer, CullPath, Query, QueryContext, Request};
 use sabaki_app::live::{
-    AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, Throw,
-    with_asker,
+    AskerDesc, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, Throw, with_asker,
 };
 
 #[test]
@@ -67,13 +66,13 @@ fn slabs_of_another_height_cull_the_next_throw_on_every_path() {
         let heights: Vec<f32> = grids.iter().map(|(_, grid)| grid.slab_height).collect();
         assert_eq!(heights, [0.05, 0.10, 0.20, 0.30, 0.30]);
         for (round, (choice, grid)) in grids.iter().chain(&grids[1..3]).enumerate() {
-            fighter.settings.culling = Culling::ALL[1 + round % 3];
+            fighter.settings.culling = CullPath::ALL[1 + round % 3];
             fighter.choose_maps(*choice);
             fighter.advance(3.0);
             throw_at(&mut fighter);
             let last = fighter.last().unwrap();
             assert_eq!((last.reply.maps, last.maps), (*choice, *grid));
-            assert_eq!(last.reply.culling, Culling::ALL[1 + round % 3]);
+            assert_eq!(last.reply.culling, CullPath::ALL[1 + round % 3]);
             assert_eq!(last.reply.trouble, None);
 
             // What maps that were drawn for this alone count, and what is chosen by them.
@@ -127,13 +126,10 @@ fn throw_at(fighter: &mut Fighter<'_>) {
 fn answered(baked: &BakedGraph, throw: &Throw<'_>) -> Answer {
     let query = Query::new(baked, &throw.settings);
     let (mut context, mut culler) = (QueryContext::default(), cpu::Culler::default());
-    let (mut overlaps, mut answer) = (Vec::new(), Answer::default());
-    let mut prepared = query.prepare(throw.playhead, &throw.ball.attack, &mut context);
-    loop {
-        culler.count(&prepared.cull_input(), &mut overlaps);
-        match prepared.decide(&overlaps, Judging::Needed, &mut answer) {
-            Verdict::Answered => return answer,
-            Verdict::Widened(wider) => prepared = wider,
-        }
-    }
+    let mut answer = Answer::default();
+    let request = Request::new(throw.playhead, &throw.ball.attack);
+    query
+        .start(request, &mut context)
+        .run_on_cpu(&mut culler, &mut answer);
+    answer
 }

@@ -11,8 +11,8 @@ use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, AttackError, Judging, Prepared, Query, QueryContext, QuerySettings,
-    QuerySettingsError, Verdict, cull::cpu,
+    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings,
+    QuerySettingsError, Request, cull::cpu,
 };
 
 /// With the graph, everything that an answer depends on.
@@ -26,8 +26,8 @@ pub struct Question {
     pub attack: Attack,
     /// How the query is answered.
     pub settings: QuerySettings,
-    /// How much is judged.
-    pub judging: Judging,
+    /// How many candidates are tested exactly.
+    pub evaluation: Evaluation,
 }
 
 /// A [`Question`] as it stands in a file, without the attack, which has a place of its own.
@@ -36,7 +36,8 @@ pub(super) struct Asked {
     pub graph: u32,
     pub playhead: Playhead,
     pub settings: QuerySettings,
-    pub judging: Judging,
+    #[serde(rename = "judging")]
+    pub evaluation: Evaluation,
 }
 
 /// What an answer is known by, to the bit.
@@ -128,7 +129,7 @@ impl Question {
             graph: self.graph,
             playhead: self.playhead,
             settings: self.settings,
-            judging: self.judging,
+            evaluation: self.evaluation,
         }
     }
 }
@@ -150,7 +151,7 @@ impl Recording {
                 playhead: query.playhead,
                 attack: Attack::new(attack.spheres)?,
                 settings: query.settings,
-                judging: query.judging,
+                evaluation: query.evaluation,
             },
             chosen: answer,
         })
@@ -177,7 +178,7 @@ impl Recording {
             playhead,
             attack,
             settings,
-            judging,
+            evaluation,
         } = &self.question;
         let found =
             archive::checksum(baked).map_err(|error| RecordingError::Unnamed(error.to_string()))?;
@@ -196,20 +197,12 @@ impl Recording {
             ..*settings
         };
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-        let query = Query::checked(baked, &settings)?;
-        let prepared = query.prepare(*playhead, attack, &mut context);
-        decide(prepared, *judging, &mut answer);
+        let request = Request {
+            evaluation: *evaluation,
+            ..Request::new(*playhead, attack)
+        };
+        let mut session = Query::checked(baked, &settings)?.start(request, &mut context);
+        session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
         Ok(answer)
-    }
-}
-
-fn decide(mut prepared: Prepared<'_, '_>, judging: Judging, answer: &mut Answer) {
-    let mut overlaps = Vec::new();
-    loop {
-        cpu::count(&prepared.cull_input(), &mut overlaps);
-        match prepared.decide(&overlaps, judging, answer) {
-            Verdict::Answered => return,
-            Verdict::Widened(wider) => prepared = wider,
-        }
     }
 }

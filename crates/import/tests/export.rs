@@ -11,7 +11,7 @@ use common::baked::embedded;
 use common::plain_bvh::{PlainBvh, V3, add, apart, lerp, scaled};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
-use sabaki::query::{Answer, Judging, Query, QuerySettings};
+use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::{evasion_placement, write_answer};
 use sabaki_import::{Chosen, Question, Recording, RecordingError};
@@ -35,7 +35,7 @@ fn question(throw: &Throw) -> Question {
         playhead: throw.playhead,
         attack: throw.attack.clone(),
         settings: settings(),
-        judging: Judging::Needed,
+        evaluation: Evaluation::Lazy,
     }
 }
 
@@ -45,7 +45,7 @@ fn answers() -> impl Iterator<Item = (Throw, Answer)> {
         let answer = answer_throw(
             &Query::new(embedded(), &settings()),
             &throw,
-            Judging::Needed,
+            Evaluation::Lazy,
         );
         (throw, answer)
     })

@@ -10,7 +10,7 @@ use common::baked::embedded;
 use sabaki::anim::{Clip, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics};
 use sabaki::archive;
 use sabaki::graph::ClipSource;
-use sabaki::query::{Judging, Query, QuerySettings};
+use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_import::export::{MotionFormat, Target, write_answer_as};
 use sabaki_import::{ClipSet, EventsFile, Question, ReadError, ReadOptions, gltf, read_clips};
@@ -179,13 +179,13 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
     let mut evasions = 0;
     for index in 0..6 {
         let throw = throw(baked, &ThrowSettings::default(), 11, index).unwrap();
-        let answer = answer_throw(&Query::new(baked, &settings), &throw, Judging::Needed);
+        let answer = answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy);
         let question = Question {
             graph: archive::checksum(baked).unwrap(),
             playhead: throw.playhead,
             attack: throw.attack.clone(),
             settings,
-            judging: Judging::Needed,
+            evaluation: Evaluation::Lazy,
         };
         let target = Target {
             folder: folder.path(),

@@ -8,7 +8,7 @@ use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
-use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 
 use super::clips::{small_skeleton, swinging_clip};
 
@@ -74,7 +74,7 @@ pub fn use_it(baked: &BakedGraph) {
     };
     let attack = Attack::new(vec![vec![key(0.9, -1.0), key(1.1, 1.0)]]).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    Query::new(baked, &settings).answer(playhead, &attack, &mut context, &mut answer);
+    Query::new(baked, &settings).answer(Request::new(playhead, &attack), &mut context, &mut answer);
     let whole = (&attack, Extent::WHOLE);
     let _ = on_motion(
         baked,

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 pub use closest::closest;
 pub use motion_body::MotionBody;
 
-use super::Attack;
+use super::attack::Attack;
 use crate::graph::Motion;
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Rigid2;
@@ -125,6 +125,21 @@ pub(in crate::query) fn on_one_motion(
     scratch: &mut MotionBody,
 ) -> Clearance {
     let (posed, stretches, _) = scratch.parts();
+    let mut body = posed.on(baked, motion, sampling);
+    let mut sweep = Sweep::new(attack, extent, stretches);
+    sweep.part(&mut body, Course::of_motion((0.0, f32::INFINITY)));
+    sweep.nearest()
+}
+
+/// The same for a motion that is built for the test alone, in the memory of `scratch`.
+pub(in crate::query) fn on_built_motion(
+    baked: &BakedGraph,
+    (build, sampling): (impl FnOnce(&mut Motion), Sampling),
+    (attack, extent): (&Attack, Extent),
+    scratch: &mut MotionBody,
+) -> Clearance {
+    let (posed, stretches, motion) = scratch.parts();
+    build(motion);
     let mut body = posed.on(baked, motion, sampling);
     let mut sweep = Sweep::new(attack, extent, stretches);
     sweep.part(&mut body, Course::of_motion((0.0, f32::INFINITY)));

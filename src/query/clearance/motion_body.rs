@@ -97,14 +97,6 @@ impl MotionBody {
     pub(in crate::query) fn forget(&mut self) {
         self.posed.forget();
     }
-
-    pub(in crate::query) fn take_motion(&mut self) -> Motion {
-        std::mem::take(&mut self.motion)
-    }
-
-    pub(in crate::query) fn return_motion(&mut self, motion: Motion) {
-        self.motion = motion;
-    }
 }
 
 /// The body along a motion, posed at the samples that are asked for.

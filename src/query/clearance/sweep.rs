@@ -7,7 +7,7 @@ use super::nearest::{Ball, Nearest, Spheres};
 use super::{Clearance, Extent, SAMPLE_RATE};
 use crate::maps::{BodyTrack, MovingSphere, SphereKey};
 use crate::math::Rigid2;
-use crate::query::Attack;
+use crate::query::attack::Attack;
 
 /// Where the body's spheres are at the samples of some clock.
 pub(super) trait Samples {

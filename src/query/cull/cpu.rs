@@ -5,8 +5,9 @@
 //! whose texels are turned, looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};
+use super::input::{CullCandidate, CullInput};
+use super::overlap::{Counted, Overlap};
 use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks};
-use super::{Counted, CullCandidate, CullInput, Overlap};
 use crate::maps::{
     BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
 };

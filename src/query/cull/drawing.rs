@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::Scene;
+use super::scene::{Reach, Scene};
 use super::steps::Steps;
 use crate::maps::{Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, ROUNDING, Slab};
 use crate::math::floor;
@@ -46,14 +46,6 @@ pub struct TimedDisc {
     pub disc: Disc,
     /// When; 0 where maps are untimed.
     pub slice: u32,
-}
-
-/// Which part of the attack is drawn: what some candidate's maps can reach.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::query) struct Reach {
-    /// The attack's texels of the frame that the paths start in.
-    pub rect: MapRect,
-    pub slabs: Range<i32>,
 }
 
 impl AttackDrawing {

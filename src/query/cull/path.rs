@@ -4,6 +4,8 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::query::evaluation::Evaluation;
+
 /// The implementation that counts the overlaps of candidates and attack. All of them return the same counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -36,6 +38,15 @@ impl CullPath {
             Self::Cpu => "cpu",
             Self::Stencil => "stencil",
             Self::Compute => "compute",
+        }
+    }
+
+    /// How queries of this path are evaluated: the exact path tests every candidate.
+    #[must_use]
+    pub fn evaluation(self) -> Evaluation {
+        match self {
+            Self::Exact => Evaluation::Exhaustive,
+            Self::Cpu | Self::Stencil | Self::Compute => Evaluation::Lazy,
         }
     }
 

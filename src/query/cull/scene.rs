@@ -1,6 +1,8 @@
-use crate::maps::{RegionAtlas, RegionId};
+use std::ops::Range;
+
+use crate::maps::{MapRect, RegionAtlas, RegionId};
 use crate::math::Rigid2;
-use crate::query::Attack;
+use crate::query::attack::Attack;
 
 /// An evasion where a candidate performs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,4 +26,12 @@ pub(in crate::query) struct Scene<'a> {
     pub reach: f32,
     /// Whether outer maps are drawn; where they are not, every candidate is open.
     pub outer: bool,
+}
+
+/// Which part of the attack is drawn: what some candidate's maps can reach.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::query) struct Reach {
+    /// The attack's texels of the frame that the paths start in.
+    pub rect: MapRect,
+    pub slabs: Range<i32>,
 }

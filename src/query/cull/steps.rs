@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::{Reach, Scene};
+use super::scene::{Reach, Scene};
 use crate::maps::{CLOCK_ERROR, Disc, MapGrid, MapRect, MovingSphere, SUB_TEXELS, SphereKey};
 use crate::math::floor;
 

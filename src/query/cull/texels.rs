@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use super::{AttackDrawing, AttackLayer, Counted, TimedDisc};
+use super::drawing::{AttackDrawing, AttackLayer, TimedDisc};
+use super::overlap::Counted;
 use crate::maps::{Disc, MapRect, SUB_TEXELS, Slab, blocks_near};
 use crate::math::Isa;
 

@@ -4,7 +4,9 @@ use glam::Vec3;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::SphereKey;
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, AttackError, Enumerate, Query, QueryContext, QuerySettings};
+use sabaki::query::{
+    Answer, Attack, AttackError, Enumerate, Query, QueryContext, QuerySettings, Request,
+};
 
 use super::MB;
 use super::common::baked::embedded;
@@ -28,7 +30,11 @@ fn answered(attack: &Attack, most: usize) -> Answer {
         let started = std::time::Instant::now();
         let (answer, held) = held_at_most(|| {
             let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-            Query::new(baked, &settings).answer(playhead, attack, &mut context, &mut answer);
+            Query::new(baked, &settings).answer(
+                Request::new(playhead, attack),
+                &mut context,
+                &mut answer,
+            );
             answer
         });
         eprintln!("{} MB, {:?}", held / MB, started.elapsed());

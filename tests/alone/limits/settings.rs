@@ -4,7 +4,7 @@ use glam::Vec3;
 use sabaki::graph::{EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeError, BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings, Request};
 
 use super::common::baked::{embedded, embedded_graph};
 use super::common::small::small;
@@ -40,7 +40,11 @@ fn ball(t: f32, radius: f32) -> Vec<Vec<SphereKey>> {
 fn ask(settings: &QuerySettings, playhead: Playhead) {
     let attack = Attack::new(ball(0.8, 0.1)).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    Query::new(small(), settings).answer(playhead, &attack, &mut context, &mut answer);
+    Query::new(small(), settings).answer(
+        Request::new(playhead, &attack),
+        &mut context,
+        &mut answer,
+    );
     assert!(!answer.candidates.is_empty());
 }
 

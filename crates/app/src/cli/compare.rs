@@ -4,11 +4,11 @@
 
 use sabaki::maps::BakedGraph;
 use sabaki::query::measure::{MapTally, Truth};
-use sabaki::query::{Enumerate, Lookup, Source};
+use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};
 
-use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};

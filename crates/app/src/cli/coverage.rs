@@ -111,7 +111,7 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
                 index: index as usize,
                 error,
             })?;
-            query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
+            query.answer(throw.request(), &mut context, &mut answer);
             bar.inc(1);
             Ok(answer.avoided)
         };

@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::CullInput;
-use sabaki::query::{Answer, Judging, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::Throw;
 use serde_json::{Value, json};
 
 use super::chart::{self, Chart};
-use super::culling::{CullPath, Culling};
+use super::culling::Culling;
 use super::passes::Method;
 use super::picture::{COLOURS, Picture, RULE};
 use super::plot::Paint;
@@ -42,8 +42,8 @@ pub(crate) fn measure(
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
     let mut count = |throw: &&Throw| {
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        prepared.cull_input().candidates.len() >= LEAST
+        let session = query.start(throw.request(), &mut context);
+        session.cull_input().candidates.len() >= LEAST
     };
     let chosen: Vec<&Throw> = throws.iter().filter(|t| count(t)).take(ATTACKS).collect();
     let paths = culling.paths();
@@ -92,11 +92,15 @@ fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Fai
     let query = Query::new(baked, &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     timed(|| {
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        let enough = prepared.cull_input().candidates.len() >= size;
+        let request = Request {
+            evaluation: Evaluation::Exhaustive,
+            ..throw.request()
+        };
+        let mut session = query.start(request, &mut context);
+        let enough = session.cull_input().candidates.len() >= size;
         Ok(enough.then(|| {
             let started = Instant::now();
-            let _ = prepared.decide(&[], Judging::All, &mut answer);
+            let _ = session.submit(&[], &mut answer);
             started.elapsed().as_secs_f64()
         }))
     })
@@ -111,8 +115,8 @@ fn counted(
     let settings = all_candidates(usize::MAX);
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
-    let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-    let input = prepared.cull_input();
+    let session = query.start(throw.request(), &mut context);
+    let input = session.cull_input();
     let candidates: Vec<_> = input
         .candidates
         .iter()

@@ -1,8 +1,8 @@
 //! Which culling paths run on this machine, and running them.
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use sabaki::maps::RegionAtlas;
-use sabaki::query::Judging;
+use sabaki::query::CullPath;
 use sabaki::query::cull::{AttackDrawing, Counted, CullInput, Overlap, cpu};
 
 use super::Failure;
@@ -12,42 +12,18 @@ mod device;
 
 pub(crate) use device::{DeviceReport, list};
 
-/// Who counts the overlaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CullPath {
-    /// Nobody: every candidate is tested exactly, to the end.
-    Exact,
-    /// The maps on the CPU.
-    Cpu,
-    /// The maps by the stencil buffer and occlusion queries of the Vulkan device.
-    Stencil,
-    /// The maps as masks of bits, by a compute shader of the Vulkan device.
-    Compute,
-}
-
-impl CullPath {
-    /// Whether every candidate is tested, or just as many as the choice needs.
-    pub(crate) fn judging(self) -> Judging {
-        if self == Self::Exact {
-            Judging::All
-        } else {
-            Judging::Needed
+/// Reads a culling path from the command line.
+pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
+    let help = |path| match path {
+        CullPath::Exact => "No culling: every candidate is tested exactly, over the whole attack",
+        CullPath::Cpu => "The maps on the CPU",
+        CullPath::Stencil => {
+            "The maps by the stencil buffer and occlusion queries of the Vulkan device"
         }
-    }
-
-    /// Whether the Vulkan device is needed.
-    pub(crate) fn needs_device(self) -> bool {
-        matches!(self, Self::Stencil | Self::Compute)
-    }
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Cpu => "cpu",
-            Self::Stencil => "stencil",
-            Self::Compute => "compute",
-        }
-    }
+        CullPath::Compute => "The maps as masks of bits, by a compute shader of the Vulkan device",
+    };
+    let values = CullPath::ALL.map(|path| PossibleValue::new(path.name()).help(help(path)));
+    PossibleValuesParser::new(values).try_map(|name| name.parse())
 }
 
 /// Which device to use.
@@ -102,13 +78,12 @@ impl Culling {
 
     /// The paths that run here.
     pub(crate) fn paths(&self) -> Vec<CullPath> {
-        let all = CullPath::value_variants().iter().copied();
         let runs = |path: &CullPath| match path {
             CullPath::Exact | CullPath::Cpu => true,
             CullPath::Stencil => self.stencil().is_ok(),
             CullPath::Compute => self.device.is_ok(),
         };
-        all.filter(runs).collect()
+        CullPath::ALL.into_iter().filter(runs).collect()
     }
 
     /// Which device culls, if there is one.
@@ -156,8 +131,16 @@ impl Culling {
 
     /// Counts everything, outer maps included, which a choice does not need and the times of
     /// [`Culling::count`] do not hold. All paths count the same.
-    pub(crate) fn count_whole(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
+    ///
+    /// # Errors
+    /// None.
+    pub(crate) fn count_whole(
+        &mut self,
+        input: &CullInput<'_>,
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
         self.whole.count(input, overlaps);
+        Ok(())
     }
 
     /// Counts the overlaps that a choice needs. [`CullPath::Exact`] counts them as well, on the CPU: they are a part of

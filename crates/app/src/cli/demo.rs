@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use sabaki::maps::BakedGraph;
-use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings, Source};
+use sabaki::query::{CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::json;
 
-use super::culling::{self, CullPath, Culling, DeviceArgs};
+use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, Pass, PassSettings, pass};
 use super::source::Baked;
 use super::stats::{Asker, Run};
@@ -182,8 +182,8 @@ fn write_files(
     };
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
-    let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-    let input = prepared.cull_input();
+    let session = query.start(throw.request(), &mut context);
+    let input = session.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(chosen) {
         let path = folder.join("maps.png");

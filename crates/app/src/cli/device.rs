@@ -2,11 +2,11 @@
 
 use sabaki::gpu::{GpuError, compute, stencil};
 use sabaki::maps::RegionAtlas;
-use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_app::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
 use serde_json::{Value, json};
 
-use super::{CullPath, DeviceArgs};
+use super::DeviceArgs;
 
 /// An open device.
 pub(crate) struct Opened {

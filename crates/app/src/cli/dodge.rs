@@ -168,7 +168,7 @@ pub(super) fn question(
         playhead: throw.playhead,
         attack: throw.attack.clone(),
         settings: *settings,
-        judging: method.cull.judging(),
+        evaluation: method.cull.evaluation(),
     }
 }
 

@@ -112,12 +112,7 @@ fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, F
             }
         };
         let started = Instant::now();
-        query.answer(
-            challenge.playhead,
-            &challenge.attack,
-            &mut context,
-            &mut answer,
-        );
+        query.answer(challenge.request(), &mut context, &mut answer);
         let milliseconds = started.elapsed().as_secs_f64() * 1e3;
         if let Settled::Fought(_) = duel.settle(&challenge, &answer) {
             query_ms.push(milliseconds);

@@ -1,5 +1,6 @@
 //! `sabaki compare --settings`: what settings of the maps are worth.
 
+use std::convert::Infallible;
 use std::time::Instant;
 
 use sabaki::maps::{BakedGraph, MapGrid, Section};
@@ -96,13 +97,16 @@ fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[Truth]) -> (MapTally, f
     let settings = Method::EXACT.settings();
     let query = Query::new(baked, &settings);
     let (mut context, mut culler) = (QueryContext::default(), cpu::Culler::default());
-    let (mut overlaps, mut tally, mut seconds) = (Vec::new(), MapTally::default(), 0.0);
+    let (mut tally, mut seconds) = (MapTally::default(), 0.0);
     for (throw, truth) in throws.iter().zip(truths) {
-        let prepared = query.prepare(throw.playhead, &throw.attack, &mut context);
-        let started = Instant::now();
-        culler.count(&prepared.cull_input(), &mut overlaps);
-        seconds += started.elapsed().as_secs_f64();
-        truth.judge(&[Round::new(&prepared, &overlaps)], &mut tally);
+        let mut session = query.start(throw.request(), &mut context);
+        let Ok(()) = session.count(|input, counts| {
+            let started = Instant::now();
+            culler.count(input, counts);
+            seconds += started.elapsed().as_secs_f64();
+            Ok::<_, Infallible>(())
+        });
+        truth.judge(&[Round::new(&session)], &mut tally);
     }
     (tally, seconds * 1e6 / tally.candidates().max(1) as f64)
 }

@@ -3,10 +3,10 @@
 use clap::ValueEnum;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{in_parallel, thread_count};
-use sabaki::query::{Answer, Enumerate, Lookup, QuerySettings};
+use sabaki::query::{Answer, CullPath, Enumerate, Lookup, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 
-use super::culling::{CullPath, Culling};
+use super::culling::{Culling, path_parser};
 use super::stats::{Asker, Run};
 use super::{Failure, cancel, output};
 
@@ -15,7 +15,7 @@ use super::{Failure, cancel, output};
 pub(crate) struct MethodArgs {
     /// Who culls; several are run one after the other on the same attacks. Default: stencil where
     /// there is a Vulkan device, else cpu.
-    #[arg(long, value_enum, value_delimiter = ',')]
+    #[arg(long, value_delimiter = ',', value_parser = path_parser())]
     cull: Vec<CullPath>,
     /// Whether candidates come from the node's grid, with the whole search where that has none, or
     /// always from the whole search; both are run one after the other.

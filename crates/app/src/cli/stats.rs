@@ -4,16 +4,15 @@ use std::time::{Duration, Instant};
 
 use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
-use sabaki::query::cull::Overlap;
 use sabaki::query::measure::Round;
 use sabaki::query::{
-    Answer, Counts, Query, QueryContext, QuerySettings, SearchReport, Source, Verdict,
+    Answer, Counts, CullPath, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
 };
 use sabaki_app::demo::throw::Throw;
 use serde_json::{Value, json};
 
 use super::Failure;
-use super::culling::{CullPath, Culling};
+use super::culling::Culling;
 use super::passes::Method;
 
 /// How one attack was answered: what is needed of it when there are ten thousand.
@@ -81,7 +80,6 @@ impl Run {
 pub(crate) struct Asker<'a> {
     baked: &'a BakedGraph,
     context: QueryContext,
-    overlaps: Vec<Overlap>,
     /// To the last query.
     pub(crate) answer: Answer,
     /// What was counted for the last query, where it is watched.
@@ -95,7 +93,6 @@ impl<'a> Asker<'a> {
         Self {
             baked,
             context: QueryContext::default(),
-            overlaps: Vec::new(),
             answer: Answer::default(),
             rounds: Vec::new(),
             watches: false,
@@ -111,31 +108,30 @@ impl<'a> Asker<'a> {
     ) -> Result<Run, Failure> {
         self.rounds.clear();
         let query = Query::new(self.baked, settings);
-        let (mut cull, mut decide) = (Duration::ZERO, Duration::ZERO);
+        let (mut cull, mut watch) = (Duration::ZERO, Duration::ZERO);
         let started = Instant::now();
-        let mut prepared = query.prepare(throw.playhead, &throw.attack, &mut self.context);
+        let request = Request {
+            evaluation: path.evaluation(),
+            ..throw.request()
+        };
+        let mut session = query.start(request, &mut self.context);
         let enumerate = started.elapsed();
-        loop {
-            let input = prepared.cull_input();
+        let deciding = Instant::now();
+        session.run_rounds(&mut self.answer, |session| {
             let counting = Instant::now();
-            culling.count(path, &input, &mut self.overlaps)?;
+            session.count(|input, counts| culling.count(path, input, counts))?;
             cull += counting.elapsed();
             if self.watches || settings.list_late {
-                prepared.draw_outer_maps();
-                culling.count_whole(&prepared.cull_input(), &mut self.overlaps);
+                session.draw_outer_maps();
+                session.count(|input, counts| culling.count_whole(input, counts))?;
             }
             if self.watches {
-                let round = Round::new(&prepared, &self.overlaps);
-                self.rounds.push(round);
+                self.rounds.push(Round::new(session));
             }
-            let deciding = Instant::now();
-            let verdict = prepared.decide(&self.overlaps, path.judging(), &mut self.answer);
-            decide += deciding.elapsed();
-            match verdict {
-                Verdict::Answered => break,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
+            watch += counting.elapsed();
+            Ok::<(), Failure>(())
+        })?;
+        let decide = deciding.elapsed() - watch;
         Ok(self.run([enumerate, cull, decide]))
     }
 

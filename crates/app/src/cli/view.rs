@@ -7,18 +7,18 @@ use std::time::Duration;
 use sabaki::duel::DuelSettings;
 use sabaki::graph::GraphError;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, Body};
-use sabaki::query::Enumerate;
+use sabaki::query::{CullPath, Enumerate};
 use sabaki_app::demo;
 use sabaki_app::headless::{DeviceChoice, Message};
 use sabaki_app::live::{
-    AskerDesc, Culling, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
+    AskerDesc, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
 };
 use sabaki_app::window::{
     Click, DuelExhibit, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
 };
 use sabaki_draw::scene::{Crowd, FormationSettings};
 
-use super::culling::{CullPath, DeviceArgs};
+use super::culling::{DeviceArgs, path_parser};
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel};
 
@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::render::size)]
     size: [u32; 2],
     /// Who culls at first.
-    #[arg(long, value_enum, value_name = "PATH", default_value = "cpu")]
+    #[arg(long, value_name = "PATH", default_value = "cpu", value_parser = path_parser())]
     cull: CullPath,
     /// Candidates from everywhere at first, not from the node's grid.
     #[arg(long)]
@@ -138,12 +138,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         return args.duel(&baked, device, as_json);
     }
     let mut settings = FighterSettings {
-        culling: match args.cull {
-            CullPath::Exact => Culling::Exact,
-            CullPath::Cpu => Culling::Cpu,
-            CullPath::Stencil => Culling::Stencil,
-            CullPath::Compute => Culling::Compute,
-        },
+        culling: args.cull,
         waits: args.step.is_some(),
         ..FighterSettings::default()
     };

@@ -12,7 +12,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{Edge, EdgeId, EdgeMotion, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::{Attack, AttackError};
+use sabaki::query::{Attack, AttackError, Request};
 
 /// What balls are thrown.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +51,14 @@ pub struct Throw {
     pub playhead: Playhead,
     /// In the same world.
     pub attack: Attack,
+}
+
+impl Throw {
+    /// The request of the character that the ball is thrown at.
+    #[must_use]
+    pub fn request(&self) -> Request<'_> {
+        Request::new(self.playhead, &self.attack)
+    }
 }
 
 /// The `index`th throw of a seed: the same for any order in which throws are asked for.

@@ -7,37 +7,7 @@ use super::cullers::Cullers;
 use super::map_choices::{MapChoice, MapChoices};
 use crate::headless::{DeviceChoice, Message};
 use sabaki::graph::Playhead;
-use sabaki::query::{Answer, Attack, QueryContext, QuerySettings};
-
-/// Who counts the overlaps of a query.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Culling {
-    /// Nobody: every candidate is tested exactly, to the end.
-    Exact,
-    /// The maps on the CPU.
-    #[default]
-    Cpu,
-    /// The maps by stencil buffer and occlusion queries.
-    Stencil,
-    /// The maps by a compute shader.
-    Compute,
-}
-
-impl Culling {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Exact, Self::Cpu, Self::Stencil, Self::Compute];
-
-    /// As the command calls it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Cpu => "cpu",
-            Self::Stencil => "stencil",
-            Self::Compute => "compute",
-        }
-    }
-}
+use sabaki::query::{Answer, Attack, CullPath, QueryContext, QuerySettings};
 
 /// How an [`Asker`] is made.
 #[derive(Clone, Debug, Default)]
@@ -62,7 +32,7 @@ pub struct Question {
     /// How the query is made.
     pub settings: QuerySettings,
     /// Who culls.
-    pub culling: Culling,
+    pub culling: CullPath,
     /// By which maps.
     pub maps: MapChoice,
 }
@@ -75,7 +45,7 @@ pub struct Reply {
     /// What to do.
     pub answer: Answer,
     /// Who culled in the end.
-    pub culling: Culling,
+    pub culling: CullPath,
     /// By which maps in the end.
     pub maps: MapChoice,
     /// How long the query took, seconds; neither the delay nor maps that had to be drawn are counted.

@@ -1,12 +1,14 @@
 //! Who counts the overlaps of a query: the CPU, or a device that is opened when it is first asked for.
 
-use super::asker::{AskerDesc, Culling, Question, Reply};
+use std::convert::Infallible;
+
+use super::asker::{AskerDesc, Question, Reply};
 use super::map_choices::MapChoice;
 use crate::headless::{Headless, HeadlessDesc, Message};
 use sabaki::gpu::{GpuError, compute, stencil};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
-use sabaki::query::{Judging, Query, QueryContext, Verdict};
+use sabaki::query::{CullPath, Query, QueryContext, Request};
 
 /// Who counts, each made when it is first asked for.
 pub(super) struct Cullers {
@@ -15,7 +17,6 @@ pub(super) struct Cullers {
     /// Those of the choices of maps that were culled by on the device.
     resident: Vec<(MapChoice, Resident)>,
     cpu: cpu::Culler,
-    overlaps: Vec<Overlap>,
 }
 
 /// One atlas on the device.
@@ -36,7 +37,6 @@ impl Cullers {
             device: None,
             resident: Vec::new(),
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
-            overlaps: Vec::new(),
         }
     }
 
@@ -48,32 +48,36 @@ impl Cullers {
         (context, reply): (&mut QueryContext, &mut Reply),
     ) {
         let query = Query::new(baked, &question.settings);
-        let mut prepared = query.prepare(question.playhead, &question.attack, context);
-        loop {
-            let input = prepared.cull_input();
-            if let Err(why) = self.count((reply.culling, reply.maps), &input) {
-                reply.trouble = Some(why);
-                reply.culling = Culling::Cpu;
-                self.cpu.count(&input, &mut self.overlaps);
+        let request = Request {
+            evaluation: question.culling.evaluation(),
+            ..Request::new(question.playhead, &question.attack)
+        };
+        let Reply {
+            answer,
+            culling,
+            maps,
+            trouble,
+            ..
+        } = reply;
+        let mut session = query.start(request, context);
+        let Ok(()) = session.run(answer, |input, counts| {
+            if let Err(why) = self.count((*culling, *maps), input, counts) {
+                *trouble = Some(why);
+                *culling = CullPath::Cpu;
+                self.cpu.count(input, counts);
             }
-            let judging = match reply.culling {
-                Culling::Exact => Judging::All,
-                _ => Judging::Needed,
-            };
-            match prepared.decide(&self.overlaps, judging, &mut reply.answer) {
-                Verdict::Answered => return,
-                Verdict::Widened(wider) => prepared = wider,
-            }
-        }
+            Ok::<_, Infallible>(())
+        });
     }
 
     fn count(
         &mut self,
-        (culling, maps): (Culling, MapChoice),
+        (culling, maps): (CullPath, MapChoice),
         input: &CullInput<'_>,
+        counts: &mut Vec<Overlap>,
     ) -> Result<(), String> {
-        if matches!(culling, Culling::Exact | Culling::Cpu) {
-            self.cpu.count(input, &mut self.overlaps);
+        if !culling.needs_device() {
+            self.cpu.count(input, counts);
             return Ok(());
         }
         let open = || Headless::new(&self.desc).map_err(|error| error.to_string());
@@ -86,10 +90,10 @@ impl Cullers {
         });
         let resident = &mut self.resident[place].1;
         let counted = match culling {
-            Culling::Compute => resident.by_compute(device, input),
+            CullPath::Compute => resident.by_compute(device, input),
             _ => resident.by_stencil(device, input),
         };
-        self.overlaps = counted.map_err(|error| error.to_string())?;
+        *counts = counted.map_err(|error| error.to_string())?;
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use glam::Vec3;
 
 use super::aim::{Ball, BallSettings, aim};
-use super::asker::{Asker, Culling, Question, Reply};
+use super::asker::{Asker, Question, Reply};
 use super::event::Event;
 use super::map_choices::{MapChoice, MapChoices};
 use super::throw::Throw;
@@ -16,7 +16,7 @@ use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::{AttackError, QuerySettings};
+use sabaki::query::{AttackError, CullPath, QuerySettings};
 use sabaki_draw::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
 
 /// What can be changed while it goes on.
@@ -27,7 +27,7 @@ pub struct FighterSettings {
     /// How queries are made.
     pub query: QuerySettings,
     /// Who culls.
-    pub culling: Culling,
+    pub culling: CullPath,
     /// Whether it is shown what would have been without the dodge. Default yes.
     pub ghost: bool,
     /// Maps of the evasion that was chosen, if they are shown. Default not.
@@ -44,7 +44,7 @@ impl Default for FighterSettings {
         Self {
             ball: BallSettings::default(),
             query: QuerySettings::default(),
-            culling: Culling::default(),
+            culling: CullPath::default(),
             ghost: true,
             maps: None,
             near_speed: 0.35,

@@ -17,7 +17,7 @@ mod throw;
 mod walker;
 
 pub use aim::{Ball, BallSettings, aim};
-pub use asker::{Asker, AskerDesc, Culling, Question, Reply, with_asker};
+pub use asker::{Asker, AskerDesc, Question, Reply, with_asker};
 pub use clock::Clock;
 pub use event::Event;
 pub use fighter::{Fighter, FighterSettings};

@@ -85,7 +85,7 @@ impl<'a> Sparring<'a> {
         match self.duel.challenge() {
             Ok(challenge) => {
                 let (context, answer) = (&mut self.context, &mut self.answer);
-                query.answer(challenge.playhead, &challenge.attack, context, answer);
+                query.answer(challenge.request(), context, answer);
                 if let Settled::CalledOff = self.duel.settle(&challenge, answer) {
                     tracing::debug!("an attack was called off");
                 }

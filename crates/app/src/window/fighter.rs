@@ -7,10 +7,10 @@ use super::gui::{bars, word};
 use super::panels::candidates::{Listed, candidates};
 use super::panels::maps::Thumbnails;
 use super::{Exhibit, Seen, WindowError};
-use crate::live::{Clock, Culling, Event, Fighter, MapChoice, map_name};
+use crate::live::{Clock, Event, Fighter, MapChoice, map_name};
 use sabaki::maps::MapGrid;
 use sabaki::math::F32x16;
-use sabaki::query::{Enumerate, Lookup, Source};
+use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, MapStyle, Shot};
 
@@ -190,7 +190,7 @@ impl FighterExhibit<'_> {
         self.choose_maps(ui);
         let settings = &mut self.fighter.settings;
         ui.horizontal(|ui| {
-            for culling in Culling::ALL {
+            for culling in CullPath::ALL {
                 ui.selectable_value(&mut settings.culling, culling, culling.name());
             }
         });

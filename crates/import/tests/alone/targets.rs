@@ -8,7 +8,7 @@ use sabaki::anim::{Clip, Skeleton};
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_import::asf::{AmcFile, AsfFile};
 use sabaki_import::bvh::{self, BvhFile};
 use sabaki_import::gltf::GltfFile;
@@ -127,7 +127,11 @@ pub fn attack_file(bytes: &[u8]) {
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     for entry in file.attacks.into_iter().take(2) {
         if let Ok(attack) = Attack::new(entry.spheres) {
-            Query::new(baked, &settings).answer(playhead, &attack, &mut context, &mut answer);
+            Query::new(baked, &settings).answer(
+                Request::new(playhead, &attack),
+                &mut context,
+                &mut answer,
+            );
             assert!(!answer.candidates.is_empty());
             assert!(!answer.clearance().metres.is_nan());
         }

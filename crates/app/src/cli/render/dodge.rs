@@ -64,7 +64,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, 
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let settings = QuerySettings::default();
     let query = Query::new(&baked.graph, &settings);
-    query.answer(thrown.playhead, &thrown.attack, &mut context, &mut answer);
+    query.answer(thrown.request(), &mut context, &mut answer);
     let settings = DodgeSettings {
         ghost: !args.dodge.no_ghost,
         ..DodgeSettings::default()

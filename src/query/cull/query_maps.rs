@@ -6,40 +6,30 @@
 
 use glam::{Vec2, Vec3};
 
-use super::cull::{AttackDrawing, CullCandidate, Reach, Steps};
-pub(super) use super::cull::{PlacedRegion, Scene};
+use super::drawing::AttackDrawing;
+use super::input::CullCandidate;
+use super::scene::{PlacedRegion, Reach, Scene};
+use super::steps::Steps;
 use crate::maps::{CLOCK_ERROR, FixedTransform2, Slab, SphereKey};
 
 /// The maps of one query, and the scratch of drawing them: filled again and again.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct CullMaps {
+pub(in crate::query) struct QueryMaps {
     pub attack: AttackDrawing,
     /// One for each placed region, in order.
     pub candidates: Vec<CullCandidate>,
     scratch: Steps,
 }
 
-/// Which clock has this offset, seconds from the attack's start to an evasion's; a new one where
-/// none has. Single precision keeps such times no better than they are merged here.
-pub(super) fn clock(clocks: &mut Vec<f32>, offset: f32) -> u32 {
-    const ALIKE: f32 = 1e-5;
-    let alike = |other: &f32| (other - offset).abs() <= ALIKE;
-    let found = clocks.iter().position(alike);
-    found.unwrap_or_else(|| {
-        clocks.push(offset);
-        clocks.len() - 1
-    }) as u32
-}
-
-impl CullMaps {
+impl QueryMaps {
     /// The slabs that the attack reaches near a candidate's body and evasion maps, while they last.
-    pub(super) fn slabs(&self, candidate: usize) -> impl Iterator<Item = Slab> + '_ {
+    pub(in crate::query) fn slabs(&self, candidate: usize) -> impl Iterator<Item = Slab> + '_ {
         let touched = self.scratch.touched.get(candidate).cloned();
         touched.unwrap_or_default().map(Slab)
     }
 
     /// Draws the attack where the maps of the placed evasions may meet it.
-    pub(super) fn fill(&mut self, scene: &Scene<'_>) {
+    pub(in crate::query) fn draw(&mut self, scene: &Scene<'_>) {
         let grid = scene.atlas.grid();
         let whole = self.attack.draw(scene, &reach(scene), &mut self.scratch);
         let origin = (self.attack.rect.u, self.attack.rect.v);
@@ -100,12 +90,11 @@ fn is_open(scene: &Scene<'_>, placed: &PlacedRegion) -> bool {
                 let keys = sphere.keys().iter().copied();
                 let between = keys.filter(|key| key.t > times[0] && key.t < times[1]);
                 let mut from = ends[0];
-                let pieces = between.chain([ends[1]]).map(|to| {
+                between.chain([ends[1]]).any(|to| {
                     let piece = [from, to];
                     from = to;
-                    piece
-                });
-                { pieces }.any(|piece| may_touch(piece, (scene, placed), start))
+                    may_touch(piece, (scene, placed), start)
+                })
             })
     })
 }

@@ -1,0 +1,25 @@
+use super::answer::{Answer, CandidateReport};
+use super::retime::retimed;
+use crate::graph::{Motion, Playhead, Step};
+use crate::maps::BakedGraph;
+
+impl Answer {
+    /// The motion of a candidate, from the moment of the query until `seconds` after it or later. Returns `None` for a path that no
+    /// rate brings in time.
+    ///
+    /// `report` is one of `candidates`, `baked` the graph of the query, and `playhead` the position of its request.
+    #[must_use]
+    pub fn motion_of(
+        &self,
+        (baked, playhead): (&BakedGraph, Playhead),
+        report: &CandidateReport,
+        seconds: f32,
+    ) -> Option<Motion> {
+        let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
+        let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
+        let mut motion = Motion::default();
+        motion.restart(baked.graph(), playhead, steps.chain(evasion));
+        motion.extend(baked.graph(), seconds);
+        Some(motion)
+    }
+}

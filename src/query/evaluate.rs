@@ -1,0 +1,330 @@
+//! The exact test of candidates, as far as the choice needs it.
+//!
+//! Source: Masaoka & Oshita, section 5.4. Differs: V_d is never below 0, so the other two terms are a lower bound of the score. A
+//! candidate whose bound is no better than the best score so far is not tested. Other candidates are tested only until it is known
+//! whether they are hit, or come near enough to win.
+
+use super::candidate::CandidateKind;
+use super::clearance::{Clearance, Extent, Sampling, on_one_motion};
+use super::evaluated::Evaluated;
+use super::evaluation::Evaluation;
+use super::evaluation_input::EvaluationInput;
+use super::prefix_cache::{PrefixCache, PrefixTest};
+use super::score::Score;
+use super::state::QueryState;
+use super::workers::{Batch, Workers};
+use crate::graph::Motion;
+use crate::math::thread_count;
+
+/// Scratch of the stage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EvaluateScratch {
+    /// The candidates to be tested, each with the bound of its score.
+    order: Vec<Bound>,
+    results: Results,
+}
+
+/// A candidate and a bound of its score or clearance.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    value: f32,
+    index: usize,
+}
+
+/// The results of the tests, and the memory of testing.
+#[derive(Clone, Debug, Default)]
+struct Results {
+    /// By candidate; `None` for those that were not tested.
+    evaluated: Vec<Option<Evaluated>>,
+    workers: Workers,
+    /// Moves that are hit.
+    hits: PrefixCache,
+    /// Moves that were tested over the whole attack.
+    wholes: PrefixCache,
+}
+
+impl EvaluateScratch {
+    /// Forgets all poses and results but those of known hits.
+    pub(super) fn start(&mut self, state: &QueryState) {
+        let results = &mut self.results;
+        results.workers.clear();
+        results.hits.clear();
+        results.wholes.clear();
+        let (evaluated, candidates) = (&mut results.evaluated, &state.candidates);
+        evaluated.clear();
+        evaluated.resize(candidates.counted, None);
+        evaluated.extend(candidates.known.iter().map(|hit| hit.evaluated));
+    }
+
+    /// The results, by candidate.
+    pub(super) fn evaluated(&self) -> &[Option<Evaluated>] {
+        &self.results.evaluated
+    }
+}
+
+/// The evaluate stage: tests candidates, the most promising first.
+pub(super) struct ExactEvaluator<'s, 'a> {
+    order: &'s mut Vec<Bound>,
+    tests: Tests<'s, 'a>,
+}
+
+/// The tests of one query.
+struct Tests<'s, 'a> {
+    input: EvaluationInput<'a>,
+    results: &'s mut Results,
+}
+
+impl<'s, 'a> ExactEvaluator<'s, 'a> {
+    /// Results that `scratch` already has are kept.
+    pub(super) fn new(input: EvaluationInput<'a>, scratch: &'s mut EvaluateScratch) -> Self {
+        let EvaluateScratch { order, results } = scratch;
+        let count = input.state.candidates.list.len();
+        results.evaluated.resize(count, None);
+        Self {
+            order,
+            tests: Tests { input, results },
+        }
+    }
+
+    /// Whether a tested candidate is clean.
+    pub(super) fn has_clean(&self) -> bool {
+        self.tests.best_score().is_finite()
+    }
+
+    /// Whether a move could score better than the tested candidates.
+    pub(super) fn can_moves_win(&self) -> bool {
+        let weights = &self.tests.input.query.settings.weights;
+        !self.tests.is_bounded() || self.tests.best_score() > Score::least_of_a_move(weights)
+    }
+
+    /// Tests those candidates that have no result, in the order of their bounds, as far as it is needed.
+    pub(super) fn evaluate(&mut self, candidates: impl Iterator<Item = usize>) {
+        let Self { order, tests } = self;
+        let input = tests.input;
+        order.clear();
+        order.extend(
+            candidates
+                .filter(|&index| tests.results.evaluated[index].is_none())
+                .map(|index| Bound {
+                    value: input.score(index, 0.0).total,
+                    index,
+                }),
+        );
+        if input.state.request.evaluation == Evaluation::Exhaustive {
+            tests.all(order);
+            return;
+        }
+        order.sort_unstable_by(|a, b| a.value.total_cmp(&b.value).then(a.index.cmp(&b.index)));
+        // Usually one of the first few is clean.
+        let (first, rest) = order.split_at(order.len().min(Tests::ALONE));
+        tests.possible_winners(first);
+        let tested = tests.until_clean(rest);
+        tests.possible_winners(&rest[tested..]);
+    }
+
+    /// Finds the hit with the largest clearance, for queries without a clean candidate. The clearance of a hit so far is a bound:
+    /// over the whole attack it can only get smaller.
+    pub(super) fn measure_least_deep_hit(&mut self) {
+        let Self { order, tests } = self;
+        if tests.input.state.request.evaluation == Evaluation::Exhaustive {
+            return;
+        }
+        order.clear();
+        let evaluated = tests.results.evaluated.iter().enumerate();
+        order.extend(evaluated.filter_map(|(index, one)| {
+            Some(Bound {
+                value: one.as_ref()?.clearance.metres,
+                index,
+            })
+        }));
+        order.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then(a.index.cmp(&b.index)));
+        tests.deepest_points(order);
+    }
+
+    /// The clean candidate with the smallest score; if none is clean, the hit with the largest clearance. Of equal ones the first.
+    pub(super) fn best(&self) -> usize {
+        let smallest = |value: fn(&Evaluated) -> Option<f32>| {
+            let evaluated = self.tests.results.evaluated.iter().enumerate();
+            evaluated
+                .filter_map(|(index, one)| Some((index, value(one.as_ref()?)?)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .map(|(index, _)| index)
+        };
+        smallest(|one| one.score.map(|score| score.total))
+            .or_else(|| smallest(|one| Some(-one.clearance.metres)))
+            .unwrap_or(0)
+    }
+
+    /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a
+    /// [close call](CLOSE_CALL). Returns false if the candidate seemed clean and is hit.
+    pub(super) fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
+        self.tests.confirm(chosen, motion)
+    }
+}
+
+/// Evasions within this clearance are tested on their final motion, metres.
+///
+/// The samples of a baked body track lie up to half a sample away from those of the motion that is played. Between two samples a
+/// limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
+const CLOSE_CALL: f32 = 0.005;
+
+impl Tests<'_, '_> {
+    /// Number of candidates that one thread tests before several threads share the rest.
+    const ALONE: usize = 4;
+
+    /// The best score so far; infinite if no candidate is clean.
+    fn best_score(&self) -> f32 {
+        let scores = self.results.evaluated.iter().flatten();
+        scores
+            .filter_map(|one| one.score)
+            .map(|score| score.total)
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    /// Whether V without V_d is a lower bound of the score. A negative weight rewards distance.
+    fn is_bounded(&self) -> bool {
+        self.input.state.request.evaluation == Evaluation::Lazy
+            && self.input.query.settings.weights.distance >= 0.0
+    }
+
+    /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
+    fn winning_clearance(&self, bound: f32, best: f32) -> f32 {
+        /// Keeps candidates whose scores are nearly equal.
+        const TIE: f32 = 1e-4;
+        let weight = self.input.query.settings.weights.distance;
+        match self.is_bounded() && weight > 0.0 {
+            true => (best - bound) / weight + TIE,
+            false => f32::INFINITY,
+        }
+    }
+
+    /// Tests the candidates that may still win.
+    fn possible_winners(&mut self, order: &[Bound]) {
+        let mut best = self.best_score();
+        for &Bound { value, index } in order {
+            if self.is_bounded() && value >= best {
+                break;
+            }
+            let extent = Extent {
+                below: self.winning_clearance(value, best),
+                ..Extent::UNTIL_HIT
+            };
+            let (input, results) = (&self.input, &mut *self.results);
+            let body = results.workers.body();
+            let test = PrefixTest {
+                index,
+                test: || input.test(index, extent, body),
+                decided_at: |found: &Clearance| (!found.is_clean()).then_some(found.time),
+            };
+            let clearance = results.hits.get_or_eval(input, test);
+            if clearance.metres >= extent.below && best.is_finite() {
+                continue;
+            }
+            let result = self.input.result(index, clearance);
+            best = result.score.map_or(best, |score| best.min(score.total));
+            self.results.evaluated[index] = Some(result);
+        }
+    }
+
+    /// Tests candidates up to the first clean one, on several threads; returns how many. The tests are independent as long as none
+    /// is clean. Moves are left out, since their tests share prefixes.
+    fn until_clean(&mut self, order: &[Bound]) -> usize {
+        let input = self.input;
+        let threads = thread_count(input.query.settings.threads);
+        let is_move = |bound: &Bound| input.move_of(bound.index).is_some();
+        let is_short = order.len() <= Self::ALONE;
+        if threads == 1 || is_short || order.iter().any(is_move) || self.best_score().is_finite() {
+            return 0;
+        }
+        let batch = Batch {
+            threads,
+            count: order.len(),
+            test: |at: usize, body: &mut _| input.test(order[at].index, Extent::UNTIL_HIT, body),
+            ends: Clearance::is_clean,
+        };
+        let found = self.results.workers.run(&batch);
+        let found = found.iter().map_while(|found| *found);
+        let mut tested = 0;
+        for (bound, clearance) in order.iter().zip(found) {
+            let result = input.result(bound.index, clearance);
+            self.results.evaluated[bound.index] = Some(result);
+            tested += 1;
+            if clearance.is_clean() {
+                break;
+            }
+        }
+        tested
+    }
+
+    /// Tests every candidate at every sample, on several threads.
+    fn all(&mut self, order: &[Bound]) {
+        let input = self.input;
+        let exactly = (Sampling::Each, Extent::WHOLE);
+        let batch = Batch {
+            threads: thread_count(input.query.settings.threads),
+            count: order.len(),
+            test: |at: usize, body: &mut _| input.test_posed(order[at].index, exactly, body),
+            ends: |_: &Clearance| false,
+        };
+        let found = self.results.workers.run(&batch);
+        for (bound, found) in order.iter().zip(found) {
+            let result = found.map(|found| input.result(bound.index, found));
+            self.results.evaluated[bound.index] = result;
+        }
+    }
+
+    /// Tests hits over the whole attack, until no other hit can be less deep.
+    fn deepest_points(&mut self, order: &[Bound]) {
+        let mut least = f32::NEG_INFINITY;
+        for &Bound { value, index } in order {
+            if value < least {
+                break;
+            }
+            if self.results.evaluated[index].is_some_and(|one| one.is_final) {
+                least = least.max(value);
+                continue;
+            }
+            let extent = Extent {
+                enough: least,
+                ..Extent::WHOLE
+            };
+            let (input, results) = (&self.input, &mut *self.results);
+            let body = results.workers.body();
+            let test = PrefixTest {
+                index,
+                test: || input.test(index, extent, body),
+                decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
+            };
+            let clearance = results.wholes.get_or_eval(input, test);
+            least = least.max(clearance.metres);
+            self.results.evaluated[index] = Some(self.input.result(index, clearance));
+        }
+    }
+
+    /// See [`ExactEvaluator::confirm`].
+    fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
+        let state = self.input.state;
+        self.input.motion(chosen, motion);
+        let Some(before) = self.results.evaluated[chosen] else {
+            return true;
+        };
+        let kind = state.candidates.list[chosen].kind;
+        let is_evasion = matches!(kind, CandidateKind::Evasion { .. });
+        let is_close = before.clearance.metres.abs() <= CLOSE_CALL;
+        let is_exhaustive = state.request.evaluation == Evaluation::Exhaustive;
+        if is_exhaustive || (is_evasion && !is_close) {
+            return true;
+        }
+        let clearance = on_one_motion(
+            self.input.query.baked,
+            (motion, Sampling::Each),
+            (&state.request.attack, Extent::WHOLE),
+            self.results.workers.body(),
+        );
+        self.results.evaluated[chosen] = Some(Evaluated {
+            is_final: true,
+            ..self.input.result(chosen, clearance)
+        });
+        clearance.is_clean() || !before.clearance.is_clean()
+    }
+}

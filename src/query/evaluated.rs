@@ -1,0 +1,12 @@
+use super::clearance::Clearance;
+use super::score::Score;
+
+/// Result of the exact test of one candidate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evaluated {
+    pub clearance: Clearance,
+    /// Score of a clean candidate; `None` for a hit.
+    pub score: Option<Score>,
+    /// Whether the final motion was tested over the whole attack.
+    pub is_final: bool,
+}

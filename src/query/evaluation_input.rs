@@ -1,0 +1,122 @@
+use super::candidate::CandidateKind;
+use super::clearance::{
+    Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_built_motion, on_track,
+};
+use super::cull::Overlap;
+use super::evaluated::Evaluated;
+use super::evaluation::Evaluation;
+use super::moves::MoveId;
+use super::query::Query;
+use super::retime::retimed;
+use super::score::Score;
+use super::state::QueryState;
+use crate::graph::{Motion, Step};
+
+/// What is known of the candidates before they are tested.
+#[derive(Clone, Copy)]
+pub(super) struct EvaluationInput<'a> {
+    pub query: Query<'a>,
+    pub state: &'a QueryState,
+}
+
+impl EvaluationInput<'_> {
+    /// The path of a move; `None` for an evasion.
+    pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
+        match self.state.candidates.list[index].kind {
+            CandidateKind::Move(path) => Some(path),
+            CandidateKind::Evasion { .. } => None,
+        }
+    }
+
+    /// The counts of a candidate.
+    pub(super) fn overlap(&self, index: usize) -> Option<Overlap> {
+        self.state.candidates.overlap(index)
+    }
+
+    /// Whether the maps remove a candidate.
+    pub(super) fn is_culled(&self, index: usize) -> bool {
+        self.state.request.evaluation == Evaluation::Lazy
+            && self.overlap(index).is_some_and(|overlap| overlap.body > 0)
+    }
+
+    /// The score of a candidate at a clearance of `metres`.
+    pub(super) fn score(&self, index: usize, metres: f32) -> Score {
+        let candidate = &self.state.candidates.list[index];
+        let pitch = self.query.baked.atlas().grid().attack_pitch;
+        let covered = self.overlap(index).map_or(0, |o| o.evasion) * pitch * pitch;
+        let weights = &self.query.settings.weights;
+        let texels = self.region_texels(index);
+        Score::new((texels, covered), metres, candidate.rate.rate, weights)
+    }
+
+    /// The result of a candidate that was tested.
+    pub(super) fn result(&self, index: usize, clearance: Clearance) -> Evaluated {
+        let score = || self.score(index, clearance.metres);
+        Evaluated {
+            clearance,
+            score: clearance.is_clean().then(score),
+            is_final: false,
+        }
+    }
+
+    /// Texels of a candidate's evasion region in the slabs that the attack touches.
+    fn region_texels(&self, index: usize) -> u32 {
+        let maps = &self.state.maps;
+        let Some(candidate) = maps.candidates.get(index) else {
+            return 0;
+        };
+        maps.slabs(index)
+            .map(|slab| self.query.baked.evasion_texels(candidate.region, slab))
+            .sum()
+    }
+
+    /// The exact test of a candidate. An evasion is tested on its baked body track.
+    pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
+        let (baked, request) = (self.query.baked, &self.state.request);
+        match self.state.candidates.list[index].kind {
+            CandidateKind::Evasion { path, start } => {
+                let evasion = request.evasion(baked, path, start);
+                let attack = (&request.attack, extent);
+                let motion = |motion: &mut Motion| self.motion(index, motion);
+                on_track(baked, &evasion, attack, body, motion)
+            }
+            CandidateKind::Move(_) => self.test_posed(index, (Sampling::CoarseFirst, extent), body),
+        }
+    }
+
+    /// The exact test of a candidate's whole motion, posed at each sample.
+    pub(super) fn test_posed(
+        &self,
+        index: usize,
+        (sampling, extent): (Sampling, Extent),
+        body: &mut MotionBody,
+    ) -> Clearance {
+        let attack = (&self.state.request.attack, extent);
+        let motion = |motion: &mut Motion| self.motion(index, motion);
+        on_built_motion(self.query.baked, (motion, sampling), attack, body)
+    }
+
+    /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.
+    pub(super) fn motion(&self, index: usize, motion: &mut Motion) {
+        let (baked, graph) = (self.query.baked, self.query.baked.graph());
+        let request = &self.state.request;
+        let candidate = &self.state.candidates.list[index];
+        match candidate.kind {
+            CandidateKind::Evasion { path, .. } => {
+                let steps = retimed(baked, candidate.rate, baked.paths().edges(path));
+                let evasion = baked.evasions()[baked.paths().path(path).evasion as usize];
+                let evasion = Step {
+                    edge: evasion.edge,
+                    rate: 1.0,
+                };
+                motion.restart(graph, request.playhead, steps.chain([evasion]));
+            }
+            CandidateKind::Move(path) => {
+                let backwards = self.state.moves.edges_backwards(path);
+                let steps = backwards.map(|edge| Step { edge, rate: 1.0 });
+                motion.restart_backwards(graph, request.playhead, steps);
+            }
+        }
+        motion.extend(graph, request.attack.end() + 2.0 / SAMPLE_RATE);
+    }
+}

@@ -1,0 +1,75 @@
+//! Test results of moves, shared by moves with a common prefix: moves that begin with the same edges are hit alike, for as long as
+//! the prefix lasts.
+
+use rustc_hash::FxHashMap;
+
+use super::clearance::{Clearance, SAMPLE_RATE};
+use super::evaluation_input::EvaluationInput;
+use super::moves::MoveId;
+use crate::maps::BodyTrack;
+
+/// Results by prefix; the memory is kept from one query to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PrefixCache {
+    results: FxHashMap<MoveId, Clearance>,
+}
+
+/// A test of one candidate.
+pub(super) struct PrefixTest<T, U> {
+    /// Position of the candidate.
+    pub index: usize,
+    pub test: T,
+    /// The time up to which the motion decides a result, seconds since the query; `None` if the result is not shared.
+    pub decided_at: U,
+}
+
+/// A test reads samples up to this long after the time of its result, seconds: to the end of the next stretch.
+const AHEAD: f32 = (2 * BodyTrack::STRETCH + 1) as f32 / SAMPLE_RATE;
+
+impl PrefixCache {
+    pub(super) fn clear(&mut self) {
+        self.results.clear();
+    }
+
+    /// The result of a move with a known prefix. Otherwise runs the test, and stores its result for the shortest prefix that
+    /// decides it.
+    pub(super) fn get_or_eval<T, U>(
+        &mut self,
+        input: &EvaluationInput<'_>,
+        test: PrefixTest<T, U>,
+    ) -> Clearance
+    where
+        T: FnOnce() -> Clearance,
+        U: FnOnce(&Clearance) -> Option<f32>,
+    {
+        let Some(path) = input.move_of(test.index) else {
+            return (test.test)();
+        };
+        let known = input
+            .state
+            .moves
+            .prefixes(path)
+            .find_map(|(prefix, _)| self.results.get(&prefix).copied());
+        known.unwrap_or_else(|| {
+            let result = (test.test)();
+            if let Some(time) = (test.decided_at)(&result) {
+                let prefix = shortest_prefix(input, path, time + AHEAD);
+                self.results.insert(prefix, result);
+            }
+            result
+        })
+    }
+}
+
+/// The shortest prefix that lasts until `time`, seconds since the query; the whole path if it ends earlier.
+fn shortest_prefix(input: &EvaluationInput<'_>, path: MoveId, time: f32) -> MoveId {
+    let frame_rate = input.query.baked.graph().frame_rate();
+    let lasts = |frames: u32| {
+        let seconds = f64::from(frames) / frame_rate;
+        input.state.request.wait + seconds as f32 >= time
+    };
+    let prefixes = input.state.moves.prefixes(path);
+    let shortest = prefixes.take_while(|&(_, frames)| lasts(frames)).last();
+    // The motion after the end of a path belongs to that path alone.
+    shortest.map_or(path, |(prefix, _)| prefix)
+}

@@ -1,0 +1,117 @@
+use super::answer::{Answer, CandidateReport, Counts, Fate, Route};
+use super::candidate::CandidateKind;
+use super::evaluated::Evaluated;
+use super::evaluation::Evaluation;
+use super::evaluation_input::EvaluationInput;
+use super::query::Query;
+use super::retime::RateError;
+use super::select::Selection;
+use super::state::QueryState;
+use crate::graph::EdgeId;
+use crate::maps::{BakedGraph, PathId};
+
+/// Everything that an answer is made of, except the motion.
+pub(super) struct Report<'a> {
+    pub query: Query<'a>,
+    pub state: &'a QueryState,
+    /// By candidate.
+    pub evaluated: &'a [Option<Evaluated>],
+    pub selection: Selection,
+}
+
+impl Answer {
+    /// Replaces everything except the motion.
+    pub(super) fn fill(&mut self, report: &Report<'_>) {
+        let (baked, state) = (report.query.baked, report.state);
+        self.chosen = report.selection.chosen;
+        self.source = state.source;
+        self.search = state.search;
+        self.edges.clear();
+        self.candidates.clear();
+        for index in 0..report.evaluated.len() {
+            let route = self.route(report, index);
+            self.candidates.push(report.candidate(index, route));
+        }
+        self.avoided = self.candidates[self.chosen].score.is_some();
+        self.counts = report.counts(&self.candidates);
+        let late = state.late.list.iter();
+        self.candidates
+            .extend(late.map(|&(path, error)| late_path(baked, path, error)));
+    }
+
+    fn route(&mut self, report: &Report<'_>, index: usize) -> Route {
+        match report.state.candidates.list[index].kind {
+            CandidateKind::Evasion { path, .. } => Route::Table(path),
+            CandidateKind::Move(path) => {
+                let start = self.edges.len();
+                self.edges.extend(report.state.moves.edges_backwards(path));
+                self.edges[start..].reverse();
+                Route::Edges(start as u32, self.edges.len() as u32)
+            }
+        }
+    }
+}
+
+impl Report<'_> {
+    fn candidate(&self, index: usize, route: Route) -> CandidateReport {
+        let candidate = &self.state.candidates.list[index];
+        let input = EvaluationInput {
+            query: self.query,
+            state: self.state,
+        };
+        let evaluated = self.evaluated[index];
+        let score = evaluated.and_then(|one| one.score);
+        CandidateReport {
+            route,
+            evasion: candidate
+                .path()
+                .map(|path| evasion_of(self.query.baked, path)),
+            rate: Ok(candidate.rate),
+            overlap: input.overlap(index),
+            clearance: evaluated.map(|one| one.clearance),
+            score,
+            fate: if index == self.selection.chosen {
+                Fate::Chosen
+            } else if input.is_culled(index) {
+                Fate::Culled
+            } else if evaluated.is_some() && score.is_none() {
+                Fate::Hit
+            } else {
+                Fate::Outscored
+            },
+        }
+    }
+
+    fn counts(&self, candidates: &[CandidateReport]) -> Counts {
+        let count = |is: fn(&CandidateReport) -> bool| candidates.iter().filter(|r| is(r)).count();
+        let culled = match self.state.request.evaluation {
+            Evaluation::Lazy => count(|report| report.overlap.is_some_and(|o| o.body > 0)),
+            Evaluation::Exhaustive => 0,
+        };
+        Counts {
+            candidates: candidates.len(),
+            with_evasion: count(|report| report.evasion.is_some()),
+            not_in_time: self.state.late.count,
+            culled,
+            reconsidered: self.selection.reconsidered,
+            hits: count(|report| report.clearance.is_some() && report.score.is_none()),
+            clean: count(|report| report.score.is_some()),
+        }
+    }
+}
+
+fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateReport {
+    CandidateReport {
+        route: Route::Table(path),
+        evasion: Some(evasion_of(baked, path)),
+        rate: Err(error),
+        overlap: None,
+        clearance: None,
+        score: None,
+        fate: Fate::NotInTime,
+    }
+}
+
+fn evasion_of(baked: &BakedGraph, path: PathId) -> EdgeId {
+    baked.evasions()[baked.paths().path(path).evasion as usize].edge
+}

@@ -1,0 +1,114 @@
+use glam::Vec3;
+
+use super::attack::Attack;
+use super::clearance::PlacedEvasion;
+use super::evaluation::Evaluation;
+use super::retime::Durations;
+use crate::graph::{EdgeId, NodeId, Playhead};
+use crate::maps::{BakedGraph, NodePath, PathId};
+use crate::math::Rigid2;
+
+/// One question to a [`Query`](super::Query): a character and the attack that it has to avoid.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// Position of the character in graph and world.
+    pub playhead: Playhead,
+    /// Attack in the same world; its clock starts now.
+    pub attack: &'a Attack,
+    /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
+    pub evaluation: Evaluation,
+}
+
+impl<'a> Request<'a> {
+    /// With lazy evaluation.
+    #[must_use]
+    pub fn new(playhead: Playhead, attack: &'a Attack) -> Self {
+        Self {
+            playhead,
+            attack,
+            evaluation: Evaluation::Lazy,
+        }
+    }
+}
+
+/// A request with its own copy of the attack, and the node where the motion can branch next.
+#[derive(Clone, Debug)]
+pub(super) struct ActiveRequest {
+    pub playhead: Playhead,
+    pub attack: Attack,
+    pub evaluation: Evaluation,
+    /// The next node.
+    pub node: NodeId,
+    /// Time until the playhead is there, seconds.
+    pub wait: f32,
+    /// Time from there to the attack's start, seconds.
+    pub available: f32,
+    /// The character's frame (root on the ground, facing +Z) at the node, in the world.
+    pub node_frame: Rigid2,
+}
+
+impl Default for ActiveRequest {
+    fn default() -> Self {
+        Self {
+            playhead: Playhead {
+                edge: EdgeId(0),
+                frame: 0.0,
+                clip_to_world: Rigid2::IDENTITY,
+            },
+            attack: Attack::empty(),
+            evaluation: Evaluation::Lazy,
+            node: NodeId(0),
+            wait: 0.0,
+            available: 0.0,
+            node_frame: Rigid2::IDENTITY,
+        }
+    }
+}
+
+impl ActiveRequest {
+    /// Replaces the request. The attack is copied into memory that is already there.
+    pub(super) fn set(&mut self, baked: &BakedGraph, request: Request<'_>) {
+        let graph = baked.graph();
+        let playhead = request.playhead.made_sound(graph);
+        self.attack.clone_from(request.attack);
+        self.playhead = playhead;
+        self.evaluation = request.evaluation;
+        self.node = playhead.next_node(graph);
+        self.wait = playhead.seconds_to_next_node(graph);
+        self.available = self.attack.start() - self.wait;
+        self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
+    }
+
+    /// The durations of a path's edges at rate 1.
+    pub(super) fn durations(baked: &BakedGraph, path: &NodePath) -> Durations {
+        let seconds = |frames: u16| (f64::from(frames) / baked.graph().frame_rate()) as f32;
+        Durations {
+            total: seconds(path.frames),
+            faster: seconds(path.faster),
+            slower: seconds(path.slower),
+        }
+    }
+
+    /// The evasion at the end of a path, performed `start` seconds from now.
+    pub(super) fn evasion<'a>(
+        &self,
+        baked: &'a BakedGraph,
+        path: PathId,
+        start: f32,
+    ) -> PlacedEvasion<'a> {
+        let path = baked.paths().path(path);
+        PlacedEvasion {
+            track: baked.track(path.evasion as usize),
+            placement: self.node_frame * path.placement,
+            start,
+        }
+    }
+
+    /// The root's position at the node, in the character's frame there.
+    pub(super) fn root(&self, baked: &BakedGraph) -> Vec3 {
+        let graph = baked.graph();
+        let node = graph.node(self.node);
+        let root = graph.clip(node.clip).root(node.frame as usize);
+        baked.placement(self.node).inverse().point(root)
+    }
+}

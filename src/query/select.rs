@@ -1,0 +1,71 @@
+//! The choice among candidates, from the counts of a culling path on.
+//!
+//! Source: Masaoka & Oshita, sections 5.3 and 5.4. Differs: the paper sometimes chooses a path that is hit. Here every chosen path
+//! is tested exactly. If no candidate that the maps kept is clean, the removed ones are tested as well; if no candidate of the
+//! node's grid is clean, all paths become candidates. The answer is therefore a hit only if every candidate is hit. Queries in
+//! which all kept candidates are hit pay for this: one exact test of each removed candidate, up to its first hit, and a second
+//! round.
+
+use super::evaluate::{EvaluateScratch, ExactEvaluator};
+use super::evaluation::Evaluation;
+use super::evaluation_input::EvaluationInput;
+use super::gather_moves::gather_moves;
+use super::query::Query;
+use super::source::Source;
+use super::state::QueryState;
+use crate::graph::Motion;
+
+/// The chosen candidate of a query.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Selection {
+    /// Position among the candidates.
+    pub chosen: usize,
+    /// Number of culled candidates that were tested after all.
+    pub reconsidered: usize,
+}
+
+/// Tests candidates and selects one; its motion is left in `motion`. Returns `None` if no candidate of the grid is clean.
+pub(super) fn select(
+    query: Query<'_>,
+    state: &mut QueryState,
+    scratch: &mut EvaluateScratch,
+    motion: &mut Motion,
+) -> Option<Selection> {
+    let is_grid = state.source == Source::Grid;
+    let (mut has_moves, mut reconsidered) = (false, 0);
+    scratch.start(state);
+    loop {
+        let input = EvaluationInput { query, state };
+        let all = 0..input.state.candidates.list.len();
+        let mut evaluator = ExactEvaluator::new(input, scratch);
+        evaluator.evaluate(all.clone().filter(|&index| !input.is_culled(index)));
+        if !evaluator.has_clean() && is_grid {
+            let is_certain = query.baked.atlas().grid().is_certain();
+            if state.request.evaluation == Evaluation::Lazy && is_certain {
+                state.candidates.store_hits(scratch.evaluated());
+            }
+            return None;
+        }
+        if !is_grid && !has_moves && evaluator.can_moves_win() {
+            has_moves = true;
+            gather_moves(query, state);
+            continue;
+        }
+        if !evaluator.has_clean() && reconsidered == 0 {
+            let culled = all.filter(|&index| input.is_culled(index));
+            reconsidered = culled.clone().count();
+            evaluator.evaluate(culled);
+        }
+        if !evaluator.has_clean() {
+            evaluator.measure_least_deep_hit();
+        }
+        let chosen = evaluator.best();
+        // If the final test shows a hit, candidates that were skipped because of this one are tested in another turn.
+        if evaluator.confirm(chosen, motion) {
+            return Some(Selection {
+                chosen,
+                reconsidered,
+            });
+        }
+    }
+}

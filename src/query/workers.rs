@@ -1,0 +1,122 @@
+//! Threads that test candidates side by side.
+
+use std::fmt;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::clearance::{Clearance, MotionBody};
+use crate::math::WorkerPool;
+
+/// The threads of a context, with the memory of each. They are started by the first query that asks for them. A clone starts its
+/// own.
+#[derive(Default)]
+pub(super) struct Workers {
+    /// The number of threads that was asked for, and the threads, which may be fewer.
+    pool: Option<(usize, WorkerPool)>,
+    /// The first worker is the caller.
+    workers: Vec<Mutex<Worker>>,
+    results: Vec<Option<Clearance>>,
+}
+
+/// The memory of one thread.
+#[derive(Default)]
+struct Worker {
+    body: MotionBody,
+    results: Vec<(usize, Clearance)>,
+}
+
+/// Tests to run on several threads.
+pub(super) struct Batch<T, E> {
+    /// Number of threads, at most [`Workers::MAX_THREADS`].
+    pub threads: usize,
+    /// Number of tests.
+    pub count: usize,
+    /// Runs a test by its number.
+    pub test: T,
+    /// Whether a result ends the batch.
+    pub ends: E,
+}
+
+impl Workers {
+    /// More threads than this are never started, since there are too few candidates for them.
+    const MAX_THREADS: usize = 64;
+
+    /// The caller's memory.
+    pub(super) fn body(&mut self) -> &mut MotionBody {
+        if self.workers.is_empty() {
+            self.workers.push(Mutex::default());
+        }
+        let worker = self.workers[0].get_mut();
+        &mut worker.unwrap_or_else(PoisonError::into_inner).body
+    }
+
+    /// Forgets all poses.
+    pub(super) fn clear(&mut self) {
+        for worker in &mut self.workers {
+            let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
+            worker.body.forget();
+        }
+    }
+
+    /// Runs the tests of a batch up to the first one that ends it. That result, and all before it, do not depend on the number of
+    /// threads. Results after it may be missing.
+    pub(super) fn run<T, E>(&mut self, batch: &Batch<T, E>) -> &[Option<Clearance>]
+    where
+        T: Fn(usize, &mut MotionBody) -> Clearance + Sync,
+        E: Fn(&Clearance) -> bool + Sync,
+    {
+        let threads = batch.threads.min(Self::MAX_THREADS);
+        self.pool.take_if(|(asked, _)| *asked != threads);
+        let (_, pool) = self
+            .pool
+            .get_or_insert_with(|| (threads, WorkerPool::new(threads)));
+        self.workers
+            .resize_with(pool.threads().max(self.workers.len()), Mutex::default);
+        let (next, end) = (AtomicUsize::new(0), AtomicUsize::new(batch.count));
+        pool.run(&|thread: usize| {
+            let mut worker = lock(&self.workers[thread]);
+            let Worker { body, results } = &mut *worker;
+            results.clear();
+            // One thread may run all tests.
+            results.reserve(batch.count);
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                if index >= end.load(Ordering::Relaxed) {
+                    return;
+                }
+                let result = (batch.test)(index, body);
+                if (batch.ends)(&result) {
+                    end.fetch_min(index, Ordering::Relaxed);
+                }
+                results.push((index, result));
+            }
+        });
+        self.results.clear();
+        self.results.resize(batch.count, None);
+        for worker in &self.workers[..pool.threads()] {
+            for &(index, result) in &lock(worker).results {
+                self.results[index] = Some(result);
+            }
+        }
+        &self.results
+    }
+}
+
+fn lock(worker: &Mutex<Worker>) -> MutexGuard<'_, Worker> {
+    worker.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Clone for Workers {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl fmt::Debug for Workers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let threads = self.pool.as_ref().map_or(1, |(_, pool)| pool.threads());
+        f.debug_struct("Workers")
+            .field("threads", &threads)
+            .finish_non_exhaustive()
+    }
+}
