@@ -44,7 +44,7 @@ pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>
             bar.inc(1);
             let Some(thrown) = thrown else { continue };
             let throw = &thrown.throw;
-            query.answer(throw.playhead, &throw.attack, &mut context, &mut answer);
+            query.answer(throw.request(), &mut context, &mut answer);
             row.add(&thrown, answer.avoided);
         }
         Ok(row)
