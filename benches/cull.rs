@@ -10,10 +10,9 @@ use std::sync::OnceLock;
 use common::{Motions, throws};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use sabaki::gpu::compute;
-use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
+use sabaki::gpu::{Counting, Culler, CullerDesc};
 use sabaki::maps::{BakedGraph, MapGrid};
-use sabaki::query::cull::{Counted, CullCandidate, CullInput, cpu};
+use sabaki::query::cull::{Counted, CullCandidate, CullInput, CullPath, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 use sabaki_app::headless::{Headless, HeadlessDesc};
@@ -109,21 +108,29 @@ fn by_cpu(bencher: Bencher<'_, '_>, row: &Row) {
 
 #[divan::bench(args = rows())]
 fn by_stencil(bencher: Bencher<'_, '_>, row: &Row) {
-    by_stencil_and(Counting::Queries, bencher, row);
+    by_device(CullPath::Stencil, Counting::Queries, (bencher, row));
 }
 
 #[divan::bench(args = rows())]
 fn by_stencil_and_atomics(bencher: Bencher<'_, '_>, row: &Row) {
-    by_stencil_and(Counting::Atomics, bencher, row);
+    by_device(CullPath::Stencil, Counting::Atomics, (bencher, row));
 }
 
-fn by_stencil_and(counting: Counting, bencher: Bencher<'_, '_>, row: &Row) {
+#[divan::bench(args = rows())]
+fn by_compute(bencher: Bencher<'_, '_>, row: &Row) {
+    by_device(CullPath::Compute, Counting::default(), (bencher, row));
+}
+
+fn by_device(path: CullPath, counting: Counting, (bencher, row): (Bencher<'_, '_>, &Row)) {
     let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
-    let desc = CullerDesc {
+    let mut desc = CullerDesc {
         counted: row.counted(),
-        counting,
-        ..CullerDesc::new("bench", row.baked().atlas())
+        ..CullerDesc::new(path, row.baked().atlas())
     };
+    desc.stencil.counting = counting;
+    if path == CullPath::Compute {
+        desc.max_candidates = 10_000;
+    }
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
@@ -131,26 +138,6 @@ fn by_stencil_and(counting: Counting, bencher: Bencher<'_, '_>, row: &Row) {
         bencher
             .counter(ItemsCount::new(row.count))
             .bench_local(|| device.cull(&mut culler, input).unwrap());
-    });
-    culler.destroy(device.memory().unwrap());
-    let _ = device.destroy();
-}
-
-#[divan::bench(args = rows())]
-fn by_compute(bencher: Bencher<'_, '_>, row: &Row) {
-    let mut device = Headless::new(&HeadlessDesc::default()).unwrap();
-    let desc = compute::CullerDesc {
-        counted: row.counted(),
-        max_candidates: 10_000,
-        ..compute::CullerDesc::new("bench", row.baked().atlas())
-    };
-    let mut culler = device
-        .make(|context, memory| compute::Culler::new(context, memory, &desc))
-        .unwrap();
-    row.cull(|input| {
-        bencher
-            .counter(ItemsCount::new(row.count))
-            .bench_local(|| device.cull_compute(&mut culler, input).unwrap());
     });
     culler.destroy(device.memory().unwrap());
     let _ = device.destroy();

@@ -15,9 +15,8 @@ use ash::vk;
 use plain_memory::PlainMemory;
 use renderer::Renderer;
 use sabaki::anim::Pose;
-use sabaki::gpu::stencil::{Culler, CullerDesc};
-use sabaki::gpu::{Context, ContextDesc, Terms, check};
-use sabaki::query::{Answer, Query, QueryContext, QuerySettings, Step, cull::cpu};
+use sabaki::gpu::{Context, ContextDesc, Culler, CullerDesc, Terms, check};
+use sabaki::query::{Answer, CullPath, Query, QueryContext, QuerySettings, Step, cull::cpu};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -65,11 +64,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         })?;
         let mut memory = PlainMemory::new(&instance, physical_device, &device);
         let baked = scene::baked()?;
-        let mut culler = Culler::new(
-            &context,
-            &mut memory,
-            &CullerDesc::new("culler", baked.atlas()),
-        )?;
+        let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
+        let mut culler = Culler::new(&context, &mut memory, &desc)?;
         let renderer = Renderer::new(&device, &mut memory, queue_family)?;
 
         // Frame 0: a ball comes. The ways to dodge it are culled while the frame is drawn.
@@ -91,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
         // Later: the counts are there, or else the CPU counts the same.
         let mut overlaps = Vec::new();
-        let there = culler.poll(ticket, &mut overlaps)? && ticket.counts_exact;
+        let there = culler.poll(ticket, &mut overlaps)? && culler.counts_exact();
         if !there {
             cpu::count(&session.cull_input(), &mut overlaps);
         }

@@ -5,10 +5,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, compute, stencil};
+use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
-use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu};
+use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo;
 use sabaki_app::demo::throw::{ThrowSettings, throw};
@@ -86,7 +86,7 @@ struct Frame {
     cmd: vk::CommandBuffer,
     pool: vk::CommandPool,
     fence: vk::Fence,
-    waiting: Option<(usize, stencil::Ticket, compute::Ticket)>,
+    waiting: Option<(usize, Ticket, Ticket)>,
 }
 
 impl Frame {
@@ -118,20 +118,14 @@ impl Frame {
 pub fn soak(baked: &BakedGraph, queries: u64, desc: &HeadlessDesc) -> Soaked {
     let mut device = Headless::new(desc).unwrap();
     let cases = cases(baked);
-    let desc = stencil::CullerDesc {
-        frames_in_flight: SLOTS as u32,
-        ..stencil::CullerDesc::new("soak", baked.atlas())
-    };
-    let mut stencil = device
-        .make(|context, memory| stencil::Culler::new(context, memory, &desc))
-        .unwrap();
-    let desc = compute::CullerDesc {
-        frames_in_flight: SLOTS as u32,
-        ..compute::CullerDesc::new("soak", baked.atlas())
-    };
-    let mut compute = device
-        .make(|context, memory| compute::Culler::new(context, memory, &desc))
-        .unwrap();
+    let [mut stencil, mut compute] = [CullPath::Stencil, CullPath::Compute].map(|path| {
+        let desc = CullerDesc {
+            frames_in_flight: SLOTS as u32,
+            ..CullerDesc::new(path, baked.atlas())
+        };
+        let made = device.make(|context, memory| Culler::new(context, memory, &desc));
+        made.unwrap()
+    });
     let context = device.context().unwrap().clone();
     // SAFETY: the device lives until the end; its only queue is used here alone.
     let (queue, mut frames) = unsafe {

@@ -11,11 +11,11 @@ use super::graph::Graph;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{GpuAllocatorMemory, GpuError, command_buffer, compute, stencil};
+use crate::gpu::{self, CullerDesc, GpuAllocatorMemory, GpuError, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
-use crate::query::cull::{Overlap, cpu};
+use crate::query::cull::{CullPath, Overlap, cpu};
 use crate::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request, SessionId};
 
 /// `sabaki_place`.
@@ -62,19 +62,6 @@ pub(super) struct JointOut {
     rotation: [f32; 4],
 }
 
-/// Who counts on the device.
-enum Path {
-    Stencil(Box<stencil::Culler>),
-    Compute(Box<compute::Culler>),
-}
-
-/// A cull on the device.
-#[derive(Clone, Copy)]
-enum Ticket {
-    Stencil(stencil::Ticket),
-    Compute(compute::Ticket),
-}
-
 /// A question, and what has come of it.
 #[derive(Default)]
 struct Slot {
@@ -94,8 +81,7 @@ pub(super) struct Culler {
     baked: Arc<BakedGraph>,
     settings: QuerySettings,
     memory: GpuAllocatorMemory,
-    // `None` only while it is destroyed.
-    path: Option<Path>,
+    device: gpu::Culler,
     slots: Vec<Slot>,
 }
 
@@ -121,38 +107,22 @@ unsafe extern "C" fn sabaki_culler_create(
         };
         let mut memory = GpuAllocatorMemory::of(&context)?;
         let atlas = graph.baked.atlas();
-        let slots = slots.max(1);
         let path = match path {
-            0 => {
-                let desc = stencil::CullerDesc {
-                    frames_in_flight: slots,
-                    ..stencil::CullerDesc::new("sabaki", atlas)
-                };
-                Path::Stencil(Box::new(stencil::Culler::new(
-                    &context,
-                    &mut memory,
-                    &desc,
-                )?))
-            }
-            1 => {
-                let desc = compute::CullerDesc {
-                    frames_in_flight: slots,
-                    ..compute::CullerDesc::new("sabaki", atlas)
-                };
-                Path::Compute(Box::new(compute::Culler::new(
-                    &context,
-                    &mut memory,
-                    &desc,
-                )?))
-            }
+            0 => CullPath::Stencil,
+            1 => CullPath::Compute,
             other => return Err(format!("there is no path {other}").into()),
         };
+        let desc = CullerDesc {
+            frames_in_flight: slots.max(1),
+            ..CullerDesc::new(path, atlas)
+        };
+        let device = gpu::Culler::new(&context, &mut memory, &desc)?;
         *out = Box::into_raw(Box::new(Culler {
             baked: Arc::clone(&graph.baked),
             settings: QuerySettings::default(),
             memory,
-            path: Some(path),
-            slots: (0..slots).map(|_| Slot::default()).collect(),
+            slots: (0..device.slots()).map(|_| Slot::default()).collect(),
+            device,
         }));
         Ok(OK)
     })
@@ -166,12 +136,11 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
         return;
     }
     // SAFETY: it was made by `sabaki_culler_create`; neither the caller nor the device uses it any more.
-    let mut culler = unsafe { Box::from_raw(culler) };
-    match culler.path.take() {
-        Some(Path::Stencil(path)) => path.destroy(&mut culler.memory),
-        Some(Path::Compute(path)) => path.destroy(&mut culler.memory),
-        None => {}
-    }
+    let culler = unsafe { Box::from_raw(culler) };
+    let Culler {
+        device, mut memory, ..
+    } = *culler;
+    device.destroy(&mut memory);
 }
 
 /// # Safety
@@ -359,7 +328,7 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`stencil::Culler::record`] and [`compute::Culler::record`].
+    /// As for [`gpu::Culler::record`].
     unsafe fn record(
         &mut self,
         slot: u32,
@@ -372,13 +341,7 @@ impl Culler {
         let session = query.start(Request::new(playhead, &attack), &mut place.context);
         let (input, cmd) = (session.cull_input(), command_buffer(commands));
         // SAFETY: the caller vouches for the command buffer and the slot.
-        let recorded = unsafe {
-            match &mut self.path {
-                Some(Path::Stencil(path)) => path.record(cmd, slot, &input).map(Ticket::Stencil),
-                Some(Path::Compute(path)) => path.record(cmd, slot, &input).map(Ticket::Compute),
-                None => Err(GpuError::Unfinished),
-            }
-        };
+        let recorded = unsafe { self.device.record(cmd, slot, &input) };
         place.ticket = match recorded {
             Ok(ticket) => Some(ticket),
             // Nothing was recorded, and the CPU counts the same.
@@ -396,14 +359,9 @@ impl Culler {
             return Err("nothing was asked in this slot".to_owned().into());
         };
         let ticket = if now { None } else { place.ticket };
-        let (counted, is_exact) = match (&self.path, ticket) {
-            (Some(Path::Stencil(path)), Some(Ticket::Stencil(ticket))) => {
-                (path.poll(ticket, &mut place.overlaps)?, ticket.counts_exact)
-            }
-            (Some(Path::Compute(path)), Some(Ticket::Compute(ticket))) => {
-                (path.poll(ticket, &mut place.overlaps)?, true)
-            }
-            _ => (false, false),
+        let counted = match ticket {
+            Some(ticket) => self.device.poll(ticket, &mut place.overlaps)?,
+            None => false,
         };
         if ticket.is_some() && !counted {
             return Ok(NOT_YET);
@@ -414,7 +372,7 @@ impl Culler {
         let mut arrived = counted.then_some(&place.overlaps);
         let Ok(()) = session.run(&mut place.answer, |input, counts| {
             match arrived.take() {
-                Some(arrived) if is_exact => counts.clone_from(arrived),
+                Some(arrived) if self.device.counts_exact() => counts.clone_from(arrived),
                 Some(arrived) => {
                     // The device tells only whether there are shared texels. Scores need their number.
                     cpu::count(input, counts);

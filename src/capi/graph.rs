@@ -1,12 +1,12 @@
-//! Baked graphs.
+//! Baked graphs, read from a file or from memory.
 
 use std::ffi::{CString, c_char};
 use std::path::Path;
 use std::ptr::null;
 use std::sync::Arc;
 
-use super::status::{Failure, OK, Status, call};
-use super::{given_mut, text};
+use super::status::{OK, Status, call};
+use super::{given, given_mut, text};
 use crate::archive;
 use crate::maps::BakedGraph;
 
@@ -14,6 +14,19 @@ use crate::maps::BakedGraph;
 pub(super) struct Graph {
     pub(super) baked: Arc<BakedGraph>,
     joint_names: Vec<CString>,
+}
+
+impl Graph {
+    /// For C to own, until `sabaki_graph_close`.
+    fn new(baked: BakedGraph) -> *mut Self {
+        let names = baked.graph().skeleton().joints().iter();
+        let joint_names =
+            names.map(|joint| CString::new(joint.name.replace('\0', " ")).unwrap_or_default());
+        Box::into_raw(Box::new(Self {
+            joint_names: joint_names.collect(),
+            baked: Arc::new(baked),
+        }))
+    }
 }
 
 /// # Safety
@@ -24,14 +37,29 @@ unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Gra
         // SAFETY: the caller gives a text, and a place for the graph.
         let (path, graph) = unsafe { (text(path)?, given_mut(graph, "graph")?) };
         let baked = archive::read(Path::new(path)).map_err(|error| error.to_string())?;
-        let names = baked.graph().skeleton().joints().iter();
-        let joint_names =
-            names.map(|joint| CString::new(joint.name.replace('\0', " ")).unwrap_or_default());
-        *graph = Box::into_raw(Box::new(Graph {
-            joint_names: joint_names.collect(),
-            baked: Arc::new(baked),
-        }));
-        Ok::<_, Failure>(OK)
+        *graph = Graph::new(baked);
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_graph_load(
+    bytes: *const u8,
+    size: usize,
+    graph: *mut *mut Graph,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller gives `size` bytes, and a place for the graph.
+        let (bytes, graph) = unsafe {
+            given(bytes, "bytes")?;
+            let bytes = std::slice::from_raw_parts(bytes, size);
+            (bytes, given_mut(graph, "graph")?)
+        };
+        let baked = archive::from_bytes(bytes, Path::new("memory"));
+        *graph = Graph::new(baked.map_err(|error| error.to_string())?);
+        Ok(OK)
     })
 }
 
@@ -40,7 +68,7 @@ unsafe extern "C" fn sabaki_graph_open(path: *const c_char, graph: *mut *mut Gra
 #[unsafe(no_mangle)]
 unsafe extern "C" fn sabaki_graph_close(graph: *mut Graph) {
     if !graph.is_null() {
-        // SAFETY: it was made by `sabaki_graph_open`, and the caller does not use it any more.
+        // SAFETY: `sabaki_graph_open` or `sabaki_graph_load` made it, and the caller does not use it any more.
         drop(unsafe { Box::from_raw(graph) });
     }
 }

@@ -249,7 +249,7 @@ impl Context {
         self.precise_queries
     }
 
-    /// Whether fragment shaders can count, for [`Counting::Atomics`](super::stencil::Counting::Atomics).
+    /// Whether fragment shaders can count, for [`Counting::Atomics`](super::Counting::Atomics).
     #[must_use]
     pub fn fragment_atomics(&self) -> bool {
         self.fragment_atomics

@@ -1,5 +1,7 @@
 use ash::vk;
 
+use crate::query::cull::CullPath;
+
 /// What can go wrong between the host and a device.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -84,6 +86,12 @@ pub enum Mismatch {
         /// How many there are.
         regions: usize,
     },
+    /// A culling path that does not run on a device.
+    #[error("the {0} path does not run on a device")]
+    Path(
+        /// Which.
+        CullPath,
+    ),
     /// A slot that does not exist.
     #[error("slot {slot} of {slots}")]
     Slot {

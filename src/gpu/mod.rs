@@ -6,30 +6,30 @@
 //! # Contract
 //! A component is a guest in the caller's command buffer.
 //!
-//! | | [`stencil::Culler`] | [`compute::Culler`] | [`stencil::Rasterizer`] |
+//! | | [`Culler`], stencil | [`Culler`], compute | [`Rasterizer`] |
 //! | --- | --- | --- | --- |
 //! | the queue family has | graphics | compute | graphics |
-//! | the command buffer is | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as `stencil` |
+//! | the command buffer is | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as for stencil |
 //! | barriers from the caller, before and after | none | none | none |
 //! | stages that run | copy, clear, vertex, fragment, fragment tests, host | copy, clear, compute, host | copy, vertex, fragment, fragment tests, host |
-//! | left bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
+//! | left bound | graphics pipeline, its descriptor set 0 and push constants, vertex buffer 0, index buffer, viewport, scissor, stencil state | compute pipeline, its descriptor set 0 and push constants | graphics pipeline, push constants, vertex buffer 0, viewport, scissor, stencil state |
 //! | images of the caller | untouched, no layout changes | the same | the same |
 //!
-//! - **Recording** ([`stencil::Culler::record`], [`compute::Culler::record`]) gives a ticket. It writes to mapped memory and
-//!   records; it submits nothing, waits for nothing, makes nothing, and allocates nothing once it has recorded as much. A buffer is
+//! - **Recording** ([`Culler::record`]) returns a ticket. It writes to mapped memory and records commands. It submits nothing,
+//!   waits for nothing, creates nothing, and allocates nothing after recording a cull of the same size once. A command buffer is
 //!   primary, or secondary where it does not continue a rendering. It is submitted once at most.
 //! - **Frames in flight**: a slot is one cull between recording and the end of its commands. The caller records into a slot
-//!   again when those have finished, or will never be submitted. What a component shares among its slots it orders itself, on
-//!   condition that all of its culls run on one queue, submitted in the order of recording.
+//!   again when those have finished, or will never be submitted. A component orders what its slots share by its own barriers,
+//!   on condition that all of its culls run on one queue, submitted in the order of recording.
 //! - **Polling** never waits. The last barrier makes the counts visible to the host, so a fence or a semaphore that the host has
 //!   seen is all that is needed. Polling earlier is safe, and says "not yet".
 //! - **Answers that do not come** (a limit, an error, a lost device): [`cpu`](crate::query::cull::cpu) counts the same from
-//!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device go on.
+//!   the same input. After every error but a lost device ([`GpuError::is_device_lost`]) component and device can be used further.
 //! - **Memory** is the caller's choice ([`Memory`]): [`GpuAllocatorMemory`] is built in, `examples/common/plain_memory.rs`
-//!   another one. It is asked while components are made, never later; what is given back is given back by `destroy`, or when
-//!   creation fails half way.
-//! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The command
-//!   buffer and its pool are the caller's to guard.
+//!   shows another allocator. Components allocate when they are created, never later. `destroy` gives the memory back, and so
+//!   does a creation that fails half way.
+//! - **Threads**: contexts, components and tickets are `Send` and `Sync`. Recording takes `&mut`, polling `&`. The caller
+//!   guards the command buffer and its pool.
 //! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is
 //!   logged as an error, and leaks.
 //!
@@ -37,14 +37,17 @@
 //! [`Report::extensions`] names; 1.3 needs none.
 //!
 //! - Architecture invariant: nothing here but [`Headless`] submits, waits, or owns a device.
-//! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and says so when it was forgotten.
+//! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and logs an error when it was forgotten.
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
 
 mod allocator;
 mod barriers;
-pub mod compute;
+mod compute;
 mod context;
 mod counts;
+mod culler;
+mod culler_desc;
+mod device_path;
 mod drivers;
 mod error;
 mod image;
@@ -54,7 +57,8 @@ mod pipelines;
 mod requirements;
 mod resources;
 mod shader_table;
-pub mod stencil;
+mod stencil;
+mod terms;
 mod uploaded;
 
 /// The version that signatures here speak of.
@@ -64,9 +68,13 @@ pub use gpu_allocator;
 
 pub use allocator::GpuAllocatorMemory;
 pub use context::{Context, ContextDesc, RawContextDesc, check_raw, command_buffer};
+pub use culler::{Culler, Ticket};
+pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSettings};
 pub use error::{GpuError, Mismatch};
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
-pub use requirements::{Report, Requirement, RequirementKind, Terms, Without, check, requirements};
+pub use requirements::{Report, Requirement, RequirementKind, check, requirements};
+pub use stencil::{Batch, MapKind, Plan, Rasterizer, RasterizerDesc};
+pub use terms::{Terms, Without};
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as
 /// `sabaki-draw`. Not covered by semantic versioning.

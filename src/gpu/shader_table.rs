@@ -1,4 +1,5 @@
-//! The shaders, and what the host must know of them: written by `shaders/build.rs` from the committed SPIR-V.
+//! The culling shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V;
+//! `tests/shader_table.rs` generates it again and compares.
 
 use std::mem::{offset_of, size_of};
 
@@ -47,7 +48,11 @@ pub struct Binding {
     pub stride: u32,
 }
 
-include!(concat!(env!("OUT_DIR"), "/shader_table.rs"));
+#[rustfmt::skip]
+#[path = "../../shaders/table.rs"]
+mod table;
+
+pub(crate) use table::*;
 
 /// Push constants of the shaders that draw maps.
 #[repr(C)]
@@ -115,11 +120,12 @@ pub(crate) struct PlacedDisc {
     pub(crate) clip: [u16; 4],
 }
 
-/// The words of a SPIR-V file.
-pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
-    let mut words = [0; N];
+/// The words of a SPIR-V file, which is little-endian.
+pub const fn words<const COUNT: usize>(bytes: &[u8]) -> [u32; COUNT] {
+    assert!(bytes.len() == 4 * COUNT);
+    let mut words = [0; COUNT];
     let mut at = 0;
-    while at < N {
+    while at < COUNT {
         let byte = 4 * at;
         words[at] = u32::from_le_bytes([
             bytes[byte],

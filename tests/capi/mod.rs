@@ -1,5 +1,5 @@
-//! Promise: a program in C, built with `cc` against the header and the static library, dodges on its own Vulkan
-//! device by both paths, and gets the CPU's answer; one in C++ reads what was baked.
+//! Promise: a program in C, built with `cc` against the header and the static library, opens a baked graph, dodges on its own
+//! Vulkan device by both paths, and gets the CPU's answer; one in C++ loads the graph from memory.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
@@ -76,21 +76,22 @@ fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathB
 }
 
 #[test]
-fn programs_in_c_and_cpp_dodge_and_read() {
+fn programs_in_c_and_cpp_read_and_dodge() {
     let folder = tempfile::tempdir().unwrap();
-    let baked = folder.path().join("baked.sabaki");
-    archive::write(&baked, embedded()).unwrap();
-    let no_graph = folder.path().join("text.txt");
-    fs::write(&no_graph, "no baked graph").unwrap();
+    let file = folder.path().join("baked.sabaki");
+    archive::write(&file, embedded()).unwrap();
+    let damaged = folder.path().join("damaged.sabaki");
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&damaged, &bytes[..bytes.len() - 1]).unwrap();
 
     let dodge = program("cc", "-std=c99", "dodge.c", folder.path());
-    let said = output_of(Command::new(dodge).arg(&baked));
+    let said = output_of(Command::new(dodge).arg(&file));
     println!("{said}");
     assert!(said.contains("24 joints, the first is Hips"), "{said}");
     assert_eq!(said.matches("avoided 1").count(), 2, "{said}");
 
     let reader = program("c++", "-std=c++11", "reader.cpp", folder.path());
-    let said = output_of(Command::new(reader).args([&baked, &no_graph]));
+    let said = output_of(Command::new(reader).args([&file, &damaged]));
     assert!(said.contains("24 joints, the last is "), "{said}");
     assert!(said.contains("refused: "), "{said}");
 }

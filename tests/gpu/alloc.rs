@@ -4,10 +4,11 @@
 use sabaki_testing as common;
 use sabaki_testing::memory as counting;
 
+use common::cull_cases::Way;
 use common::maps::{attack_of, untimed};
 use common::{Random, desc, drifting};
 use counting::allocations;
-use sabaki::gpu::stencil::{Counting, Culler, CullerDesc};
+use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::maps::{FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Slab};
 use sabaki::math::Rigid2;
 use sabaki::query::cull::{CullCandidate, CullInput};
@@ -54,12 +55,8 @@ fn a_cull_allocates_nothing() {
         attack: &attack,
         candidates: &candidates,
     };
-    for counting in [Counting::Queries, Counting::Atomics] {
-        let desc = CullerDesc {
-            counting,
-            ..CullerDesc::new("test", &atlas)
-        };
-        culls_allocate_nothing(&mut device, &desc, &input);
+    for way in [Way::STENCIL, Way::ATOMICS] {
+        culls_allocate_nothing(&mut device, &way.desc(&atlas), &input);
     }
     assert!(device.destroy().is_empty());
 }

@@ -5,12 +5,12 @@
 use sabaki_testing as common;
 use sabaki_testing::memory as counting;
 
-use common::cull::counted;
-use common::cull_cases::{self, Path};
+use common::cull::{counted, culler};
+use common::cull_cases::{self, Way};
 use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::gpu::compute::{Culler, CullerDesc, InputWay};
+use sabaki::gpu::{ComputeSettings, Culler, CullerDesc, InputWay};
 use sabaki::maps::{MapGrid, MapRect};
 use sabaki::query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
 use sabaki_app::headless::{Headless, HeadlessDesc};
@@ -22,30 +22,24 @@ const RECT: MapRect = MapRect {
     height: 70,
 };
 
-fn culler(device: &mut Headless, desc: &CullerDesc<'_>) -> Culler {
-    device
-        .make(|context, memory| Culler::new(context, memory, desc))
-        .unwrap()
-}
-
 #[test]
 fn thousands_of_random_candidates_agree() {
-    cull_cases::random_candidates_agree(Path::Compute);
+    cull_cases::random_candidates_agree(Way::COMPUTE);
 }
 
 #[test]
 fn edges_of_the_input_agree() {
-    cull_cases::edges_agree(Path::Compute);
+    cull_cases::edges_agree(Way::COMPUTE);
 }
 
 #[test]
 fn atlases_without_a_map_agree() {
-    cull_cases::atlases_without_a_map_agree(Path::Compute);
+    cull_cases::atlases_without_a_map_agree(Way::COMPUTE);
 }
 
 #[test]
 fn slots_in_flight_keep_their_own_counts() {
-    cull_cases::slots_in_flight_keep_their_own_counts(Path::Compute);
+    cull_cases::slots_in_flight_keep_their_own_counts(Way::COMPUTE);
 }
 
 /// What is not counted says so, and a candidate that is hit is still one where no more is asked.
@@ -64,7 +58,7 @@ fn what_is_asked_for_is_counted_alone() {
     };
     let whole = counted(&input);
     assert!(whole.iter().any(|one| one.body > 0) && whole.iter().any(|one| one.body == 0));
-    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let mut culler = culler(&mut device, &Way::COMPUTE.desc(&atlas));
     for bits in 0..16 {
         let wanted = Counted {
             body: bits & 1 != 0,
@@ -73,7 +67,7 @@ fn what_is_asked_for_is_counted_alone() {
             up_to_hits: bits & 8 != 0,
         };
         culler.count_only(wanted);
-        let counts = device.cull_compute(&mut culler, &input).unwrap();
+        let counts = device.cull(&mut culler, &input).unwrap();
         for (found, whole) in counts.iter().zip(&whole) {
             if wanted.up_to_hits && wanted.body && whole.body > 0 {
                 assert!((1..=whole.body).contains(&found.body), "{wanted:?}");
@@ -113,8 +107,11 @@ fn attacks_of_many_chunks_agree() {
     }
     let candidates = candidates(&mut random, &atlas, rect, 90);
     let desc = CullerDesc {
-        max_blocks: 1 << 20,
-        ..CullerDesc::new("test", &atlas)
+        compute: ComputeSettings {
+            max_blocks: 1 << 20,
+            ..ComputeSettings::default()
+        },
+        ..Way::COMPUTE.desc(&atlas)
     };
     let mut culler = culler(&mut device, &desc);
     for some in [1, 90] {
@@ -125,7 +122,7 @@ fn attacks_of_many_chunks_agree() {
         };
         let expected = counted(&input);
         assert!(some == 1 || expected.iter().any(|one| one.body > 0));
-        assert_eq!(device.cull_compute(&mut culler, &input).unwrap(), expected);
+        assert_eq!(device.cull(&mut culler, &input).unwrap(), expected);
     }
     culler.destroy(device.memory().unwrap());
     finish(device);
@@ -152,10 +149,13 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
         for (max_candidates, (max_groups, max_page)) in shapes.into_iter().chain([(1000, all)]) {
             let desc = CullerDesc {
                 max_candidates,
-                max_groups,
-                max_page,
-                input: input_way,
-                ..CullerDesc::new("test", &atlas)
+                compute: ComputeSettings {
+                    max_groups,
+                    max_page,
+                    input: input_way,
+                    ..ComputeSettings::default()
+                },
+                ..Way::COMPUTE.desc(&atlas)
             };
             let mut culler = culler(&mut device, &desc);
             let some = if max_candidates == 1 { 40 } else { 700 };
@@ -164,7 +164,7 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
                 attack: &attack,
                 candidates: &candidates[..some],
             };
-            let counts = device.cull_compute(&mut culler, &input).unwrap();
+            let counts = device.cull(&mut culler, &input).unwrap();
             let case = (input_way, max_candidates, max_groups, max_page);
             assert_eq!(counts, counted(&input), "{case:?}");
             culler.destroy(device.memory().unwrap());
@@ -183,8 +183,11 @@ fn what_does_not_fit_is_refused_by_name() {
     let candidates = candidates(&mut random, &atlas, RECT, 9);
     let desc = CullerDesc {
         max_candidates: 8,
-        max_blocks: 4,
-        ..CullerDesc::new("test", &atlas)
+        compute: ComputeSettings {
+            max_blocks: 4,
+            ..ComputeSettings::default()
+        },
+        ..Way::COMPUTE.desc(&atlas)
     };
     let mut culler = culler(&mut device, &desc);
     let wide = AttackDrawing {
@@ -208,7 +211,7 @@ fn what_does_not_fit_is_refused_by_name() {
     };
     let none = AttackDrawing::default();
     assert!(refused(&none, &candidates, 0).starts_with("CullerDesc::max_candidates: 9 needed"));
-    assert!(refused(&attack, &candidates[..1], 0).starts_with("CullerDesc::max_blocks"));
+    assert!(refused(&attack, &candidates[..1], 0).starts_with("ComputeSettings::max_blocks"));
     assert!(refused(&wide, &candidates[..1], 0).starts_with("side of an attack's maps"));
     assert!(refused(&none, &unknown[..4], 0).contains("candidate 2 names region 4"));
     assert!(refused(&none, &[], 2).contains("slot 2 of 2"));
@@ -217,17 +220,20 @@ fn what_does_not_fit_is_refused_by_name() {
         attack: &none,
         candidates: &candidates[..8],
     };
-    let counts = device.cull_compute(&mut culler, &input).unwrap();
+    let counts = device.cull(&mut culler, &input).unwrap();
     assert_eq!(counts, counted(&input), "it is of use all the same");
     culler.destroy(device.memory().unwrap());
 
     let small = CullerDesc {
-        max_page: 4096,
-        ..CullerDesc::new("test", &atlas)
+        compute: ComputeSettings {
+            max_page: 4096,
+            ..ComputeSettings::default()
+        },
+        ..Way::COMPUTE.desc(&atlas)
     };
     let made = device.make(|context, memory| Culler::new(context, memory, &small));
     let why = made.unwrap_err().to_string();
-    assert!(why.starts_with("CullerDesc::max_page"), "{why}");
+    assert!(why.starts_with("ComputeSettings::max_page"), "{why}");
     assert_eq!(device.memory().unwrap().live_blocks(), 0);
     finish(device);
 }
@@ -250,7 +256,7 @@ fn a_cull_allocates_nothing() {
         attack: &attack,
         candidates: &candidates,
     };
-    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let mut culler = culler(&mut device, &Way::COMPUTE.desc(&atlas));
     let mut overlaps = Vec::new();
     for cull in 0..4 {
         let (ticket, recording) = device

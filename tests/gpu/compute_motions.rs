@@ -7,10 +7,10 @@ use sabaki_testing as common;
 use common::baked::{embedded, embedded_graph};
 use common::captures::fight_graph;
 use common::{device, finish};
-use sabaki::gpu::compute::{Culler, CullerDesc};
+use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
-use sabaki::query::cull::cpu;
+use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
@@ -26,7 +26,7 @@ fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
 /// Counts everything that many queries count.
 fn agree(baked: &BakedGraph) {
     let mut device = device();
-    let desc = CullerDesc::new("cull", baked.atlas());
+    let desc = CullerDesc::new(CullPath::Compute, baked.atlas());
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();
@@ -43,7 +43,7 @@ fn agree(baked: &BakedGraph) {
         session.draw_outer_maps();
         let input = session.cull_input();
         cpu::count(&input, &mut expected);
-        let counts = device.cull_compute(&mut culler, &input).unwrap();
+        let counts = device.cull(&mut culler, &input).unwrap();
         assert_eq!(counts, expected, "attack {index}");
         for one in &expected {
             body += u64::from(one.body);

@@ -7,11 +7,13 @@ use sabaki_testing::shim;
 
 use std::sync::{Arc, Mutex};
 
-use common::cull::{any_input, atlas_on, sliced};
+use common::cull::{any_input, atlas_on, culler, sliced};
+use common::cull_cases::Way;
 use common::{Random, desc, finish};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::stencil::{self, Counting};
-use sabaki::gpu::{Context, GpuAllocatorMemory, GpuError, Terms, check, compute};
+use sabaki::gpu::{
+    Context, Culler, GpuAllocatorMemory, GpuError, Rasterizer, Terms, Ticket, check,
+};
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, Overlap};
 use sabaki_app::headless::{Headless, Message};
@@ -24,27 +26,20 @@ fn device() -> Headless {
 /// A stencil culler and a compute culler of one atlas.
 struct Guests {
     device: Headless,
-    stencil: stencil::Culler,
-    compute: compute::Culler,
+    stencil: Culler,
+    compute: Culler,
 }
 
 impl Guests {
     fn new(atlas: &RegionAtlas) -> Self {
-        Self::counting(atlas, Counting::Queries)
+        Self::with(atlas, Way::STENCIL)
     }
 
-    fn counting(atlas: &RegionAtlas, counting: Counting) -> Self {
+    fn with(atlas: &RegionAtlas, stencil: Way) -> Self {
         let mut device = device();
-        let desc = stencil::CullerDesc {
-            counting,
-            ..stencil::CullerDesc::new("test", atlas)
-        };
-        let stencil = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
-        let desc = compute::CullerDesc::new("test", atlas);
-        let compute = device.make(|context, memory| compute::Culler::new(context, memory, &desc));
         Self {
-            stencil: stencil.unwrap(),
-            compute: compute.unwrap(),
+            stencil: culler(&mut device, &stencil.desc(atlas)),
+            compute: culler(&mut device, &Way::COMPUTE.desc(atlas)),
             device,
         }
     }
@@ -60,8 +55,8 @@ impl Guests {
 #[test]
 fn recording_and_polling_only_record_and_look() {
     let atlas = atlas_on(sliced(8), &mut Random(1), 8);
-    for counting in [Counting::Queries, Counting::Atomics] {
-        only_records_and_looks(&atlas, Guests::counting(&atlas, counting));
+    for way in [Way::STENCIL, Way::ATOMICS] {
+        only_records_and_looks(&atlas, Guests::with(&atlas, way));
     }
 }
 
@@ -128,59 +123,40 @@ fn counts_come_by_few_copies() {
 }
 
 /// One cull with one barrier left out: what validation says of it.
-fn without_barrier(atlas: &RegionAtlas, culls: Culls, nth: Option<u64>) -> (u64, Vec<Message>) {
-    let counting = match culls {
-        Culls::Atomics => Counting::Atomics,
-        _ => Counting::Queries,
-    };
-    let mut guests = Guests::counting(atlas, counting);
+fn without_barrier(atlas: &RegionAtlas, way: Way, nth: Option<u64>) -> (u64, Vec<Message>) {
+    let mut device = device();
+    let mut culler = culler(&mut device, &way.desc(atlas));
     let (attack, candidates) = any_input(&mut Random(6), atlas, 40);
     let input = CullInput {
         atlas,
         attack: &attack,
         candidates: &candidates,
     };
-    let Guests {
-        device,
-        stencil,
-        compute,
-    } = &mut guests;
     let before = shim::barriers();
     shim::swallow_barrier(nth);
     device
         .run(|cmd| {
             for slot in 0..2 {
                 // SAFETY: `run` gives a buffer that is being recorded.
-                unsafe {
-                    match culls {
-                        Culls::Stencil | Culls::Atomics => drop(stencil.record(cmd, slot, &input)?),
-                        Culls::Compute => drop(compute.record(cmd, slot, &input)?),
-                    }
-                }
+                unsafe { culler.record(cmd, slot, &input) }?;
             }
             Ok(())
         })
         .unwrap();
     shim::swallow_barrier(None);
-    (shim::barriers() - before, guests.destroy())
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Culls {
-    Stencil,
-    Atomics,
-    Compute,
+    culler.destroy(device.memory().unwrap());
+    (shim::barriers() - before, device.destroy())
 }
 
 #[test]
 fn a_missing_barrier_is_detected() {
     let atlas = atlas_on(MapGrid::PAPER, &mut Random(5), 8);
-    for culls in [Culls::Stencil, Culls::Atomics, Culls::Compute] {
-        let (barriers, messages) = without_barrier(&atlas, culls, None);
+    for way in Way::ALL {
+        let (barriers, messages) = without_barrier(&atlas, way, None);
         assert_eq!(messages, []);
         let detected: Vec<bool> = (0..barriers)
             .map(|nth| {
-                let (_, messages) = without_barrier(&atlas, culls, Some(nth));
+                let (_, messages) = without_barrier(&atlas, way, Some(nth));
                 messages
                     .iter()
                     .any(|one| one.id.starts_with("SYNC-HAZARD") || one.id.contains("Layout"))
@@ -188,9 +164,9 @@ fn a_missing_barrier_is_detected() {
             .collect();
         let count = detected.iter().filter(|&&one| one).count();
         println!(
-            "{culls:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
+            "{way:?}: {count} of {barriers} barriers are missed when they are left out: {detected:?}"
         );
-        assert!(count >= 2, "{culls:?}: {detected:?}");
+        assert!(count >= 2, "{way:?}: {detected:?}");
     }
 }
 
@@ -335,11 +311,9 @@ fn what_a_queue_cannot_do_is_said() {
                 result.map_or_else(|error| error.to_string(), |()| String::new())
             };
             let memory = device.memory().unwrap();
-            let desc = stencil::CullerDesc::new("test", &atlas);
-            let made = stencil::Culler::new(&context, memory, &desc);
+            let made = Culler::new(&context, memory, &Way::STENCIL.desc(&atlas));
             assert!(says(made.map(|culler| culler.destroy(memory))).contains(stencil_says));
-            let desc = compute::CullerDesc::new("test", &atlas);
-            let made = compute::Culler::new(&context, memory, &desc);
+            let made = Culler::new(&context, memory, &Way::COMPUTE.desc(&atlas));
             assert!(says(made.map(|culler| culler.destroy(memory))).contains(compute_says));
         } else {
             let error = again(&whole).unwrap_err();
@@ -371,11 +345,9 @@ fn again(context: &Context) -> Result<Context, GpuError> {
 fn what_crosses_threads_may() {
     fn anywhere<T: Send + Sync>() {}
     anywhere::<Context>();
-    anywhere::<stencil::Culler>();
-    anywhere::<stencil::Rasterizer>();
-    anywhere::<compute::Culler>();
-    anywhere::<stencil::Ticket>();
-    anywhere::<compute::Ticket>();
+    anywhere::<Culler>();
+    anywhere::<Rasterizer>();
+    anywhere::<Ticket>();
     anywhere::<GpuAllocatorMemory>();
     anywhere::<GpuError>();
     let _ = Overlap::default();

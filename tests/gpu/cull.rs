@@ -5,40 +5,37 @@
 use sabaki_testing as common;
 
 use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counted, culler};
-use common::cull_cases::{self, Path};
+use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::{
-    gpu::{
-        GpuError, Terms, Without,
-        stencil::{Counting, CullerDesc},
-    },
+    gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms, Without},
     maps::{MapGrid, MapRect, RegionId, Slab},
     query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
 };
 
 #[test]
 fn thousands_of_random_candidates_agree() {
-    cull_cases::random_candidates_agree(Path::Stencil);
-    cull_cases::random_candidates_agree(Path::Atomics);
+    cull_cases::random_candidates_agree(Way::STENCIL);
+    cull_cases::random_candidates_agree(Way::ATOMICS);
 }
 
 #[test]
 fn edges_of_the_input_agree() {
-    cull_cases::edges_agree(Path::Stencil);
-    cull_cases::edges_agree(Path::Atomics);
+    cull_cases::edges_agree(Way::STENCIL);
+    cull_cases::edges_agree(Way::ATOMICS);
 }
 
 #[test]
 fn atlases_without_a_map_agree() {
-    cull_cases::atlases_without_a_map_agree(Path::Stencil);
-    cull_cases::atlases_without_a_map_agree(Path::Atomics);
+    cull_cases::atlases_without_a_map_agree(Way::STENCIL);
+    cull_cases::atlases_without_a_map_agree(Way::ATOMICS);
 }
 
 #[test]
 fn slots_in_flight_keep_their_own_counts() {
-    cull_cases::slots_in_flight_keep_their_own_counts(Path::Stencil);
-    cull_cases::slots_in_flight_keep_their_own_counts(Path::Atomics);
+    cull_cases::slots_in_flight_keep_their_own_counts(Way::STENCIL);
+    cull_cases::slots_in_flight_keep_their_own_counts(Way::ATOMICS);
 }
 
 #[test]
@@ -49,7 +46,7 @@ fn thousands_of_drawn_candidates_agree() {
         let atlas = atlas_on(grid, &mut random, 20);
         let desc = CullerDesc {
             max_candidates: 64,
-            ..CullerDesc::new("test", &atlas)
+            ..Way::STENCIL.desc(&atlas)
         };
         let mut culler = culler(&mut device, &desc);
         let (mut met, mut met_outer, mut met_evasion, mut missed) = (0, 0, 0, 0);
@@ -83,33 +80,34 @@ fn small_targets_pools_and_buffers_agree() {
     for (grid, seed) in GRIDS.into_iter().zip(40..) {
         let mut random = Random(seed);
         let atlas = atlas_on(grid, &mut random, 8);
-        let whole = CullerDesc::new("test", &atlas);
+        let whole = Way::STENCIL.desc(&atlas);
         let descs = [
             // Some planes; several passes, of cells that are cut; several turns of a pass.
-            CullerDesc {
+            StencilSettings {
                 target: [256, 128],
-                ..whole
+                ..whole.stencil
             },
-            CullerDesc {
+            StencilSettings {
                 target: [24, 40],
-                ..whole
+                ..whole.stencil
             },
-            CullerDesc {
+            StencilSettings {
                 max_queries: 7,
-                ..whole
+                ..whole.stencil
             },
-            CullerDesc {
+            StencilSettings {
                 target: [64, 64],
                 max_queries: 1,
                 max_boxes: 1500,
-                ..whole
+                ..whole.stencil
             },
         ];
-        let summed = descs.map(|desc| CullerDesc {
+        let summed = descs.map(|stencil| StencilSettings {
             counting: Counting::Atomics,
-            ..desc
+            ..stencil
         });
-        for desc in descs.into_iter().chain(summed) {
+        for stencil in descs.into_iter().chain(summed) {
+            let desc = CullerDesc { stencil, ..whole };
             let mut culler = culler(&mut device, &desc);
             for _ in 0..2 {
                 let (attack, candidates) = any_input(&mut random, &atlas, 20);
@@ -119,7 +117,7 @@ fn small_targets_pools_and_buffers_agree() {
                     candidates: &candidates,
                 };
                 let counts = device.cull(&mut culler, &input).unwrap();
-                assert_eq!(counts, counted(&input), "{grid:?} {desc:?}");
+                assert_eq!(counts, counted(&input), "{grid:?} {stencil:?}");
             }
             culler.destroy(device.memory().unwrap());
         }
@@ -140,7 +138,7 @@ fn what_is_not_counted_says_so() {
     };
     let desc = CullerDesc {
         counted: none,
-        ..CullerDesc::new("test", &atlas)
+        ..Way::STENCIL.desc(&atlas)
     };
     let mut culler = culler(&mut device, &desc);
     let (attack, candidates) = any_input(&mut random, &atlas, 100);
@@ -183,7 +181,7 @@ fn the_maps_outlive_a_first_cull_that_is_never_submitted() {
     let mut device = device();
     let mut random = Random(61);
     let atlas = atlas(&mut random, 12);
-    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
     let rect = MapRect {
         u: -30,
         v: -30,
@@ -232,7 +230,7 @@ fn every_stencil_format_agrees() {
     for (terms, format) in FALLBACK_FORMATS {
         let mut device = device_on(terms);
         assert_eq!(device.context().unwrap().stencil_format(), format);
-        let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+        let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
         let counts = device.cull(&mut culler, &input).unwrap();
         assert_eq!(counts, counted(&input), "{format:?}");
         culler.destroy(device.memory().unwrap());
@@ -251,7 +249,7 @@ fn without_precise_queries_some_and_none_are_still_right() {
     });
     let mut random = Random(5);
     let atlas = atlas(&mut random, 20);
-    let mut culler = culler(&mut device, &CullerDesc::new("test", &atlas));
+    let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
     let rect = MapRect {
         u: -30,
         v: -30,
@@ -265,11 +263,11 @@ fn without_precise_queries_some_and_none_are_still_right() {
         attack: &attack,
         candidates: &candidates,
     };
+    assert!(!culler.counts_exact());
     // SAFETY: `run` gives a buffer that is being recorded.
     let ticket = device
         .run(|cmd| unsafe { culler.record(cmd, 0, &input) })
         .unwrap();
-    assert!(!ticket.counts_exact);
     let mut overlaps = Vec::new();
     assert!(culler.poll(ticket, &mut overlaps).unwrap());
     for (found, expected) in overlaps.iter().zip(counted(&input)) {
@@ -297,8 +295,11 @@ fn what_does_not_fit_is_refused_by_name() {
     let atlas = atlas(&mut random, 4);
     let desc = CullerDesc {
         max_candidates: 8,
-        max_discs: 100,
-        ..CullerDesc::new("test", &atlas)
+        stencil: StencilSettings {
+            max_discs: 100,
+            ..StencilSettings::default()
+        },
+        ..Way::STENCIL.desc(&atlas)
     };
     let mut culler = culler(&mut device, &desc);
     let rect = MapRect {
@@ -334,14 +335,17 @@ fn what_does_not_fit_is_refused_by_name() {
         assert!(error.contains(words), "{error}");
     };
     says(refused(&fits, &many), "max_candidates: 9 needed, 8");
-    says(refused(&discs, &few), "CullerDesc::max_discs");
+    says(refused(&discs, &few), "StencilSettings::max_discs");
     says(refused(&fits, &stranger), "candidate 3 names region 4");
     assert_eq!(refused(&fits, &few), Ok(()), "and the culler goes on");
     culler.destroy(device.memory().unwrap());
 
     let tight = CullerDesc {
-        max_boxes: 1,
-        ..CullerDesc::new("test", &atlas)
+        stencil: StencilSettings {
+            max_boxes: 1,
+            ..StencilSettings::default()
+        },
+        ..Way::STENCIL.desc(&atlas)
     };
     let mut tight = common::cull::culler(&mut device, &tight);
     let attack = attack(&mut random, rect, -1..6);
@@ -354,7 +358,7 @@ fn what_does_not_fit_is_refused_by_name() {
     let result = device.run(|cmd| unsafe { tight.record(cmd, 0, &input) });
     says(
         result.map(|_| ()).map_err(|error| error.to_string()),
-        "CullerDesc::max_boxes",
+        "StencilSettings::max_boxes",
     );
     tight.destroy(device.memory().unwrap());
     finish(device);

@@ -10,11 +10,12 @@ use common::maps::untimed;
 use common::{Random, desc, device, drifting, finish};
 use sabaki::gpu::ash;
 use sabaki::gpu::ash::vk::{self, Handle};
-use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::gpu::{
-    Block, Context, GpuError, Memory, MemoryDesc, RawContextDesc, Terms, check, requirements,
+    Block, Context, Culler, CullerDesc, GpuError, Memory, MemoryDesc, Rasterizer, RasterizerDesc,
+    RawContextDesc, Terms, check, requirements,
 };
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
+use sabaki::query::cull::CullPath;
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 
 /// Runs out after some allocations.
@@ -101,7 +102,7 @@ fn a_failed_creation_leaves_nothing_behind() {
     assert_eq!(failures, 3);
     let failures = starve(
         &mut device,
-        |context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)),
+        |context, memory| Culler::new(context, memory, &CullerDesc::new(CullPath::Stencil, &atlas)),
         |made, memory| made.destroy(memory),
     );
     // The maps, the target, and what each slot has.
@@ -116,7 +117,9 @@ fn an_empty_atlas_is_no_error() {
     let mut device = device();
     let atlas = RegionAtlas::new(MapGrid::PAPER, Vec::new(), Vec::new());
     let culler = device
-        .make(|context, memory| Culler::new(context, memory, &CullerDesc::new("test", &atlas)))
+        .make(|context, memory| {
+            Culler::new(context, memory, &CullerDesc::new(CullPath::Stencil, &atlas))
+        })
         .unwrap();
     culler.destroy(device.memory().unwrap());
     finish(device);

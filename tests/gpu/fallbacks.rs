@@ -5,10 +5,10 @@
 use sabaki_testing as common;
 
 use common::cull::{any_input, atlas_on, culler, sliced};
+use common::cull_cases::Way;
 use common::{Random, device_on, drifting, finish};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::stencil::{self, Counting, CullerDesc, Rasterizer, RasterizerDesc};
-use sabaki::gpu::{Terms, Without, check, compute, requirements};
+use sabaki::gpu::{Culler, Rasterizer, RasterizerDesc, Terms, Without, check, requirements};
 use sabaki::maps::{MapGrid, MapRect, raster};
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_app::headless::Headless;
@@ -27,16 +27,10 @@ fn all_agree(terms: Terms) {
     for grid in [MapGrid::PAPER, sliced(32)] {
         let mut random = Random(7);
         let atlas = atlas_on(grid, &mut random, 12);
-        let mut stencil = culler(&mut device, &CullerDesc::new("test", &atlas));
-        let desc = compute::CullerDesc::new("test", &atlas);
-        let mut compute = device
-            .make(|context, memory| compute::Culler::new(context, memory, &desc))
-            .unwrap();
-        let desc = CullerDesc {
-            counting: Counting::Atomics,
-            ..CullerDesc::new("test", &atlas)
-        };
-        let made = device.make(|context, memory| stencil::Culler::new(context, memory, &desc));
+        let mut stencil = culler(&mut device, &Way::STENCIL.desc(&atlas));
+        let mut compute = culler(&mut device, &Way::COMPUTE.desc(&atlas));
+        let desc = Way::ATOMICS.desc(&atlas);
+        let made = device.make(|context, memory| Culler::new(context, memory, &desc));
         let mut atomics = match made {
             Ok(culler) => Some(culler),
             Err(error) => {
@@ -54,7 +48,7 @@ fn all_agree(terms: Terms) {
             };
             let mut expected = Vec::new();
             cpu::count(&input, &mut expected);
-            let counts = device.cull_compute(&mut compute, &input).unwrap();
+            let counts = device.cull(&mut compute, &input).unwrap();
             assert_eq!(counts, expected, "compute: {terms:?}");
             if let Some(atomics) = &mut atomics {
                 let counts = device.cull(atomics, &input).unwrap();

@@ -10,14 +10,14 @@ use sabaki_testing::shim;
 
 use std::{cell::RefCell, collections::BTreeMap, convert::Infallible, fs, path::Path};
 
-use common::cull::{any_input, atlas_on, sliced};
+use common::cull::{any_input, atlas_on, culler, sliced};
+use common::cull_cases::Way;
 use common::small::small;
 use common::{Random, desc, drifting, finish};
 use glam::Vec3;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::stencil::{self, Rasterizer, RasterizerDesc};
-use sabaki::gpu::{Context, GpuError, Memory, compute};
+use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory, Rasterizer, RasterizerDesc};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
 use sabaki::math::Rigid2;
@@ -239,17 +239,14 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     assert!(owed.iter().any(|one| one.body > 0));
     let mut harness = Harness::new();
 
-    for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
-        let desc = stencil::CullerDesc {
-            counting,
-            ..stencil::CullerDesc::new("test", &atlas)
-        };
+    for way in Way::ALL {
+        let desc = way.desc(&atlas);
         harness.hold(
             |device, memory| {
                 use_twice(
                     device,
                     memory,
-                    |context, memory| stencil::Culler::new(context, memory, &desc),
+                    |context, memory| Culler::new(context, memory, &desc),
                     |device, culler| device.cull(culler, &input),
                     |culler, memory| culler.destroy(memory),
                 )
@@ -257,19 +254,6 @@ fn every_call_of_every_component_and_of_the_headless_device() {
             &owed,
         );
     }
-    let desc = compute::CullerDesc::new("test", &atlas);
-    harness.hold(
-        |device, memory| {
-            use_twice(
-                device,
-                memory,
-                |context, memory| compute::Culler::new(context, memory, &desc),
-                |device, culler| device.cull_compute(culler, &input),
-                |culler, memory| culler.destroy(memory),
-            )
-        },
-        &owed,
-    );
     rasterizer(&mut harness);
     let mut faults = harness.finish();
     for (call, count) in creation_of_a_device() {
@@ -424,29 +408,18 @@ fn a_query_is_answered_all_the_same_whichever_call_fails() {
     let mut harness = Harness::new();
     let atlas = small().atlas();
     for (case, owed) in &cases() {
-        for counting in [stencil::Counting::Queries, stencil::Counting::Atomics] {
-            let desc = stencil::CullerDesc {
-                counting,
+        for way in Way::ALL {
+            let desc = CullerDesc {
                 counted: Counted::FOR_A_CHOICE,
-                ..stencil::CullerDesc::new("test", atlas)
+                ..way.desc(atlas)
             };
             harness.hold_query(
-                |context, memory| stencil::Culler::new(context, memory, &desc),
+                |context, memory| Culler::new(context, memory, &desc),
                 |device, culler, input| device.cull(culler, input),
                 |culler, memory| culler.destroy(memory),
                 (case, owed),
             );
         }
-        let desc = compute::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..compute::CullerDesc::new("test", atlas)
-        };
-        harness.hold_query(
-            |context, memory| compute::Culler::new(context, memory, &desc),
-            |device, culler, input| device.cull_compute(culler, input),
-            |culler, memory| culler.destroy(memory),
-            (case, owed),
-        );
     }
     let faults = harness.finish();
     let all: u32 = faults.values().sum();
@@ -465,10 +438,7 @@ fn a_lost_device_is_answered_for_by_the_cpu() {
         candidates: &candidates,
     };
     let mut device = device();
-    let desc = stencil::CullerDesc::new("test", &atlas);
-    let mut culler = device
-        .make(|context, memory| stencil::Culler::new(context, memory, &desc))
-        .unwrap();
+    let mut culler = culler(&mut device, &Way::STENCIL.desc(&atlas));
     let healthy = device.cull(&mut culler, &input).unwrap();
     shim::fail(Fault {
         call: "vkQueueSubmit2",

@@ -10,4 +10,5 @@ mod faults;
 mod guest;
 mod motions;
 mod raster;
+mod shader_table;
 mod soak;

@@ -8,10 +8,10 @@ use sabaki_testing as common;
 use common::baked::embedded_graph;
 use common::captures::fight_graph;
 use common::{device, finish};
-use sabaki::gpu::stencil::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
+use sabaki::gpu::{Culler, CullerDesc, Rasterizer, RasterizerDesc};
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, Drawing, DrawnMaps, MapGrid, raster};
-use sabaki::query::cull::cpu;
+use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_app::headless::Headless;
@@ -79,7 +79,7 @@ fn settings(maps: MapGrid) -> BakeSettings {
 
 /// Counts what many queries count; returns the attacks' inner maps as drawings.
 fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
-    let desc = CullerDesc::new("cull", baked.atlas());
+    let desc = CullerDesc::new(CullPath::Stencil, baked.atlas());
     let mut culler = device
         .make(|context, memory| Culler::new(context, memory, &desc))
         .unwrap();

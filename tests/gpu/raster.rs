@@ -5,8 +5,7 @@
 use sabaki_testing as common;
 
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
-use sabaki::gpu::GpuError;
-use sabaki::gpu::stencil::{Rasterizer, RasterizerDesc};
+use sabaki::gpu::{GpuError, Rasterizer, RasterizerDesc};
 use sabaki::maps::{Disc, Drawing, MapRect, raster};
 use sabaki_app::headless::Headless;
 

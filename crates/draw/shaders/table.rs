@@ -1,4 +1,5 @@
-// The shaders of `shaders/spirv`, read by naga. Written by a test; do not edit.
+// Generated from the SPIR-V beside it: SABAKI_WRITE_SPIRV=1 cargo test shader_table
+
 use super::{Binding, Shader, Stage, words};
 
 pub(crate) const VIEW_BODY_FRAG: Shader = Shader {
@@ -6,173 +7,124 @@ pub(crate) const VIEW_BODY_FRAG: Shader = Shader {
     stage: Stage::Fragment,
     push_constants: 0,
     shared: 0,
-    storage_buffers: 0,
     group: [0, 0, 0],
+    storage_buffers: 0,
     bindings: &[
-        Binding {
-            set: 0,
-            binding: 0,
-            stride: 352,
-        },
-        Binding {
-            set: 0,
-            binding: 1,
-            stride: 0,
-        },
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 1, stride: 0 },
     ],
-    words: spirv!("view_body.frag"),
+    words: &words::<3308>(include_bytes!("spirv/view_body.frag.spv")),
 };
+
 pub(crate) const VIEW_BODY_VERT: Shader = Shader {
     name: "view_body.vert",
     stage: Stage::Vertex,
     push_constants: 24,
     shared: 0,
-    storage_buffers: 1,
     group: [0, 0, 0],
+    storage_buffers: 1,
     bindings: &[
-        Binding {
-            set: 0,
-            binding: 0,
-            stride: 352,
-        },
-        Binding {
-            set: 0,
-            binding: 2,
-            stride: 48,
-        },
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 2, stride: 48 },
     ],
-    words: spirv!("view_body.vert"),
+    words: &words::<1962>(include_bytes!("spirv/view_body.vert.spv")),
 };
+
 pub(crate) const VIEW_CROWD_VERT: Shader = Shader {
     name: "view_crowd.vert",
     stage: Stage::Vertex,
     push_constants: 24,
     shared: 0,
-    storage_buffers: 3,
     group: [0, 0, 0],
+    storage_buffers: 3,
     bindings: &[
-        Binding {
-            set: 0,
-            binding: 0,
-            stride: 352,
-        },
-        Binding {
-            set: 0,
-            binding: 4,
-            stride: 4,
-        },
-        Binding {
-            set: 0,
-            binding: 5,
-            stride: 32,
-        },
-        Binding {
-            set: 0,
-            binding: 6,
-            stride: 64,
-        },
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 4, stride: 4 },
+        Binding { set: 0, binding: 5, stride: 32 },
+        Binding { set: 0, binding: 6, stride: 64 },
     ],
-    words: spirv!("view_crowd.vert"),
+    words: &words::<2896>(include_bytes!("spirv/view_crowd.vert.spv")),
 };
+
 pub(crate) const VIEW_FLOOR_FRAG: Shader = Shader {
     name: "view_floor.frag",
     stage: Stage::Fragment,
     push_constants: 0,
     shared: 0,
-    storage_buffers: 1,
     group: [0, 0, 0],
+    storage_buffers: 1,
     bindings: &[
-        Binding {
-            set: 0,
-            binding: 0,
-            stride: 352,
-        },
-        Binding {
-            set: 0,
-            binding: 1,
-            stride: 0,
-        },
-        Binding {
-            set: 0,
-            binding: 2,
-            stride: 48,
-        },
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 1, stride: 0 },
+        Binding { set: 0, binding: 2, stride: 48 },
     ],
-    words: spirv!("view_floor.frag"),
+    words: &words::<3924>(include_bytes!("spirv/view_floor.frag.spv")),
 };
+
 pub(crate) const VIEW_FLOOR_VERT: Shader = Shader {
     name: "view_floor.vert",
     stage: Stage::Vertex,
     push_constants: 0,
     shared: 0,
-    storage_buffers: 0,
     group: [0, 0, 0],
-    bindings: &[Binding {
-        set: 0,
-        binding: 0,
-        stride: 352,
-    }],
-    words: spirv!("view_floor.vert"),
+    storage_buffers: 0,
+    bindings: &[
+        Binding { set: 0, binding: 0, stride: 352 },
+    ],
+    words: &words::<692>(include_bytes!("spirv/view_floor.vert.spv")),
 };
+
 pub(crate) const VIEW_LAYER_FRAG: Shader = Shader {
     name: "view_layer.frag",
     stage: Stage::Fragment,
     push_constants: 64,
     shared: 0,
-    storage_buffers: 1,
     group: [0, 0, 0],
+    storage_buffers: 1,
     bindings: &[
-        Binding {
-            set: 0,
-            binding: 0,
-            stride: 352,
-        },
-        Binding {
-            set: 0,
-            binding: 3,
-            stride: 4,
-        },
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 3, stride: 4 },
     ],
-    words: spirv!("view_layer.frag"),
+    words: &words::<1558>(include_bytes!("spirv/view_layer.frag.spv")),
 };
+
 pub(crate) const VIEW_LAYER_VERT: Shader = Shader {
     name: "view_layer.vert",
     stage: Stage::Vertex,
     push_constants: 64,
     shared: 0,
-    storage_buffers: 0,
     group: [0, 0, 0],
-    bindings: &[Binding {
-        set: 0,
-        binding: 0,
-        stride: 352,
-    }],
-    words: spirv!("view_layer.vert"),
+    storage_buffers: 0,
+    bindings: &[
+        Binding { set: 0, binding: 0, stride: 352 },
+    ],
+    words: &words::<951>(include_bytes!("spirv/view_layer.vert.spv")),
 };
+
 pub(crate) const VIEW_SKY_FRAG: Shader = Shader {
     name: "view_sky.frag",
     stage: Stage::Fragment,
     push_constants: 0,
     shared: 0,
-    storage_buffers: 0,
     group: [0, 0, 0],
-    bindings: &[Binding {
-        set: 0,
-        binding: 0,
-        stride: 352,
-    }],
-    words: spirv!("view_sky.frag"),
+    storage_buffers: 0,
+    bindings: &[
+        Binding { set: 0, binding: 0, stride: 352 },
+    ],
+    words: &words::<1159>(include_bytes!("spirv/view_sky.frag.spv")),
 };
+
 pub(crate) const VIEW_SKY_VERT: Shader = Shader {
     name: "view_sky.vert",
     stage: Stage::Vertex,
     push_constants: 0,
     shared: 0,
-    storage_buffers: 0,
     group: [0, 0, 0],
+    storage_buffers: 0,
     bindings: &[],
-    words: spirv!("view_sky.vert"),
+    words: &words::<299>(include_bytes!("spirv/view_sky.vert.spv")),
 };
+
 #[allow(non_snake_case)]
 pub(crate) mod Capsule {
     pub(crate) const SIZE: usize = 48;
@@ -180,12 +132,14 @@ pub(crate) mod Capsule {
     pub(crate) const B: usize = 16;
     pub(crate) const COLOUR: usize = 32;
 }
+
 #[allow(non_snake_case)]
 pub(crate) mod Character {
     pub(crate) const SIZE: usize = 32;
     pub(crate) const PLACE: usize = 0;
     pub(crate) const TINT: usize = 16;
 }
+
 #[allow(non_snake_case)]
 pub(crate) mod DrawBodies {
     pub(crate) const SIZE: usize = 24;
@@ -196,6 +150,7 @@ pub(crate) mod DrawBodies {
     pub(crate) const FIRST_PART: usize = 16;
     pub(crate) const PARTS: usize = 20;
 }
+
 #[allow(non_snake_case)]
 pub(crate) mod DrawLayer {
     pub(crate) const SIZE: usize = 64;
@@ -204,6 +159,7 @@ pub(crate) mod DrawLayer {
     pub(crate) const COLOUR: usize = 32;
     pub(crate) const EXTENT: usize = 48;
 }
+
 #[allow(non_snake_case)]
 pub(crate) mod FrameData {
     pub(crate) const SIZE: usize = 352;
@@ -221,6 +177,7 @@ pub(crate) mod FrameData {
     pub(crate) const SHADE: usize = 320;
     pub(crate) const COUNTS: usize = 336;
 }
+
 #[allow(non_snake_case)]
 pub(crate) mod Part {
     pub(crate) const SIZE: usize = 64;

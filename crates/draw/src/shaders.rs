@@ -1,19 +1,12 @@
-//! The shaders of pictures, and what the host must know of them: `shaders/table.rs` is made from the committed SPIR-V.
+//! The drawing shaders, and the host structs that they read. `shaders/table.rs` is generated from the committed SPIR-V;
+//! `tests/shader_table.rs` generates it again and compares.
 
 use std::mem::{offset_of, size_of};
 
 use super::scene::Capsule;
 use sabaki::gpu::internal::{Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words};
 
-/// The words of a committed shader.
-macro_rules! spirv {
-    ($name:literal) => {{
-        const BYTES: &[u8] = include_bytes!(concat!("../shaders/spirv/", $name, ".spv"));
-        const WORDS: [u32; BYTES.len() / 4] = words(BYTES);
-        &WORDS
-    }};
-}
-
+#[rustfmt::skip]
 #[path = "../shaders/table.rs"]
 mod table;
 

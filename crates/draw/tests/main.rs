@@ -351,3 +351,9 @@ fn an_animated_png_loses_nothing_and_a_film_of_nothing_is_an_error() {
     film.size[0] = 0;
     assert_eq!(wrong(film.gif()), "0 by 24 pixels are no picture");
 }
+
+#[test]
+fn the_shader_table_is_that_of_the_spirv() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    sabaki_testing::shader_table::is_current(&folder.join("shaders"));
+}

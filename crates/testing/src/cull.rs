@@ -1,6 +1,6 @@
 //! What the culling paths of a device are tested with: any maps, any attacks, any candidates.
 
-use sabaki::gpu::stencil::{Culler, CullerDesc};
+use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::maps::{
     FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps,
 };

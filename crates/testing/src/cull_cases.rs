@@ -1,121 +1,52 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
-use sabaki::gpu::ash::vk;
-use sabaki::gpu::stencil::Counting;
-use sabaki::gpu::{Context, GpuError, Memory, Mismatch, compute, stencil};
+use sabaki::gpu::{Counting, Culler, CullerDesc, GpuError, Mismatch};
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
-use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap};
+use sabaki::query::cull::{
+    AttackDrawing, AttackLayer, CullCandidate, CullInput, CullPath, Overlap,
+};
 use sabaki_app::headless::Headless;
 
-use super::cull::counted;
+use super::cull::{counted, culler};
 use super::timed::{atlas, attack, candidates};
 use super::{Random, device, finish};
 
-/// A culling path of the device.
+/// A culling path of the device, and how it counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Path {
-    Stencil,
-    /// The stencil path, where fragments count.
-    Atomics,
-    Compute,
+pub struct Way {
+    pub path: CullPath,
+    /// Of the stencil path.
+    pub counting: Counting,
 }
 
-/// A culler of one of the paths.
-#[allow(clippy::large_enum_variant, reason = "there is one at a time")]
-pub enum AnyCuller {
-    Stencil(stencil::Culler),
-    Compute(compute::Culler),
-}
+impl Way {
+    pub const STENCIL: Self = Self {
+        path: CullPath::Stencil,
+        counting: Counting::Queries,
+    };
+    pub const ATOMICS: Self = Self {
+        path: CullPath::Stencil,
+        counting: Counting::Atomics,
+    };
+    pub const COMPUTE: Self = Self {
+        path: CullPath::Compute,
+        counting: Counting::Queries,
+    };
+    pub const ALL: [Self; 3] = [Self::STENCIL, Self::ATOMICS, Self::COMPUTE];
 
-/// A ticket of one of the paths.
-#[derive(Clone, Copy)]
-pub enum AnyTicket {
-    Stencil(stencil::Ticket),
-    Compute(compute::Ticket),
-}
+    /// Default settings.
+    pub fn desc(self, atlas: &RegionAtlas) -> CullerDesc<'_> {
+        let mut desc = CullerDesc::new(self.path, atlas);
+        desc.stencil.counting = self.counting;
+        desc
+    }
 
-impl Path {
-    fn culler(self, device: &mut Headless, atlas: &RegionAtlas, frames: u32) -> AnyCuller {
-        let make = |context: &Context, memory: &mut dyn Memory| {
-            Ok(match self {
-                Self::Stencil | Self::Atomics => AnyCuller::Stencil(stencil::Culler::new(
-                    context,
-                    memory,
-                    &stencil::CullerDesc {
-                        frames_in_flight: frames,
-                        counting: match self {
-                            Self::Atomics => Counting::Atomics,
-                            _ => Counting::Queries,
-                        },
-                        ..stencil::CullerDesc::new("test", atlas)
-                    },
-                )?),
-                Self::Compute => AnyCuller::Compute(compute::Culler::new(
-                    context,
-                    memory,
-                    &compute::CullerDesc {
-                        frames_in_flight: frames,
-                        ..compute::CullerDesc::new("test", atlas)
-                    },
-                )?),
-            })
+    fn culler(self, device: &mut Headless, atlas: &RegionAtlas, frames: u32) -> Culler {
+        let desc = CullerDesc {
+            frames_in_flight: frames,
+            ..self.desc(atlas)
         };
-        device.make(make).unwrap()
-    }
-}
-
-impl AnyCuller {
-    fn cull(&mut self, device: &mut Headless, input: &CullInput<'_>) -> Vec<Overlap> {
-        match self {
-            Self::Stencil(culler) => device.cull(culler, input),
-            Self::Compute(culler) => device.cull_compute(culler, input),
-        }
-        .unwrap()
-    }
-
-    /// # Safety
-    /// As for the path's own.
-    unsafe fn record(
-        &mut self,
-        cmd: vk::CommandBuffer,
-        slot: u32,
-        input: &CullInput<'_>,
-    ) -> Result<AnyTicket, GpuError> {
-        // SAFETY: the caller vouches for it.
-        unsafe {
-            match self {
-                Self::Stencil(culler) => culler.record(cmd, slot, input).map(AnyTicket::Stencil),
-                Self::Compute(culler) => culler.record(cmd, slot, input).map(AnyTicket::Compute),
-            }
-        }
-    }
-
-    fn poll(&self, ticket: AnyTicket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
-        match (self, ticket) {
-            (Self::Stencil(culler), AnyTicket::Stencil(ticket)) => culler.poll(ticket, overlaps),
-            (Self::Compute(culler), AnyTicket::Compute(ticket)) => culler.poll(ticket, overlaps),
-            _ => panic!("a ticket of another path"),
-        }
-    }
-
-    /// # Safety
-    /// As for the path's own.
-    unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
-        // SAFETY: the caller vouches for it.
-        unsafe {
-            match self {
-                Self::Stencil(culler) => culler.release_staging(memory),
-                Self::Compute(culler) => culler.release_staging(memory),
-            }
-        }
-    }
-
-    fn destroy(self, device: &mut Headless) {
-        let memory = device.memory().unwrap();
-        match self {
-            Self::Stencil(culler) => culler.destroy(memory),
-            Self::Compute(culler) => culler.destroy(memory),
-        }
+        culler(device, &desc)
     }
 }
 
@@ -145,12 +76,12 @@ fn grids() -> [MapGrid; 6] {
 }
 
 /// Thousands of random candidates, attacks and maps.
-pub fn random_candidates_agree(path: Path) {
+pub fn random_candidates_agree(way: Way) {
     let mut device = device();
     for (seed, grid) in (20..).zip(grids()) {
         let mut random = Random(seed);
         let atlas = atlas(&mut random, grid, 30);
-        let mut culler = path.culler(&mut device, &atlas, 1);
+        let mut culler = way.culler(&mut device, &atlas, 1);
         let (mut body, mut outer, mut evasion, mut missed) = (0, 0, 0, 0);
         for _ in 0..30 {
             let rect = MapRect {
@@ -173,15 +104,15 @@ pub fn random_candidates_agree(path: Path) {
             outer += expected.iter().filter(|one| one.outer > 0).count();
             evasion += expected.iter().filter(|one| one.evasion > 0).count();
             missed += expected.iter().filter(|one| one.outer == 0).count();
-            let counts = culler.cull(&mut device, &input);
-            assert_eq!(counts, expected, "{path:?}, {grid:?}");
+            let counts = device.cull(&mut culler, &input).unwrap();
+            assert_eq!(counts, expected, "{way:?}, {grid:?}");
         }
         // The test means something only if there is some of each.
         assert!(
             body > 50 && outer > 50 && evasion > 50 && missed > 100,
             "{grid:?}: {body} {outer} {evasion} {missed}"
         );
-        culler.destroy(&mut device);
+        culler.destroy(device.memory().unwrap());
     }
     finish(device);
 }
@@ -259,12 +190,12 @@ fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidat
 }
 
 /// Every odd attack against every odd set of candidates, one after the other with the same culler.
-pub fn edges_agree(path: Path) {
+pub fn edges_agree(way: Way) {
     let mut device = device();
     let grid = MapGrid::default();
     let mut random = Random(3);
     let atlas = atlas(&mut random, grid, 12);
-    let mut culler = path.culler(&mut device, &atlas, 1);
+    let mut culler = way.culler(&mut device, &atlas, 1);
     let many = candidates(&mut random, &atlas, RECT, 120);
     for (attack_case, attack) in odd_attacks(&mut random, grid) {
         for (case, candidates) in odd_candidates(&many) {
@@ -273,17 +204,17 @@ pub fn edges_agree(path: Path) {
                 attack: &attack,
                 candidates: &candidates,
             };
-            let counts = culler.cull(&mut device, &input);
+            let counts = device.cull(&mut culler, &input).unwrap();
             let expected = counted(&input);
-            assert_eq!(counts, expected, "{path:?}: {attack_case}, {case}");
+            assert_eq!(counts, expected, "{way:?}: {attack_case}, {case}");
         }
     }
-    culler.destroy(&mut device);
+    culler.destroy(device.memory().unwrap());
     finish(device);
 }
 
 /// Maps of no texels, and none at all.
-pub fn atlases_without_a_map_agree(path: Path) {
+pub fn atlases_without_a_map_agree(way: Way) {
     let mut device = device();
     let grid = MapGrid::default();
     let mut random = Random(8);
@@ -297,26 +228,26 @@ pub fn atlases_without_a_map_agree(path: Path) {
     let no_regions = RegionAtlas::new(grid, Vec::new(), Vec::new());
     let some = candidates(&mut random, &of_empty_maps, RECT, 20);
     for (atlas, candidates) in [(&of_empty_maps, &some[..]), (&no_regions, &[])] {
-        let mut culler = path.culler(&mut device, atlas, 1);
+        let mut culler = way.culler(&mut device, atlas, 1);
         let input = CullInput {
             atlas,
             attack: &attack,
             candidates,
         };
-        let counts = culler.cull(&mut device, &input);
+        let counts = device.cull(&mut culler, &input).unwrap();
         assert_eq!(counts, vec![Overlap::default(); candidates.len()]);
-        culler.destroy(&mut device);
+        culler.destroy(device.memory().unwrap());
     }
     finish(device);
 }
 
 /// Three culls in one command buffer, polled in any order; a ticket fits its cull alone.
-pub fn slots_in_flight_keep_their_own_counts(path: Path) {
+pub fn slots_in_flight_keep_their_own_counts(way: Way) {
     let mut device = device();
     let grid = MapGrid::default();
     let mut random = Random(4);
     let atlas = atlas(&mut random, grid, 20);
-    let mut culler = path.culler(&mut device, &atlas, 3);
+    let mut culler = way.culler(&mut device, &atlas, 3);
     for _ in 0..4 {
         let inputs: Vec<_> = (0..3)
             .map(|_| {
@@ -348,7 +279,7 @@ pub fn slots_in_flight_keep_their_own_counts(path: Path) {
             .unwrap();
         for index in [1, 0, 2] {
             assert!(culler.poll(tickets[index], &mut overlaps).unwrap());
-            assert_eq!(overlaps, counted(&input(index)), "{path:?}, slot {index}");
+            assert_eq!(overlaps, counted(&input(index)), "{way:?}, slot {index}");
         }
         // SAFETY: the first run has uploaded the maps, and it has been waited for.
         unsafe { culler.release_staging(device.memory().unwrap()) };
@@ -363,6 +294,6 @@ pub fn slots_in_flight_keep_their_own_counts(path: Path) {
         assert!(culler.poll(late, &mut overlaps).unwrap());
         assert_eq!(overlaps, counted(&input(2)));
     }
-    culler.destroy(&mut device);
+    culler.destroy(device.memory().unwrap());
     finish(device);
 }

@@ -19,6 +19,7 @@ pub mod plain_bvh;
 pub mod plain_gltf;
 pub mod random;
 pub mod screen;
+pub mod shader_table;
 pub mod shapes;
 pub mod shim;
 pub mod small;

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::{
     blocks::CHUNK,
-    culler::{Culler, Parts},
     gathered::{Capacity, Offsets},
+    path::{ComputePath, Parts},
     slot::Slot,
 };
 use crate::gpu::{
@@ -129,9 +129,9 @@ impl Parts {
     }
 }
 
-impl Culler {
+impl ComputePath {
     /// # Safety
-    /// As for [`Culler::record`]; the slot has this cull's input.
+    /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's input.
     pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
         let context = &self.context;
         // SAFETY: the caller vouches for `cmd` and the slot.
@@ -146,14 +146,14 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`Culler::record_commands`].
+    /// As for [`ComputePath::record_commands`].
     unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, slot: &Slot) {
         let device = self.context.device();
         let pipeline = self.parts.pipelines[usize::from(self.gathered.is_large)];
         let point = vk::PipelineBindPoint::COMPUTE;
         let constants = self.gathered.constants();
         let layout = pipeline.layout;
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's, and no dispatch has more groups than the
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's, and no dispatch has more groups than the
         // device takes.
         unsafe {
             device.cmd_bind_pipeline(cmd, point, pipeline.handle);

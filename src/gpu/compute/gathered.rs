@@ -117,7 +117,11 @@ impl Gathered {
         self.slices = grid.slices;
         self.up_to_hits = counted.up_to_hits && grid.is_certain();
         let blocks = self.blocks.draw(input.attack, grid, counted) as u64;
-        within("CullerDesc::max_blocks", blocks, capacity.blocks.into())?;
+        within(
+            "ComputeSettings::max_blocks",
+            blocks,
+            capacity.blocks.into(),
+        )?;
         self.sort(input.candidates, planes)?;
         self.place(input.candidates, planes);
         self.group();

@@ -1,13 +1,13 @@
-//! Maps counted by a compute shader.
+//! The compute culling path: maps counted by a compute shader.
 //!
 //! Source: none; Masaoka & Oshita cull with the stencil buffer. The maps are those of the other paths.
 
 mod blocks;
 mod canvas;
 mod commands;
-mod culler;
 mod gathered;
+mod path;
 mod planes;
 mod slot;
 
-pub use culler::{Culler, CullerDesc, InputWay, Ticket};
+pub(super) use path::ComputePath;

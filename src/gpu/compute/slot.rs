@@ -2,14 +2,13 @@
 
 use ash::vk;
 
-use super::{InputWay, gathered::Capacity, gathered::Gathered};
+use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
-    Context, GpuError, Memory, MemoryUse,
+    Context, GpuError, InputWay, Memory, MemoryUse,
     barriers::{self, Access},
     counts::Counts,
     resources::{Buffer, BufferDesc},
 };
-use crate::query::cull::Counted;
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
@@ -20,13 +19,12 @@ pub(super) struct Slot {
     copy: Buffer,
     /// Three for each part of a sum and candidate.
     pub(super) counts: Counts,
-    /// Parts of a sum, and what is counted, of the cull that was recorded last.
+    /// Parts of a sum in the cull that was recorded last.
     pub(super) sums: u32,
-    pub(super) counted: Counted,
+    /// Candidates of that cull.
+    pub(super) candidates: u32,
     /// By page of the maps.
     pub(super) sets: Vec<vk::DescriptorSet>,
-    /// Whether the cull that was recorded last carries the maps to the device.
-    pub(super) uploads: bool,
 }
 
 impl Slot {

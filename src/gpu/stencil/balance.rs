@@ -2,7 +2,7 @@
 //! a software rasterizer draws a tile on one core, while the others have nothing to do
 //! (`vendor-notes/lavapipe.md`). Then everything is moved down, until a border of tiles goes through the middle of it.
 
-use super::gathered::CORNERS;
+use super::boxes::CORNERS;
 use crate::{
     gpu::shader_table::{BoxCorner, PlacedDisc},
     maps::SUB_TEXELS,

@@ -137,7 +137,7 @@ impl Cells {
         self.draw(attack);
         self.group(attack);
         within(
-            "CullerDesc::max_discs",
+            "StencilSettings::max_discs",
             self.discs.len() as u64,
             room.discs.into(),
         )

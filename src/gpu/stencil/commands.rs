@@ -5,15 +5,17 @@ use std::ops::Range;
 use ash::vk;
 
 use super::{
+    boxes::CORNERS,
+    boxes::{BOXES, INDICES},
     cells::Pass,
-    culler::Culler,
     drawing::{self, Rendering},
-    gathered::{CORNERS, Query},
+    gathered::Query,
     passes,
+    path::StencilPath,
     slot::Slot,
-    tally::Counting,
 };
 use crate::gpu::{
+    Counting,
     barriers::{self, Access},
     counts::HEADER,
     pipelines::StencilRule,
@@ -32,9 +34,9 @@ struct Turn<'a> {
     ends_pass: bool,
 }
 
-impl Culler {
+impl StencilPath {
     /// # Safety
-    /// As for [`Culler::record`]; the slot has this cull's discs and boxes.
+    /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's discs and boxes.
     pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
         if self.counting == Counting::Atomics {
             // SAFETY: as the caller says.
@@ -69,11 +71,11 @@ impl Culler {
     /// The attack, and over it all boxes, pass by pass; then the way of their sums.
     ///
     /// # Safety
-    /// As for [`Culler::record_commands`].
+    /// As for [`StencilPath::record_commands`].
     unsafe fn record_tally(&self, cmd: vk::CommandBuffer, slot: &Slot) {
         let (context, parts, gathered) = (&self.context, &self.parts, &self.gathered);
         let queries = &gathered.queries;
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's, and there is a sum for each query.
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's, and there is a sum for each query.
         unsafe {
             if !queries.is_empty() {
                 slot.sums.record_start(context, cmd, queries);
@@ -101,9 +103,9 @@ impl Culler {
     /// The boxes of all candidates, a plane after the other.
     ///
     /// # Safety
-    /// As for [`Culler::record_commands`], within the rendering.
+    /// As for [`StencilPath::record_commands`], within the rendering.
     unsafe fn record_planes(&self, cmd: vk::CommandBuffer, slot: &Slot, pass: &Pass) {
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's.
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
             self.bind_candidates(cmd, slot, slot.sums.set);
             for plane in pass.planes.clone() {
@@ -120,7 +122,7 @@ impl Culler {
     /// The attack, unless the target has it; then some queries, and the way of their counts.
     ///
     /// # Safety
-    /// As for [`Culler::record_commands`].
+    /// As for [`StencilPath::record_commands`].
     unsafe fn record_turn(&self, cmd: vk::CommandBuffer, slot: &Slot, turn: &Turn<'_>) {
         let (context, parts) = (&self.context, &self.parts);
         let (device, count) = (context.device(), turn.queries.len() as u32);
@@ -129,7 +131,7 @@ impl Culler {
             clear: turn.begins_pass.then_some(0),
             stored: !turn.ends_pass,
         };
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's, the pool holds the
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's, the pool holds the
         // queries, and the results have a word for each.
         unsafe {
             device.cmd_reset_query_pool(cmd, slot.pool, 0, count);
@@ -157,7 +159,7 @@ impl Culler {
     /// The attack's maps, a plane after the other.
     ///
     /// # Safety
-    /// As for [`Culler::record_commands`], within the rendering.
+    /// As for [`StencilPath::record_commands`], within the rendering.
     unsafe fn record_attack(&self, cmd: vk::CommandBuffer, slot: &Slot, pass: &Pass) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
@@ -165,7 +167,7 @@ impl Culler {
             side: parts.target.side,
         };
         let planes = pass.planes.start as usize..pass.planes.end as usize;
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's.
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, parts.discs.handle);
             let vertex = vk::ShaderStageFlags::VERTEX;
@@ -180,7 +182,7 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`Culler::record_commands`], within the rendering.
+    /// As for [`StencilPath::record_commands`], within the rendering.
     unsafe fn record_queries(&self, cmd: vk::CommandBuffer, slot: &Slot, queries: &[Query]) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
@@ -211,14 +213,14 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`Culler::record_commands`], within the rendering.
+    /// As for [`StencilPath::record_commands`], within the rendering.
     unsafe fn bind_candidates(&self, cmd: vk::CommandBuffer, slot: &Slot, set: vk::DescriptorSet) {
         let (context, parts) = (&self.context, &self.parts);
         let (device, pipeline) = (context.device(), &parts.candidates);
         let constants = TargetSide {
             side: parts.target.side,
         };
-        // SAFETY: the caller vouches for `cmd`; all handles are this culler's.
+        // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
             device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &[set], &[]);
@@ -230,7 +232,7 @@ impl Culler {
     }
 
     /// # Safety
-    /// As for [`Culler::record_commands`], within the rendering; candidates are bound.
+    /// As for [`StencilPath::record_commands`], within the rendering; candidates are bound.
     unsafe fn draw_boxes(&self, cmd: vk::CommandBuffer, boxes: Range<u32>) {
         for first in boxes.clone().step_by(BOXES as usize) {
             let count = BOXES.min(boxes.end - first) * INDICES;
@@ -242,17 +244,6 @@ impl Culler {
             }
         }
     }
-}
-
-/// Indices of a box: two triangles.
-const INDICES: u32 = 6;
-/// Boxes of one draw at most.
-const BOXES: u32 = 1 << 12;
-
-/// The corners of as many boxes as a draw has.
-pub(super) fn indices() -> Vec<u16> {
-    let corners = |one: u32| [0, 1, 2, 2, 1, 3].map(|at| (one as usize * CORNERS + at) as u16);
-    (0..BOXES).flat_map(corners).collect()
 }
 
 /// Marks what the attack touches in one plane, and leaves the others.

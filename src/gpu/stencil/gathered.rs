@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::{
     balance::Balance,
+    boxes::CORNERS,
     cells::{Cell, Cells, Group, Room, Source},
     maps::{MapBits, Maps, Part, Reach},
 };
@@ -17,9 +18,6 @@ use crate::{
     maps::{FixedTransform2, MapRect},
     query::cull::{Counted, CullCandidate, CullInput},
 };
-
-/// Corners of a box.
-pub(super) const CORNERS: usize = 4;
 
 /// Where a box's number starts, above log2 of bits a texel: `map.w` in `shaders/include/candidate.glsl`.
 const NUMBER_SHIFT: u32 = 5;
@@ -108,7 +106,7 @@ impl Gathered {
             for part in parts() {
                 self.queries((pass, part), (input.candidates, of(part)), maps);
                 let boxes = self.boxes() as u64;
-                within("CullerDesc::max_boxes", boxes, capacity.boxes.into())?;
+                within("StencilSettings::max_boxes", boxes, capacity.boxes.into())?;
             }
         }
         self.spread(capacity.target);

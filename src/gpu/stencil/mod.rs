@@ -4,21 +4,23 @@
 
 mod atlas;
 mod balance;
+mod batch;
+mod boxes;
 mod cells;
 mod commands;
-mod culler;
 mod drawing;
 mod gathered;
 mod maps;
 mod packing;
 mod passes;
+mod path;
 mod rasterizer;
 mod readback;
 mod shelves;
 mod slot;
 mod tally;
 
-pub use culler::{Culler, CullerDesc, Ticket};
-pub use packing::{Batch, Plan};
+pub use batch::Batch;
+pub use packing::Plan;
+pub(super) use path::StencilPath;
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};
-pub use tally::Counting;

@@ -1,9 +1,6 @@
 //! Many maps in one target: shelves, the tallest maps first.
 
-use super::{
-    passes,
-    shelves::{Place, Shelves},
-};
+use super::{batch::Batch, passes, shelves::Shelves};
 use crate::{
     gpu::{
         GpuError,
@@ -19,16 +16,6 @@ pub(crate) struct Room {
     pub(crate) side: u32,
     /// Discs and whole maps, each an instance.
     pub(crate) instances: u32,
-}
-
-/// Drawings that are drawn into the target at once.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Batch {
-    /// Positions among the drawings, and where each lies.
-    pub(crate) members: Vec<(usize, Place)>,
-    /// Columns and rows of the target that are in use.
-    pub(crate) used: [u32; 2],
-    instances: u32,
 }
 
 /// How drawings are dealt out to batches.

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use ash::vk::{CompareOp, StencilOp};
 
-use super::packing::Batch;
+use super::batch::Batch;
 use crate::{
     gpu::{pipelines::StencilRule, shader_table::PlacedDisc},
     maps::Drawing,

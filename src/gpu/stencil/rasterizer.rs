@@ -5,8 +5,9 @@
 use ash::vk;
 
 use super::{
+    batch::Batch,
     drawing::{self, Rendering},
-    packing::{self, Batch, Plan, Room},
+    packing::{self, Plan, Room},
     passes::{self, Passes},
 };
 use crate::{

@@ -1,7 +1,7 @@
 //! From the target's texels to maps of bits.
 
 use super::{
-    packing::Batch,
+    batch::Batch,
     passes::{EVASION, START},
     rasterizer::Rasterizer,
     shelves::Place,

@@ -3,18 +3,18 @@
 use ash::vk;
 
 use super::{
-    gathered::{CORNERS, Capacity, Query},
+    boxes::CORNERS,
+    gathered::{Capacity, Query},
     maps::Part,
-    tally::{Counting, Sums},
+    tally::Sums,
 };
 use crate::gpu::{
-    Context, GpuError, Memory, MemoryUse,
+    Context, Counting, GpuError, Memory, MemoryUse,
     counts::Counts,
     error::Named,
     resources::{Buffer, BufferDesc},
     shader_table::{BoxCorner, PlacedDisc},
 };
-use crate::query::cull::Counted;
 
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
@@ -31,10 +31,6 @@ pub(super) struct Slot {
     pub(super) sums: Sums,
     /// Whose numbers the cull that was recorded last counts: candidate and part of each query.
     pub(super) queries: Vec<(u32, Part)>,
-    /// What it counts.
-    pub(super) counted: Counted,
-    /// Whether it carries the maps to the device.
-    pub(super) uploads: bool,
 }
 
 impl Slot {

@@ -10,8 +10,9 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
+    boxes::CORNERS,
     cells::Plane,
-    gathered::{CORNERS, Draw, Query},
+    gathered::{Draw, Query},
 };
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
@@ -21,19 +22,6 @@ use crate::gpu::{
     resources::{Buffer, BufferDesc},
     shader_table::{BoxCorner, TALLY_FRAG},
 };
-
-/// How samples that pass are counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Counting {
-    /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
-    /// [precise](crate::gpu::Context::precise_queries).
-    #[default]
-    Queries,
-    /// By the fragment shader, where the device has
-    /// [`fragmentStoresAndAtomics`](crate::gpu::Context::fragment_atomics). Counts are exact, and draws are few: the faster way
-    /// wherever queries are dear.
-    Atomics,
-}
 
 const WORDS: u32 = 0;
 const COUNTS: u32 = 1;

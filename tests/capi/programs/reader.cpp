@@ -1,7 +1,9 @@
-// A program in C++ that reads a baked graph: the header within another language and its own idioms.
+// A program in C++ that reads a baked graph from memory: the header within another language and its own idioms.
 #include "sabaki.h"
 
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -14,8 +16,10 @@ struct Close {
 using Graph = std::unique_ptr<sabaki_graph, Close>;
 
 Graph open(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     sabaki_graph *graph = nullptr;
-    if (sabaki_graph_open(path.c_str(), &graph) != SABAKI_OK) {
+    if (sabaki_graph_load(bytes.data(), bytes.size(), &graph) != SABAKI_OK) {
         throw std::runtime_error(sabaki_last_error());
     }
     return Graph(graph);

@@ -1,6 +1,6 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
-use sabaki::gpu::{GpuError, compute, stencil};
+use sabaki::gpu::{self, CullerDesc, GpuError};
 use sabaki::maps::RegionAtlas;
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_app::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
@@ -12,8 +12,7 @@ use super::DeviceArgs;
 pub(crate) struct Opened {
     // `None` only while it is destroyed.
     headless: Option<Headless>,
-    stencil: Vec<stencil::Culler>,
-    compute: Vec<compute::Culler>,
+    cullers: Vec<gpu::Culler>,
     name: String,
 }
 
@@ -117,8 +116,7 @@ impl Opened {
         let name = headless.device_name().to_owned();
         Ok(Self {
             headless: Some(headless),
-            stencil: Vec::new(),
-            compute: Vec::new(),
+            cullers: Vec::new(),
             name,
         })
     }
@@ -128,32 +126,24 @@ impl Opened {
     }
 
     pub(crate) fn culler(&mut self, atlas: &RegionAtlas) -> Culler {
+        let stencil = self.make(CullPath::Stencil, atlas);
         Culler {
-            stencil: self.make_stencil(atlas).map_err(|error| error.to_string()),
+            stencil: stencil.map_err(|error| error.to_string()),
             compute: None,
         }
     }
 
-    fn make_stencil(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
+    /// Creates a culler; returns its position.
+    fn make(&mut self, path: CullPath, atlas: &RegionAtlas) -> Result<usize, GpuError> {
         let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        let desc = stencil::CullerDesc {
+        let desc = CullerDesc {
+            name: path.name(),
             counted: Counted::FOR_A_CHOICE,
-            ..stencil::CullerDesc::new("stencil", atlas)
+            ..CullerDesc::new(path, atlas)
         };
-        let made = headless.make(|context, memory| stencil::Culler::new(context, memory, &desc));
-        self.stencil.push(made?);
-        Ok(self.stencil.len() - 1)
-    }
-
-    fn make_compute(&mut self, atlas: &RegionAtlas) -> Result<usize, GpuError> {
-        let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        let desc = compute::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..compute::CullerDesc::new("compute", atlas)
-        };
-        let made = headless.make(|context, memory| compute::Culler::new(context, memory, &desc));
-        self.compute.push(made?);
-        Ok(self.compute.len() - 1)
+        let made = headless.make(|context, memory| gpu::Culler::new(context, memory, &desc));
+        self.cullers.push(made?);
+        Ok(self.cullers.len() - 1)
     }
 
     fn count(
@@ -162,16 +152,15 @@ impl Opened {
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
         if path == CullPath::Compute && culler.compute.is_none() {
-            culler.compute = Some(self.make_compute(input.atlas)?);
+            culler.compute = Some(self.make(CullPath::Compute, input.atlas)?);
         }
+        let index = match path {
+            CullPath::Compute => culler.compute,
+            _ => culler.stencil.as_ref().ok().copied(),
+        };
+        let index = index.ok_or(GpuError::Unfinished)?;
         let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        match (path, &culler.stencil, culler.compute) {
-            (CullPath::Compute, _, Some(index)) => {
-                headless.cull_compute(&mut self.compute[index], input)
-            }
-            (_, &Ok(index), _) => headless.cull(&mut self.stencil[index], input),
-            _ => Err(GpuError::Unfinished),
-        }
+        headless.cull(&mut self.cullers[index], input)
     }
 
     /// Counts by the device's way that `path` names.
@@ -213,10 +202,8 @@ impl Drop for Opened {
             return;
         };
         if let Ok(memory) = headless.memory() {
-            let stencil = self.stencil.drain(..);
-            stencil.for_each(|culler| culler.destroy(memory));
-            let compute = self.compute.drain(..);
-            compute.for_each(|culler| culler.destroy(memory));
+            let cullers = self.cullers.drain(..);
+            cullers.for_each(|culler| culler.destroy(memory));
         }
         report(headless.destroy());
     }

@@ -4,11 +4,7 @@ use ash::vk;
 
 use super::{Headless, device::DevicePart};
 use sabaki::{
-    gpu::{
-        GpuError, compute,
-        internal::Named,
-        stencil::{Culler, MapKind, Rasterizer},
-    },
+    gpu::{Culler, GpuError, MapKind, Rasterizer, internal::Named},
     maps::{BitMap, Drawing, raster::EvasionMaps},
     query::cull::{CullInput, Overlap, cpu},
 };
@@ -212,7 +208,7 @@ impl Headless {
             // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
             let ticket = match self.run(|cmd| unsafe { culler.record(cmd, 0, &part) }) {
                 Err(GpuError::Limit { limit, .. })
-                    if limit == "CullerDesc::max_boxes" && candidates.len() > 1 =>
+                    if limit == "StencilSettings::max_boxes" && candidates.len() > 1 =>
                 {
                     most = candidates.len() / 2;
                     continue;
@@ -222,41 +218,13 @@ impl Headless {
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
             }
-            if !ticket.counts_exact && culler.counted().evasion {
+            if !culler.counts_exact() && culler.counted().evasion {
                 cpu::count(&part, &mut exact);
                 let pairs = some.iter_mut().zip(&exact);
                 pairs.for_each(|(found, exact)| found.evasion = exact.evasion);
             }
             all.append(&mut some);
             rest = later;
-        }
-        Ok(all)
-    }
-
-    /// Overlaps of any number of candidates, by the compute path: [`cpu::count`](sabaki::query::cull::cpu::count) on the
-    /// device.
-    ///
-    /// # Errors
-    /// [`compute::Culler::record`]'s, or those of [`Headless::run`].
-    pub fn cull_compute(
-        &mut self,
-        culler: &mut compute::Culler,
-        input: &CullInput<'_>,
-    ) -> Result<Vec<Overlap>, GpuError> {
-        let mut all = Vec::with_capacity(input.candidates.len());
-        let mut some = Vec::new();
-        let most = culler.max_candidates().max(1) as usize;
-        for candidates in input.candidates.chunks(most) {
-            let part = CullInput {
-                candidates,
-                ..*input
-            };
-            // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
-            let ticket = self.run(|cmd| unsafe { culler.record(cmd, 0, &part) })?;
-            if !culler.poll(ticket, &mut some)? {
-                return Err(GpuError::Unfinished);
-            }
-            all.append(&mut some);
         }
         Ok(all)
     }

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use super::asker::{AskerDesc, Question, Reply};
 use super::map_choices::MapChoice;
 use crate::headless::{Headless, HeadlessDesc, Message};
-use sabaki::gpu::{GpuError, compute, stencil};
+use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{CullPath, Query, QueryContext, Request};
@@ -14,16 +14,9 @@ use sabaki::query::{CullPath, Query, QueryContext, Request};
 pub(super) struct Cullers {
     desc: HeadlessDesc,
     device: Option<Result<Headless, String>>,
-    /// Those of the choices of maps that were culled by on the device.
-    resident: Vec<(MapChoice, Resident)>,
+    /// Cullers on the device, by choice of maps and path.
+    resident: Vec<((MapChoice, CullPath), Culler)>,
     cpu: cpu::Culler,
-}
-
-/// One atlas on the device.
-#[derive(Default)]
-struct Resident {
-    stencil: Option<stencil::Culler>,
-    compute: Option<compute::Culler>,
 }
 
 impl Cullers {
@@ -83,16 +76,17 @@ impl Cullers {
         let open = || Headless::new(&self.desc).map_err(|error| error.to_string());
         let device = self.device.get_or_insert_with(open);
         let device = device.as_mut().map_err(|why| why.clone())?;
-        let place = self.resident.iter().position(|(of, _)| *of == maps);
-        let place = place.unwrap_or_else(|| {
-            self.resident.push((maps, Resident::default()));
-            self.resident.len() - 1
-        });
-        let resident = &mut self.resident[place].1;
-        let counted = match culling {
-            CullPath::Compute => resident.by_compute(device, input),
-            _ => resident.by_stencil(device, input),
+        let key = (maps, culling);
+        let place = self.resident.iter().position(|(of, _)| *of == key);
+        let place = match place {
+            Some(place) => place,
+            None => {
+                let culler = make(device, culling, input).map_err(|error| error.to_string())?;
+                self.resident.push((key, culler));
+                self.resident.len() - 1
+            }
         };
+        let counted = device.cull(&mut self.resident[place].1, input);
         *counts = counted.map_err(|error| error.to_string())?;
         Ok(())
     }
@@ -103,53 +97,20 @@ impl Cullers {
             return Vec::new();
         };
         if let Ok(memory) = device.memory() {
-            for (_, resident) in self.resident {
-                if let Some(culler) = resident.stencil {
-                    culler.destroy(memory);
-                }
-                if let Some(culler) = resident.compute {
-                    culler.destroy(memory);
-                }
+            for (_, culler) in self.resident {
+                culler.destroy(memory);
             }
         }
         device.destroy()
     }
 }
 
-impl Resident {
-    fn by_stencil(
-        &mut self,
-        device: &mut Headless,
-        input: &CullInput<'_>,
-    ) -> Result<Vec<Overlap>, GpuError> {
-        let desc = stencil::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..stencil::CullerDesc::new("stencil", input.atlas)
-        };
-        let culler = match &mut self.stencil {
-            Some(culler) => culler,
-            none => none.insert(
-                device.make(|context, memory| stencil::Culler::new(context, memory, &desc))?,
-            ),
-        };
-        device.cull(culler, input)
-    }
-
-    fn by_compute(
-        &mut self,
-        device: &mut Headless,
-        input: &CullInput<'_>,
-    ) -> Result<Vec<Overlap>, GpuError> {
-        let desc = compute::CullerDesc {
-            counted: Counted::FOR_A_CHOICE,
-            ..compute::CullerDesc::new("compute", input.atlas)
-        };
-        let culler = match &mut self.compute {
-            Some(culler) => culler,
-            none => none.insert(
-                device.make(|context, memory| compute::Culler::new(context, memory, &desc))?,
-            ),
-        };
-        device.cull_compute(culler, input)
-    }
+/// Creates a culler for the maps of an input.
+fn make(device: &mut Headless, path: CullPath, input: &CullInput<'_>) -> Result<Culler, GpuError> {
+    let desc = CullerDesc {
+        name: path.name(),
+        counted: Counted::FOR_A_CHOICE,
+        ..CullerDesc::new(path, input.atlas)
+    };
+    device.make(|context, memory| Culler::new(context, memory, &desc))
 }

@@ -1,0 +1,196 @@
+//! The compute culling path: its pipelines, maps and slots.
+//!
+//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: a compute shader counts it, from planes of bits
+//! instead of a stencil buffer. One invocation counts one candidate; it walks the attack block by block.
+
+use ash::vk;
+
+use super::{
+    gathered::{Capacity, Gathered},
+    planes::Planes,
+    slot::Slot,
+};
+use crate::{
+    gpu::{
+        Context, CullerDesc, GpuError, Memory,
+        barriers::Access,
+        counts::Counts,
+        device_path::DevicePath,
+        pipelines::{COUNT, Pipeline},
+        shader_table::COUNTS,
+        uploaded::Uploaded,
+    },
+    query::cull::{Counted, CullInput, Overlap},
+};
+
+/// Counts overlaps with a compute shader.
+#[derive(Debug)]
+pub(in crate::gpu) struct ComputePath {
+    pub(super) context: Context,
+    pub(super) parts: Parts,
+    pub(super) gathered: Gathered,
+    pub(super) capacity: Capacity,
+    planes: Planes,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Parts {
+    /// For turns that do not enlarge blocks, and for all others.
+    pub(super) pipelines: [Pipeline; 2],
+    pub(super) atlas: Uploaded,
+    pub(super) slots: Vec<Slot>,
+    pub(super) layout: vk::DescriptorSetLayout,
+    pub(super) pool: vk::DescriptorPool,
+}
+
+impl ComputePath {
+    /// Creates pipelines and memory. Leaves nothing behind when it fails.
+    pub(in crate::gpu) fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: &CullerDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        computes(context)?;
+        let limits = context.limits();
+        let most = [
+            (
+                "maxStorageBufferRange",
+                limits.max_storage_buffer_range.into(),
+            ),
+            ("ComputeSettings::max_page", desc.compute.max_page),
+        ];
+        let page = if most[1].1 < most[0].1 {
+            most[1]
+        } else {
+            most[0]
+        };
+        let planes = Planes::new(desc.atlas, page)?;
+        let capacity = Capacity {
+            candidates: desc.max_candidates,
+            blocks: desc.compute.max_blocks,
+            groups: desc
+                .compute
+                .max_groups
+                .clamp(1, limits.max_compute_work_group_count[0]),
+        };
+        let mut path = Self {
+            context: context.clone(),
+            parts: Parts::default(),
+            gathered: Gathered::default(),
+            capacity,
+            planes,
+        };
+        match path.fill(memory, desc) {
+            Ok(()) => {
+                // The staging buffer has them now.
+                path.planes.words = Vec::new();
+                Ok(path)
+            }
+            Err(error) => {
+                path.destroy(memory);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
+        let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
+        let words = bytemuck::cast_slice(&self.planes.words);
+        let atlas = format!("{name}: atlas");
+        parts.atlas.fill(context, memory, &atlas, words)?;
+        parts.make_layout(context)?;
+        for (pipeline, may_be_large) in parts.pipelines.iter_mut().zip([0, 1]) {
+            let constants = [self.planes.grid.attack_pitch, may_be_large];
+            *pipeline = Pipeline::specialized(context, &COUNT, &[parts.layout], &constants)?;
+        }
+        for slot in 0..desc.frames_in_flight.max(1) {
+            let name = format!("{name}: slot {slot}");
+            parts.slots.push(Slot::default());
+            if let Some(slot) = parts.slots.last_mut() {
+                slot.fill(context, memory, &name, (&self.capacity, desc.compute.input))?;
+            }
+        }
+        parts.make_sets(context, &self.capacity, &self.planes.pages)
+    }
+}
+
+impl DevicePath for ComputePath {
+    fn gather(&mut self, input: &CullInput<'_>, counted: Counted) -> Result<(), GpuError> {
+        let wanted = (input, counted);
+        self.gathered.fill(wanted, &self.planes, &self.capacity)
+    }
+
+    fn write(&mut self, slot: usize) -> Result<(), GpuError> {
+        let slot = &mut self.parts.slots[slot];
+        slot.sums = self.gathered.sums();
+        slot.candidates = self.gathered.candidates.len() as u32;
+        slot.write(&self.context, &self.gathered, &self.capacity)
+    }
+
+    unsafe fn record(&self, cmd: vk::CommandBuffer, slot: usize) {
+        // SAFETY: the caller vouches for `cmd` and the slot.
+        unsafe { self.record_commands(cmd, &self.parts.slots[slot]) };
+    }
+
+    fn counts(&self, slot: usize) -> &Counts {
+        &self.parts.slots[slot].counts
+    }
+
+    fn counts_mut(&mut self, slot: usize) -> &mut Counts {
+        &mut self.parts.slots[slot].counts
+    }
+
+    fn words(&self, slot: usize) -> usize {
+        let slot = &self.parts.slots[slot];
+        slot.sums as usize * slot.candidates as usize * COUNTS
+    }
+
+    fn add(&self, slot: usize, words: &mut dyn Iterator<Item = u32>, overlaps: &mut [Overlap]) {
+        for _ in 0..self.parts.slots[slot].sums {
+            for overlap in &mut *overlaps {
+                let mut next = || words.next().unwrap_or(0);
+                overlap.body += next();
+                overlap.outer += next();
+                overlap.evasion += next();
+            }
+        }
+    }
+
+    unsafe fn record_upload(&self, cmd: vk::CommandBuffer) {
+        // SAFETY: the caller vouches for `cmd` and staging.
+        unsafe {
+            self.parts
+                .atlas
+                .record(&self.context, cmd, Access::COMPUTE_READ);
+        };
+    }
+
+    fn release_staging(&mut self, memory: &mut dyn Memory) {
+        self.parts.atlas.release_staging(&self.context, memory);
+    }
+
+    fn destroy(&mut self, memory: &mut dyn Memory) {
+        let (context, parts) = (&self.context, &mut self.parts);
+        for slot in &mut parts.slots {
+            slot.destroy(context, memory);
+        }
+        for pipeline in &mut parts.pipelines {
+            pipeline.destroy(context);
+        }
+        // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
+        unsafe {
+            let device = context.device();
+            device.destroy_descriptor_pool(parts.pool, None);
+            device.destroy_descriptor_set_layout(parts.layout, None);
+        }
+        parts.atlas.destroy(context, memory);
+    }
+}
+
+/// Whether the context's queue family takes dispatches. Not every one with graphics has to.
+fn computes(context: &Context) -> Result<(), GpuError> {
+    if context.queue_has(vk::QueueFlags::COMPUTE) {
+        return Ok(());
+    }
+    Err(GpuError::Missing(vec!["compute on the queue family"]))
+}

@@ -1,0 +1,221 @@
+//! Culling on the device: one culler over the stencil path and the compute path. CPU twin: `src/query/cull/cpu.rs`.
+
+use std::sync::atomic::Ordering;
+
+use ash::vk;
+
+use super::{
+    Context, Counting, CullerDesc, GpuError, Memory, Mismatch, compute::ComputePath,
+    device_path::DevicePath, stencil::StencilPath, uploaded::Upload,
+};
+use crate::query::cull::{Counted, CullInput, CullPath, Overlap};
+
+/// A recorded cull.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticket {
+    slot: u32,
+    serial: u32,
+    candidates: u32,
+}
+
+/// Counts overlaps on the device, by the stencil path or the compute path.
+///
+/// A slot is one cull in flight: [`Culler::record`] into a slot, submit, and [`Culler::poll`] until the counts are there.
+#[derive(Debug)]
+pub struct Culler {
+    context: Context,
+    path: CullPath,
+    implementation: Box<dyn DevicePath>,
+    slots: Vec<Slot>,
+    max_candidates: u32,
+    counts_exact: bool,
+    counted: Counted,
+    upload: Upload,
+    is_live: bool,
+}
+
+/// The cull that was recorded last into a slot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slot {
+    counted: Counted,
+    /// Whether its commands carry the maps to the device.
+    uploads: bool,
+}
+
+impl Culler {
+    /// Creates pipelines and memory. Leaves nothing behind when it fails.
+    ///
+    /// # Errors
+    /// Those of Vulkan calls and of the allocator; [`GpuError::Limit`] where the maps or a maximum are more than the device
+    /// offers; [`GpuError::Missing`] where the context lacks what the path needs; [`Mismatch::Path`] where
+    /// [`CullerDesc::path`] is no path of the device.
+    pub fn new(
+        context: &Context,
+        memory: &mut dyn Memory,
+        desc: &CullerDesc<'_>,
+    ) -> Result<Self, GpuError> {
+        let implementation: Box<dyn DevicePath> = match desc.path {
+            CullPath::Stencil => Box::new(StencilPath::new(context, memory, desc)?),
+            CullPath::Compute => Box::new(ComputePath::new(context, memory, desc)?),
+            other => return Err(Mismatch::Path(other).into()),
+        };
+        let by_queries =
+            desc.path == CullPath::Stencil && desc.stencil.counting == Counting::Queries;
+        Ok(Self {
+            context: context.clone(),
+            path: desc.path,
+            implementation,
+            slots: vec![Slot::default(); desc.frames_in_flight.max(1) as usize],
+            max_candidates: desc.max_candidates,
+            counts_exact: !by_queries || context.precise_queries(),
+            counted: desc.counted,
+            upload: Upload::default(),
+            is_live: true,
+        })
+    }
+
+    /// The path that culls.
+    #[must_use]
+    pub fn path(&self) -> CullPath {
+        self.path
+    }
+
+    /// Whether an [`Overlap`] holds counts. Without precise queries each number only says none (0) or some (not 0): that is
+    /// enough to remove candidates, but not to score them.
+    #[must_use]
+    pub fn counts_exact(&self) -> bool {
+        self.counts_exact
+    }
+
+    /// Most candidates of one cull.
+    #[must_use]
+    pub fn max_candidates(&self) -> u32 {
+        self.max_candidates
+    }
+
+    /// Number of culls in flight at a time.
+    #[must_use]
+    pub fn slots(&self) -> u32 {
+        self.slots.len() as u32
+    }
+
+    /// Sets what the following culls count. Recorded culls do not change.
+    pub fn count_only(&mut self, counted: Counted) {
+        self.counted = counted;
+    }
+
+    /// What the next cull counts.
+    #[must_use]
+    pub fn counted(&self) -> Counted {
+        self.counted
+    }
+
+    /// Records the upload of the maps, at a time of the caller's choice. [`Culler::release_staging`] says when it has
+    /// finished. Otherwise every cull carries the upload until the counts of one have been polled.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family, and runs before any cull.
+    pub unsafe fn record_upload(&mut self, cmd: vk::CommandBuffer) {
+        if !*self.upload.done.get_mut() {
+            // SAFETY: the caller vouches for `cmd`; staging is released after the upload only.
+            unsafe { self.implementation.record_upload(cmd) };
+            self.upload.recorded = true;
+        }
+    }
+
+    /// Frees the staging buffer of the maps. Does nothing before the upload was recorded.
+    ///
+    /// # Safety
+    /// A command buffer with the upload has finished, and no other one that carries it is in flight or will be submitted.
+    pub unsafe fn release_staging(&mut self, memory: &mut dyn Memory) {
+        if self.upload.recorded {
+            *self.upload.done.get_mut() = true;
+            self.implementation.release_staging(memory);
+        }
+    }
+
+    /// Records a cull into the caller's command buffer. It does not submit, does not wait, and allocates nothing after
+    /// recording a cull of the same size once.
+    ///
+    /// Every barrier that it needs is recorded with it; the last one makes the counts visible to the host. What it leaves
+    /// bound stands in the [contract](super).
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] names the maximum that the input exceeds, [`GpuError::Mismatch`] what does not fit the uploaded
+    /// atlas. Nothing is recorded then, and [`cpu`](crate::query::cull::cpu) counts the same input.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of rendering and of occlusion queries, for a queue of the context's family. It is
+    /// submitted once at most, on the same queue as all culls of this culler. What was recorded into this slot before has
+    /// finished, or will never be submitted.
+    pub unsafe fn record(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        slot: u32,
+        input: &CullInput<'_>,
+    ) -> Result<Ticket, GpuError> {
+        let (slots, index) = (self.slots.len() as u32, slot as usize);
+        if slot >= slots {
+            return Err(Mismatch::Slot { slot, slots }.into());
+        }
+        self.implementation.gather(input, self.counted)?;
+        let serial = self.implementation.counts_mut(index).start();
+        self.implementation.write(index)?;
+        self.slots[index] = Slot {
+            counted: self.counted,
+            uploads: !*self.upload.done.get_mut(),
+        };
+        // SAFETY: the caller vouches for `cmd`, and for the slot being free.
+        unsafe {
+            self.record_upload(cmd);
+            self.implementation.record(cmd, index);
+        }
+        Ok(Ticket {
+            slot,
+            serial,
+            candidates: input.candidates.len() as u32,
+        })
+    }
+
+    /// Whether the counts of a cull are there. If so, `overlaps` holds them in the order of the candidates. Never waits.
+    ///
+    /// The device writes the number of a cull after its counts, and this function looks for the number. For Vulkan's full
+    /// guarantee, poll after seeing the submission's fence or timeline semaphore.
+    ///
+    /// # Errors
+    /// [`Mismatch::Ticket`] when the slot holds another cull; an invalidate that failed.
+    pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
+        let index = ticket.slot as usize;
+        let slot = self.slots.get(index).ok_or(Mismatch::Ticket)?;
+        let words = self.implementation.words(index);
+        let counts = self.implementation.counts(index);
+        let Some(mut words) = counts.read(&self.context, ticket.serial, words)? else {
+            return Ok(false);
+        };
+        if slot.uploads {
+            self.upload.done.store(true, Ordering::Relaxed);
+        }
+        overlaps.clear();
+        overlaps.resize(ticket.candidates as usize, Overlap::default());
+        self.implementation.add(index, &mut words, overlaps);
+        if !slot.counted.outer {
+            // Outer maps that are not counted may share anything.
+            overlaps.iter_mut().for_each(|one| one.outer = u32::MAX);
+        }
+        Ok(true)
+    }
+
+    /// Frees everything. The device must be done with what was recorded.
+    pub fn destroy(mut self, memory: &mut dyn Memory) {
+        self.implementation.destroy(memory);
+        self.is_live = false;
+    }
+}
+
+impl Drop for Culler {
+    fn drop(&mut self) {
+        if self.is_live {
+            tracing::error!("a Culler was dropped without destroy: its Vulkan objects leak");
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Settings of a culler.
+
+use crate::{
+    maps::RegionAtlas,
+    query::cull::{Counted, CullPath},
+};
+
+/// Settings of a [`Culler`](super::Culler). Memory grows with every maximum.
+#[derive(Clone, Copy, Debug)]
+pub struct CullerDesc<'a> {
+    /// Prefix of the names of Vulkan objects, for debuggers and validation. Default "sabaki".
+    pub name: &'a str,
+    /// Maps of all evasions. They are copied.
+    pub atlas: &'a RegionAtlas,
+    /// [`CullPath::Stencil`] or [`CullPath::Compute`].
+    pub path: CullPath,
+    /// What is counted. Default: everything.
+    pub counted: Counted,
+    /// Most candidates of one cull. Default 1,024 for the stencil path, 4,096 for the compute path.
+    pub max_candidates: u32,
+    /// Culls in flight at a time. Default 2.
+    pub frames_in_flight: u32,
+    /// Settings of the stencil path. The compute path ignores them.
+    pub stencil: StencilSettings,
+    /// Settings of the compute path. The stencil path ignores them.
+    pub compute: ComputeSettings,
+}
+
+impl<'a> CullerDesc<'a> {
+    /// Default settings for a path.
+    #[must_use]
+    pub fn new(path: CullPath, atlas: &'a RegionAtlas) -> Self {
+        Self {
+            name: "sabaki",
+            atlas,
+            path,
+            counted: Counted::default(),
+            max_candidates: match path {
+                CullPath::Stencil => 1024,
+                _ => 4096,
+            },
+            frames_in_flight: 2,
+            stencil: StencilSettings::default(),
+            compute: ComputeSettings::default(),
+        }
+    }
+}
+
+/// Settings of the stencil path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StencilSettings {
+    /// How samples are counted. Default: by occlusion queries.
+    pub counting: Counting,
+    /// Most discs of an attack, over all slabs and slices. Where maps are timed, discs of the inner maps count twice,
+    /// because evasion maps are compared with all slices at once. Default 65,536.
+    pub max_discs: u32,
+    /// Most boxes of a cull. A candidate has one box for each of its maps (of all slabs and slices) that the attack is near.
+    /// Default 65,536.
+    pub max_boxes: u32,
+    /// Occlusion queries of a pool. A cull with more of them renders several times. Default 4,096.
+    pub max_queries: u32,
+    /// Columns and rows of the stencil target in texels, as far as the device allows. Where an attack does not fit the
+    /// eight planes of the target, a cull renders several passes. Default 1,024 × 1,024.
+    pub target: [u32; 2],
+}
+
+impl Default for StencilSettings {
+    fn default() -> Self {
+        Self {
+            counting: Counting::default(),
+            max_discs: 1 << 16,
+            max_boxes: 1 << 16,
+            max_queries: 1 << 12,
+            target: [1024; 2],
+        }
+    }
+}
+
+/// How the stencil path counts the samples that pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counting {
+    /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
+    /// [precise](super::Context::precise_queries).
+    #[default]
+    Queries,
+    /// By atomic additions in the fragment shader, where the device has
+    /// [`fragmentStoresAndAtomics`](super::Context::fragment_atomics). Counts are exact. There are few draws, which is faster
+    /// wherever queries are slow.
+    Atomics,
+}
+
+/// Settings of the compute path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ComputeSettings {
+    /// Most blocks of an attack. A block is 8 × 4 texels of the evasions' maps that the attack covers at least one of. Blocks
+    /// are counted over all slabs, clocks and slices, of inner and outer maps, and once more for the inner maps of all slices
+    /// together. Default 32,768.
+    pub max_blocks: u32,
+    /// Most work groups of one dispatch, where the device takes as many. A larger cull is recorded as several dispatches.
+    /// Default: as many as the device takes.
+    pub max_groups: u32,
+    /// Most bytes of maps that are bound at a time, where the device reads as many from one buffer (at least 128 MiB). Larger
+    /// maps are bound in turn, evasion by evasion. Default: as many as the device reads.
+    pub max_page: u64,
+    /// How the input reaches the shader. Default: staged.
+    pub input: InputWay,
+}
+
+impl Default for ComputeSettings {
+    fn default() -> Self {
+        Self {
+            max_blocks: 32_768,
+            max_groups: u32::MAX,
+            max_page: u64::MAX,
+            input: InputWay::default(),
+        }
+    }
+}
+
+/// How the input of a cull reaches the shaders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InputWay {
+    /// By a copy from a staging buffer. For devices with memory of their own: otherwise every candidate would read the attack
+    /// across the bus.
+    #[default]
+    Staged,
+    /// Shaders read the memory that the host has written. For devices that share the host's memory.
+    Direct,
+}
