@@ -1,6 +1,6 @@
-//! Promise: the committed SPIR-V is what the GLSL beside it compiles to.
+//! The committed SPIR-V is what the GLSL beside it compiles to.
 //!
-//! `SABAKI_WRITE_SPIRV=1 cargo test --features shaderc --test spirv` writes it anew.
+//! `SABAKI_WRITE_SPIRV=1 cargo test --package sabaki-shaders --features shaderc` writes it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
@@ -9,8 +9,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-fn shaders() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")
+/// The folders with shaders: of the component, and of the package that draws.
+fn folders() -> [PathBuf; 2] {
+    let packages = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    [packages.join("../shaders"), packages.join("draw/shaders")]
 }
 
 fn names(folder: &Path, ending: &str) -> BTreeSet<String> {
@@ -23,7 +25,7 @@ fn names(folder: &Path, ending: &str) -> BTreeSet<String> {
         .collect()
 }
 
-fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
+fn compile(compiler: &shaderc::Compiler, folder: &Path, name: &str) -> Vec<u8> {
     let mut options = shaderc::CompileOptions::new().expect("options");
     // Unoptimised: the words stay readable, their names stay for the table, and every driver
     // optimises again.
@@ -34,8 +36,9 @@ fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
     );
     options.set_target_spirv(shaderc::SpirvVersion::V1_3);
     options.set_warnings_as_errors();
-    options.set_include_callback(|wanted, _, _, _| {
-        let path = shaders().join("include").join(wanted);
+    let include = folder.join("include");
+    options.set_include_callback(move |wanted, _, _, _| {
+        let path = include.join(wanted);
         let content = fs::read_to_string(&path).map_err(|error| error.to_string())?;
         Ok(shaderc::ResolvedInclude {
             resolved_name: wanted.to_owned(),
@@ -49,7 +52,7 @@ fn compile(compiler: &shaderc::Compiler, name: &str) -> Vec<u8> {
         _ => panic!("{name}: its stage is not known"),
     };
     let file = format!("{name}.glsl");
-    let source = fs::read_to_string(shaders().join(&file)).expect("source");
+    let source = fs::read_to_string(folder.join(&file)).expect("source");
     let artifact = compiler
         .compile_into_spirv(&source, kind, &file, "main", Some(&options))
         .unwrap_or_else(|error| panic!("{error}"));
@@ -81,21 +84,26 @@ fn without_workgroup_size(module: &[u32]) -> Vec<u8> {
 fn committed_words_are_those_of_the_sources() {
     let compiler = shaderc::Compiler::new().expect("compiler");
     let write = std::env::var_os("SABAKI_WRITE_SPIRV").is_some_and(|value| value == "1");
-    for name in names(&shaders(), ".glsl") {
-        let words = compile(&compiler, &name);
-        let path = shaders().join("spirv").join(format!("{name}.spv"));
-        if write {
-            fs::write(&path, &words).expect("write");
+    for folder in folders() {
+        let spirv = folder.join("spirv");
+        let sources = names(&folder, ".glsl");
+        assert!(sources.len() > 5, "{}", folder.display());
+        for name in &sources {
+            let words = compile(&compiler, &folder, name);
+            let path = spirv.join(format!("{name}.spv"));
+            if write {
+                fs::write(&path, &words).expect("write");
+            }
+            let committed = fs::read(&path).unwrap_or_else(|error| panic!("{name}.spv: {error}"));
+            assert!(
+                committed == words,
+                "{name}.spv is stale: run with SABAKI_WRITE_SPIRV=1"
+            );
         }
-        let committed = fs::read(&path).unwrap_or_else(|error| panic!("{name}.spv: {error}"));
-        assert!(
-            committed == words,
-            "{name}.spv is stale: run with SABAKI_WRITE_SPIRV=1"
+        assert_eq!(
+            names(&spirv, ".spv"),
+            sources,
+            "every committed file has a source"
         );
     }
-    assert_eq!(
-        names(&shaders().join("spirv"), ".spv"),
-        names(&shaders(), ".glsl"),
-        "every committed file has a source"
-    );
 }
