@@ -1,7 +1,7 @@
-//! Clips and events in, one strongly connected motion graph out.
+//! Builds a strongly connected motion graph from clips and events.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4: an
-//! event is one edge, which no node cuts and no transition blends.
+//! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. An
+//! event is one edge: no node lies inside it and no transition blends it.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -9,29 +9,19 @@ use super::component::largest_component;
 use super::distance::{WindowPair, Windows};
 use super::links::{self, LinkSource};
 use super::minima::{self, MinimaSettings};
-use super::report::Made;
+use super::report::BuildCounts;
+use super::source::ClipSource;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, events,
 };
-use crate::anim::{Clip, Event, Skeleton};
+use crate::anim::{Clip, Skeleton};
 use crate::math::in_parallel;
 
-/// What a graph is built from.
-#[derive(Clone, Copy, Debug)]
-pub struct ClipSource<'a> {
-    /// Of all clips.
-    pub skeleton: &'a Skeleton,
-    /// At any frame rates.
-    pub clips: &'a [Clip],
-    /// Their labelled ranges; those of one clip do not overlap.
-    pub events: &'a [Event],
-}
-
-/// Builds the graph of `source`.
+/// Builds a motion graph from `source`.
 ///
 /// # Errors
-/// Clips, events or settings that make no graph.
+/// The clips, events or settings are invalid, or the clips contain no cycle.
 pub fn build(
     source: ClipSource<'_>,
     settings: &GraphSettings,
@@ -89,7 +79,7 @@ pub fn build(
     let report = BuildReport::new(
         source,
         (&full, &graph),
-        Made {
+        BuildCounts {
             transitions: under_threshold,
             window_pairs: window_pairs(&windows),
             links,
@@ -118,7 +108,7 @@ fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
     Ok(())
 }
 
-/// The events of each clip.
+/// Events of each clip.
 struct EventsByClip<'a>(Vec<Vec<&'a GraphEvent>>);
 
 impl<'a> EventsByClip<'a> {
@@ -137,23 +127,23 @@ impl<'a> EventsByClip<'a> {
     }
 }
 
-/// How many pairs of windows the distance maps have: each pair of clips once, a clip against itself
-/// with its whole map.
+/// Number of window pairs in all distance maps. Each pair of clips counts once, and the map of a
+/// clip with itself counts in full.
 fn window_pairs(windows: &[Windows]) -> u64 {
     let counts = || windows.iter().map(|windows| windows.count() as u64);
     let total: u64 = counts().sum();
     (total * total + counts().map(|w| w * w).sum::<u64>()) / 2
 }
 
-/// All transitions under the threshold, the same list for any number of threads.
+/// Finds all transitions under the threshold. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// More than a graph may have.
+/// The graph would have too many transitions.
 fn find_transitions(
     windows: &[Windows],
     settings: &GraphSettings,
 ) -> Result<Vec<Transition>, GraphError> {
-    /// Maps between two looks at how many transitions there are.
+    /// Number of maps between two checks of the number of transitions.
     const PART: usize = 64;
     let pairs: Vec<(usize, usize)> = (0..windows.len())
         .flat_map(|a| (a..windows.len()).map(move |b| (a, b)))
@@ -179,7 +169,7 @@ fn find_transitions(
     Ok(transitions)
 }
 
-/// What a graph is put together from.
+/// Data from which the graph is assembled.
 struct Parts<'a> {
     skeleton: &'a Skeleton,
     clips: Vec<Clip>,
@@ -190,26 +180,26 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// All nodes and edges, whether they lead back or not.
+    /// Assembles all nodes and edges, including those that the largest component leaves out.
     fn assemble(self) -> MotionGraph {
         let nodes = self.nodes();
         let places = self
             .events
             .iter()
             .map(|e| [e.first, e.last].map(|frame| (e.clip, frame)));
-        let whole: HashMap<_, _> = places.zip(0..).collect();
+        let events: HashMap<_, _> = places.zip(0..).collect();
         let mut edges: Vec<Edge> = nodes
             .windows(2)
             .enumerate()
             .filter(|(_, pair)| pair[0].clip == pair[1].clip)
-            .map(|(index, pair)| stretch(index as u32, [pair[0], pair[1]], &whole))
+            .map(|(index, pair)| clip_edge(index as u32, [pair[0], pair[1]], &events))
             .collect();
         edges.extend(
             self.transitions
                 .iter()
                 .map(|transition| self.blend(transition, &nodes)),
         );
-        with_index(MotionGraph {
+        MotionGraph {
             skeleton: self.skeleton.clone(),
             frame_rate: self.frame_rate,
             clips: self.clips,
@@ -218,10 +208,11 @@ impl Parts<'_> {
             edges,
             first_edge: Vec::new(),
             feet: Feet::default(),
-        })
+        }
+        .with_index()
     }
 
-    /// The ends of clips, events and transitions, sorted.
+    /// Nodes at the ends of clips, events and transitions, sorted.
     fn nodes(&self) -> Vec<Node> {
         let mut places = BTreeSet::new();
         for (index, clip) in self.clips.iter().enumerate() {
@@ -264,15 +255,16 @@ impl Parts<'_> {
     }
 }
 
-/// The clip between two neighbouring nodes; `index` is the first one's. `whole` finds an event by its ends.
-fn stretch(index: u32, [from, to]: [Node; 2], whole: &HashMap<[(ClipId, u32); 2], u32>) -> Edge {
+/// Edge that plays the clip between two neighbouring nodes. `index` is the first node's index.
+/// `events` finds an event by its first and last frame.
+fn clip_edge(index: u32, [from, to]: [Node; 2], events: &HashMap<[(ClipId, u32); 2], u32>) -> Edge {
     let ends = [from, to].map(|node| (node.clip, node.frame));
     Edge {
         from: NodeId(index),
         to: NodeId(index + 1),
         frames: to.frame - from.frame,
         motion: EdgeMotion::Clip,
-        event: whole.get(&ends).map(|&event| EventId(event)),
+        event: events.get(&ends).map(|&event| EventId(event)),
     }
 }
 
@@ -281,16 +273,4 @@ fn node(clip: usize, frame: usize) -> Node {
         clip: ClipId(clip as u32),
         frame: frame as u32,
     }
-}
-
-/// Sorts the edges and notes where each node's begin.
-pub(super) fn with_index(mut graph: MotionGraph) -> MotionGraph {
-    graph
-        .edges
-        .sort_by_key(|edge| (edge.from, edge.motion != EdgeMotion::Clip, edge.to));
-    let nodes = graph.nodes.len() as u32;
-    graph.first_edge = (0..=nodes)
-        .map(|node| graph.edges.partition_point(|edge| edge.from.0 < node) as u32)
-        .collect();
-    graph
 }

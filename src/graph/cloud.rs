@@ -4,24 +4,25 @@ use glam::Vec3;
 
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 
-/// The joints of a clip as points, frame after frame, in the layout that the distance map reads:
-/// for each joint one row of x, one of y and one of z over the frames.
+/// The joints of a clip as points. For each joint there is one row of x, one of y and one of z
+/// coordinates over the frames, which is the layout that the distance map reads.
 #[derive(Clone, Debug)]
 pub struct PointCloud {
     frames: usize,
-    /// One for each joint; they sum to 1.
+    /// Weight of each joint. Weights sum to 1.
     weights: Vec<f32>,
-    /// `[joint][frame]`, metres, relative to `centre`.
+    /// Coordinates relative to `centre`, `[joint][frame]`, in metres.
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
-    /// Taken off every point, so that sums of squares stay small far from the origin.
+    /// Point that is subtracted from all points. It keeps sums of squares small far from the
+    /// origin.
     centre: Vec3,
 }
 
 impl PointCloud {
-    /// The points of every frame of `clip`, weighted by joint. `weights` need not sum to 1; they
-    /// must not be negative, and one must be above 0.
+    /// Computes the points of all frames of `clip`. `weights` holds the weight of each joint.
+    /// Weights must not be negative, and at least one must be positive; they are normalised.
     #[must_use]
     pub fn new(skeleton: &Skeleton, clip: &Clip, weights: &[f32]) -> Self {
         let (frames, joints) = (clip.frames(), skeleton.len());
@@ -51,7 +52,7 @@ impl PointCloud {
         cloud
     }
 
-    /// Some of the frames, at least one, as a cloud of their own with the same centre.
+    /// Returns a range of frames as a cloud with the same centre. The range must not be empty.
     pub(super) fn part(&self, frames: Range<usize>) -> Self {
         let part = |rows: &[f32]| -> Vec<f32> {
             let rows = rows.chunks_exact(self.frames);
@@ -67,31 +68,31 @@ impl PointCloud {
         }
     }
 
-    /// How many frames.
+    /// Number of frames.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.frames
     }
 
-    /// How many points a frame has.
+    /// Number of points in a frame.
     #[must_use]
     pub fn joints(&self) -> usize {
         self.weights.len()
     }
 
-    /// What was taken off every point, metres.
+    /// Point that was subtracted from all points, in metres.
     #[must_use]
     pub fn centre(&self) -> Vec3 {
         self.centre
     }
 
-    /// A joint's weight; all sum to 1.
+    /// Weight of a joint. All weights sum to 1.
     #[must_use]
     pub fn weight(&self, joint: usize) -> f32 {
         self.weights[joint]
     }
 
-    /// A point relative to [`PointCloud::centre`], metres.
+    /// Position of a point relative to [`PointCloud::centre`], in metres.
     #[must_use]
     pub fn point(&self, joint: usize, frame: usize) -> Vec3 {
         let index = joint * self.frames + frame;

@@ -1,14 +1,14 @@
-//! What of a graph can be walked for ever.
+//! Reduces a graph to its largest strongly connected component, which can be walked without end.
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), section 3.3.
 
-use super::build::with_index;
-use super::prune::{self, Way};
+use super::prune::{self, WeightedEdge};
 use super::{Edge, EdgeMotion, EventId, Feet, MotionGraph, NodeId};
 
-/// The strongly connected component with the most motion in it; `None` where none has an edge.
+/// Returns the strongly connected component with the most motion, or `None` if no component has an
+/// edge.
 pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
-    let way = |edge: &Edge| Way {
+    let weighted_edge = |edge: &Edge| WeightedEdge {
         from: edge.from.0,
         to: edge.to.0,
         clip_frames: match edge.motion {
@@ -17,8 +17,8 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         },
         frames: edge.frames,
     };
-    let ways: Vec<Way> = full.edges.iter().map(way).collect();
-    let kept = prune::largest(full.nodes.len(), &ways)?;
+    let weighted: Vec<WeightedEdge> = full.edges.iter().map(weighted_edge).collect();
+    let kept = prune::largest(full.nodes.len(), &weighted)?;
     let mut new_id = vec![NodeId(u32::MAX); full.nodes.len()];
     let mut nodes = Vec::new();
     for (index, node) in full
@@ -48,7 +48,7 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
             }
         })
         .collect();
-    Some(with_index(MotionGraph {
+    let component = MotionGraph {
         skeleton: full.skeleton.clone(),
         frame_rate: full.frame_rate,
         clips: full.clips.clone(),
@@ -57,5 +57,6 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         edges,
         first_edge: Vec::new(),
         feet: Feet::default(),
-    }))
+    };
+    Some(component.with_index())
 }

@@ -2,91 +2,93 @@ use thiserror::Error;
 
 use crate::anim::ClipError;
 
-/// Why there is no graph.
+/// Reason why a graph cannot be built.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GraphError {
-    /// No clips.
+    /// There are no clips.
     #[error("there are no clips to build a graph from")]
     NoClips,
-    /// A setting is out of its range.
+    /// A setting is out of range.
     #[error("graph setting {name} is {value}; it must be {range}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         name: &'static str,
-        /// What it is.
+        /// Value of the setting.
         value: f64,
-        /// What it may be.
+        /// Range of valid values.
         range: &'static str,
     },
-    /// Weights for a different number of joints.
+    /// The number of joint weights differs from the number of joints, or a weight is invalid.
     #[error(
         "{found} joint weights for {joints} joints; they must be finite, none negative, one above 0"
     )]
     JointWeights {
-        /// How many weights.
+        /// Number of weights.
         found: usize,
-        /// How many joints.
+        /// Number of joints.
         joints: usize,
     },
-    /// A clip is of another skeleton.
+    /// A clip has another number of joints than the skeleton.
     #[error("clip \"{clip}\" has {found} joints, and the skeleton {joints}")]
     ClipJoints {
         /// Name of the clip.
         clip: String,
-        /// How many joints it has.
+        /// Number of joints of the clip.
         found: usize,
-        /// How many the skeleton has.
+        /// Number of joints of the skeleton.
         joints: usize,
     },
-    /// Two events of one clip share time. Positions in the list.
+    /// Two events of one clip overlap. Numbers are positions in the list of events.
     #[error("events {earlier} and {later} of one clip overlap")]
     EventsOverlap {
-        /// The one that starts first.
+        /// Event that starts first.
         earlier: usize,
-        /// The one that starts before that has ended.
+        /// Event that starts before the first one ends.
         later: usize,
     },
-    /// An event names a clip or joints that are not there, or lies outside its clip.
+    /// An event refers to an unknown clip or joint, or lies outside its clip.
     #[error(
         "event {index}: {start} s to {end} s does not lie inside a clip of the set, or names no joint of it"
     )]
     Event {
-        /// Position in the list.
+        /// Position in the list of events.
         index: usize,
-        /// Seconds.
+        /// Start, in seconds.
         start: f64,
-        /// Seconds.
+        /// End, in seconds.
         end: f64,
     },
-    /// Beyond what a graph may be built of.
+    /// The input exceeds a limit.
     #[error("{found} {what}; {most} is the most")]
     TooMany {
-        /// Of what there is too much.
+        /// What is counted.
         what: &'static str,
-        /// How many there are; of transitions, how many were counted until there were too many.
+        /// Number that was found. Transitions are counted only until the limit is exceeded.
         found: u64,
-        /// How many there may be.
+        /// Maximum number.
         most: u64,
     },
-    /// An event lasts too long.
-    #[error("event {index} lasts longer than {max} s, which is the most", max = super::GraphSettings::LONGEST_EVENT)]
+    /// An event is too long.
+    #[error("event {index} is longer than the maximum of {max} s")]
     EventTooLong {
-        /// Position in the list.
+        /// Position in the list of events.
         index: usize,
+        /// Maximum duration, in seconds.
+        max: f64,
     },
-    /// Nothing leads back to where it came from.
+    /// The clips contain no cycle.
     #[error(
         "no motion leads back to where it started: no two moments of the {clips} clips ({seconds:.1} s) that could be joined are within {threshold} m of each other; add clips that return to a common stance, or raise the threshold"
     )]
     NoCycle {
-        /// Clips given.
+        /// Number of clips.
         clips: usize,
-        /// Seconds given.
+        /// Duration of all clips, in seconds.
         seconds: f64,
-        /// Metres.
+        /// Threshold of the distance, in metres.
         threshold: f32,
     },
-    /// Resampling failed.
+    /// A clip cannot be resampled.
     #[error(transparent)]
     Clip(#[from] ClipError),
 }

@@ -1,10 +1,10 @@
-//! Labelled seconds become frames of the resampled clips.
+//! Converts events from seconds to frames of the resampled clips.
 
 use super::{ClipId, ClipSource, GraphError, GraphEvent};
 use crate::anim::{Clip, Event};
 
-/// The events in frames of `clips`, which have `frame_rate`. One that is shorter than a frame has
-/// no motion to play: no edge will hold it, and so it is reported as dropped.
+/// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
+/// frame has no motion, so it gets no edge and is reported as dropped.
 pub(super) fn in_frames(
     source: ClipSource<'_>,
     clips: &[Clip],
@@ -17,8 +17,8 @@ pub(super) fn in_frames(
             (event.start * frame_rate).round(),
             (event.end * frame_rate).round(),
         );
-        // An event may be labelled to the very end of a capture, which a resampled clip can miss by
-        // a part of a frame.
+        // An event may end at the very end of a capture. The resampled clip can end up to one frame
+        // earlier.
         let inside = first >= 0.0 && first <= last_frame && last <= last_frame + 1.0;
         let joints_known = event
             .joints
@@ -49,8 +49,8 @@ pub(super) fn in_frames(
     Ok(events)
 }
 
-/// No two events share a frame but that in which one ends and the other starts: a node would cut
-/// them.
+/// Checks that two events share at most the frame in which one ends and the other starts. Otherwise
+/// a node would cut an event.
 fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
     let mut order: Vec<usize> = (0..events.len()).collect();
     order.sort_by_key(|&index| (events[index].clip, events[index].first, events[index].last));

@@ -1,27 +1,29 @@
-//! How much a graph may be built of: what is beyond would fill the memory, or never be done.
+//! Limits on the size of a graph. Larger input would exhaust memory or time.
 
 use super::{ClipSource, GraphError, GraphSettings};
 use crate::anim::Clip;
 
 impl GraphSettings {
-    /// Frames of all clips together, at the graph's rate: more than two hours at 30 a second. Every pair of frames is compared.
+    /// Maximum number of frames of all clips at the graph's rate: more than two hours at 30 frames
+    /// per second. Every pair of frames is compared.
     pub const MOST_FRAMES: usize = 250_000;
 
-    /// Frames of all clips, at the graph's rate, times joints: some 1.5 GB while the graph is built.
+    /// Maximum number of frames of all clips at the graph's rate, times the number of joints: about
+    /// 1.5 GB during the build.
     pub const MOST_PLACES: usize = 1 << 24;
 
-    /// Events of all clips together: each brings its maps, some 1 MB.
+    /// Maximum number of events of all clips. The maps of an event take about 1 MB.
     pub const MOST_EVENTS: usize = 2048;
 
-    /// How long an event may last, seconds.
+    /// Maximum duration of an event, in seconds.
     pub const LONGEST_EVENT: f64 = 60.0;
 
-    /// Transitions, before what leads nowhere is dropped.
+    /// Maximum number of transitions before pruning.
     pub const MOST_TRANSITIONS: usize = 1 << 18;
 
-    /// Refuses what is beyond the limits, before anything is made of it.
+    /// Checks the limits before any memory is allocated.
     pub(super) fn check_size(&self, source: ClipSource<'_>) -> Result<(), GraphError> {
-        // Resampling gives a frame more than whole frame times fit in.
+        // Resampling adds up to one frame beyond the whole frame times of a clip.
         let frames = |clip: &Clip| (clip.duration() * self.frame_rate).ceil() + 1.0;
         let frames = source.clips.iter().map(frames).sum::<f64>();
         let most = |what, found: f64, most: usize| match found <= most as f64 {
@@ -37,14 +39,17 @@ impl GraphSettings {
         most("frames times joints", places, Self::MOST_PLACES)?;
         most("events", source.events.len() as f64, Self::MOST_EVENTS)?;
         let long = |seconds: f64| seconds > Self::LONGEST_EVENT;
-        let lengths = source.events.iter().map(|event| event.end - event.start);
-        match { lengths }.position(long) {
-            Some(index) => Err(GraphError::EventTooLong { index }),
+        let mut lengths = source.events.iter().map(|event| event.end - event.start);
+        match lengths.position(long) {
+            Some(index) => Err(GraphError::EventTooLong {
+                index,
+                max: Self::LONGEST_EVENT,
+            }),
             None => Ok(()),
         }
     }
 
-    /// Refuses more transitions than a graph may have.
+    /// Checks the limit on the number of transitions.
     pub(super) fn check_transitions(found: usize) -> Result<(), GraphError> {
         match found <= Self::MOST_TRANSITIONS {
             true => Ok(()),

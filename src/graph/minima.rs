@@ -1,37 +1,38 @@
 use super::GraphSettings;
 use super::distance::{DistanceMap, Windows};
 
-/// Two windows that look alike.
+/// A pair of similar windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Minimum {
-    /// First frame of the window of the first clip.
+    /// First frame of the first clip's window.
     pub a: usize,
-    /// First frame of the window of the second clip.
+    /// First frame of the second clip's window.
     pub b: usize,
-    /// Root of the mean squared point distance, metres.
+    /// Root of the mean squared point distance, in metres.
     pub distance: f32,
 }
 
-/// What counts as a minimum.
+/// Settings of the search for minima.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MinimaSettings {
-    /// Largest distance, metres.
+    /// Maximum distance, in metres.
     pub threshold: f32,
-    /// Of two minima nearer than this many frames (in both clips) the smaller is kept.
+    /// Minimum separation of two minima along either clip, in frames. Of closer minima the smaller
+    /// one is kept.
     pub separation: usize,
-    /// Only windows of the second clip that start this many frames or more after those of the
-    /// first: for a clip against itself, where the map is symmetric and 0 on its diagonal.
+    /// Minimum number of frames by which the second clip's window starts after the first clip's. It
+    /// is used for a clip against itself, where the map is symmetric and 0 on its diagonal.
     pub only_after: Option<usize>,
 }
 
-/// The local minima of the distance map under the threshold, best first. Reads the map row by row:
-/// it is never held whole.
+/// Local minima of the distance map below the threshold, best first. The map is read row by row and
+/// never stored completely.
 pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<Minimum> {
     let mut found = Vec::new();
     // The two rows before the newest one.
     let (mut before, mut middle): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
     let (mut rows, mut room) = (0, MOST);
-    // More than a graph may have, which is refused.
+    // Set once there are more minima than a graph may have, which is an error.
     let mut is_full = false;
     DistanceMap::new(a, b).for_each_row(|row, distances| {
         if let (Some(index), false) = (row.checked_sub(1), is_full) {
@@ -43,7 +44,7 @@ pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<M
             };
             three.collect(settings, &mut found);
             if found.len() > room {
-                // Of motion that hardly moves everything is a minimum.
+                // For nearly still motion, every window is a minimum.
                 found = thin_out(std::mem::take(&mut found), settings.separation);
                 room = MOST.max(2 * found.len());
                 is_full = found.len() > GraphSettings::MOST_TRANSITIONS;
@@ -66,13 +67,14 @@ pub(super) fn find(a: &Windows, b: &Windows, settings: &MinimaSettings) -> Vec<M
     thin_out(found, settings.separation)
 }
 
-/// Minima that are kept before they are thinned out for the first time. Captures of people have some thousands a map.
+/// Number of minima that triggers the first removal of close ones. Captured motion has a few
+/// thousand in a map.
 const MOST: usize = 1 << 20;
 
-/// Columns that are looked at together.
+/// Number of columns that are tested together.
 const PART: usize = 16;
 
-/// A row of the map, with the rows above and below it (empty beyond the map).
+/// A row of the map, with the rows above and below it. Rows beyond the map are empty.
 struct Rows<'a> {
     index: usize,
     above: &'a [f32],
@@ -85,7 +87,7 @@ impl Rows<'_> {
     fn collect(&self, settings: &MinimaSettings, found: &mut Vec<Minimum>) {
         let limit = settings.threshold * settings.threshold;
         let first = settings.only_after.map_or(0, |gap| self.index + gap);
-        // Most stretches of a row have nothing under the limit: one look at many values.
+        // Most parts of a row have no value below the limit, so 16 values are tested together.
         for (part, values) in self.here.chunks(PART).enumerate() {
             if values.iter().fold(f32::INFINITY, |a, &b| a.min(b)) < limit {
                 let columns = part * PART..part * PART + values.len();
@@ -114,7 +116,7 @@ impl Rows<'_> {
     }
 }
 
-/// The minima best first; of those that lie near each other the best is kept.
+/// Sorts the minima, best first, and removes those that are close to a better one.
 fn thin_out(mut found: Vec<Minimum>, separation: usize) -> Vec<Minimum> {
     found.sort_by(|x, y| {
         x.distance

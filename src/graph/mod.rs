@@ -1,7 +1,6 @@
-//! The motion graph: which moments of the clips look alike, and the motion that leads from one to
-//! the other.
+//! The motion graph: finds similar poses in the clips and connects them with transitions.
 //!
-//! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), used by Masaoka & Oshita in section
+//! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), which Masaoka & Oshita use in section
 //! 4.4.
 
 mod build;
@@ -22,11 +21,12 @@ mod report;
 mod responsiveness;
 mod sample;
 mod settings;
+mod source;
 mod transition;
 mod validate;
 mod waits;
 
-pub use build::{ClipSource, build};
+pub use build::build;
 pub use cloud::PointCloud;
 pub use error::GraphError;
 pub use feet::{Feet, FeetSettings, FootSlide, LegBlend, Plant};
@@ -38,4 +38,5 @@ pub use motion_graph::{
 pub use report::{BuildReport, Dropped};
 pub use responsiveness::Responsiveness;
 pub use settings::GraphSettings;
+pub use source::ClipSource;
 pub use transition::{Transition, blend_weight};

@@ -1,16 +1,16 @@
-//! Every frame of every clip under one number: the graph before it has nodes.
+//! Numbers all frames of all clips consecutively. These moments form a graph before nodes exist.
 
-use super::prune::{self, Way};
+use super::prune::{self, WeightedEdge};
 use super::{EdgeMotion, MotionGraph, Transition};
 
-/// Numbers the frames of all clips, clip after clip.
+/// Numbering of the frames of all clips, clip by clip.
 #[derive(Clone, Debug)]
 pub(super) struct Moments {
-    /// Number of each clip's first frame; one more at the end.
+    /// Number of each clip's first frame. The last entry is the total.
     first: Vec<u32>,
 }
 
-/// A way from one moment to another that is not its clip's own.
+/// A connection between two moments that is not the next frame of a clip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Jump {
     pub(super) from: u32,
@@ -19,7 +19,7 @@ pub(super) struct Jump {
 }
 
 impl Moments {
-    /// `frames` says how many each clip has.
+    /// Creates the numbering. `frames` yields the number of frames of each clip.
     pub(super) fn new(frames: impl Iterator<Item = usize>) -> Self {
         let mut first = vec![0];
         let mut all = 0;
@@ -38,7 +38,7 @@ impl Moments {
         self.first[clip] + frame as u32
     }
 
-    /// The numbers of a clip's frames.
+    /// Numbers of a clip's frames.
     pub(super) fn of_clip(&self, clip: usize) -> std::ops::Range<usize> {
         self.first[clip] as usize..self.first[clip + 1] as usize
     }
@@ -51,7 +51,7 @@ impl Moments {
         }
     }
 
-    /// For each moment whether its clip goes on after it.
+    /// For each moment, whether its clip has a next frame.
     pub(super) fn goes_on(&self) -> Vec<bool> {
         let mut goes_on = vec![true; self.len()];
         for pair in self.first.windows(2).filter(|pair| pair[0] < pair[1]) {
@@ -60,28 +60,31 @@ impl Moments {
         goes_on
     }
 
-    /// The moments of the largest strongly connected component; `None` where there is none.
+    /// Moments of the largest strongly connected component, or `None` if there is none.
     pub(super) fn component(&self, jumps: &[Jump]) -> Option<Vec<bool>> {
         let goes_on = self.goes_on();
         let steps = (0..self.len() as u32).filter(|&moment| goes_on[moment as usize]);
-        let clip_ways = steps.map(|moment| Way {
+        let clip_edges = steps.map(|moment| WeightedEdge {
             from: moment,
             to: moment + 1,
             clip_frames: 1,
             frames: 1,
         });
-        let jump_ways = jumps.iter().map(|jump| Way {
+        let jump_edges = jumps.iter().map(|jump| WeightedEdge {
             from: jump.from,
             to: jump.to,
             clip_frames: 0,
             frames: jump.frames,
         });
-        prune::largest(self.len(), &clip_ways.chain(jump_ways).collect::<Vec<_>>())
+        prune::largest(
+            self.len(),
+            &clip_edges.chain(jump_edges).collect::<Vec<_>>(),
+        )
     }
 }
 
-/// The moments of a finished graph, the jumps between them, and for each moment whether an edge
-/// plays from it on to the next frame of its clip.
+/// Moments of a finished graph, the jumps between them and, for each moment, whether an edge plays
+/// its clip's next frame.
 pub(super) fn of_graph(graph: &MotionGraph) -> (Moments, Vec<Jump>, Vec<bool>) {
     let moments = Moments::new(graph.clips().iter().map(|clip| clip.frames()));
     let mut played = vec![false; moments.len()];

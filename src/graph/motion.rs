@@ -5,19 +5,20 @@ use super::{EdgeId, EventId, MotionGraph, NodeId};
 use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::math::Rigid2;
 
-/// Where a character is in the graph and in the world.
+/// A character's position in the graph and in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Playhead {
-    /// What is being played.
+    /// Edge that is playing.
     pub edge: EdgeId,
-    /// Frames since the edge's start.
+    /// Time since the edge's start, in frames.
     pub frame: f32,
-    /// Takes the space of the clip in which the edge starts to the world.
+    /// Transform from the space of the clip in which the edge starts to the world.
     pub clip_to_world: Rigid2,
 }
 
 impl Playhead {
-    /// At a place of an edge, with the character's frame (root on the ground, facing) on `world`.
+    /// Playhead at a frame of an edge, with the character's frame (root on the ground, facing) at
+    /// `world`.
     #[must_use]
     pub fn at(graph: &MotionGraph, edge: EdgeId, frame: f32, world: Rigid2) -> Self {
         let start = Self {
@@ -31,30 +32,33 @@ impl Playhead {
         }
     }
 
-    /// Whether the graph has such a place: asked of what is read from a file.
+    /// Whether the graph has this edge and frame and the transform is finite. It checks playheads
+    /// that come from a file.
     #[must_use]
     pub fn is_sound(&self, graph: &MotionGraph) -> bool {
-        /// Metres.
+        /// Maximum distance from the origin, in metres.
         const FURTHEST: f32 = 10_000.0;
         let edge = graph.edges().get(self.edge.index());
         edge.is_some_and(|edge| (0.0..=edge.frames as f32).contains(&self.frame))
             && self.clip_to_world.is_sound(FURTHEST)
     }
 
-    /// Itself where the graph has such a place. Else with the frame that is nearest on its edge, and at the origin where it
-    /// stands nowhere, or 10,000 km away: what queries and motions make of numbers that are none.
+    /// Returns a valid playhead: this one if the graph has its edge and frame. Otherwise the frame
+    /// is clamped to the edge, and the transform is the identity if it is not finite or more than
+    /// 10,000 km from the origin. Queries and motions use this for invalid input.
     ///
     /// # Panics
-    /// Where the graph has no such edge, as one of another graph.
+    /// Panics if the graph has no such edge, for example because the playhead belongs to another
+    /// graph.
     #[must_use]
-    pub fn made_sound(self, graph: &MotionGraph) -> Self {
-        /// Metres.
+    pub fn sanitized(self, graph: &MotionGraph) -> Self {
+        /// Distance beyond which a transform is replaced, in metres.
         const NOWHERE: f32 = 1e7;
         let last = graph.edge(self.edge).frames as f32;
         let sound = self.clip_to_world.is_sound(NOWHERE);
         Self {
             edge: self.edge,
-            // A NaN becomes 0.
+            // `f32::max` turns NaN into 0.
             frame: self.frame.max(0.0).min(last),
             clip_to_world: match sound {
                 true => self.clip_to_world,
@@ -63,13 +67,13 @@ impl Playhead {
         }
     }
 
-    /// The pose, in the world.
+    /// Writes the pose in the world to `out`.
     pub fn pose(&self, graph: &MotionGraph, out: &mut Pose) {
         graph.sample_edge(self.edge, self.frame, out);
         out.place(self.clip_to_world);
     }
 
-    /// The character's frame in the world: its root on the ground and the way that it faces.
+    /// Character's frame in the world: root on the ground, facing direction.
     #[must_use]
     pub fn placement(&self, graph: &MotionGraph) -> Rigid2 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -78,36 +82,36 @@ impl Playhead {
         Facing::of(graph.skeleton()).placement(&joints)
     }
 
-    /// The node that the edge leads to.
+    /// Node at the edge's end.
     #[must_use]
     pub fn next_node(&self, graph: &MotionGraph) -> NodeId {
         graph.edge(self.edge).to
     }
 
-    /// Seconds until that node, at rate 1.
+    /// Time until the next node at rate 1, in seconds.
     #[must_use]
     pub fn seconds_to_next_node(&self, graph: &MotionGraph) -> f32 {
         (graph.edge(self.edge).frames as f32 - self.frame) / graph.frame_rate() as f32
     }
 
-    /// Takes the space of the clip in which the edge ends to the world.
+    /// Transform from the space of the clip in which the edge ends to the world.
     #[must_use]
     pub fn next_clip_to_world(&self, graph: &MotionGraph) -> Rigid2 {
         self.clip_to_world * graph.clip_change(self.edge)
     }
 }
 
-/// One edge of a path, with its playback rate (2 is twice as fast).
+/// One edge of a path, with its playback rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// What is played.
+    /// Edge to play.
     pub edge: EdgeId,
-    /// How fast; above 0.
+    /// Playback rate, above 0. At rate 2 the edge plays twice as fast.
     pub rate: f32,
 }
 
-/// A continuous motion through the graph: the rest of an edge, then the steps of a path, then
-/// whatever way is natural.
+/// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
+/// default continuation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     pieces: Vec<Piece>,
@@ -117,13 +121,13 @@ pub struct Motion {
 struct Piece {
     playhead: Playhead,
     rate: f32,
-    /// Seconds since the motion's start.
+    /// Start time, in seconds since the motion's start.
     start: f32,
     end: f32,
 }
 
 impl Piece {
-    /// What comes after it when an edge is played next.
+    /// Piece that follows this one and plays `edge`.
     fn followed(&self, graph: &MotionGraph, edge: EdgeId, rate: f32) -> Self {
         Self {
             playhead: Playhead {
@@ -139,10 +143,10 @@ impl Piece {
 }
 
 impl Motion {
-    /// From `playhead` on, along `steps`.
+    /// Motion that starts at `playhead` and follows `steps`.
     ///
-    /// The first step must start at the playhead's next node, and each at the end of the one
-    /// before.
+    /// The first step must start at the playhead's next node, and each later step at the end of the
+    /// step before it.
     #[must_use]
     pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[Step]) -> Self {
         let mut motion = Self::default();
@@ -150,14 +154,14 @@ impl Motion {
         motion
     }
 
-    /// Becomes what [`Motion::new`] would make, in the memory that it has.
+    /// Replaces this motion by [`Motion::new`] of the same arguments, without allocating.
     pub fn restart(
         &mut self,
         graph: &MotionGraph,
         playhead: Playhead,
         steps: impl IntoIterator<Item = Step>,
     ) {
-        let playhead = playhead.made_sound(graph);
+        let playhead = playhead.sanitized(graph);
         self.pieces.clear();
         self.pieces.push(Piece {
             playhead,
@@ -170,7 +174,7 @@ impl Motion {
         }
     }
 
-    /// The same for steps that come last one first.
+    /// Like [`Motion::restart`], for steps in reverse order.
     pub fn restart_backwards(
         &mut self,
         graph: &MotionGraph,
@@ -178,7 +182,7 @@ impl Motion {
         steps: impl IntoIterator<Item = Step>,
     ) {
         self.restart(graph, playhead, []);
-        // What they play is right, where and when is not yet.
+        // The edges and rates are final; the times and transforms are computed below.
         let first = self.pieces[0];
         self.pieces.extend(steps.into_iter().map(|step| Piece {
             playhead: Playhead {
@@ -203,7 +207,7 @@ impl Motion {
         }
     }
 
-    /// Walks on by [`MotionGraph::natural_edge`] until the motion lasts at least `seconds`.
+    /// Appends [`MotionGraph::natural_edge`] repeatedly until the motion lasts at least `seconds`.
     pub fn extend(&mut self, graph: &MotionGraph, seconds: f32) {
         while let Some(last) = self.pieces.last().filter(|last| last.end < seconds) {
             let step = Step {
@@ -214,7 +218,8 @@ impl Motion {
         }
     }
 
-    /// What is left of it after `seconds`: the edge that is played then, as fast as it is, and all that follows.
+    /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
+    /// everything after it.
     #[must_use]
     pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
         let index = self.pieces.partition_point(|piece| piece.end < seconds);
@@ -230,7 +235,8 @@ impl Motion {
         Self { pieces }
     }
 
-    /// What is left after `seconds` of the edge that is played then, and then `steps`, which start at its end.
+    /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
+    /// its end.
     #[must_use]
     pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[Step]) -> Self {
         let mut branch = self.rest(graph, seconds);
@@ -241,13 +247,14 @@ impl Motion {
         branch
     }
 
-    /// Seconds from its start to its end.
+    /// Duration, in seconds.
     #[must_use]
     pub fn duration(&self) -> f32 {
         self.pieces.last().map_or(0.0, |last| last.end)
     }
 
-    /// The events that it plays, each from when to when, seconds since its start; of one in whose middle it starts, what is left.
+    /// Events that the motion plays, each with its start and end in seconds since the motion's
+    /// start. If the motion starts inside an event, the rest of it counts.
     pub fn events<'a>(
         &'a self,
         graph: &'a MotionGraph,
@@ -258,8 +265,8 @@ impl Motion {
         })
     }
 
-    /// Where the motion is after `seconds`; before its start and after its end those hold. A motion
-    /// that was never started is at the start of the first edge.
+    /// Playhead after `seconds`. Times before the start or after the end are clamped. A motion that
+    /// was never started is at the start of the first edge.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
         let index = self.pieces.partition_point(|piece| piece.end < seconds);
@@ -278,12 +285,13 @@ impl Motion {
         }
     }
 
-    /// The pose after `seconds`, in the world.
+    /// Writes the pose after `seconds` to `out`, in the world.
     pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.playhead(graph, seconds).pose(graph, out);
     }
 
-    /// The root's place after `seconds`, in the world: that of [`Motion::sample`], at less cost.
+    /// Position of the root after `seconds`, in the world. It equals the root of [`Motion::sample`]
+    /// and is faster.
     #[must_use]
     pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
         let playhead = self.playhead(graph, seconds);
@@ -292,7 +300,7 @@ impl Motion {
             .point(graph.sample_edge_root(playhead.edge, playhead.frame))
     }
 
-    /// The steps that follow the first, begun edge.
+    /// Steps after the first edge, which has already started.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
         self.pieces.iter().skip(1).map(|piece| Step {
             edge: piece.playhead.edge,

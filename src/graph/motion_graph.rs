@@ -11,7 +11,7 @@ macro_rules! index {
         pub struct $name(pub u32);
 
         impl $name {
-            /// As a position in arrays.
+            /// The index as a `usize`.
             #[must_use]
             pub fn index(self) -> usize {
                 self.0 as usize
@@ -37,41 +37,40 @@ index!(
     EventId
 );
 
-/// A posture where motion can branch.
+/// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Node {
-    /// Whose frame it is.
+    /// Clip of the pose.
     pub clip: ClipId,
     /// Frame of the clip.
     pub frame: u32,
 }
 
-/// A short piece of motion from node to node.
+/// A short motion from one node to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Edge {
-    /// Where it starts.
+    /// Node at the start.
     pub from: NodeId,
-    /// Where it ends.
+    /// Node at the end.
     pub to: NodeId,
-    /// How long it is, frames; at least 1.
+    /// Length, in frames, at least 1.
     pub frames: u32,
-    /// What is played.
+    /// What the edge plays.
     pub motion: EdgeMotion,
-    /// The event that it holds whole, if any; the edge is then that event, from its first frame to
-    /// its last.
+    /// Event that the edge plays from its first frame to its last, if any.
     pub event: Option<EventId>,
 }
 
 /// What an [`Edge`] plays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EdgeMotion {
-    /// The frames of the clip between its nodes.
+    /// The frames of the clip between the edge's nodes.
     Clip,
-    /// A blend from the source's clip to the target's, over the edge's frames.
+    /// A blend from the source's clip to the target's clip over the edge's frames.
     Transition {
-        /// Takes the target clip's space to the source clip's.
+        /// Transform from the target clip's space to the source clip's space.
         align: Rigid2,
-        /// Root of the mean squared point distance of the blended windows, metres.
+        /// Root of the mean squared point distance of the blended windows, in metres.
         distance: f32,
     },
 }
@@ -79,20 +78,20 @@ pub enum EdgeMotion {
 /// An event of a clip, in frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraphEvent {
-    /// Whose frames they are.
+    /// Clip of the event.
     pub clip: ClipId,
-    /// What happens.
+    /// Kind of the event.
     pub kind: EventKind,
     /// First frame.
     pub first: u32,
-    /// Last frame; after `first`.
+    /// Last frame, greater than `first`.
     pub last: u32,
-    /// The joints that take part; empty for all.
+    /// Joints that take part, or empty for all joints.
     pub joints: Vec<JointId>,
 }
 
 impl GraphEvent {
-    /// In words: its clip and its seconds.
+    /// Clip and seconds of the event, as text.
     pub(super) fn describe(&self, clips: &[Clip], frame_rate: f64) -> String {
         let seconds = |frame: u32| f64::from(frame) / frame_rate;
         format!(
@@ -104,7 +103,8 @@ impl GraphEvent {
     }
 }
 
-/// Clips of one skeleton and the ways between them. From every node every other can be reached.
+/// Clips of one skeleton and the transitions between them. Every node can be reached from every
+/// other node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionGraph {
     pub(super) skeleton: Skeleton,
@@ -112,33 +112,44 @@ pub struct MotionGraph {
     pub(super) clips: Vec<Clip>,
     pub(super) events: Vec<GraphEvent>,
     pub(super) nodes: Vec<Node>,
-    /// Sorted by the node that they start from.
+    /// Edges, sorted by the node that they start from.
     pub(super) edges: Vec<Edge>,
-    /// For each node its first edge; one more at the end.
+    /// Index of each node's first edge. The last entry is the number of edges.
     pub(super) first_edge: Vec<u32>,
     pub(super) feet: Feet,
 }
 
 impl MotionGraph {
-    /// The skeleton of all clips.
+    /// Sorts the edges and builds the index of each node's first edge.
+    pub(super) fn with_index(mut self) -> Self {
+        self.edges
+            .sort_by_key(|edge| (edge.from, edge.motion != EdgeMotion::Clip, edge.to));
+        let nodes = self.nodes.len() as u32;
+        self.first_edge = (0..=nodes)
+            .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)
+            .collect();
+        self
+    }
+
+    /// Skeleton of all clips.
     #[must_use]
     pub fn skeleton(&self) -> &Skeleton {
         &self.skeleton
     }
 
-    /// Of all clips, frames per second.
+    /// Frame rate of all clips, in frames per second.
     #[must_use]
     pub fn frame_rate(&self) -> f64 {
         self.frame_rate
     }
 
-    /// All clips, those included of which no frame is in the graph.
+    /// All clips, including those without a frame in the graph.
     #[must_use]
     pub fn clips(&self) -> &[Clip] {
         &self.clips
     }
 
-    /// The events that an edge of the graph holds.
+    /// Events that the graph's edges play.
     #[must_use]
     pub fn events(&self) -> &[GraphEvent] {
         &self.events
@@ -150,47 +161,47 @@ impl MotionGraph {
         &self.nodes
     }
 
-    /// All edges, by the node that they start from.
+    /// All edges, sorted by the node that they start from.
     #[must_use]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
-    /// One clip.
+    /// The clip with an id.
     #[must_use]
     pub fn clip(&self, id: ClipId) -> &Clip {
         &self.clips[id.index()]
     }
 
-    /// One node.
+    /// The node with an id.
     #[must_use]
     pub fn node(&self, id: NodeId) -> Node {
         self.nodes[id.index()]
     }
 
-    /// One edge.
+    /// The edge with an id.
     #[must_use]
     pub fn edge(&self, id: EdgeId) -> &Edge {
         &self.edges[id.index()]
     }
 
-    /// One event.
+    /// The event with an id.
     #[must_use]
     pub fn event(&self, id: EventId) -> &GraphEvent {
         &self.events[id.index()]
     }
 
-    /// The ids of all edges.
+    /// Ids of all edges.
     pub fn edge_ids(&self) -> impl Iterator<Item = EdgeId> + use<> {
         (0..self.edges.len() as u32).map(EdgeId)
     }
 
-    /// The edges that start at `node`.
+    /// Edges that start at `node`.
     pub fn edges_from(&self, node: NodeId) -> impl Iterator<Item = EdgeId> + use<> {
         (self.first_edge[node.index()]..self.first_edge[node.index() + 1]).map(EdgeId)
     }
 
-    /// The edges that hold an event of `kind`, with the event.
+    /// Edges that play an event of `kind`, with the event.
     pub fn edges_with(&self, kind: EventKind) -> impl Iterator<Item = (EdgeId, EventId)> + '_ {
         self.edge_ids().filter_map(move |id| {
             let event = self.edge(id).event?;
@@ -198,14 +209,14 @@ impl MotionGraph {
         })
     }
 
-    /// Seconds that an edge lasts at rate 1.
+    /// Duration of an edge at rate 1, in seconds.
     #[must_use]
     pub fn seconds(&self, edge: EdgeId) -> f32 {
         (f64::from(self.edge(edge).frames) / self.frame_rate) as f32
     }
 
-    /// Takes the space of the clip in which an edge ends to the space of the clip in which it
-    /// starts.
+    /// Transform from the space of the clip in which an edge ends to the space of the clip in which
+    /// it starts.
     #[must_use]
     pub fn clip_change(&self, edge: EdgeId) -> Rigid2 {
         match self.edge(edge).motion {
@@ -214,8 +225,8 @@ impl MotionGraph {
         }
     }
 
-    /// The way on from a node where nothing asks for another: the clip goes on, or else the closest
-    /// transition is taken.
+    /// Default continuation at a node: the next edge of the clip or, at its end, the closest
+    /// transition.
     #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
         let cost = |edge: EdgeId| match self.edge(edge).motion {
@@ -229,8 +240,8 @@ impl MotionGraph {
         )
     }
 
-    /// Where the root stands on the ground and which way the body faces in a frame of a clip, in
-    /// that clip's space.
+    /// Character's frame in a frame of a clip, in the clip's space: root on the ground, facing
+    /// direction.
     #[must_use]
     pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -239,7 +250,7 @@ impl MotionGraph {
         Facing::of(&self.skeleton).placement(&joints)
     }
 
-    /// Seconds of clips that the graph can play, transitions not counted.
+    /// Duration of clips that the graph can play, without transitions, in seconds.
     #[must_use]
     pub fn seconds_kept(&self) -> f64 {
         let frames: u64 = self
@@ -251,7 +262,7 @@ impl MotionGraph {
         frames as f64 / self.frame_rate
     }
 
-    /// How many edges are transitions.
+    /// Number of edges that are transitions.
     #[must_use]
     pub fn transitions(&self) -> usize {
         self.edges
@@ -260,7 +271,7 @@ impl MotionGraph {
             .count()
     }
 
-    /// An event in words: its clip and its seconds.
+    /// Clip and seconds of an event, as text.
     #[must_use]
     pub fn describe_event(&self, event: &GraphEvent) -> String {
         event.describe(&self.clips, self.frame_rate)

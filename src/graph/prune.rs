@@ -1,38 +1,41 @@
-//! The largest strongly connected part of a graph.
+//! Finds the largest strongly connected component of a graph.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), section 3.3; the components by Tarjan (1972), without
-//! recursion. Differs: the largest component is the one with the most motion in it, not the one
-//! with the most nodes.
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.3. Components are found by Tarjan's algorithm
+//! (1972), without recursion. Differs: the largest component is the one with the most motion, not
+//! the one with the most nodes.
 
-/// A piece of motion between two nodes.
+/// An edge between two nodes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct WeightedEdge {
     pub(super) from: u32,
     pub(super) to: u32,
-    /// Frames of a clip that it plays; 0 for a blend.
+    /// Number of clip frames that the edge plays, 0 for a blend.
     pub(super) clip_frames: u32,
-    /// Frames that it lasts.
+    /// Length, in frames.
     pub(super) frames: u32,
 }
 
-/// For each of `nodes` nodes whether it lies in the strongly connected component with the most
-/// motion of clips in it; of equal ones that with the most motion, then the first. `None` where no
-/// way leads back to where it started.
-pub(super) fn largest(nodes: usize, ways: &[Way]) -> Option<Vec<bool>> {
-    let ends: Vec<(u32, u32)> = ways.iter().map(|way| (way.from, way.to)).collect();
+/// For each of `nodes` nodes, whether it belongs to the strongly connected component with the most
+/// clip frames. Ties are decided by the number of frames, then by the first node. Returns `None` if
+/// the graph has no cycle.
+pub(super) fn largest(nodes: usize, weighted: &[WeightedEdge]) -> Option<Vec<bool>> {
+    let ends: Vec<(u32, u32)> = weighted
+        .iter()
+        .map(|weighted_edge| (weighted_edge.from, weighted_edge.to))
+        .collect();
     let components = components(nodes, &ends);
     let mut frames = vec![(0u64, 0u64); nodes];
-    for way in ways {
-        let of = components[way.from as usize];
-        if of == components[way.to as usize] {
+    for weighted_edge in weighted {
+        let of = components[weighted_edge.from as usize];
+        if of == components[weighted_edge.to as usize] {
             let sums = &mut frames[of as usize];
             *sums = (
-                sums.0 + u64::from(way.clip_frames),
-                sums.1 + u64::from(way.frames),
+                sums.0 + u64::from(weighted_edge.clip_frames),
+                sums.1 + u64::from(weighted_edge.frames),
             );
         }
     }
-    // From the last node to the first, so that of equal components the first node's is taken.
+    // From the last node to the first, so that a tie selects the component of the first node.
     let best = components
         .iter()
         .rev()
@@ -42,7 +45,7 @@ pub(super) fn largest(nodes: usize, ways: &[Way]) -> Option<Vec<bool>> {
 
 /// For each node, the number of its strongly connected component.
 ///
-/// `edges` are pairs of nodes; `nodes` says how many there are.
+/// `edges` are pairs of nodes, and `nodes` is the number of nodes.
 pub(super) fn components(nodes: usize, edges: &[(u32, u32)]) -> Vec<u32> {
     Tarjan::new(nodes, edges).run()
 }
@@ -101,7 +104,7 @@ impl Tarjan {
 
     fn visit(&mut self, root: u32) {
         self.discover(root);
-        // Each entry: a node and which of its edges comes next.
+        // Each entry is a node and the index of its next edge.
         let mut path = vec![(root, self.first[root as usize])];
         while let Some((node, edge)) = path.last_mut() {
             let from = *node as usize;
@@ -132,7 +135,7 @@ impl Tarjan {
         self.open.push(node);
     }
 
-    /// Names the component of `node`, if `node` is the first of it that was seen.
+    /// Assigns the component of `node`, if `node` was the first of its component to be visited.
     fn close(&mut self, node: usize) {
         if self.lowest[node] != self.order[node] {
             return;
@@ -152,7 +155,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Reaches by following edges, the slow way.
+    /// Reachability by following edges, the naive weighted_edge.
     fn reaches(nodes: usize, edges: &[(u32, u32)], from: u32, to: u32) -> bool {
         let mut seen = vec![false; nodes];
         let mut open = vec![from];

@@ -5,56 +5,57 @@ use serde::{Deserialize, Serialize};
 use super::{ClipId, ClipSource, GraphEvent, LinkReport, MotionGraph, Responsiveness};
 use crate::anim::{Clip, EventKind};
 
-/// What was found on the way.
+/// Statistics of a graph build.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BuildReport {
-    /// Clips given.
+    /// Number of clips.
     pub clips: usize,
-    /// Seconds given.
+    /// Duration of all clips, in seconds.
     pub seconds: f64,
-    /// Events given: evasions, attacks.
+    /// Number of evasions and number of attacks.
     pub events: (usize, usize),
-    /// Transitions under the threshold, before anything was dropped.
+    /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
-    /// Pairs of windows that were compared.
+    /// Number of window pairs that were compared.
     pub window_pairs: u64,
-    /// Links that were made for the sake of events.
+    /// Statistics of the links that were added for events.
     pub links: LinkReport,
-    /// How soon moments of the graph reach evasions: within 0.5, 1 and 1.5 s.
+    /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s.
     pub responsiveness: Vec<Responsiveness>,
-    /// What the largest strongly connected component left out.
+    /// Motion that is not part of the largest strongly connected component.
     pub dropped: Dropped,
 }
 
-/// What is not in the graph since no way leads there and back; events shorter than a frame, too.
+/// Motion that is not in the graph because no cycle contains it. It includes events shorter than a
+/// frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Dropped {
-    /// Names of the clips of which no frame was kept.
+    /// Names of clips of which no frame was kept.
     pub clips: Vec<String>,
-    /// Seconds of clips.
+    /// Duration of the dropped parts of clips, in seconds.
     pub seconds: f64,
-    /// Evasions, by clip and seconds: `"duck.bvh 0.77-1.77"`.
+    /// Dropped evasions by clip and seconds, for example `"duck.bvh 0.77-1.77"`.
     pub evasions: Vec<String>,
-    /// Attacks, by clip and seconds.
+    /// Dropped attacks, by clip and seconds.
     pub attacks: Vec<String>,
 }
 
-/// What the build counted.
-pub(super) struct Made {
+/// Counts of a build.
+pub(super) struct BuildCounts {
     pub(super) transitions: usize,
     pub(super) window_pairs: u64,
     pub(super) links: LinkReport,
 }
 
 impl BuildReport {
-    /// Seconds within which evasions are counted.
+    /// Times within which evasions are counted, in seconds.
     const SOON: [f64; 3] = [0.5, 1.0, 1.5];
 
-    /// `graphs` are the one before its largest component was taken, and that component.
+    /// `graphs` are the complete graph and its largest component.
     pub(super) fn new(
         source: ClipSource<'_>,
         (full, kept): (&MotionGraph, &MotionGraph),
-        made: Made,
+        counts: BuildCounts,
     ) -> Self {
         let count = |kind| {
             source
@@ -67,9 +68,9 @@ impl BuildReport {
             clips: source.clips.len(),
             seconds: source.clips.iter().map(Clip::duration).sum(),
             events: (count(EventKind::Evasion), count(EventKind::Attack)),
-            transitions: made.transitions,
-            window_pairs: made.window_pairs,
-            links: made.links,
+            transitions: counts.transitions,
+            window_pairs: counts.window_pairs,
+            links: counts.links,
             responsiveness: Self::SOON
                 .map(|seconds| kept.responsiveness(seconds))
                 .to_vec(),

@@ -7,20 +7,19 @@ use crate::anim::EventKind;
 /// How soon the moments of a graph reach evasions, at rate 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Responsiveness {
-    /// An evasion counts when it can start within this time.
+    /// Time within which an evasion must be able to start, in seconds.
     pub seconds: f64,
-    /// Share of the moments from which one can.
+    /// Share of the moments from which at least one evasion can start in time.
     pub share: f64,
-    /// How many different ones can, the mean over the moments.
+    /// Mean number of different evasions that can start in time.
     pub mean: f64,
-    /// And the median.
+    /// Median number of different evasions that can start in time.
     pub median: usize,
 }
 
 impl MotionGraph {
-    /// Of all moments of the graph's clips: from how many of them, once the next node is reached,
-    /// can an evasion start within `seconds`, and how many different ones? Moments within an event
-    /// count; they wait for its end.
+    /// For all moments of the graph's clips, counts the evasions that can start within `seconds`
+    /// after the next node is reached. Moments within an event count; they wait for its end.
     #[must_use]
     pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
         let limit = within(seconds, self.frame_rate);

@@ -1,4 +1,5 @@
-//! The pose of an edge at a moment: a clip's, or two clips' blended, with its feet where they stand.
+//! Evaluates the pose of an edge: the pose of a clip, or a blend of two clips with its feet kept
+//! planted.
 
 use glam::{Quat, Vec3};
 
@@ -6,20 +7,20 @@ use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
 use crate::anim::{Block, Chain, JointId, LANES, Moment, Pose, Skeleton, Slerp, slerp, unpack};
 use crate::math::{Isa, Rigid2};
 
-/// Both sides of a transition at one moment, in the space of the clip that it leaves.
+/// Both sides of a transition at one moment, in the space of the source's clip.
 pub(super) struct Sides<'a> {
     skeleton: &'a Skeleton,
     source: Moment<'a>,
     target: Moment<'a>,
     align: Rigid2,
-    /// Of the align's turn.
+    /// Rotation of `align`.
     turn: Quat,
-    /// Of the target.
+    /// Weight of the target.
     weight: f32,
 }
 
 impl<'a> Sides<'a> {
-    /// `None` where the edge is no transition.
+    /// Returns `None` if the edge is not a transition.
     pub(super) fn of(graph: &'a MotionGraph, edge: &Edge, frame: f32) -> Option<Self> {
         let moment = graph.edge_moment(edge, frame);
         let target = moment.target?;
@@ -55,8 +56,8 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// The blend of both: the root and the joints' places go in a straight line, rotations by slerp
-    /// along the shorter arc (Kovar 2002, section 3.2).
+    /// Blend of both sides. The root and joint positions are interpolated linearly, rotations by
+    /// slerp along the shorter arc (Kovar 2002, section 3.2).
     pub(super) fn blend(&self) -> Chain<'a, impl Fn(JointId) -> (Quat, Vec3)> {
         let (source, target, weight) = (self.source(), self.target(), self.weight);
         Chain {
@@ -68,26 +69,26 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// A joint's height: that of either side by the blend's weights.
+    /// Height of a joint, interpolated between the two sides by the blend's weight.
     pub(super) fn height(&self, joint: JointId) -> f32 {
         let source = self.source().global(joint).translation.y;
         let target = self.target().global(joint).translation.y;
         source + (target - source) * self.weight
     }
 
-    /// How far the two sides have a joint apart, metres.
+    /// Distance between a joint's positions on the two sides, in metres.
     pub(super) fn apart(&self, joint: JointId) -> f32 {
         let source = self.source().global(joint).translation;
         source.distance(self.target().global(joint).translation)
     }
 
-    /// The blend's root, without its rotation.
+    /// Root of the blend, without its rotation.
     pub(super) fn root(&self) -> Vec3 {
         let target = self.align.point(self.target.root());
         self.source.root().lerp(target, self.weight)
     }
 
-    /// The blend's whole pose.
+    /// Writes the pose of the blend to `out`.
     fn pose(&self, out: &mut Pose) {
         out.root = self.root();
         out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
@@ -101,7 +102,7 @@ impl<'a> Sides<'a> {
             },
         );
         out.translations.clear();
-        // Where one of the clips moves joints, the other one's stand where the skeleton has them.
+        // If only one of the clips moves joints, the other side uses the skeleton's offsets.
         if self.source.moves_joints() || self.target.moves_joints() {
             let blend = self.blend();
             let places = self.skeleton.ids().map(|id| (blend.local)(id).1);
@@ -109,7 +110,7 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// The blended rotations of sixteen joints.
+    /// Blended rotations of 16 joints.
     #[inline(always)]
     fn block(&self, index: usize, slerp: &Slerp) -> Block {
         let (source, mut target) = (self.source.block(index), self.target.block(index));
@@ -124,26 +125,26 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// What is played at a moment of an edge.
+/// Clip frames that an edge plays at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeMoment {
-    /// The clip in which it starts, and the frame there.
+    /// Clip in which the edge starts, and its frame.
     pub(crate) source: (ClipId, f32),
-    /// In a transition the other side.
+    /// Target side, if the edge is a transition.
     pub(crate) target: Option<TargetMoment>,
 }
 
-/// The side to which a transition leads.
+/// Target side of a transition.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TargetMoment {
     pub(crate) at: (ClipId, f32),
-    /// Takes its clip to that of the source.
+    /// Transform from the target clip's space to the source clip's space.
     pub(crate) align: Rigid2,
     pub(crate) weight: f32,
 }
 
 impl MotionGraph {
-    /// What an edge plays, `frame` frames after its start.
+    /// Clip frames that an edge plays `frame` frames after its start.
     pub(crate) fn edge_moment(&self, edge: &Edge, frame: f32) -> EdgeMoment {
         let (from, to) = (self.node(edge.from), self.node(edge.to));
         let target = match edge.motion {
@@ -160,21 +161,23 @@ impl MotionGraph {
         }
     }
 
-    /// The pose of an edge, `frame` frames after its start, in the space of the clip in which it
-    /// starts. Allocates nothing where `out` has held a pose of the skeleton before.
+    /// Writes the pose of an edge `frame` frames after its start to `out`, in the space of the clip
+    /// in which the edge starts. It does not allocate if `out` has held a pose of the skeleton
+    /// before.
     pub fn sample_edge(&self, edge: EdgeId, frame: f32, out: &mut Pose) {
         if let Some(sides) = self.sample_sides(edge, frame, out) {
             self.keep_feet((edge, frame), &sides, out);
         }
     }
 
-    /// The same without what is done for feet: they slide where clips that plant them differently are
-    /// blended.
+    /// Like [`MotionGraph::sample_edge`], without foot correction. Feet slide if the blended clips
+    /// plant them differently.
     pub fn sample_blend(&self, id: EdgeId, frame: f32, out: &mut Pose) {
         self.sample_sides(id, frame, out);
     }
 
-    /// The same; what is blended where the edge is a transition.
+    /// Samples an edge without foot correction. Returns the blended sides if the edge is a
+    /// transition.
     fn sample_sides(&self, id: EdgeId, frame: f32, out: &mut Pose) -> Option<Sides<'_>> {
         let edge = self.edge(id);
         let sides = Sides::of(self, edge, frame);
@@ -188,12 +191,12 @@ impl MotionGraph {
         sides
     }
 
-    /// The root's place in the pose that [`MotionGraph::sample_edge`] gives.
+    /// Position of the root in the pose of [`MotionGraph::sample_edge`].
     #[must_use]
     pub fn sample_edge_root(&self, id: EdgeId, frame: f32) -> Vec3 {
         let edge = self.edge(id);
         match Sides::of(self, edge, frame) {
-            Some(sides) => sides.root() - Vec3::Y * self.sunk(id, frame),
+            Some(sides) => sides.root() - Vec3::Y * self.root_drop(id, frame),
             None => {
                 let from = self.node(edge.from);
                 self.clip(from.clip).sample_root(from.frame as f32 + frame)

@@ -2,28 +2,28 @@ use serde::{Deserialize, Serialize};
 
 use super::{FeetSettings, GraphError, LinkSettings};
 
-/// How a graph is built.
+/// Settings of a graph build.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraphSettings {
-    /// All clips are resampled to it, frames per second. Default 30.
+    /// Frame rate to which all clips are resampled, in frames per second. Default 30.
     pub frame_rate: f64,
-    /// How long a transition blends, seconds. Default 1/3 (Kovar).
+    /// Length of a transition's blend, in seconds. Default 1/3 (Kovar).
     pub window: f64,
-    /// Transitions whose windows lie further apart are not made: root of the mean squared distance
-    /// of joints, metres. Default 0.10.
+    /// Maximum distance of a transition's windows: root of the mean squared distance of joints, in
+    /// metres. Default 0.10.
     pub threshold: f32,
-    /// Of two transitions that start and end nearer than this to each other the closer one is kept,
-    /// seconds. Default 1/3.
+    /// Minimum separation of two transitions between the same clips, in seconds. Of closer ones the
+    /// better one is kept. Default 1/3.
     pub separation: f64,
-    /// Weight of each joint in the distance; empty for all alike.
+    /// Weight of each joint in the distance. Default: empty, which weights all joints equally.
     pub joint_weights: Vec<f32>,
-    /// What counts as a planted foot, and whether transitions keep it from sliding.
+    /// Thresholds for planted feet, and whether transitions keep them planted.
     pub feet: FeetSettings,
-    /// Links for the sake of events: looser transitions where they bring evasions near. `None` for
-    /// a graph of the transitions under `threshold` alone.
+    /// Settings of links: transitions with a looser threshold that bring evasions within reach.
+    /// `None` builds a graph of the transitions under `threshold` alone.
     pub links: Option<LinkSettings>,
-    /// Threads for the distance maps; 0 for as many as the machine has. The graph is the same for
-    /// any number.
+    /// Number of threads for the distance maps, or 0 for one thread per CPU core. The graph does
+    /// not depend on it.
     pub threads: usize,
 }
 
@@ -43,18 +43,18 @@ impl Default for GraphSettings {
 }
 
 impl GraphSettings {
-    /// Frames per second that a graph may have.
+    /// Range of frame rates that a graph may have, in frames per second.
     pub const FRAME_RATES: std::ops::RangeInclusive<f64> = 1.0..=480.0;
 
-    /// A time of the settings in whole frames, at least one.
+    /// Converts a time to whole frames, at least one.
     pub(super) fn frames(&self, seconds: f64) -> usize {
         ((seconds * self.frame_rate).round() as usize).max(1)
     }
 
-    /// The weight of each of a skeleton's joints.
+    /// Checks the settings and returns the weight of each joint.
     ///
     /// # Errors
-    /// The first setting that is out of its range.
+    /// The first setting that is out of range.
     pub(super) fn checked_weights(&self, joints: usize) -> Result<Vec<f32>, GraphError> {
         let threshold = f64::from(self.threshold);
         let ranges = [

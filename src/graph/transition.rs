@@ -3,27 +3,28 @@ use super::minima::Minimum;
 
 /// A blend from one clip to another.
 ///
-/// It leaves the source at its node's frame, plays `frames` frames of both, and arrives at the
-/// target's node. Frame `i + 1` of the blend weighs the source, for i = 0..k-1, by Kovar's
-/// `2((i+1)/k)³ - 3((i+1)/k)² + 1`, so that the frame before the blend is the source alone and its
-/// last frame is the target alone.
+/// It starts at the source node's frame, plays `frames` frames of both clips, and ends at the
+/// target's node. Frame `i + 1` of the blend weights the source, for i = 0..k-1, by Kovar's
+/// `2((i+1)/k)³ - 3((i+1)/k)² + 1`. The frame before the blend is the source alone, and its last
+/// frame is the target alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
-    /// Clip that is left.
+    /// Index of the source clip.
     pub source_clip: usize,
-    /// Frame of the source where the blend starts, the last one of the source alone.
+    /// Frame of the source where the blend starts. It is the last frame of the source alone.
     pub source_frame: usize,
-    /// Clip that is entered.
+    /// Index of the target clip.
     pub target_clip: usize,
-    /// Frame of the target where the blend ends, the first one of the target alone.
+    /// Frame of the target where the blend ends. It is the first frame of the target alone.
     pub target_frame: usize,
-    /// How long the blend is.
+    /// Length of the blend, in frames.
     pub frames: usize,
-    /// Root of the mean squared point distance of the windows, metres.
+    /// Root of the mean squared point distance of the windows, in metres.
     pub distance: f32,
 }
 
-/// The source's weight at a share `s` of the blend, 0..=1: 1 at 0, 0 at 1, without slope at both.
+/// Weight of the source at a share `s` of the blend, 0..=1. It falls from 1 at 0 to 0 at 1, with
+/// zero slope at both ends.
 #[must_use]
 pub fn blend_weight(s: f32) -> f32 {
     let s = s.clamp(0.0, 1.0);
@@ -31,8 +32,8 @@ pub fn blend_weight(s: f32) -> f32 {
 }
 
 impl Transition {
-    /// The two transitions that a minimum of the map of clips `a` and `b` allows, there and back,
-    /// where the clips have the frame before the window that each starts from.
+    /// The transitions in both directions at a minimum of the distance map of clips `a` and `b`. A
+    /// direction is left out if its source clip has no frame before the window.
     pub(super) fn both_ways(
         a: usize,
         b: usize,
@@ -54,7 +55,7 @@ impl Transition {
         there.into_iter().chain(back)
     }
 
-    /// Whether the blend would play a part of an event at a weight other than all or nothing.
+    /// Whether the blend would play a part of an event with a weight between 0 and 1.
     pub(super) fn cuts(&self, event: &GraphEvent) -> bool {
         let clip = event.clip.index();
         let (first, last) = (event.first as usize, event.last as usize);

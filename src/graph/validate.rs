@@ -1,14 +1,15 @@
-//! Is a graph from a file sound?
+//! Checks a graph that was read from a file.
 
 use super::{ClipId, Edge, EdgeMotion, GraphEvent, GraphSettings, MotionGraph, Node, prune};
 use crate::anim::{Clip, Skeleton};
 
 impl MotionGraph {
-    /// Whether every index is in range, every edge fits its clips and from every node every other can be reached: true of all graphs built here,
-    /// asked of what is read from a file.
+    /// Checks that every index is in range, every edge fits its clips, and every node can be
+    /// reached from every other node. Graphs that are built here always pass; graphs that come from
+    /// a file are checked.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// A description of the first invalid item.
     pub fn validate(&self) -> Result<(), String> {
         let frames = |clip: ClipId| {
             self.clips
@@ -25,7 +26,7 @@ impl MotionGraph {
                 && e.last < frames(e.clip)
                 && e.joints.iter().all(|joint| joint.index() < joints)
         };
-        // In this order: each check relies on those before it.
+        // The order matters: each check relies on those before it.
         let checks: [(&dyn Fn() -> bool, &str); 10] = [
             (
                 &|| GraphSettings::FRAME_RATES.contains(&self.frame_rate),
@@ -66,14 +67,18 @@ impl MotionGraph {
     }
 
     fn events_apart(&self) -> bool {
-        let mut times: Vec<_> = { self.events.iter() }
+        let mut times: Vec<_> = self
+            .events
+            .iter()
             .map(|event| (event.clip, event.first, event.last))
             .collect();
         times.sort_unstable();
-        { times.windows(2) }.all(|pair| pair[0].0 != pair[1].0 || pair[0].2 <= pair[1].1)
+        times
+            .windows(2)
+            .all(|pair| pair[0].0 != pair[1].0 || pair[0].2 <= pair[1].1)
     }
 
-    /// Whether every node has at least one edge and the index leads to just its own.
+    /// Whether every node has at least one edge and the index refers to exactly its edges.
     fn index_fits(&self) -> bool {
         let ends_fit = self.first_edge.len() == self.nodes.len() + 1
             && self.first_edge.first() == Some(&0)

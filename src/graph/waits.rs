@@ -1,34 +1,34 @@
-//! How soon each moment reaches each evasion's start: Dijkstra against the motion's direction, up
-//! to a horizon, that takes new jumps in as they come.
+//! Computes how soon each moment reaches each evasion's start: Dijkstra's algorithm against the
+//! motion's direction, up to a horizon. New jumps can be added incrementally.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::moments::{Jump, Moments};
 
-/// A time in whole frames, as many as fit in it.
+/// Number of whole frames that fit into a time.
 pub(super) fn within(seconds: f64, frame_rate: f64) -> u32 {
-    // A time that is whole frames stays so whatever rounding made of it.
+    // The tolerance keeps times of whole frames whole despite rounding.
     (seconds * frame_rate + 1e-6).floor() as u32
 }
 
-/// Frames at rate 1 from each moment until each evasion starts.
+/// Number of frames at rate 1 from each moment to each evasion's start.
 #[derive(Debug)]
 pub(super) struct Waits {
-    /// Longer waits are not followed.
+    /// Maximum wait that is computed, in frames.
     horizon: u32,
-    /// For each moment whether it follows another one of its clip.
+    /// For each moment, whether it follows another moment of its clip.
     follows: Vec<bool>,
-    /// For each moment the jumps that end there.
+    /// For each moment, the jumps that end there.
     into: Vec<Vec<Jump>>,
-    /// For each evasion, for each moment; `u16::MAX` where it is beyond the horizon.
+    /// Waits, `[evasion][moment]`, or `u16::MAX` if the wait is beyond the horizon.
     frames: Vec<Vec<u16>>,
-    /// What is still to be followed: frames and moment.
+    /// Queue of the search: frames and moment.
     open: BinaryHeap<Reverse<(u32, u32)>>,
 }
 
 impl Waits {
-    /// Of no evasions yet.
+    /// Creates a table without evasions.
     pub(super) fn new(moments: &Moments, jumps: &[Jump], horizon: u32) -> Self {
         let mut follows = vec![false; moments.len()];
         for (moment, goes_on) in moments.goes_on().into_iter().enumerate() {
@@ -49,13 +49,14 @@ impl Waits {
         }
     }
 
-    /// Frames from a moment until an evasion starts; `u32::MAX` where that is beyond the horizon.
+    /// Number of frames from a moment to an evasion's start, or `u32::MAX` if it is beyond the
+    /// horizon.
     pub(super) fn of(&self, evasion: usize, moment: u32) -> u32 {
         wait(self.frames[evasion][moment as usize])
     }
 
-    /// Adds an evasion that starts at `start`. `lowered(moment, from, to)` hears of every moment of
-    /// a clip that is reached from the one before it, when its wait falls.
+    /// Adds an evasion that starts at moment `start`. When the wait of a moment that follows
+    /// another moment of its clip falls, `lowered(moment, from, to)` is called.
     pub(super) fn add_goal(&mut self, start: u32, mut lowered: impl FnMut(u32, u32, u32)) {
         let moments = self.follows.len();
         self.frames.push(vec![u16::MAX; moments]);
@@ -106,7 +107,7 @@ mod tests {
 
     const CLIPS: [usize; 4] = [5, 1, 7, 4];
 
-    /// Bellman and Ford: every way again and again until nothing falls.
+    /// Bellman–Ford: relaxes every connection until nothing changes.
     fn naive(moments: &Moments, jumps: &[Jump], start: u32, horizon: u32) -> Vec<u32> {
         let mut waits = vec![u32::MAX; moments.len()];
         waits[start as usize] = 0;

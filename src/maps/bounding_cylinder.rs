@@ -87,7 +87,7 @@ impl ClipCylinders {
         let other = self.of_frame(target.at).placed(target.align);
         let blended = source.lerp(other, target.weight);
         BoundingCylinder {
-            low: blended.low - graph.sunk(edge, frame),
+            low: blended.low - graph.root_drop(edge, frame),
             ..blended
         }
     }

@@ -69,7 +69,7 @@ impl ActiveRequest {
     /// Replaces the request. The attack is copied into memory that is already there.
     pub(super) fn set(&mut self, baked: &BakedGraph, request: Request<'_>) {
         let graph = baked.graph();
-        let playhead = request.playhead.made_sound(graph);
+        let playhead = request.playhead.sanitized(graph);
         self.attack.clone_from(request.attack);
         self.playhead = playhead;
         self.evaluation = request.evaluation;

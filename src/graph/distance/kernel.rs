@@ -1,22 +1,22 @@
-//! The two loops that a distance map spends its time in, for any instruction set: products of
-//! frames, and their sums along the diagonals.
+//! The two inner loops of a distance map, for any instruction set: products of frames, and sums of
+//! the products along diagonals.
 
 use super::windows::TILE;
 
-/// Frames of the first cloud whose products are taken at once, so that each frame of the second is
-/// loaded once for all of them. Four keep their sums in the 16 registers of AVX2.
+/// Number of frames of the first cloud that are processed together, so that each frame of the
+/// second cloud is loaded once for all of them. The sums of four frames fit into the 16 registers
+/// of AVX2.
 pub(super) const ROWS: usize = 4;
 
-/// What is summed over the joints of a pair of frames, and over the frames of a pair of windows:
-/// heights, dot, cross.
+/// Number of sums for a pair of frames and for a pair of windows: heights, dot, cross.
 pub(super) const SUMS: usize = 3;
 
-/// One value for each of `L` neighbouring columns.
+/// Values of `L` neighbouring columns.
 type Lanes<const L: usize> = [f32; L];
 
-/// Sums of the products of `R` frames with those of the `part`th `L` lanes of a tile.
+/// Sums the products of `R` frames with lanes `part * L` to `part * L + L` of a tile.
 ///
-/// Closures would stay as the program was built: there are none here.
+/// It contains no closures, because closures are not compiled for the selected instruction set.
 #[inline(always)]
 pub(super) fn products<const R: usize, const L: usize>(
     frames: &[&[[f32; 3]]; R],
@@ -41,7 +41,7 @@ pub(super) fn products<const R: usize, const L: usize>(
     sums
 }
 
-/// Adds `row` to `sums`, value by value, as far as both go.
+/// Adds `row` to `sums`, element by element, up to the shorter length.
 #[inline(always)]
 pub(super) fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
     for (sum, value) in sums.iter_mut().zip(row) {
@@ -49,7 +49,7 @@ pub(super) fn add<T: Copy + Into<f64>>(sums: &mut [f64], row: &[T]) {
     }
 }
 
-/// Writes `row` over `sums`, value by value, as far as both go.
+/// Copies `row` to `sums`, element by element, up to the shorter length.
 #[inline(always)]
 pub(super) fn copy(sums: &mut [f64], row: &[f32]) {
     for (sum, value) in sums.iter_mut().zip(row) {
@@ -57,24 +57,24 @@ pub(super) fn copy(sums: &mut [f64], row: &[f32]) {
     }
 }
 
-/// A window of the first cloud against all windows of the second.
+/// Input of the distances between one window of the first cloud and all windows of the second.
 pub(super) struct WindowRow<'a> {
-    /// 1 over the frames of a window.
+    /// Reciprocal of the number of frames in a window.
     pub(super) scale: f64,
     /// Ground mean and spread of the first cloud's window.
     pub(super) mean: [f64; 2],
     pub(super) spread: f64,
-    /// Of the second cloud's windows.
+    /// Ground means and spreads of the second cloud's windows.
     pub(super) x: &'a [f64],
     pub(super) z: &'a [f64],
     pub(super) spreads: &'a [f64],
-    /// The sums of pairs of frames over the earlier and the later part of the windows.
+    /// Sums over pairs of frames in the earlier and in the later block of each window.
     pub(super) early: [&'a [f64]; SUMS],
     pub(super) late: [&'a [f64]; SUMS],
 }
 
 impl WindowRow<'_> {
-    /// The squared distances, metres².
+    /// Computes the squared distances, in square metres.
     #[inline(always)]
     pub(super) fn squared(&self, out: &mut [f32]) {
         let n = out.len();
@@ -88,7 +88,8 @@ impl WindowRow<'_> {
             let heights = scale * (heights0[j] + heights1[j]);
             let dot = scale * (dot0[j] + dot1[j]) - (ax * x[j] + az * z[j]);
             let cross = scale * (cross0[j] + cross1[j]) - (ax * z[j] - az * x[j]);
-            // What cancels has done so: an f32's root is close enough, and quick.
+            // The subtraction above has already lost precision, so an f32 square root is accurate
+            // enough. It is also faster.
             let turned = ((dot * dot + cross * cross) as f32).sqrt();
             let still = (self.spread + spreads[j] - 2.0 * heights) as f32;
             out[j] = (still - 2.0 * turned).max(0.0);

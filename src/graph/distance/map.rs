@@ -1,10 +1,11 @@
-//! The whole map, row by row.
+//! Computes a distance map row by row.
 //!
-//! A window's sums run along a diagonal. The rows of frame pairs are cut into blocks as long as a
-//! window, so that a window ends in one block and starts in it or in the one before: its sum is
-//! that of the earlier block from some row on, plus that of the later block up to some row. Both
-//! run up by one addition a row, in f64; nothing is ever taken off again, and so no rounding piles up
-//! however long a clip is. (The sliding maximum of van Herk, 1992, and Gil & Werman, 1993, for sums.)
+//! The sum of a pair of windows runs along a diagonal. Rows of frame pairs are grouped into blocks
+//! as long as a window, so that each window ends in one block and starts in the same or the
+//! previous block. Its sum is a suffix sum of the earlier block plus a prefix sum of the later
+//! block. Both take one addition for each row, in f64. Nothing is ever subtracted, so rounding
+//! errors do not grow with the clip's length. (This is the sliding maximum of van Herk, 1992, and
+//! Gil & Werman, 1993, applied to sums.)
 
 use std::ops::Range;
 
@@ -13,7 +14,7 @@ use super::kernel::{self, ROWS, SUMS, WindowRow};
 use super::windows::TILE;
 use crate::math::Isa;
 
-/// The distances between all windows of one cloud and all windows of another.
+/// The distances between all windows of two clouds.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceMap<'a> {
     a: &'a Windows,
@@ -22,10 +23,10 @@ pub struct DistanceMap<'a> {
 }
 
 impl<'a> DistanceMap<'a> {
-    /// Of the windows of `a` and those of `b`.
+    /// Creates the map of the windows of `a` and `b`.
     ///
     /// # Panics
-    /// When they are of different joints or windows of different lengths.
+    /// Panics if the clouds have different numbers of points or the windows different lengths.
     #[must_use]
     pub fn new(a: &'a Windows, b: &'a Windows) -> Self {
         assert!(a.fits(b), "windows of one length, clouds of one skeleton");
@@ -33,15 +34,16 @@ impl<'a> DistanceMap<'a> {
         Self { a, b, isa }
     }
 
-    /// On another instruction set than the machine's best: all give the same bits.
+    /// Selects an instruction set instead of the best one of the machine. All instruction sets give
+    /// bit-identical results.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
     }
 
-    /// Calls `row` for every window of `a`, with the squared distances (m²) to all windows of `b`:
-    /// `row(i, d)` where `d[j]` compares the frames `i..i + window` of `a` with `j..j + window` of
-    /// `b`. Rows come in order. Nothing is called where a clip is shorter than the window.
+    /// Calls `row(i, d)` for each window of `a` in order, where `d[j]` is the squared distance (in
+    /// m²) between the frames `i..i + window` of `a` and `j..j + window` of `b`. If a clip is
+    /// shorter than the window, `row` is never called.
     pub fn for_each_row(self, mut row: impl FnMut(usize, &[f32])) {
         let Self { a, b, isa } = self;
         if a.count() == 0 || b.count() == 0 {
@@ -86,9 +88,9 @@ impl<'a> DistanceMap<'a> {
     }
 }
 
-/// Rows of sums over frame pairs: heights, dot, cross. Row `phase` of a block has the pair with
-/// frame `column` of `b` at `column + window - 1 - phase`, so that pairs on one diagonal have one
-/// place; the rest is 0 or unused.
+/// Rows of sums over frame pairs: heights, dot, cross. Row `phase` of a block stores the pair with
+/// frame `column` of `b` at index `column + window - 1 - phase`, so that all pairs of a diagonal
+/// have the same index. All other entries are 0 or unused.
 struct Block<T> {
     length: usize,
     sums: [Vec<T>; SUMS],
@@ -106,24 +108,24 @@ impl<T: Copy + Default> Block<T> {
     }
 }
 
-/// The sums that make the rows of a map.
+/// Sums for the rows of a map.
 struct Sums<'a> {
     a: &'a Windows,
     b: &'a Windows,
-    /// Of the block's rows alone.
+    /// Sums of the single rows of the current block.
     block: Block<f32>,
-    /// Of the block before: each row's sums with those of all rows after it.
+    /// Suffix sums of the previous block: each row plus all later rows.
     before: Block<f64>,
-    /// Of the block's rows so far.
+    /// Prefix sum of the current block's rows.
     so_far: Block<f64>,
-    /// The part in the block before of windows that need none of it.
+    /// Zeros, used as the earlier part of windows that lie in one block.
     nothing: Vec<f64>,
 }
 
 impl<'a> Sums<'a> {
     fn new(a: &'a Windows, b: &'a Windows) -> Self {
         let window = a.window();
-        // Up to the end of the last tile, wherever the row's phase has put it.
+        // Up to the end of the last tile, shifted by the largest phase.
         let length = b.frames().next_multiple_of(TILE) + window - 1;
         Self {
             a,
@@ -135,7 +137,8 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Sums over the joints for some frames of the block that starts at frame `block` of `a`.
+    /// Computes sums over the joints for the rows `phases` of the block that starts at frame
+    /// `block` of `a`.
     #[inline(always)]
     fn multiply<const L: usize>(&mut self, block: usize, phases: Range<usize>) {
         match phases.len() {
@@ -166,14 +169,14 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Where a row of a block has pairs of frames.
+    /// Range of indices in a block's row that hold pairs of frames.
     #[inline(always)]
     fn written(&self, phase: usize) -> Range<usize> {
         let shift = self.a.window() - 1;
         shift - phase..self.block.length - phase
     }
 
-    /// Takes the next row of the block into the sums so far.
+    /// Adds the next row of the block to the prefix sum.
     #[inline(always)]
     fn run_up(&mut self, phase: usize) {
         let written = self.written(phase);
@@ -188,15 +191,15 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// The squared distances of the window of `a` that starts at frame `start` and ends in the
-    /// block's row `phase`.
+    /// Computes the squared distances of the window of `a` that starts at frame `start` and ends in
+    /// row `phase` of the block.
     #[inline(always)]
     fn squared(&self, (start, phase): (usize, usize), out: &mut [f32]) {
         let (window, count) = (self.a.window(), out.len());
         // A window that starts at column 0 ends at column window - 1 of this row.
         let end = 2 * (window - 1) - phase;
         let late = std::array::from_fn(|sum| &self.so_far.sums[sum][end..end + count]);
-        // The same diagonal lies a window further on in the block after.
+        // In the next block, the same diagonal has an index that is larger by one window.
         let early = std::array::from_fn(|sum| match end.checked_sub(window) {
             Some(end) if phase + 1 < window => &self.before.row(sum, phase + 1)[end..end + count],
             _ => &self.nothing[..],
@@ -214,7 +217,7 @@ impl<'a> Sums<'a> {
         .squared(out);
     }
 
-    /// Makes the block the one before the next.
+    /// Turns the current block into the previous block.
     #[inline(always)]
     fn next_block(&mut self) {
         let (window, length) = (self.a.window(), self.before.length);
@@ -225,7 +228,8 @@ impl<'a> Sums<'a> {
                 let (rows, after) = self.before.sums[sum].split_at_mut((phase + 1) * length);
                 let out = &mut rows[phase * length..][written.clone()];
                 kernel::copy(out, row);
-                // The last pair has no other after it, and the last row no row.
+                // The last pair has no successor on its diagonal, and the last row has no
+                // successor.
                 if let Some(after) = after.get(written.start..written.end - 1) {
                     kernel::add(out, after);
                 }

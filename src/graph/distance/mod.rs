@@ -1,13 +1,13 @@
 //! The distance between windows of frames, for all pairs of windows of two clips.
 //!
-//! Source: Kovar, Gleicher & Pighin (2002), section 3.1: the weighted sum of squared distances
-//! between two point clouds, minimised in closed form over a rotation about the vertical axis and a
-//! translation on the ground. Differs: every term of the closed form is a sum over the frames of
-//! the windows, so along a diagonal of the map it takes a few additions however long the window is;
-//! and the result is the root of the mean, metres.
+//! Source: Kovar, Gleicher & Pighin (2002), section 3.1. The distance is the weighted sum of
+//! squared distances between two point clouds, minimised in closed form over a rotation about the
+//! vertical axis and a translation on the ground. Differs: every term of the closed form is a sum
+//! over the frames of the windows. Along a diagonal of the map, each term takes a few additions
+//! regardless of the window's length. The result is the root of the mean, in metres.
 //!
 //! With weights w that sum to 1 over a window, points p of one window and q of the other, and
-//! ground means p̄, q̄:
+//! ground means p̄ and q̄:
 //! ```text
 //! dot   = Σ w (px qx + pz qz) - (p̄x q̄x + p̄z q̄z)
 //! cross = Σ w (px qz - pz qx) - (p̄x q̄z - p̄z q̄x)
@@ -53,34 +53,34 @@ fn turn(a: WindowSums, b: WindowSums, pair: PairSums, scale: f64) -> (f64, f64) 
 /// Two windows of frames, one of each cloud.
 #[derive(Clone, Copy, Debug)]
 pub struct WindowPair<'a> {
-    /// The cloud that is stayed with.
+    /// Cloud that stays in place.
     pub a: &'a PointCloud,
     /// First frame of the window of `a`.
     pub start_a: usize,
-    /// The cloud that is moved; of the same joints.
+    /// Cloud that is moved onto `a`. It must have the same joints.
     pub b: &'a PointCloud,
     /// First frame of the window of `b`.
     pub start_b: usize,
-    /// Frames of either window; at least 1, and inside both clouds.
+    /// Number of frames in each window. It is at least 1, and both windows lie inside their clouds.
     pub frames: usize,
 }
 
 impl WindowPair<'_> {
-    /// The transform of the ground that takes the window of `b` best onto the window of `a`, both
-    /// in their clips' own spaces.
+    /// Ground transform that best aligns the window of `b` with the window of `a`, in the spaces of
+    /// their clips.
     #[must_use]
     pub fn alignment(&self) -> Rigid2 {
         let (of_a, of_b, pair) = self.sums();
         let (dot, cross) = turn(of_a, of_b, pair, 1.0 / self.frames as f64);
         let heading = cross.atan2(dot) as f32;
-        // Both means in their clips' own spaces, with what the clouds took off put back.
+        // Ground means in the spaces of the clips: the clouds' centres are added back.
         let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + self.a.centre();
         let mean_b = Vec3::new(of_b.x as f32, 0.0, of_b.z as f32) + self.b.centre();
         let shift = mean_a - Rigid2::new(heading, 0.0, 0.0).point(mean_b);
         Rigid2::new(heading, shift.x, shift.z)
     }
 
-    /// Root of the mean squared distance of the points once the windows are aligned, metres.
+    /// Root of the mean squared distance of the points after alignment, in metres.
     #[must_use]
     pub fn distance(&self) -> f32 {
         let (of_a, of_b, pair) = self.sums();

@@ -2,10 +2,10 @@ use glam::DVec3;
 
 use crate::graph::PointCloud;
 
-/// Frames that are compared at once.
+/// Number of frames that are compared together.
 pub(super) const TILE: usize = 16;
 
-/// Sums over one window of frames of a single cloud, each point with its weight.
+/// Sums over one window of a cloud, weighted by point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WindowSums {
     pub(super) x: f64,
@@ -20,36 +20,36 @@ impl WindowSums {
         self.squares += weight * point.length_squared();
     }
 
-    /// The mean squared distance from the window's ground mean, height counted from the ground.
+    /// Mean squared distance from the window's ground mean. Heights are relative to the ground.
     pub(super) fn spread(&self) -> f64 {
         self.squares - self.x * self.x - self.z * self.z
     }
 }
 
-/// A cloud in the layouts that distance maps read, with what can be summed of each window alone.
+/// A point cloud in the layouts that distance maps read, with the sums of each window.
 #[derive(Clone, Debug)]
 pub struct Windows {
     window: usize,
     frames: usize,
-    /// How many points the cloud has, those without weight included.
+    /// Number of points in the cloud, including those without weight.
     points: usize,
-    /// Joints with a weight.
+    /// Number of joints with a weight.
     joints: usize,
-    /// `[frame][joint]`, times the joint's weight.
+    /// Weighted coordinates, `[frame][joint]`.
     weighted: Vec<[f32; 3]>,
-    /// `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
+    /// Coordinates, `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
     tiles: Vec<[[f32; TILE]; 3]>,
-    /// Of each window: ground mean and spread.
+    /// Ground mean and spread of each window.
     pub(super) x: Vec<f64>,
     pub(super) z: Vec<f64>,
     pub(super) spread: Vec<f64>,
 }
 
 impl Windows {
-    /// The windows of `window` frames of a cloud.
+    /// Prepares a cloud for windows of `window` frames.
     ///
     /// # Panics
-    /// When `window` is 0.
+    /// Panics if `window` is 0.
     #[must_use]
     pub fn new(cloud: &PointCloud, window: usize) -> Self {
         assert!(window > 0, "windows of at least one frame");
@@ -97,35 +97,35 @@ impl Windows {
         windows
     }
 
-    /// How many windows there are: none where the cloud is shorter than one.
+    /// Number of windows. It is 0 if the cloud is shorter than a window.
     #[must_use]
     pub fn count(&self) -> usize {
         self.spread.len()
     }
 
-    /// How many frames a window has.
+    /// Number of frames in a window.
     #[must_use]
     pub fn window(&self) -> usize {
         self.window
     }
 
-    /// How many frames the cloud has.
+    /// Number of frames in the cloud.
     pub(super) fn frames(&self) -> usize {
         self.frames
     }
 
-    /// Whether both are of clouds with the same points, and of windows of one length.
+    /// Whether both clouds have the same number of points and both windows the same length.
     pub(super) fn fits(&self, other: &Self) -> bool {
         (self.window, self.points, self.joints) == (other.window, other.points, other.joints)
     }
 
-    /// The points of one frame that have a weight, times it.
+    /// Weighted coordinates of one frame's points that have a weight.
     #[inline(always)]
     pub(super) fn weighted(&self, frame: usize) -> &[[f32; 3]] {
         &self.weighted[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// The points of `TILE` frames that have a weight, tile by tile.
+    /// Coordinates of the points that have a weight, tile by tile.
     #[inline(always)]
     pub(super) fn tiles(&self) -> std::slice::ChunksExact<'_, [[f32; TILE]; 3]> {
         self.tiles.chunks_exact(self.joints)

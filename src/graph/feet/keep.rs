@@ -1,16 +1,16 @@
-//! Putting the feet of a transition's pose where its plan has them.
+//! Moves the feet of a transition's pose to their planned positions.
 
 use super::LegBlend;
 use crate::anim::{Chain, JointTransform, Leg, Pose, reach, slerp};
 use crate::graph::sample::Sides;
 use crate::graph::{EdgeId, MotionGraph};
 
-/// Where `blend` has a leg's foot, in the source's space.
+/// Position and rotation of a leg's foot according to `blend`, in the source's space.
 pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend, frame: f32) -> JointTransform {
     let (weight, height) = blend.at(frame);
     let source = || sides.source().global(leg.foot);
     let target = || sides.target().global(leg.foot);
-    // Mostly it is all on one side, and the other is not looked at.
+    // In most frames the foot follows only one side, and the other need not be evaluated.
     if weight <= 0.0 {
         return source();
     }
@@ -27,8 +27,8 @@ pub(super) fn foot(sides: &Sides<'_>, leg: &Leg, blend: LegBlend, frame: f32) ->
 }
 
 impl MotionGraph {
-    /// Moves the feet of a transition's blended pose to where its plan has them. At the transition's
-    /// two ends they are there already.
+    /// Moves the feet of a transition's blended pose to their planned positions. At both ends of
+    /// the transition, the pose already has them there.
     pub(in crate::graph) fn keep_feet(
         &self,
         (id, frame): (EdgeId, f32),
@@ -39,32 +39,33 @@ impl MotionGraph {
         if self.feet.blends.is_empty() || frame <= 0.0 || frame >= edge.frames as f32 {
             return;
         }
-        let sunk = self.sunk(id, frame);
+        let root_drop = self.root_drop(id, frame);
         for (index, leg) in self.feet.legs.iter().enumerate() {
             let foot = match self.feet.blend(id, index) {
                 Some(blend) => foot(sides, leg, blend, frame),
-                // It stays where it is while the root sinks.
-                None if sunk > 0.0 => Chain::of(&self.skeleton, out).global(leg.foot),
+                // A foot without a plan keeps its position when the root is lowered.
+                None if root_drop > 0.0 => Chain::of(&self.skeleton, out).global(leg.foot),
                 None => continue,
             };
-            // Each leg looks at the root that has not sunk, and reaches from the one that has.
+            // The leg is solved with the lowered root. The original height is restored for the next
+            // leg.
             let level = out.root.y;
-            out.root.y -= sunk;
+            out.root.y -= root_drop;
             reach(&self.skeleton, out, leg, foot);
             out.root.y = level;
         }
-        out.root.y -= sunk;
+        out.root.y -= root_drop;
     }
 
-    /// How far the root has sunk at a moment of an edge, metres.
-    pub(crate) fn sunk(&self, id: EdgeId, frame: f32) -> f32 {
-        self.feet.sink(id) * sinking(frame / self.edge(id).frames as f32)
+    /// Amount by which the root is lowered at a frame of an edge, in metres.
+    pub(crate) fn root_drop(&self, id: EdgeId, frame: f32) -> f32 {
+        self.feet.max_root_drop(id) * root_drop_share(frame / self.edge(id).frames as f32)
     }
 }
 
-/// How much of its sinking the root has done at a share of a transition: none at its ends, without a
-/// jump in value or slope.
-pub(super) fn sinking(share: f32) -> f32 {
+/// Share of its maximum by which the root is lowered at a share of a transition. It is 0 at both
+/// ends, with zero slope.
+pub(super) fn root_drop_share(share: f32) -> f32 {
     let s = share.clamp(0.0, 1.0);
     let rest = 2.0 * s - 1.0;
     let flat = 1.0 - rest * rest;

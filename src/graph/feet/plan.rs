@@ -1,81 +1,45 @@
-//! How does a transition lead its feet?
+//! Plans how a transition moves its feet.
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 
-use super::keep::{foot, sinking};
+use super::LegBlend;
+use super::keep::{foot, root_drop_share};
 use crate::anim::free_distance;
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph};
 
-/// A foot's own blend in a transition: where the source has it until it leaves, where the target has
-/// it from when it lands, and in between from the one to the other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LegBlend {
-    /// When it leaves the source's motion, frames since the transition's start.
-    pub leave: f32,
-    /// When it is in the target's; after `leave`.
-    pub land: f32,
-    /// How high it is lifted on the way, metres: above 0 where it would otherwise go from one place
-    /// to the other on the ground.
-    pub lift: f32,
-}
-
-impl LegBlend {
-    /// The target's weight and the height above the blend of both, metres.
-    pub(super) fn at(self, frame: f32) -> (f32, f32) {
-        let s = ((frame - self.leave) / (self.land - self.leave)).clamp(0.0, 1.0);
-        // What is in the air anyway goes without a jerk. What is lifted for the step has hardly gone
-        // while it is still low. Both begin so gently that even the knee of a straight leg, which
-        // gives way as the root of the foot's way, does not start at once.
-        let weight = if self.lift > 0.0 {
-            s.powi(4) * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s)))
-        } else {
-            s.powi(3) * (10.0 + s * (-15.0 + 6.0 * s))
-        };
-        let arc = 4.0 * s * (1.0 - s);
-        (weight, self.lift * arc * arc * arc)
-    }
-
-    pub(super) fn is_sound(self, frames: u32, furthest: f32) -> bool {
-        (0.0..=frames as f32).contains(&self.leave)
-            && self.land > self.leave
-            && self.land <= frames as f32
-            && (0.0..=furthest).contains(&self.lift)
-    }
-}
-
-/// The longest that a step on the spot takes, seconds, and the shortest; a transition may be shorter.
+/// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
 const STEP: [f64; 2] = [0.15, 0.30];
-/// A foot is lifted by this share of the way that it goes, at most by this share of the leg. A
-/// boxer's shuffle: high enough that nothing drags, low enough not to be a stride.
+/// Height of a step as a share of its length, and maximum height as a share of the leg's length.
+/// This matches a boxer's shuffle: the foot clears the ground but does not stride.
 const LIFT: (f32, f32) = (0.9, 0.045);
-/// The deepest that the root sinks for the legs' sake, of the leg.
-const DEEPEST: f32 = 0.04;
-/// Where the root has done less than this of its sinking, legs that do not reach miss.
-const SUNK_ENOUGH: f32 = 0.2;
+/// Maximum lowering of the root, as a share of the leg's length.
+const MAX_ROOT_DROP: f32 = 0.04;
+/// Minimum share of the root's lowering at which reach is checked. Below it, legs may fail to
+/// reach.
+const MIN_DROP_SHARE: f32 = 0.2;
 
-/// The blends of all edges, `[edge][leg]`, and how far the root sinks in each.
+/// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge.
 pub(super) fn all(graph: &MotionGraph) -> (Vec<Option<LegBlend>>, Vec<f32>) {
-    let (mut blends, mut sinks) = (Vec::new(), Vec::new());
+    let (mut blends, mut root_drops) = (Vec::new(), Vec::new());
     for id in graph.edge_ids() {
         let first = blends.len();
         plan(graph, id, &mut blends);
-        sinks.push(sink(graph, id, &blends[first..]));
+        root_drops.push(max_root_drop(graph, id, &blends[first..]));
     }
-    (blends, sinks)
+    (blends, root_drops)
 }
 
-/// How one foot stands around a transition, in frames since its start.
+/// Plants of one foot at both ends of a transition, in frames since its start.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stand {
-    /// The last frame of the source's plant.
+struct PlantedEnds {
+    /// Last frame of the source's plant.
     until: Option<f32>,
-    /// The first frame of the target's.
+    /// First frame of the target's plant.
     from: Option<f32>,
 }
 
-/// Appends one blend a leg.
+/// Appends one blend for each leg.
 fn plan(graph: &MotionGraph, id: EdgeId, out: &mut Vec<Option<LegBlend>>) {
     let edge = graph.edge(id);
     let legs = graph.feet.legs.len();
@@ -83,11 +47,13 @@ fn plan(graph: &MotionGraph, id: EdgeId, out: &mut Vec<Option<LegBlend>>) {
         out.extend(std::iter::repeat_n(None, legs));
         return;
     }
-    let stands: Vec<Stand> = (0..legs).map(|leg| stand(graph, edge, leg)).collect();
-    let steps = step_order(graph, edge, &stands);
+    let plants: Vec<PlantedEnds> = (0..legs)
+        .map(|leg| planted_ends(graph, edge, leg))
+        .collect();
+    let steps = step_order(graph, edge, &plants);
     let frames = edge.frames as f32;
     let blend = |leg: usize| {
-        let Stand { until, from } = stands[leg];
+        let PlantedEnds { until, from } = plants[leg];
         let (leave, land) = match (until, from) {
             (None, None) => return None,
             (Some(until), None) => (until.min(0.5 * frames), frames),
@@ -113,9 +79,9 @@ fn plan(graph: &MotionGraph, id: EdgeId, out: &mut Vec<Option<LegBlend>>) {
     out.extend((0..legs).map(blend));
 }
 
-/// The plants that matter: the source's last one that began in the first half, the target's first one
-/// that ends in the second.
-fn stand(graph: &MotionGraph, edge: &Edge, leg: usize) -> Stand {
+/// Finds the relevant plants: the source's last plant that starts in the first half of the
+/// transition, and the target's first plant that ends in the second half.
+fn planted_ends(graph: &MotionGraph, edge: &Edge, leg: usize) -> PlantedEnds {
     let (from, to) = (graph.node(edge.from), graph.node(edge.to));
     let frames = edge.frames as f32;
     let within = |clip: ClipId, start: u32| {
@@ -129,16 +95,16 @@ fn stand(graph: &MotionGraph, edge: &Edge, leg: usize) -> Stand {
     let from = within(to.clip, to.frame - edge.frames)
         .find(|&[first, last]| last >= 0.5 * frames && first < frames)
         .map(|[first, _]| first.max(0.0));
-    Stand { until, from }
+    PlantedEnds { until, from }
 }
 
-/// The legs that have to step on the spot, since source and target stand on them at once or nearly:
-/// the one that bears less of the weight first.
-fn step_order(graph: &MotionGraph, edge: &Edge, stands: &[Stand]) -> Vec<usize> {
+/// Legs that have to step in place, because source and target plant them at the same time or nearly
+/// so. The leg that bears less weight comes first.
+fn step_order(graph: &MotionGraph, edge: &Edge, plants: &[PlantedEnds]) -> Vec<usize> {
     let shortest = shortest_step(graph, edge);
-    let mut steps: Vec<usize> = (0..stands.len())
-        .filter(|&leg| match stands[leg] {
-            Stand {
+    let mut steps: Vec<usize> = (0..plants.len())
+        .filter(|&leg| match plants[leg] {
+            PlantedEnds {
                 until: Some(until),
                 from: Some(from),
             } => from - until < shortest,
@@ -150,7 +116,7 @@ fn step_order(graph: &MotionGraph, edge: &Edge, stands: &[Stand]) -> Vec<usize> 
         steps.sort_by_cached_key(|&leg| {
             let foot = sides.source().global(graph.feet.legs[leg].foot);
             let away = foot.translation - root;
-            // As whole numbers, micrometres: they can be compared.
+            // Micrometres as integers, so that they can be sorted.
             (-1e6 * away.x.hypot(away.z)) as i64
         });
     }
@@ -161,8 +127,8 @@ fn shortest_step(graph: &MotionGraph, edge: &Edge) -> f32 {
     ((STEP[0] * graph.frame_rate) as f32).min(edge.frames as f32)
 }
 
-/// When the `turn`th of `count` steps leaves and lands: each has its share of the transition, as far
-/// as the plants let it.
+/// Start and end of step number `turn` of `count`. The steps share the transition evenly, as far as
+/// the plants allow.
 fn step_times(
     graph: &MotionGraph,
     edge: &Edge,
@@ -178,27 +144,27 @@ fn step_times(
     (leave, (leave + length).min(frames))
 }
 
-/// How high a foot is lifted that goes from its place in the source to that in the target.
+/// Height of the step of a foot between its positions in source and target.
 fn lift(graph: &MotionGraph, edge: &Edge, leg: usize, frame: f32) -> f32 {
     let leg = &graph.feet.legs[leg];
     let Some(sides) = Sides::of(graph, edge, frame) else {
         return 0.0;
     };
-    let way = sides.apart(leg.toe_or_foot());
+    let distance = sides.apart(leg.toe_or_foot());
     let (share, most) = LIFT;
-    (share * way).min(most * leg.length(&graph.skeleton))
+    (share * distance).min(most * leg.length(&graph.skeleton))
 }
 
-/// How far the root must sink at most, for all feet that stand to be within reach.
-fn sink(graph: &MotionGraph, id: EdgeId, blends: &[Option<LegBlend>]) -> f32 {
+/// Maximum lowering of the root for which all planted feet are within reach.
+fn max_root_drop(graph: &MotionGraph, id: EdgeId, blends: &[Option<LegBlend>]) -> f32 {
     let edge = graph.edge(id);
-    let mut deepest: f32 = 0.0;
+    let mut largest_drop: f32 = 0.0;
     if blends.iter().all(Option::is_none) {
-        return deepest;
+        return largest_drop;
     }
     for frame in (1..edge.frames).map(|frame| frame as f32) {
-        let share = sinking(frame / edge.frames as f32);
-        let Some(sides) = Sides::of(graph, edge, frame).filter(|_| share >= SUNK_ENOUGH) else {
+        let share = root_drop_share(frame / edge.frames as f32);
+        let Some(sides) = Sides::of(graph, edge, frame).filter(|_| share >= MIN_DROP_SHARE) else {
             continue;
         };
         let body = sides.blend();
@@ -207,15 +173,15 @@ fn sink(graph: &MotionGraph, id: EdgeId, blends: &[Option<LegBlend>]) -> f32 {
             let foot = foot(&sides, leg, *blend, frame).translation;
             let (hip, free) = free_distance(&body, leg);
             let needed = too_high(hip, free, foot);
-            let most = DEEPEST * leg.length(&graph.skeleton);
-            deepest = deepest.max((needed / share).min(most));
+            let most = MAX_ROOT_DROP * leg.length(&graph.skeleton);
+            largest_drop = largest_drop.max((needed / share).min(most));
         }
     }
-    deepest
+    largest_drop
 }
 
-/// How far a hip is too high for its leg, which is `free` to stretch so far, metres; 0 where it is
-/// not, or too far away at any height.
+/// Amount by which a hip is too high for its leg, in metres. `free` is the maximum length of the
+/// leg. It is 0 if the leg reaches, or if the foot is too far away at any height.
 fn too_high(hip: Vec3, free: f32, foot: Vec3) -> f32 {
     let away = foot - hip;
     let level = away.x.hypot(away.z);

@@ -1,16 +1,17 @@
-//! When do a clip's feet stand?
+//! Finds the frames in which a clip's feet are planted.
 //!
-//! By speed and height, each with two thresholds, as in Ikemoto, Arikan & Forsyth (2006), section 2,
-//! who name this the usual labelling. A foot has two points, ankle and toe, and stands when one of
-//! them does: on the heel as it lands, on the ball as it leaves. The ground is the clip's own, for
-//! captures are off by centimetres.
+//! Feet are labelled by speed and height with two thresholds each, as in Ikemoto, Arikan & Forsyth
+//! (2006), section 2, who call it the usual labelling. A foot has two points, ankle and toe, and is
+//! planted if one of them is: on the heel as it lands, on the ball as it leaves. Ground height is
+//! estimated for each clip, because captures are off by centimetres.
 
 use glam::Vec3;
 
 use super::{FeetSettings, Plant};
 use crate::anim::{Clip, Leg, Pose, Skeleton, forward_kinematics};
 
-/// Of all heights of a point in a clip, the share below its ground: a few frames of noise may be.
+/// Share of a point's heights in a clip that may be below its ground, to ignore a few frames of
+/// noise.
 const BELOW_GROUND: f32 = 0.05;
 
 /// Plants of all clips, `[clip][leg]`.
@@ -26,7 +27,7 @@ pub(super) fn find_all(
         .collect()
 }
 
-/// A clip's plants by leg.
+/// Plants of a clip, by leg.
 fn find(
     skeleton: &Skeleton,
     clip: &Clip,
@@ -45,12 +46,13 @@ fn find(
     let plants = |(leg, (track, ground)): (&Leg, (&[Vec<Vec3>; 2], &[f32; 2]))| {
         let limits = Limits::new(skeleton, clip, leg, settings);
         let points = [0, 1].map(|point| {
-            // A little above the other foot's is calibration; more, and this foot is never down.
+            // A ground slightly above that of the lower foot is a calibration error. If it is
+            // higher, this foot never touches the ground.
             let ground = ground[point].min(lowest[point] + limits.low);
-            limits.standing(&track[point], ground)
+            limits.point_states(&track[point], ground)
         });
         let stands = |frame: usize| points[0][frame].max(points[1][frame]);
-        let states: Vec<Standing> = (0..clip.frames()).map(stands).collect();
+        let states: Vec<PointState> = (0..clip.frames()).map(stands).collect();
         limits.plants(&states)
     };
     legs.iter()
@@ -59,7 +61,7 @@ fn find(
         .collect()
 }
 
-/// For each leg the places of its ankle and of its toe, frame by frame.
+/// Positions of the ankle and the toe of each leg, frame by frame.
 fn tracks(skeleton: &Skeleton, clip: &Clip, legs: &[Leg]) -> Vec<[Vec<Vec3>; 2]> {
     let mut tracks = vec![[Vec::new(), Vec::new()]; legs.len()];
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -80,13 +82,13 @@ fn ground(track: &[Vec3]) -> f32 {
     heights[(BELOW_GROUND * (heights.len() - 1) as f32) as usize]
 }
 
-/// What a point does in a frame; a foot does what its steadier point does.
+/// State of a point in one frame. A foot has the state of its steadier point.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Standing {
-    No,
-    /// If it does in the frame before or after.
-    Perhaps,
-    Yes,
+enum PointState {
+    Moving,
+    /// The point has the state of the neighbouring frames.
+    Unclear,
+    Planted,
 }
 
 /// The settings in metres and frames.
@@ -115,9 +117,10 @@ impl Limits {
         }
     }
 
-    fn standing(&self, track: &[Vec3], ground: f32) -> Vec<Standing> {
+    fn point_states(&self, track: &[Vec3], ground: f32) -> Vec<PointState> {
         let at = |frame: usize| {
-            // Over both neighbours: half the noise of one difference, and no delay.
+            // The difference over both neighbours has half the noise of a one-sided difference and
+            // no delay.
             let (before, after) = (frame.saturating_sub(1), (frame + 1).min(track.len() - 1));
             let seconds = (after - before) as f32 / self.frame_rate;
             let speed = if seconds > 0.0 {
@@ -127,24 +130,26 @@ impl Limits {
             };
             let height = track[frame].y - ground;
             if speed < self.still && height < self.low {
-                Standing::Yes
+                PointState::Planted
             } else if speed < self.moving && height < self.high {
-                Standing::Perhaps
+                PointState::Unclear
             } else {
-                Standing::No
+                PointState::Moving
             }
         };
         (0..track.len()).map(at).collect()
     }
 
-    /// Stretches of frames that stand perhaps, of which one surely does; those that a moment parts are
-    /// one, and short ones none.
-    fn plants(&self, states: &[Standing]) -> Vec<Plant> {
+    /// Finds ranges of frames without a moving state that contain a planted one. Ranges with a
+    /// short gap are merged, and short ranges are removed.
+    fn plants(&self, states: &[PointState]) -> Vec<Plant> {
         let mut plants: Vec<Plant> = Vec::new();
         let mut first = 0;
-        for stretch in states.chunk_by(|a, b| (*a == Standing::No) == (*b == Standing::No)) {
+        for stretch in
+            states.chunk_by(|a, b| (*a == PointState::Moving) == (*b == PointState::Moving))
+        {
             let last = first + stretch.len() as u32 - 1;
-            if stretch.contains(&Standing::Yes) {
+            if stretch.contains(&PointState::Planted) {
                 match plants.last_mut() {
                     Some(before) if first - before.last <= self.gap => before.last = last,
                     _ => plants.push(Plant { first, last }),

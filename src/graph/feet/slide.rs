@@ -1,10 +1,10 @@
-//! How far do planted feet slide?
+//! Measures how far planted feet slide.
 //!
-//! The measure is that of Zhang, Starke, Komura & Saito, "Mode-Adaptive Neural Networks for Quadruped
-//! Motion Control" (2018), section 7: the way over the ground, weighted by how near to it the foot
-//! is. Differs: only of feet that stand, by labels that do not depend on what is measured; of a
-//! foot's two points the steadier one counts, so that one that turns on its ball or rolls over it
-//! does not slide; the ground is where the clips have the foot.
+//! The measure is that of Zhang, Starke, Komura & Saito, "Mode-Adaptive Neural Networks for
+//! Quadruped Motion Control" (2018), section 7: the distance over the ground, weighted by the
+//! foot's proximity to the ground. Differs: only planted feet count, by labels that do not depend
+//! on the measured pose. The slower of a foot's two points counts, so that a foot that pivots or
+//! rolls on its ball does not slide. Heights are relative to those of the foot in the clips.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -13,33 +13,33 @@ use crate::anim::{Chain, JointId, Leg, Pose};
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
 
-/// A foot that is lifted so far above where its clips have it does not slide, metres per metre of
-/// leg; below that in proportion. 2.5 cm for a person (Zhang et al.).
+/// Height above the clips' foot at which a foot does not count as sliding, in metres per metre of
+/// leg length. Below it, the weight falls linearly. It is 2.5 cm for a person (Zhang et al.).
 const LIFTED: f32 = 0.03;
 
-/// How far planted feet slide: over transitions of a graph, each played once, and over its clips.
+/// Slide of planted feet in a graph's transitions, each played once, and in its clips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FootSlide {
-    /// How many transitions were measured, evenly from all.
+    /// Number of measured transitions, evenly sampled from all.
     pub transitions: usize,
-    /// Seconds that feet stand in them, each foot by itself: where source and target, by the
-    /// weights of the blend, have it stand.
+    /// Duration for which feet are planted in the transitions, summed over feet, in seconds. A foot
+    /// counts as planted if the clips with more than half of the blend weight plant it.
     pub planted_seconds: f64,
-    /// In transitions that only blend, millimetres per planted second.
+    /// Slide in transitions without foot correction, in millimetres per planted second.
     pub blended: f64,
-    /// In transitions as they are played, millimetres per planted second.
+    /// Slide in transitions as they are played, in millimetres per planted second.
     pub kept: f64,
-    /// In the clips themselves, millimetres per planted second.
+    /// Slide in the clips, in millimetres per planted second.
     pub clips: f64,
-    /// Steps on the spot that they make: a foot is lifted from where the source has it to where the
-    /// target does.
+    /// Number of steps in place. A step lifts a foot from its position in the source to its
+    /// position in the target.
     pub steps: usize,
-    /// How long such a step is on average, metres.
+    /// Mean length of a step in place, in metres.
     pub step_length: f64,
 }
 
 impl MotionGraph {
-    /// Measures the slide of planted feet over `most` transitions at most.
+    /// Measures the slide of planted feet over at most `most` transitions.
     #[must_use]
     pub fn foot_slide(&self, most: usize) -> FootSlide {
         let is_blend = |&id: &EdgeId| self.edge(id).motion != EdgeMotion::Clip;
@@ -63,7 +63,7 @@ impl MotionGraph {
         }
     }
 
-    /// How far apart source and target have a foot that steps from the one to the other.
+    /// Distance between a stepping foot's positions in source and target.
     fn step_length(&self, id: EdgeId, leg: usize) -> Option<f64> {
         let blend = self.feet.blend(id, leg).filter(|blend| blend.lift > 0.0)?;
         let middle = 0.5 * (blend.leave + blend.land);
@@ -97,7 +97,7 @@ impl MotionGraph {
         }
     }
 
-    /// Whether more than half of the weight is on a clip in which the foot stands.
+    /// Whether the clips that plant the foot have more than half of the blend weight.
     fn stands_in_blend(&self, edge: &Edge, leg: usize, frame: u32) -> bool {
         let (from, to) = (self.node(edge.from), self.node(edge.to));
         let source = self.feet.stands(from.clip, leg, from.frame + frame);
@@ -131,7 +131,7 @@ impl MotionGraph {
     }
 }
 
-/// The two points of a foot and the height that its clips have each at.
+/// The two points of a foot, each with its height in the clips.
 #[derive(Clone, Copy)]
 struct Contact {
     points: [(Vec3, f32); 2],
@@ -146,13 +146,14 @@ impl Contact {
         }
     }
 
-    /// How far the steadier point went over the ground, less the higher it is, metres.
+    /// Distance that the slower point moves over the ground, weighted by its proximity to the
+    /// ground, in metres.
     fn slide(&self, next: &Self, lifted: f32) -> f32 {
-        let way = |((a, a_height), (b, b_height)): (&(Vec3, f32), &(Vec3, f32))| {
+        let distance = |((a, a_height), (b, b_height)): (&(Vec3, f32), &(Vec3, f32))| {
             let above = 0.5 * ((a.y - a_height) + (b.y - b_height)).max(0.0);
             (b.x - a.x).hypot(b.z - a.z) * (1.0 - above / lifted).max(0.0)
         };
-        let ways = self.points.iter().zip(&next.points).map(way);
+        let ways = self.points.iter().zip(&next.points).map(distance);
         ways.fold(f32::INFINITY, f32::min)
     }
 }
@@ -169,7 +170,7 @@ impl Sum {
         self.seconds += frame_rate.recip();
     }
 
-    /// Millimetres a second.
+    /// Slide in millimetres per second.
     fn rate(&self) -> f64 {
         if self.seconds > 0.0 {
             1e3 * self.metres / self.seconds

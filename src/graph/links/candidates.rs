@@ -1,6 +1,8 @@
-//! Which links could be made, and how good each would be.
+//! Finds possible links and rates them.
 
-use super::{Lengths, LinkSource, rooms::Rooms};
+use super::free_frames::FreeFrames;
+use super::lengths::Lengths;
+use super::source::LinkSource;
 use std::borrow::Cow;
 
 use crate::graph::distance::{DistanceMap, WindowPair, Windows};
@@ -8,87 +10,86 @@ use crate::graph::moments::Moments;
 use crate::graph::{GraphEvent, PointCloud, Transition};
 use crate::math::in_parallel;
 
-/// A link that could be made.
+/// A possible link.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) link: Transition,
-    /// Position of the event that it leads to or comes from.
+    /// Index of the event that the link leads to or comes from.
     pub(super) event: usize,
-    /// Its distance, more where its blend is shorter than the graph's window; metres.
-    pub(super) strain: f32,
+    /// Cost: the link's distance, increased if its blend is shorter than the graph's window, in
+    /// metres.
+    pub(super) cost: f32,
 }
 
-/// On which side of an event.
+/// Side of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
-    /// Before its first frame: links lead there.
+    /// Before the event's first frame. Links end there.
     Before,
     /// After its last frame: links start there.
     After,
 }
 
-/// The short stretch beside an event where links end or start.
-struct Stretch {
+/// The range of frames beside an event where links may end or start.
+struct EventMargin {
     event: usize,
     side: Side,
-    /// The stretch's own points, windows of `window` frames.
+    /// Points of the range, in windows of `window` frames.
     windows: Windows,
     window: usize,
-    /// Frame of the clip where the stretch's first window starts.
+    /// First frame of the range's first window.
     start: usize,
 }
 
-/// Finds candidates.
+/// Finds possible links.
 pub(super) struct Candidates<'a> {
     source: LinkSource<'a>,
     pub(super) lengths: Lengths,
     moments: Moments,
-    rooms: Rooms,
+    free_frames: FreeFrames,
 }
 
 impl<'a> Candidates<'a> {
     pub(super) fn new(source: LinkSource<'a>, lengths: Lengths) -> Self {
         let moments = Moments::new(source.clouds.iter().map(PointCloud::frames));
-        let rooms = Rooms::new(&moments, source.clouds, source.events);
+        let free_frames = FreeFrames::new(&moments, source.clouds, source.events);
         Self {
             source,
             lengths,
             moments,
-            rooms,
+            free_frames,
         }
     }
 
-    /// Frames that a blend beside an event can use.
-    pub(super) fn room(&self, event: usize, side: Side) -> usize {
+    /// Number of frames that a blend beside an event can use.
+    pub(super) fn free_frames(&self, event: usize, side: Side) -> usize {
         let event = &self.source.events[event];
         match side {
-            Side::Before => self.rooms.before(self.moment(event, event.first)),
-            Side::After => self.rooms.after(self.moment(event, event.last)),
+            Side::Before => self.free_frames.before(self.moment(event, event.first)),
+            Side::After => self.free_frames.after(self.moment(event, event.last)),
         }
     }
 
-    /// For each of `events` the closest links on one side, one for each stretch of `spread` frames
-    /// of each clip at most, the closest first. Only moments that `allowed` holds are linked;
-    /// `None` for all.
+    /// Finds the closest links of `events` on one side, closest first. In each clip, at most one
+    /// link is kept for each `spread` frames. Only moments that `allowed` contains are linked;
+    /// `None` allows all moments.
     pub(super) fn find(
         &self,
         events: &[usize],
         side: Side,
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
-        let stretches: Vec<Stretch> = events
+        let margins: Vec<EventMargin> = events
             .iter()
-            .filter_map(|&event| self.stretch(event, side))
+            .filter_map(|&event| self.margin(event, side))
             .collect();
         let clips = self.source.clouds.len();
-        let found = in_parallel(
-            self.source.settings.threads,
-            stretches.len() * clips,
-            |job| self.between(&stretches[job / clips], job % clips, allowed),
-        );
+        let found = in_parallel(self.source.settings.threads, margins.len() * clips, |job| {
+            self.between(&margins[job / clips], job % clips, allowed)
+        });
         let mut found: Vec<Candidate> = found.into_iter().flatten().collect();
-        // Stable, so that of equal ones the first event's, clip's and frame's comes first.
-        found.sort_by(|a, b| a.strain.total_cmp(&b.strain));
+        // The sort is stable, so that ties keep the order of events, clips and frames.
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         found
     }
 
@@ -96,10 +97,10 @@ impl<'a> Candidates<'a> {
         self.moments.at(event.clip.index(), frame as usize)
     }
 
-    /// `None` where the shortest blend does not fit beside the event.
-    fn stretch(&self, index: usize, side: Side) -> Option<Stretch> {
+    /// Range beside an event, or `None` if the shortest blend does not fit there.
+    fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
         let event = &self.source.events[index];
-        let room = self.room(index, side);
+        let room = self.free_frames(index, side);
         let window = self.lengths.window.min(room);
         if window < self.lengths.shortest || event.first == event.last {
             return None;
@@ -108,11 +109,11 @@ impl<'a> Candidates<'a> {
         let start = match side {
             // The last window ends with the event's first frame.
             Side::Before => event.first as usize + 1 - window - lead,
-            // The first window starts after its last frame.
+            // The first window starts after the event's last frame.
             Side::After => event.last as usize + 1,
         };
         let cloud = &self.source.clouds[event.clip.index()];
-        Some(Stretch {
+        Some(EventMargin {
             event: index,
             side,
             windows: Windows::new(&cloud.part(start..start + window + lead), window),
@@ -121,70 +122,75 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// The closest link between a stretch and each part of a clip.
-    fn between(&self, stretch: &Stretch, clip: usize, allowed: Option<&[bool]>) -> Vec<Candidate> {
+    /// Closest link between a range and each part of a clip.
+    fn between(
+        &self,
+        margin: &EventMargin,
+        clip: usize,
+        allowed: Option<&[bool]>,
+    ) -> Vec<Candidate> {
         let cloud = &self.source.clouds[clip];
-        let own_clip = self.source.events[stretch.event].clip.index();
+        let own_clip = self.source.events[margin.event].clip.index();
         let spread = self.lengths.spread;
         let mut best: Vec<Option<Candidate>> = vec![None; cloud.frames().div_ceil(spread)];
         let limit = self.lengths.loosest * self.lengths.loosest;
-        let windows = if stretch.window == self.lengths.window {
+        let windows = if margin.window == self.lengths.window {
             Cow::Borrowed(&self.source.windows[clip])
         } else {
-            Cow::Owned(Windows::new(cloud, stretch.window))
+            Cow::Owned(Windows::new(cloud, margin.window))
         };
-        DistanceMap::new(&stretch.windows, &windows).for_each_row(|row, squares| {
-            let beside = stretch.start + row;
+        DistanceMap::new(&margin.windows, &windows).for_each_row(|row, squares| {
+            let beside = margin.start + row;
             for (start, &square) in squares.iter().enumerate() {
                 let same = clip == own_clip && start.abs_diff(beside) < self.lengths.separation;
                 if square > limit || same {
                     continue;
                 }
-                let Some(found) = self.candidate(stretch, beside, (clip, start), square.sqrt())
+                let Some(found) = self.candidate(margin, beside, (clip, start), square.sqrt())
                 else {
                     continue;
                 };
-                let far = stretch.far_end(&found.link);
+                let far = margin.far_end(&found.link);
                 if allowed.is_some_and(|allowed| !allowed[self.moments.at(clip, far) as usize]) {
                     continue;
                 }
                 let cell = &mut best[far / spread];
-                if cell.is_none_or(|best| found.strain < best.strain) {
+                if cell.is_none_or(|best| found.cost < best.cost) {
                     *cell = Some(found);
                 }
             }
         });
         best.into_iter()
             .flatten()
-            .filter_map(|candidate| self.settled(candidate, stretch.window))
+            .filter_map(|candidate| self.refined(candidate, margin.window))
             .collect()
     }
 
-    /// The link between the window beside an event that starts at frame `beside` and the one that
-    /// starts at frame `start` of a clip, if there is room for it and it is close enough.
+    /// Link between the window that starts at frame `beside` of the event's clip and the window
+    /// that starts at frame `start` of another clip, or `None` if it does not fit or is too far.
     fn candidate(
         &self,
-        stretch: &Stretch,
+        margin: &EventMargin,
         beside: usize,
         (clip, start): (usize, usize),
         distance: f32,
     ) -> Option<Candidate> {
-        let own_clip = self.source.events[stretch.event].clip.index();
-        let ((source_clip, source_start), (target_clip, target_start)) = match stretch.side {
+        let own_clip = self.source.events[margin.event].clip.index();
+        let ((source_clip, source_start), (target_clip, target_start)) = match margin.side {
             Side::Before => ((clip, start), (own_clip, beside)),
             Side::After => ((own_clip, beside), (clip, start)),
         };
         let source_frame = source_start.checked_sub(1)?;
-        let target_frame = target_start + stretch.window - 1;
+        let target_frame = target_start + margin.window - 1;
         let room = self
-            .rooms
+            .free_frames
             .after(self.moments.at(source_clip, source_frame))
             .min(
-                self.rooms
+                self.free_frames
                     .before(self.moments.at(target_clip, target_frame)),
             );
         let frames = self.lengths.blend(distance, room)?;
-        let strain = self.lengths.strain(distance, frames);
+        let cost = self.lengths.cost(distance, frames);
         let link = Transition {
             source_clip,
             source_frame,
@@ -193,15 +199,16 @@ impl<'a> Candidates<'a> {
             frames,
             distance,
         };
-        (strain <= self.lengths.loosest).then_some(Candidate {
+        (cost <= self.lengths.loosest).then_some(Candidate {
             link,
-            event: stretch.event,
-            strain,
+            event: margin.event,
+            cost,
         })
     }
 
-    /// With the distance of the windows that are really blended; `None` where that is too large.
-    fn settled(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
+    /// Recomputes the distance for the frames that are actually blended. Returns `None` if it is
+    /// too large.
+    fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
         let link = &mut candidate.link;
         if link.frames != compared {
             link.distance = WindowPair {
@@ -212,13 +219,13 @@ impl<'a> Candidates<'a> {
                 frames: link.frames,
             }
             .distance();
-            candidate.strain = self.lengths.strain(link.distance, link.frames);
+            candidate.cost = self.lengths.cost(link.distance, link.frames);
         }
-        (candidate.strain <= self.lengths.loosest).then_some(candidate)
+        (candidate.cost <= self.lengths.loosest).then_some(candidate)
     }
 }
 
-impl Stretch {
+impl EventMargin {
     /// The frame of a link's other end, away from the event.
     fn far_end(&self, link: &Transition) -> usize {
         match self.side {

@@ -1,65 +1,70 @@
-//! Which links bring evasions near to the moments that lack them, the closest links first.
+//! Chooses the links that let more moments reach an evasion, closest links first.
 
 use super::candidates::{Candidate, Side};
-use super::{GoalReport, LinkGoal, Work};
+use super::report::GoalReport;
+use super::search::LinkSearch;
+use super::settings::LinkGoal;
 use crate::anim::EventKind;
 use crate::graph::waits::{Waits, within};
 
-/// How often goals are gone through again with the moments that links have won for the graph.
+/// Number of passes over the goals. Later passes include moments that earlier links added to the
+/// graph.
 const ROUNDS: usize = 3;
 
-/// Takes links, goal after goal, until each is reached or nothing helps it.
-pub(super) fn choose(work: &mut Work<'_>) -> Vec<GoalReport> {
-    let evasions: Vec<usize> = (0..work.source.events.len())
+/// Adds links for one goal after another, until each goal is reached or no link helps.
+pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
+    let evasions: Vec<usize> = (0..search.source.events.len())
         .filter(|&index| {
-            let event = &work.source.events[index];
+            let event = &search.source.events[index];
             event.kind == EventKind::Evasion && event.first < event.last
         })
         .collect();
-    let mut candidates = work.candidates.find(&evasions, Side::Before, None);
-    let goals = work.settings.goals.clone();
+    let mut candidates = search.candidates.find(&evasions, Side::Before, None);
+    let goals = search.settings.goals.clone();
     let mut before = Vec::new();
     for _ in 0..ROUNDS {
-        let Some(mut need) = Need::new(work, &evasions) else {
+        let Some(mut progress) = GoalProgress::new(search, &evasions) else {
             break;
         };
         if before.is_empty() {
-            before = (0..goals.len()).map(|goal| need.share(goal)).collect();
+            before = (0..goals.len()).map(|goal| progress.share(goal)).collect();
         }
-        let links = work.links.len();
+        let links = search.links.len();
         for (index, goal) in goals.iter().enumerate() {
             candidates.retain(|candidate| {
-                let enough = need.share(index) >= goal.share || work.links.len() >= work.most();
-                let taken = !enough && need.gain(work, index, candidate) >= need.least_gain;
+                let enough =
+                    progress.share(index) >= goal.share || search.links.len() >= search.most();
+                let taken =
+                    !enough && progress.gain(search, index, candidate) >= progress.least_gain;
                 if taken {
-                    need.take(work, candidate);
-                    work.take(candidate.link);
+                    progress.take(search, candidate);
+                    search.take(candidate.link);
                 }
                 !taken
             });
         }
-        if work.links.len() == links {
+        if search.links.len() == links {
             break;
         }
     }
-    let after = Need::new(work, &evasions);
+    let after = GoalProgress::new(search, &evasions);
     goals
         .iter()
         .enumerate()
         .map(|(index, goal)| GoalReport {
             goal: *goal,
             before: before.get(index).copied().unwrap_or(0.0),
-            reached: after.as_ref().map_or(0.0, |need| need.share(index)),
+            reached: after.as_ref().map_or(0.0, |progress| progress.share(index)),
         })
         .collect()
 }
 
-/// Which moments lack what.
-struct Need {
+/// Progress of the goals, by moment.
+struct GoalProgress {
     waits: Waits,
-    /// The events that are evasions, in the order of `waits`.
+    /// Indices of the events that are evasions, in the order of `waits`.
     evasions: Vec<usize>,
-    /// Moments of the graph from which their clip goes on.
+    /// Moments of the graph that have a next frame in their clip.
     counted: Vec<bool>,
     all: usize,
     least_gain: usize,
@@ -68,26 +73,26 @@ struct Need {
 
 struct GoalState {
     goal: LinkGoal,
-    /// The goal's time in frames.
+    /// Time limit of the goal, in frames.
     limit: u32,
-    /// For each moment the evasions that can start within that time.
+    /// For each moment, the number of evasions that can start within the limit.
     evasions: Vec<u16>,
-    /// How many counted moments reach as many as are wanted.
+    /// Number of counted moments that reach the wanted number of evasions.
     met: usize,
 }
 
-impl Need {
-    /// `None` where there is no graph or no evasion.
-    fn new(work: &Work<'_>, evasions: &[usize]) -> Option<Self> {
+impl GoalProgress {
+    /// Returns `None` if there is no graph or no evasion.
+    fn new(search: &LinkSearch<'_>, evasions: &[usize]) -> Option<Self> {
         if evasions.is_empty() {
             return None;
         }
-        let mut counted = work.moments.component(&work.jumps)?;
-        for (moment, goes_on) in work.moments.goes_on().into_iter().enumerate() {
+        let mut counted = search.moments.component(&search.jumps)?;
+        for (moment, goes_on) in search.moments.goes_on().into_iter().enumerate() {
             counted[moment] &= goes_on && counted[moment + 1];
         }
-        let frame_rate = work.source.settings.frame_rate;
-        let goals: Vec<GoalState> = work
+        let frame_rate = search.source.settings.frame_rate;
+        let goals: Vec<GoalState> = search
             .settings
             .goals
             .iter()
@@ -99,47 +104,52 @@ impl Need {
             })
             .collect();
         let horizon = goals.iter().map(|goal| goal.limit).max().unwrap_or(0);
-        let mut need = Self {
-            waits: Waits::new(&work.moments, &work.jumps, horizon),
+        let mut progress = Self {
+            waits: Waits::new(&search.moments, &search.jumps, horizon),
             evasions: evasions.to_vec(),
             all: counted.iter().filter(|&&counted| counted).count(),
             counted,
-            least_gain: ((work.settings.least_gain * frame_rate).round() as usize).max(1),
+            least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
             goals,
         };
-        for goal in &mut need.goals {
-            goal.met = if goal.goal.evasions == 0 { need.all } else { 0 };
+        for goal in &mut progress.goals {
+            goal.met = if goal.goal.evasions == 0 {
+                progress.all
+            } else {
+                0
+            };
         }
         for &event in evasions {
-            let [start, _] = work.ends(&work.source.events[event]);
-            let (goals, counted) = (&mut need.goals, &need.counted);
-            need.waits.add_goal(start, |moment, old, new| {
-                note(goals, counted, (moment, old, new));
+            let [start, _] = search.ends(&search.source.events[event]);
+            let (goals, counted) = (&mut progress.goals, &progress.counted);
+            progress.waits.add_goal(start, |moment, old, new| {
+                record(goals, counted, WaitChange { moment, old, new });
             });
         }
-        Some(need)
+        Some(progress)
     }
 
-    /// Share of the counted moments for which a goal is met.
+    /// Share of the counted moments that meet a goal.
     fn share(&self, goal: usize) -> f64 {
         self.goals[goal].met as f64 / self.all.max(1) as f64
     }
 
-    /// How many moments that lack it on the way to a link would come to reach its evasion in time.
-    fn gain(&self, work: &Work<'_>, goal: usize, candidate: &Candidate) -> usize {
+    /// Number of moments before a link that do not meet the goal and would reach the link's evasion
+    /// in time.
+    fn gain(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> usize {
         let Some(evasion) = self.position(candidate.event) else {
             return 0;
         };
         let goal = &self.goals[goal];
-        let jump = work.moments.jump(&candidate.link);
+        let jump = search.moments.jump(&candidate.link);
         let after_link = self.waits.of(evasion, jump.to).saturating_add(jump.frames);
-        let before = work.moments.of_clip(candidate.link.source_clip).start;
+        let before = search.moments.of_clip(candidate.link.source_clip).start;
         let lacks = |moment: usize| {
             self.counted[moment]
                 && usize::from(goal.evasions[moment]) < goal.goal.evasions
                 && self.waits.of(evasion, moment as u32 + 1) >= goal.limit
         };
-        // From the link back to the first moment from which it is too far.
+        // Walk back from the link to the first moment that is too early.
         (before..jump.from as usize)
             .rev()
             .zip(after_link + 1..=goal.limit)
@@ -147,11 +157,11 @@ impl Need {
             .count()
     }
 
-    fn take(&mut self, work: &Work<'_>, candidate: &Candidate) {
+    fn take(&mut self, search: &LinkSearch<'_>, candidate: &Candidate) {
         let (goals, counted) = (&mut self.goals, &self.counted);
-        let jump = work.moments.jump(&candidate.link);
+        let jump = search.moments.jump(&candidate.link);
         self.waits.add_jump(jump, |moment, old, new| {
-            note(goals, counted, (moment, old, new));
+            record(goals, counted, WaitChange { moment, old, new });
         });
     }
 
@@ -160,9 +170,18 @@ impl Need {
     }
 }
 
-/// Keeps the goals' counts: at `moment` the wait for some evasion fell from `old` to `new` frames.
-/// The moment before it, whose next step leads there, waits one frame longer.
-fn note(goals: &mut [GoalState], counted: &[bool], (moment, old, new): (u32, u32, u32)) {
+/// A change of the wait for an evasion at a moment, in frames.
+#[derive(Clone, Copy)]
+struct WaitChange {
+    moment: u32,
+    old: u32,
+    new: u32,
+}
+
+/// Updates the goals after the wait for an evasion at `moment` fell from `old` to `new` frames. The
+/// moment before it in the clip waits one frame longer.
+fn record(goals: &mut [GoalState], counted: &[bool], change: WaitChange) {
+    let WaitChange { moment, old, new } = change;
     let Some(before) = (moment as usize).checked_sub(1).filter(|&b| counted[b]) else {
         return;
     };

@@ -1,69 +1,74 @@
-//! The events that the graph would drop get the best way in and the best way out.
+//! Links events that the graph would otherwise drop: each gets its best link in and its best link
+//! out.
 
 use super::candidates::{Candidate, Side};
-use super::{LinkObstacle, UnlinkedEvent, Work};
+use super::report::{LinkObstacle, UnlinkedEvent};
+use super::search::LinkSearch;
 
-/// Links events to the graph's largest component until no more can be; says which cannot.
-pub(super) fn join(work: &mut Work<'_>) -> Vec<UnlinkedEvent> {
+/// Links events to the graph's largest component until no further event can be linked. Returns the
+/// events that could not be linked.
+pub(super) fn join(search: &mut LinkSearch<'_>) -> Vec<UnlinkedEvent> {
     let playable = |index: &usize| {
-        let event = &work.source.events[*index];
+        let event = &search.source.events[*index];
         event.first < event.last
     };
-    let mut open: Vec<usize> = (0..work.source.events.len()).filter(playable).collect();
+    let mut open: Vec<usize> = (0..search.source.events.len()).filter(playable).collect();
     loop {
-        let before = work.links.len();
-        match work.moments.component(&work.jumps) {
-            None => first_cycle(work, &open),
+        let before = search.links.len();
+        match search.moments.component(&search.jumps) {
+            None => first_cycle(search, &open),
             Some(core) => {
                 open.retain(|&event| {
-                    let [first, last] = work.ends(&work.source.events[event]);
+                    let [first, last] = search.ends(&search.source.events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
-                to_core(work, &open, &core);
+                to_core(search, &open, &core);
             }
         }
-        if work.links.len() == before {
-            return unlinked(work, &open);
+        if search.links.len() == before {
+            return unlinked(search, &open);
         }
     }
 }
 
-/// Where no motion leads back at all: the closest link from after an event to before it.
-fn first_cycle(work: &mut Work<'_>, open: &[usize]) {
+/// If the graph has no cycle, adds the closest link from after an event back to before it.
+fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
     let loops = open.iter().filter_map(|&index| {
-        let event = &work.source.events[index];
-        let [first, _] = work.ends(event);
-        let start = work.moments.of_clip(event.clip.index()).start;
-        let mut allowed = vec![false; work.moments.len()];
+        let event = &search.source.events[index];
+        let [first, _] = search.ends(event);
+        let start = search.moments.of_clip(event.clip.index()).start;
+        let mut allowed = vec![false; search.moments.len()];
         allowed[start..=first as usize].fill(true);
-        let found = work.candidates.find(&[index], Side::After, Some(&allowed));
+        let found = search
+            .candidates
+            .find(&[index], Side::After, Some(&allowed));
         found.first().copied()
     });
-    let best = loops.min_by(|a, b| a.strain.total_cmp(&b.strain));
+    let best = loops.min_by(|a, b| a.cost.total_cmp(&b.cost));
     if let Some(best) = best {
-        work.take(best.link);
+        search.take(best.link);
     }
 }
 
-/// Links each event that has both a way in from the component and a way out to it.
-fn to_core(work: &mut Work<'_>, open: &[usize], core: &[bool]) {
-    let ways_in = work.candidates.find(open, Side::Before, Some(core));
-    let ways_out = work.candidates.find(open, Side::After, Some(core));
+/// Links each event that has both a link from the component and a link to it.
+fn to_core(search: &mut LinkSearch<'_>, open: &[usize], core: &[bool]) {
+    let links_in = search.candidates.find(open, Side::Before, Some(core));
+    let links_out = search.candidates.find(open, Side::After, Some(core));
     let best = |ways: &[Candidate], event| ways.iter().find(|way| way.event == event).copied();
     for &event in open {
-        if let (Some(way_in), Some(way_out)) = (best(&ways_in, event), best(&ways_out, event)) {
-            work.take(way_in.link);
-            work.take(way_out.link);
+        if let (Some(link_in), Some(link_out)) = (best(&links_in, event), best(&links_out, event)) {
+            search.take(link_in.link);
+            search.take(link_out.link);
         }
     }
 }
 
-fn unlinked(work: &Work<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
-    let seconds = |frames: usize| frames as f64 / work.source.settings.frame_rate;
-    let lengths = work.candidates.lengths;
+fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
+    let seconds = |frames: usize| frames as f64 / search.source.settings.frame_rate;
+    let lengths = search.candidates.lengths;
     let shortest = seconds(lengths.shortest);
     let why = |event: usize| {
-        let room = |side| work.candidates.room(event, side);
+        let room = |side| search.candidates.free_frames(event, side);
         let (before, after) = (room(Side::Before), room(Side::After));
         if before < lengths.shortest {
             LinkObstacle::NoLeadIn {
@@ -81,7 +86,7 @@ fn unlinked(work: &Work<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
             }
         }
     };
-    let events = work.source.events.iter().enumerate();
+    let events = search.source.events.iter().enumerate();
     events
         .filter_map(|(event, found)| {
             let obstacle = if found.first == found.last {
@@ -90,7 +95,7 @@ fn unlinked(work: &Work<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {
                 open.contains(&event).then(|| why(event))?
             };
             Some(UnlinkedEvent {
-                event: found.describe(work.source.clips, work.source.settings.frame_rate),
+                event: found.describe(search.source.clips, search.source.settings.frame_rate),
                 obstacle,
             })
         })

@@ -1,18 +1,18 @@
 use super::LinkSettings;
 use crate::graph::GraphSettings;
 
-/// How long links blend and how far apart their windows may lie; lengths in frames.
+/// Lengths and distances of links. Lengths are in frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lengths {
-    /// The graph's window.
+    /// Length of the graph's windows.
     pub(super) window: usize,
     pub(super) shortest: usize,
     longest: usize,
     pub(super) lead: usize,
     pub(super) spread: usize,
-    /// Windows of one clip that lie nearer than this to each other are the same motion.
+    /// Windows of one clip that are closer than this are the same motion.
     pub(super) separation: usize,
-    /// Up to this distance a blend has the window's length, metres.
+    /// Maximum distance at which a blend has the window's length, in metres.
     threshold: f32,
     pub(super) loosest: f32,
 }
@@ -32,20 +32,21 @@ impl Lengths {
         }
     }
 
-    /// Frames of a blend between windows that lie `distance` metres apart, where `room` frames can
-    /// be had; `None` where the shortest blend has no room.
+    /// Length of a blend between windows at `distance` metres, if `room` frames are available.
+    /// Returns `None` if the shortest blend does not fit.
     pub(super) fn blend(&self, distance: f32, room: usize) -> Option<usize> {
         let share = ((distance - self.threshold) / (self.loosest - self.threshold)).clamp(0.0, 1.0);
-        // No share where the loosest is no looser than the graph's own threshold.
+        // The share is not finite if the maximum distance of links is not above the graph's
+        // threshold.
         let share = if share.is_finite() { share } else { 0.0 };
         let more = share * (self.longest - self.window) as f32;
         let blend = (self.window + more.round() as usize).min(room);
         (blend >= self.shortest).then_some(blend)
     }
 
-    /// What the distance counts for: a blend that is shorter than the window has to make the same
-    /// way in less time.
-    pub(super) fn strain(&self, distance: f32, blend: usize) -> f32 {
+    /// Cost of a link: its distance, scaled up if the blend is shorter than the window, because it
+    /// then covers the distance in less time.
+    pub(super) fn cost(&self, distance: f32, blend: usize) -> f32 {
         distance * (self.window as f32 / blend as f32).max(1.0)
     }
 }

@@ -3,73 +3,73 @@ use thiserror::Error;
 
 use super::LinkGoal;
 
-/// Which links were made.
+/// Statistics of the links.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkReport {
-    /// Links, all together.
+    /// Number of links.
     pub links: usize,
-    /// Those of them that were made so that an event is not dropped.
+    /// Number of links that keep an event in the graph.
     pub joins: usize,
-    /// Largest distance of a link, metres.
+    /// Maximum distance of a link, in metres.
     pub loosest: f32,
-    /// Longest blend of a link, seconds.
+    /// Maximum length of a link, in seconds.
     pub longest: f64,
-    /// What was wanted and what was reached, in the settings' order.
+    /// Results of the goals, in the settings' order.
     pub goals: Vec<GoalReport>,
-    /// Events that no link could join to the graph.
+    /// Events that no link could connect to the graph.
     pub unlinked: Vec<UnlinkedEvent>,
 }
 
-/// What was wanted and what was reached.
+/// Result of one goal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GoalReport {
-    /// What was wanted.
+    /// The goal.
     pub goal: LinkGoal,
-    /// Share of the moments without links.
+    /// Share of the moments that meet the goal without links.
     pub before: f64,
-    /// Share of the moments with them.
+    /// Share of the moments that meet the goal with links.
     pub reached: f64,
 }
 
-/// An event that is not in the graph.
+/// An event that is not part of the graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnlinkedEvent {
-    /// Its clip and seconds: `"duck.bvh 0.77-1.77"`.
+    /// Clip and seconds of the event, for example `"duck.bvh 0.77-1.77"`.
     pub event: String,
-    /// Why.
+    /// Reason why it could not be linked.
     pub obstacle: LinkObstacle,
 }
 
-/// Why an event is not in the graph.
+/// Reason why an event could not be linked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Error)]
 pub enum LinkObstacle {
-    /// It has no motion.
+    /// The event has no motion.
     #[error("it is shorter than a frame")]
     TooShort,
-    /// It starts too near to its clip's start, or to another event's end.
+    /// The event starts too close to its clip's start or to the end of another event.
     #[error(
         "only {seconds:.2} s of motion lead to it, and the shortest blend takes {shortest:.2} s"
     )]
     NoLeadIn {
-        /// How long the motion before it is.
+        /// Duration of the motion before the event, in seconds.
         seconds: f64,
-        /// How long a blend must be.
+        /// Duration of the shortest blend, in seconds.
         shortest: f64,
     },
-    /// It ends too near to its clip's end, or to another event's start.
+    /// The event ends too close to its clip's end or to the start of another event.
     #[error(
         "only {seconds:.2} s of motion follow it, and the shortest blend takes {shortest:.2} s"
     )]
     NoTail {
-        /// How long the motion after it is.
+        /// Duration of the motion after the event, in seconds.
         seconds: f64,
-        /// How long a blend must be.
+        /// Duration of the shortest blend, in seconds.
         shortest: f64,
     },
-    /// Nothing in the graph is close enough.
+    /// No moment of the graph is close enough.
     #[error("no moment of the graph within {loosest} m leads to it, or none to which it leads")]
     NothingNear {
-        /// How close it would have to be, metres.
+        /// Maximum distance of a link, in metres.
         loosest: f32,
     },
 }

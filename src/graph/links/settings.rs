@@ -2,42 +2,44 @@ use serde::{Deserialize, Serialize};
 
 use crate::graph::GraphError;
 
-/// Which links a graph gets for the sake of its events.
+/// Settings of the links that a graph gets for its events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkSettings {
-    /// What is to be reached, one after the other. Default: an evasion within 1 s from 90% of the
-    /// moments and within 1.5 s from 97%; four different ones within 1 s from 80%, and eight within
-    /// 0.7 s from 95%.
+    /// Goals, reached one after another. Default: an evasion within 1 s from 90% of the moments and
+    /// within 1.5 s from 97%; four different evasions within 1 s from 80%, and eight within 0.7 s
+    /// from 95%.
     pub goals: Vec<LinkGoal>,
-    /// Windows that lie further apart are not linked: root of the mean squared distance of joints,
-    /// metres; times window / blend where the blend is shorter than the graph's window. Default
-    /// 0.35: strides of a walk come no closer to a guard, and only they need more than 0.25.
+    /// Maximum distance of a link: root of the mean squared distance of joints, in metres, times
+    /// window / blend if the blend is shorter than the graph's window. Default 0.35. Strides of a
+    /// walk come no closer to a guard; all other motion needs at most 0.25.
     pub loosest: f32,
-    /// A link may end this long before the event's first frame, or start this long after its last,
-    /// seconds. Default 0.25.
+    /// Maximum time between a link's end and its event's first frame, or between its event's last
+    /// frame and the link's start, in seconds. Default 0.25.
     pub lead: f64,
-    /// The shortest blend, where an event lies near its clip's start or end, seconds. Default 1/6.
+    /// Minimum length of a blend, used if an event is close to its clip's start or end, in seconds.
+    /// Default 1/6.
     pub shortest: f64,
-    /// The longest blend, that of the loosest links, seconds. Default 1/2.
+    /// Maximum length of a blend, used for the links with the largest distance, in seconds. Default
+    /// 1/2.
     pub longest: f64,
-    /// Into each evasion at most one link starts in each stretch of a clip of this length, seconds.
-    /// Default 0.1.
+    /// Minimum spacing in a clip between links to the same evasion, in seconds. Default 0.1.
     pub spread: f64,
-    /// A goal's link must help at least this long a stretch of moments, seconds. Default 1/30.
+    /// Minimum duration of the moments that a goal's link must help, in seconds. Default 1/30.
     pub least_gain: f64,
-    /// Most links for each second of clips; those that keep an event in the graph are counted but
-    /// always made. Default 60.
+    /// Maximum number of links per second of clips. Links that keep an event in the graph count but
+    /// are always added. Default 60.
     pub most_per_second: f64,
 }
 
-/// How soon how many evasions are wanted, and from how many moments.
+/// A goal: the number of evasions that can start in time, and the share of moments from which they
+/// can.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkGoal {
-    /// An evasion counts when it can start within this time, at rate 1.
+    /// Time within which an evasion must be able to start, at rate 1, in seconds.
     pub seconds: f64,
-    /// How many different evasions a moment should reach.
+    /// Number of different evasions that a moment should reach.
     pub evasions: usize,
-    /// Share of the moments that should, 0 to 1.
+    /// Share of the moments that should reach them, 0 to 1.
     pub share: f64,
 }
 

@@ -149,7 +149,13 @@ fn an_event_that_does_not_end_is_refused_by_number() {
     let skeleton = small_skeleton();
     let clips = [swinging_clip(&skeleton, 30 * 90, 0.3)];
     let (error, _) = refused(&skeleton, &clips, &[event(1.0, 2.0), event(3.0, 63.5)]);
-    assert_eq!(error, GraphError::EventTooLong { index: 1 });
+    assert_eq!(
+        error,
+        GraphError::EventTooLong {
+            index: 1,
+            max: 60.0
+        }
+    );
     assert!(error.to_string().contains("60 s"), "{error}");
 }
 
@@ -170,7 +176,7 @@ fn times_that_are_none_are_refused() {
         assert!(
             matches!(
                 error,
-                GraphError::Event { index: 0, .. } | GraphError::EventTooLong { index: 0 }
+                GraphError::Event { index: 0, .. } | GraphError::EventTooLong { index: 0, .. }
             ),
             "{start} to {end}: {error}"
         );

@@ -1,17 +1,17 @@
 use crate::graph::moments::Moments;
 use crate::graph::{GraphEvent, PointCloud};
 
-/// How many frames of a clip a blend can use before and after each moment, up to the clip's end or
-/// an event: no blend reaches into an event.
+/// Number of frames that a blend can use before and after each moment. A blend reaches at most to
+/// the clip's end or to an event, because it must not blend a part of an event.
 #[derive(Debug)]
-pub(super) struct Rooms {
+pub(super) struct FreeFrames {
     before: Vec<u32>,
     after: Vec<u32>,
 }
 
-impl Rooms {
+impl FreeFrames {
     pub(super) fn new(moments: &Moments, clouds: &[PointCloud], events: &[GraphEvent]) -> Self {
-        // Whether the step from each moment to the next one of its clip may be blended.
+        // Whether the step from each moment to the next moment of its clip may be blended.
         let mut free = moments.goes_on();
         for event in events {
             let [first, last] =
@@ -33,12 +33,12 @@ impl Rooms {
         Self { before, after }
     }
 
-    /// Frames that a blend which ends at `moment` can use.
+    /// Number of frames that a blend which ends at `moment` can use.
     pub(super) fn before(&self, moment: u32) -> usize {
         self.before[moment as usize] as usize
     }
 
-    /// Frames that a blend which starts at `moment` can use.
+    /// Number of frames that a blend which starts at `moment` can use.
     pub(super) fn after(&self, moment: u32) -> usize {
         self.after[moment as usize] as usize
     }

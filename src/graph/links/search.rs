@@ -1,0 +1,40 @@
+use super::candidates::Candidates;
+use super::settings::LinkSettings;
+use super::source::LinkSource;
+use crate::anim::Clip;
+use crate::graph::moments::{Jump, Moments};
+use crate::graph::{GraphEvent, Transition};
+
+/// State of the search.
+pub(super) struct LinkSearch<'a> {
+    pub(super) source: LinkSource<'a>,
+    pub(super) settings: &'a LinkSettings,
+    pub(super) candidates: Candidates<'a>,
+    pub(super) moments: Moments,
+    /// All transitions and links so far.
+    pub(super) jumps: Vec<Jump>,
+    /// All links so far.
+    pub(super) links: Vec<Transition>,
+}
+
+impl LinkSearch<'_> {
+    pub(super) fn take(&mut self, link: Transition) {
+        self.jumps.push(self.moments.jump(&link));
+        self.links.push(link);
+    }
+
+    /// First and last moment of an event.
+    pub(super) fn ends(&self, event: &GraphEvent) -> [u32; 2] {
+        [event.first, event.last].map(|frame| self.moments.at(event.clip.index(), frame as usize))
+    }
+
+    /// Maximum number of links.
+    pub(super) fn most(&self) -> usize {
+        let seconds: f64 = self.source.clips.iter().map(Clip::duration).sum();
+        (seconds * self.settings.most_per_second) as usize
+    }
+
+    pub(super) fn longest(&self) -> usize {
+        self.links.iter().map(|t| t.frames).max().unwrap_or(0)
+    }
+}

@@ -1,0 +1,18 @@
+use crate::anim::Clip;
+use crate::graph::distance::Windows;
+use crate::graph::{GraphEvent, GraphSettings, PointCloud};
+
+/// Input of the search for links.
+#[derive(Clone, Copy)]
+pub(in crate::graph) struct LinkSource<'a> {
+    /// Clips, at the graph's frame rate.
+    pub(in crate::graph) clips: &'a [Clip],
+    /// Point cloud of each clip.
+    pub(in crate::graph) clouds: &'a [PointCloud],
+    /// Windows of each cloud, as long as the graph's transitions.
+    pub(in crate::graph) windows: &'a [Windows],
+    /// Events in frames of the clips, without overlap.
+    pub(in crate::graph) events: &'a [GraphEvent],
+    /// Settings of the graph.
+    pub(in crate::graph) settings: &'a GraphSettings,
+}

@@ -1,0 +1,12 @@
+use crate::anim::{Clip, Event, Skeleton};
+
+/// Input of [`build`](super::build()).
+#[derive(Clone, Copy, Debug)]
+pub struct ClipSource<'a> {
+    /// Skeleton of all clips.
+    pub skeleton: &'a Skeleton,
+    /// Clips, at any frame rates.
+    pub clips: &'a [Clip],
+    /// Labelled events of the clips. Events of one clip must not overlap.
+    pub events: &'a [Event],
+}
