@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use sabaki::archive;
 use serde_json::json;
 
+use super::distances::DistanceFigure;
 use super::plot::Plot;
-use super::{Done, Failure, distances, source};
+use super::{Done, Failure, source};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -15,7 +16,7 @@ pub(crate) struct Args {
     /// The baked graph to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Draw the distances between the moments of all clips, and the transitions: a PNG, or - for letters on stdout.
+    /// Draw the distances between the moments of all clips, and the transitions: a PNG or SVG, or - for letters on stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
 }
@@ -33,10 +34,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let (graph, threshold) = (baked.graph.graph(), args.clips.threshold);
     let drawn = match &args.plot {
         None => String::new(),
-        Some(plot) => plot.draw(
-            || distances::picture(graph, threshold),
-            |paint| distances::letters(graph, threshold, paint),
-        )?,
+        Some(plot) => plot.draw(&DistanceFigure { graph, threshold })?,
     };
     Ok(Done::ok(if as_json {
         let mut document = source::statistics(&baked);

@@ -1,94 +1,162 @@
-//! Line charts with linear axes.
+//! Line charts: what they show, and how plotters draws them.
 
-use super::picture::{COLOURS, Picture, RULE};
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
+use plotters::prelude::*;
 
-/// Rules across a chart at most, along either axis.
-const RULES: f64 = 10.0;
+use super::picture::FONT;
+use super::plot::{Area, Drawn, INK};
+
+/// Colours of the lines of a chart, in order; they differ for colour-blind readers, too (Okabe & Ito).
+pub(crate) const COLOURS: [[u8; 3]; 5] = [
+    [213, 94, 0],
+    [0, 158, 115],
+    [0, 114, 178],
+    [230, 159, 0],
+    [204, 121, 167],
+];
+
+/// How the values of both axes are spread.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scale {
+    /// From 0 on.
+    Linear,
+    /// By powers of ten. All values are above 0.
+    Log,
+}
 
 /// A line of a chart.
 pub(crate) struct Line<'a> {
     pub(crate) name: &'a str,
     pub(crate) points: Vec<(f64, f64)>,
-    /// Whether each point is marked.
+    /// Whether each point has a marker.
     pub(crate) marks: bool,
 }
 
-/// Lines over common axes that start at 0.
+/// Lines over common axes.
 pub(crate) struct Chart<'a> {
+    pub(crate) title: &'a str,
+    /// What the axes show, with the unit.
     pub(crate) x: &'a str,
     pub(crate) y: &'a str,
+    pub(crate) scale: Scale,
     pub(crate) lines: Vec<Line<'a>>,
 }
 
-/// A chart's place in a picture, pixels: from the left and the top, and how large.
-#[derive(Clone, Copy)]
-pub(crate) struct Frame {
-    pub(crate) at: (usize, usize),
-    pub(crate) size: (usize, usize),
-}
-
 impl Chart<'_> {
-    /// Draws the chart so that its axes fill the frame; labels stand outside of it, left and below.
-    pub(crate) fn draw(&self, picture: &mut Picture, frame: Frame) {
-        let all = || self.lines.iter().flat_map(|line| &line.points);
-        let (x_step, x_most) = rules(all().map(|point| point.0).fold(0.0, f64::max));
-        let (y_step, y_most) = rules(all().map(|point| point.1).fold(0.0, f64::max));
-        let (left, top) = (frame.at.0 as f64, frame.at.1 as f64);
-        let (width, height) = (frame.size.0 as f64, frame.size.1 as f64);
-        let place =
-            |(x, y): (f64, f64)| (left + width * x / x_most, top + height * (1.0 - y / y_most));
-        for rule in 0..=(x_most / x_step).round() as usize {
-            let x = rule as f64 * x_step;
-            let (from, to) = (place((x, 0.0)), place((x, y_most)));
-            picture.line(from, to, RULE);
-            let label = label(x, x_step);
-            let start = (from.0 as usize).saturating_sub(4 * label.len());
-            picture.text(start, from.1 as usize + 8, &label);
-        }
-        for rule in 0..=(y_most / y_step).round() as usize {
-            let y = rule as f64 * y_step;
-            let (from, to) = (place((0.0, y)), place((x_most, y)));
-            picture.line(from, to, RULE);
-            let label = label(y, y_step);
-            let start = frame.at.0.saturating_sub(8 * label.len() + 8);
-            picture.text(start, (from.1 as usize).saturating_sub(4), &label);
-        }
-        let middle = frame.at.0 + (frame.size.0 / 2).saturating_sub(4 * self.x.len());
-        picture.text(middle, frame.at.1 + frame.size.1 + 24, self.x);
-        picture.text(frame.at.0, frame.at.1.saturating_sub(18), self.y);
-        for (index, (line, colour)) in self.lines.iter().zip(COLOURS.iter().cycle()).enumerate() {
-            for pair in line.points.windows(2) {
-                picture.line(place(pair[0]), place(pair[1]), *colour);
+    /// Draws the chart over the whole area: title, legend, then the axes with the lines.
+    pub(crate) fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        area.draw(&Text::new(
+            self.title,
+            (14, 10),
+            (FONT, 22).into_font().color(&INK),
+        ))?;
+        self.legend(area)?;
+        let (x, y) = (self.range(|point| point.0), self.range(|point| point.1));
+        let mut chart = ChartBuilder::on(area);
+        chart
+            .margin_top(68)
+            .margin_right(28)
+            .margin_bottom(10)
+            .margin_left(12);
+        chart.x_label_area_size(52).y_label_area_size(78);
+        match self.scale {
+            Scale::Linear => self.fill(chart.build_cartesian_2d(0.0..x.1, 0.0..y.1)?),
+            Scale::Log => {
+                self.fill(chart.build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?)
             }
-            for (x, y) in line.points.iter().filter(|_| line.marks).map(|&p| place(p)) {
-                let corner = (
-                    (x as usize).saturating_sub(2),
-                    (y as usize).saturating_sub(2),
-                );
-                picture.fill(corner, (6, 6), *colour);
-            }
-            let y = frame.at.1 + 10 + 16 * index;
-            picture.fill((frame.at.0 + 12, y), (20, 8), *colour);
-            picture.text(frame.at.0 + 40, y, line.name);
+        }
+    }
+
+    /// Names and colours of the lines, side by side above the plot: nothing can lie under them.
+    fn legend<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        let style = (FONT, 17).into_font().color(&INK);
+        let mut left = 14;
+        for (line, colour) in self.lines.iter().zip(colours()) {
+            let swatch = [(left, 50), (left + 24, 50)];
+            area.draw(&PathElement::new(swatch, colour.stroke_width(3)))?;
+            area.draw(&Text::new(line.name, (left + 32, 41), style.clone()))?;
+            let (width, _) = area.estimate_text_size(line.name, &style)?;
+            left += 32 + width as i32 + 28;
+        }
+        Ok(())
+    }
+
+    fn fill<DB: DrawingBackend, X, Y>(
+        &self,
+        mut chart: ChartContext<'_, DB, Cartesian2d<X, Y>>,
+    ) -> Drawn<DB>
+    where
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc(self.x).y_desc(self.y).x_labels(11).y_labels(9);
+        mesh.x_label_formatter(&|value| number(*value));
+        mesh.y_label_formatter(&|value| number(*value));
+        mesh.label_style((FONT, 16).into_font().color(&INK));
+        mesh.axis_desc_style((FONT, 18).into_font().color(&INK));
+        mesh.axis_style(INK.mix(0.6));
+        mesh.bold_line_style(INK.mix(0.2))
+            .light_line_style(INK.mix(match self.scale {
+                Scale::Linear => 0.0,
+                Scale::Log => 0.07,
+            }));
+        mesh.draw()?;
+        for (line, colour) in self.lines.iter().zip(colours()) {
+            let points = line.points.iter().map(|&point| self.lifted(point));
+            let size = if line.marks { 4 } else { 0 };
+            chart.draw_series(
+                LineSeries::new(points, colour.stroke_width(2).filled()).point_size(size),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// A point as it can be drawn: a logarithmic axis has no 0.
+    fn lifted(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        match self.scale {
+            Scale::Linear => (x, y),
+            Scale::Log => (x.max(LEAST), y.max(LEAST)),
+        }
+    }
+
+    /// The ends of an axis.
+    fn range(&self, axis: fn((f64, f64)) -> f64) -> (f64, f64) {
+        let points = self.lines.iter().flat_map(|line| &line.points);
+        let values = points.map(|&point| axis(self.lifted(point)));
+        let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
+            let (least, most) = ends.unwrap_or((value, value));
+            Some((least.min(value), most.max(value)))
+        });
+        ends_of(self.scale, ends.unwrap_or((1.0, 1.0)))
+    }
+}
+
+/// What a logarithmic axis shows values as that are not above 0.
+const LEAST: f64 = 1e-6;
+
+/// Whole powers of ten, or from 0 to a little more than the largest value.
+fn ends_of(scale: Scale, (least, most): (f64, f64)) -> (f64, f64) {
+    match scale {
+        Scale::Linear if most.is_finite() && most > 0.0 => (0.0, 1.04 * most),
+        Scale::Linear => (0.0, 1.0),
+        Scale::Log => {
+            let low = least.log10().floor();
+            let high = most.log10().ceil().max(low + 1.0);
+            (10f64.powf(low), 10f64.powf(high))
         }
     }
 }
 
-/// The step between rules, and the last one: a round number of steps that holds `most`.
-pub(crate) fn rules(most: f64) -> (f64, f64) {
-    if !(most.is_finite() && most > 0.0) {
-        return (1.0, 1.0);
-    }
-    let decade = 10f64.powf((most / RULES).log10().floor());
-    let fits = |step: &f64| most / step <= RULES;
-    let step = [1.0, 2.0, 5.0, 10.0].map(|part| part * decade);
-    let step = step.into_iter().find(fits).unwrap_or(10.0 * decade);
-    (step, step * (most / step).ceil())
+/// A label of an axis, without digits that say nothing.
+fn number(value: f64) -> String {
+    let text = format!("{value:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-pub(crate) fn label(value: f64, step: f64) -> String {
-    let digits = (-step.log10().floor()).max(0.0) as usize;
-    format!("{value:.digits$}")
+fn colours() -> impl Iterator<Item = RGBColor> {
+    let colours = COLOURS.iter().cycle();
+    colours.map(|&[red, green, blue]| RGBColor(red, green, blue))
 }
 
 #[cfg(test)]
@@ -96,23 +164,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rules_are_round_and_hold_everything() {
+    fn an_axis_holds_every_value() {
         for most in [1e-6, 0.37, 1.0, 9.99, 10.0, 18.0, 79.5, 123_456.0] {
-            let (step, last) = rules(most);
+            let (low, high) = ends_of(Scale::Linear, (0.0, most));
+            assert!(low == 0.0 && high > most && high < 1.1 * most, "{most}");
+            let (low, high) = ends_of(Scale::Log, (most / 3.0, most));
             assert!(
-                last >= most && last < most + step * 1.001,
-                "{most}: {step} {last}"
-            );
-            assert!(
-                last / step <= RULES + 1e-9 && last / step > 2.0,
-                "{most}: {step} {last}"
+                low <= most / 3.0 && high >= most && high <= 100.0 * most,
+                "{most}"
             );
         }
-        assert_eq!(rules(0.0), (1.0, 1.0));
-        assert_eq!(rules(f64::NAN), (1.0, 1.0));
-        assert_eq!(
-            (label(0.2, 0.1).as_str(), label(40.0, 20.0).as_str()),
-            ("0.2", "40")
-        );
+        assert_eq!(ends_of(Scale::Linear, (0.0, 0.0)), (0.0, 1.0));
+        assert_eq!(ends_of(Scale::Linear, (f64::NAN, f64::NAN)), (0.0, 1.0));
+        assert_eq!(ends_of(Scale::Log, (1.0, 1.0)), (1.0, 10.0));
+        let labels = [0.0, 0.25, 3.0, 40.0, 0.001].map(number);
+        assert_eq!(labels, ["0", "0.25", "3", "40", "0.001"]);
     }
 }

@@ -31,8 +31,8 @@ pub(crate) struct Args {
     /// Compare settings of the maps instead: each is baked and held to the exact test.
     #[arg(long, conflicts_with_all = ["plot", "lookup"])]
     settings: bool,
-    /// Measure the time of culling over the number of candidates as well, and draw it: a PNG, or - for letters on
-    /// stdout.
+    /// Measure the time of culling over the number of candidates as well, and draw it: a PNG or SVG, or - for letters
+    /// on stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
 }
@@ -66,8 +66,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         None => None,
         Some(plot) => {
             let lines = crossover::measure(&baked.graph, &throws, &mut culling)?;
-            let letters = |paint| crossover::letters(&lines, paint);
-            drawn = plot.draw(|| crossover::plot(&lines), letters)?;
+            drawn = plot.draw(&crossover::CrossoverFigure { lines: &lines })?;
             Some(lines)
         }
     };

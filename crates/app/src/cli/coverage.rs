@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -9,8 +11,8 @@ use sabaki_app::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
 use serde_json::{Value, json};
 
 use super::coverage_by_time::{self, Balls};
-use super::picture::Picture;
-use super::plot::{Paint, Plot, shade};
+use super::picture::FONT;
+use super::plot::{Area, Drawn, Figure, Format, INK, Paint, Plot, shade};
 use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
 
@@ -36,7 +38,7 @@ pub(crate) struct Args {
     /// Threads; 0 for as many as the machine has. The result is the same for any number.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
-    /// Draw the table as a heat map: a PNG, or - for letters on stdout.
+    /// Draw the table as a heat map: a PNG or SVG, or - for letters on stdout.
     #[arg(long, alias = "png", value_name = "FILE")]
     plot: Option<Plot>,
 }
@@ -57,10 +59,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let coverage = throw_all(args, &baked.graph)?;
     let drawn = match &args.plot {
         None => String::new(),
-        Some(plot) => plot.draw(
-            || heat_map(&coverage),
-            |paint| heat_letters(&coverage, paint),
-        )?,
+        Some(plot) => plot.draw(&HeatMap {
+            coverage: &coverage,
+        })?,
     };
     Ok(Done::ok(if as_json {
         let mut document = document(&coverage);
@@ -296,70 +297,107 @@ fn words(coverage: &Coverage) -> String {
     text
 }
 
-/// Pixels of a cell, between panels, and for labels.
-const CELL: (usize, usize) = (44, 22);
-const NAMES: usize = 110;
-const GAP: usize = 16;
-const LABEL: usize = 18;
-
-/// A panel for each height, from the head down; rows are directions, columns leads.
-fn heat_map(coverage: &Coverage) -> Picture {
-    let rows = coverage.directions();
-    let panel = 2 * LABEL + rows * CELL.1 + GAP;
-    let size = (
-        NAMES + LEADS.len() * CELL.0 + GAP,
-        2 * LABEL + HEIGHTS.len() * panel,
-    );
-    let mut picture = Picture::new(size.0.max(480), size.1);
-    picture.text(
-        GAP,
-        6,
-        "share of attacks avoided, percent; columns: lead, s",
-    );
-    for (place, height) in (0..HEIGHTS.len()).rev().enumerate() {
-        let top = 2 * LABEL + place * panel;
-        picture.text(GAP, top, HEIGHTS[height].0);
-        for (column, lead) in LEADS.iter().enumerate() {
-            picture.text(NAMES + column * CELL.0 + 6, top, &format!("{lead:.2}"));
-        }
-        for direction in 0..rows {
-            let y = top + LABEL + direction * CELL.1;
-            let name: String = direction_name(coverage, direction).replace('°', " deg");
-            picture.text(GAP, y + 7, &name);
-            for lead in 0..LEADS.len() {
-                let cell = Cell {
-                    direction,
-                    height,
-                    lead,
-                };
-                let share = coverage.share(|other| other == cell);
-                let x = NAMES + lead * CELL.0;
-                picture.fill((x, y), (CELL.0 - 2, CELL.1 - 2), heat(share));
-                picture.text(x + 8, y + 7, &format!("{:3.0}", 100.0 * share));
-            }
-        }
-    }
-    picture
+/// The shares as a heat map: a block for each height from the head down, rows are directions, columns leads.
+struct HeatMap<'a> {
+    coverage: &'a Coverage,
 }
 
-/// The same in letters: for each height a block, rows are directions, columns leads.
-fn heat_letters(coverage: &Coverage, paint: Paint) -> String {
-    let mut letters = "\nshare of attacks avoided, · none, █ all; columns: lead\n".to_owned();
-    for height in (0..HEIGHTS.len()).rev() {
-        let _ = writeln!(letters, "{}", HEIGHTS[height].0);
-        for direction in 0..coverage.directions() {
-            let _ = write!(letters, "  {:<12}", direction_name(coverage, direction));
-            for lead in 0..LEADS.len() {
-                let is = |c: Cell| (c.height, c.direction, c.lead) == (height, direction, lead);
-                let share = coverage.share(is);
-                let cell = shade(share).to_string().repeat(4);
-                letters.push_str(&paint.on(heat(share), &cell));
-                letters.push(' ');
-            }
-            letters.push('\n');
-        }
+/// Pixels of a cell.
+const CELL: (i32, i32) = (64, 26);
+/// Pixels left of the cells for the names of heights and directions, and above them for title and leads.
+const NAMES: i32 = 190;
+const HEAD: i32 = 96;
+/// Pixels between the blocks, and around the figure.
+const GAP: i32 = 12;
+
+impl HeatMap<'_> {
+    /// Pixels of a block and the gap below it.
+    fn block(&self) -> i32 {
+        self.coverage.directions() as i32 * CELL.1 + GAP
     }
-    letters
+
+    fn share(&self, cell: Cell) -> f64 {
+        self.coverage.share(|other| other == cell)
+    }
+}
+
+impl Figure for HeatMap<'_> {
+    fn size(&self) -> (u32, u32) {
+        let width = NAMES + LEADS.len() as i32 * CELL.0 + GAP;
+        let height = HEAD + HEIGHTS.len() as i32 * self.block();
+        (width.max(560) as u32, height as u32)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, _: Format) -> Drawn<DB> {
+        let style = |size: u32, colour: &RGBColor| (FONT, size).into_font().color(colour);
+        let centred = |size, colour| style(size, colour).pos(Pos::new(HPos::Center, VPos::Center));
+        let title = "Share of attacks avoided, in percent";
+        area.draw(&Text::new(title, (GAP, 10), style(22, &INK)))?;
+        let leads = "lead: seconds from the query to the throw";
+        area.draw(&Text::new(leads, (NAMES, 44), style(17, &INK)))?;
+        for (column, lead) in (0..).zip(LEADS) {
+            let middle = (NAMES + column * CELL.0 + CELL.0 / 2, HEAD - 14);
+            area.draw(&Text::new(
+                format!("{lead:.2} s"),
+                middle,
+                centred(16, &INK),
+            ))?;
+        }
+        for (place, height) in (0..).zip((0..HEIGHTS.len()).rev()) {
+            let top = HEAD + place * self.block();
+            area.draw(&Text::new(
+                HEIGHTS[height].0,
+                (GAP, top + 4),
+                style(18, &INK),
+            ))?;
+            for direction in 0..self.coverage.directions() {
+                let y = top + direction as i32 * CELL.1;
+                let right = Pos::new(HPos::Right, VPos::Center);
+                let name = direction_name(self.coverage, direction);
+                let at = (NAMES - 10, y + CELL.1 / 2);
+                area.draw(&Text::new(name, at, style(16, &INK).pos(right)))?;
+                for (column, lead) in (0..).zip(0..LEADS.len()) {
+                    let share = self.share(Cell {
+                        direction,
+                        height,
+                        lead,
+                    });
+                    let x = NAMES + column * CELL.0;
+                    let [red, green, blue] = heat(share);
+                    let fill = RGBColor(red, green, blue).filled();
+                    let corners = [(x, y), (x + CELL.0 - 2, y + CELL.1 - 2)];
+                    area.draw(&Rectangle::new(corners, fill))?;
+                    let middle = (x + CELL.0 / 2 - 1, y + CELL.1 / 2 - 1);
+                    let text = format!("{:.0}", 100.0 * share);
+                    area.draw(&Text::new(text, middle, centred(16, &WHITE)))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn letters(&self, paint: Paint) -> String {
+        let mut letters = "\nshare of attacks avoided, · none, █ all; columns: lead\n".to_owned();
+        for height in (0..HEIGHTS.len()).rev() {
+            let _ = writeln!(letters, "{}", HEIGHTS[height].0);
+            for direction in 0..self.coverage.directions() {
+                let name = direction_name(self.coverage, direction);
+                let _ = write!(letters, "  {name:<12}");
+                for lead in 0..LEADS.len() {
+                    let share = self.share(Cell {
+                        direction,
+                        height,
+                        lead,
+                    });
+                    let cell = shade(share).to_string().repeat(4);
+                    letters.push_str(&paint.on(heat(share), &cell));
+                    letters.push(' ');
+                }
+                letters.push('\n');
+            }
+        }
+        letters
+    }
 }
 
 /// From red over brown to green.

@@ -2,17 +2,17 @@
 
 use std::time::Instant;
 
+use plotters::backend::DrawingBackend;
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::CullInput;
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::Throw;
 use serde_json::{Value, json};
 
-use super::chart::{self, Chart};
+use super::chart::{self, Chart, Scale};
 use super::culling::Culling;
 use super::passes::Method;
-use super::picture::{COLOURS, Picture, RULE};
-use super::plot::Paint;
+use super::plot::{Area, Drawn, Figure, Format, Paint};
 use super::stats::percentile;
 use super::{Failure, cancel, output};
 
@@ -208,101 +208,41 @@ fn crossings(lines: &[Line]) -> String {
     devices.map(say).collect()
 }
 
-/// The same in letters, both axes logarithmic.
-pub(crate) fn letters(lines: &[Line], paint: Paint) -> String {
-    let line = |line: &Line| {
-        let log = |&(size, ms): &(usize, f64)| ((size as f64).log10(), ms.max(1e-6).log10());
-        chart::Line {
-            name: line.path.name(),
-            points: line.points.iter().map(log).collect(),
-            marks: true,
-        }
-    };
-    let chart = Chart {
-        x: "candidates, powers of ten",
-        y: "ms, powers of ten",
-        lines: lines.iter().map(line).collect(),
-    };
-    format!("\n{}", chart.text(paint))
+/// The measured times as a figure, both axes logarithmic.
+pub(crate) struct CrossoverFigure<'a> {
+    pub(crate) lines: &'a [Line],
 }
 
-const SIZE: (usize, usize) = (900, 640);
-/// Pixels left of the plot and below it, and at the other sides.
-const AXIS: (usize, usize) = (90, 60);
-const MARGIN: usize = 30;
-
-/// The decades of both axes.
-struct Axes {
-    x: (f64, f64),
-    y: (f64, f64),
-}
-
-impl Axes {
-    fn new(lines: &[Line]) -> Self {
-        let all = lines.iter().flat_map(|line| &line.points);
-        let times = all.map(|point| point.1.max(1e-6).log10());
-        let (low, high) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| {
-            (low.min(t), high.max(t))
-        });
-        let (low, high) = if low > high { (0.0, 0.0) } else { (low, high) };
-        Self {
-            x: (0.0, 4.0),
-            y: (low.floor(), high.ceil().max(low.floor() + 1.0)),
+impl CrossoverFigure<'_> {
+    fn chart(&self) -> Chart<'_> {
+        let line = |line: &Line| {
+            let points = line.points.iter();
+            chart::Line {
+                name: line.path.name(),
+                points: points.map(|&(size, ms)| (size as f64, ms)).collect(),
+                marks: true,
+            }
+        };
+        Chart {
+            title: "Time to cull, by the number of candidates",
+            x: "candidates",
+            y: "ms",
+            scale: Scale::Log,
+            lines: self.lines.iter().map(line).collect(),
         }
-    }
-
-    /// Pixels.
-    fn place(&self, size: f64, ms: f64) -> (f64, f64) {
-        let share = |value: f64, (low, high): (f64, f64)| (value.log10() - low) / (high - low);
-        let (width, height) = (
-            (SIZE.0 - AXIS.0 - MARGIN) as f64,
-            (SIZE.1 - AXIS.1 - MARGIN) as f64,
-        );
-        (
-            AXIS.0 as f64 + width * share(size, self.x),
-            MARGIN as f64 + height * (1.0 - share(ms.max(1e-6), self.y)),
-        )
     }
 }
 
-/// The same as a picture, both axes logarithmic.
-pub(crate) fn plot(lines: &[Line]) -> Picture {
-    let axes = Axes::new(lines);
-    let mut picture = Picture::new(SIZE.0, SIZE.1);
-    let (low, high) = (10f64.powf(axes.y.0), 10f64.powf(axes.y.1));
-    for decade in axes.x.0 as i32..=axes.x.1 as i32 {
-        let size = 10f64.powi(decade);
-        let (from, to) = (axes.place(size, low), axes.place(size, high));
-        picture.line(from, to, RULE);
-        let label = format!("{size}");
-        let half = 4 * label.len();
-        picture.text(
-            (from.0 as usize).saturating_sub(half),
-            from.1 as usize + 10,
-            &label,
-        );
+impl Figure for CrossoverFigure<'_> {
+    fn size(&self) -> (u32, u32) {
+        (900, 640)
     }
-    for decade in axes.y.0 as i32..=axes.y.1 as i32 {
-        let ms = 10f64.powi(decade);
-        let (from, to) = (axes.place(1.0, ms), axes.place(10_000.0, ms));
-        picture.line(from, to, RULE);
-        picture.text(8, (from.1 as usize).saturating_sub(4), &format!("{ms}"));
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, _: Format) -> Drawn<DB> {
+        self.chart().draw(area)
     }
-    picture.text(SIZE.0 / 2 - 40, SIZE.1 - 20, "candidates");
-    picture.text(8, 8, "ms");
-    for (line, colour) in lines.iter().zip(COLOURS.iter().cycle()) {
-        let place = |&(size, ms): &(usize, f64)| axes.place(size as f64, ms);
-        for pair in line.points.windows(2) {
-            picture.line(place(&pair[0]), place(&pair[1]), *colour);
-        }
-        for (x, y) in line.points.iter().map(place) {
-            picture.fill((x as usize - 3, y as usize - 3), (7, 7), *colour);
-        }
+
+    fn letters(&self, paint: Paint) -> String {
+        format!("\n{}", self.chart().text(paint))
     }
-    for (index, (line, colour)) in lines.iter().zip(COLOURS.iter().cycle()).enumerate() {
-        let y = MARGIN + 12 + 18 * index;
-        picture.fill((AXIS.0 + 14, y), (20, 8), *colour);
-        picture.text(AXIS.0 + 42, y, line.path.name());
-    }
-    picture
 }

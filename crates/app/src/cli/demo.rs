@@ -187,7 +187,11 @@ fn write_files(
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(chosen) {
         let path = folder.join("maps.png");
-        sheet::draw(&input, candidate).write(&path)?;
+        let sheet = sheet::draw(&input, candidate);
+        sheet.write(&path).map_err(|source| Failure::Write {
+            path: path.clone(),
+            source,
+        })?;
         files.push(path);
     }
     Ok(files

@@ -1,25 +1,22 @@
-//! `sabaki bake --plot`: the distances between all moments of all clips, and where they are joined.
+//! `sabaki bake --plot`: the distances between all frames of all clips, and the transitions.
 
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::graph::distance::{DistanceMap, Windows};
 use sabaki::graph::{EdgeMotion, GraphSettings, MotionGraph, PointCloud};
 use sabaki::math::in_parallel;
 
-use super::picture::Picture;
-use super::plot::{Paint, shade};
+use super::picture::FONT;
+use super::plot::{Area, Drawn, Figure, Format, INK, Paint, shade};
 
-/// Pixels of the map's side, about.
-const SIDE: usize = 900;
-/// Letters of its side.
+/// Letters of the map's side.
 const LETTERS: usize = 72;
-/// Pixels left of the map and above it.
-const NAMES: usize = 190;
-const HEAD: usize = 44;
-
-/// Distances of this many times the threshold and more look alike.
+/// Distances of this many times the threshold and more have one shade.
 const FAR: f32 = 5.0;
 
-const JOINED: [u8; 3] = [250, 70, 50];
-const LINKED: [u8; 3] = [255, 214, 60];
+/// Colours of transitions: below the threshold, and above it.
+const JOINED: [u8; 3] = [220, 50, 30];
+const LINKED: [u8; 3] = [0, 114, 210];
 
 /// The least distance in each cell of a map of all clips, and the transitions by cell.
 struct Overview {
@@ -93,76 +90,200 @@ impl Overview {
     }
 }
 
-/// Dark where postures lie far apart, light where they are alike; transitions in colours.
-pub(crate) fn picture(graph: &MotionGraph, threshold: f32) -> Picture {
-    let map = Overview::new(graph, SIDE);
-    let mut picture = Picture::new(NAMES + map.side + 12, HEAD + map.side + 12);
-    let title = "distance of postures: light is near. Rows: from; columns: to. Transitions:";
-    picture.text(12, 8, title);
-    let mut at = 12;
-    for (name, colour) in [
-        ("under the threshold", JOINED),
-        ("looser, for evasions' sake", LINKED),
-    ] {
-        picture.fill((at, 26), (8, 8), colour);
-        picture.text(at + 14, 26, name);
-        at += 14 + 8 * name.len() + 24;
+/// The distances between all frames of all clips, and the transitions.
+pub(crate) struct DistanceFigure<'a> {
+    pub(crate) graph: &'a MotionGraph,
+    /// The threshold that the graph was built with, in metres.
+    pub(crate) threshold: f32,
+}
+
+/// Pixels of the map's side, about.
+const SIDE: usize = 900;
+/// Pixels of a cell's side in a vector file, where each run of like cells is an element.
+const COARSE: usize = 4;
+/// Shades of distances.
+const SHADES: f32 = 32.0;
+/// Pixels left of the map and below it for the clips' names, above it for title and legend, and to its right.
+const NAMES: usize = 200;
+const HEAD: usize = 96;
+const MARGIN: usize = 24;
+/// Pixels of the smallest clip that is named.
+const NAMED: usize = 13;
+
+/// A map and where it stands.
+struct Placed {
+    map: Overview,
+    /// Pixels of a cell's side.
+    cell: usize,
+}
+
+impl Placed {
+    /// The corners of some cells of a row, in pixels.
+    fn corners(&self, row: usize, columns: std::ops::Range<usize>) -> [(i32, i32); 2] {
+        let pixel = |row, column| {
+            let (x, y) = (NAMES + column * self.cell, HEAD + row * self.cell);
+            (x as i32, y as i32)
+        };
+        [pixel(row, columns.start), pixel(row + 1, columns.end)]
     }
-    for row in 0..map.side {
-        for column in 0..map.side {
-            let near = map.nearness(row * map.side + column, threshold);
-            let grey = (22.0 + 190.0 * near * near) as u8;
-            picture.fill(
-                (NAMES + column, HEAD + row),
-                (1, 1),
-                [grey, grey, grey.saturating_add(8)],
-            );
+}
+
+impl DistanceFigure<'_> {
+    fn heat_map<DB: DrawingBackend>(&self, area: &Area<DB>, placed: &Placed) -> Drawn<DB> {
+        let side = placed.map.side;
+        for row in 0..side {
+            let shade_of = |column: &usize| {
+                let near = placed.map.nearness(row * side + column, self.threshold);
+                (near * near * SHADES).round() as u32
+            };
+            let columns: Vec<usize> = (0..side).collect();
+            for run in columns.chunk_by(|a, b| shade_of(a) == shade_of(b)) {
+                let corners = placed.corners(row, run[0]..run[run.len() - 1] + 1);
+                let share = shade_of(&run[0]) as f32 / SHADES;
+                area.draw(&Rectangle::new(corners, grey(share).filled()))?;
+            }
         }
+        // Tight transitions last: they are fewer, and may share a cell with loose ones.
+        let mut transitions = placed.map.transitions.clone();
+        transitions.sort_by(|a, b| b.2.total_cmp(&a.2));
+        for (row, column, distance) in transitions {
+            let [corner, _] = placed.corners(row, column..column + 1);
+            let dot = Circle::new(corner, 2, self.colour(distance).filled());
+            area.draw(&dot)?;
+        }
+        Ok(())
     }
-    for &(row, column, distance) in &map.transitions {
-        let colour = if distance <= threshold {
+
+    fn colour(&self, distance: f32) -> RGBColor {
+        let [red, green, blue] = if distance <= self.threshold {
             JOINED
         } else {
             LINKED
         };
-        picture.fill((NAMES + column, HEAD + row), (1, 1), colour);
+        RGBColor(red, green, blue)
     }
-    for (clip, ends) in graph.clips().iter().zip(map.first.windows(2)) {
-        let high = ends[1] - ends[0];
-        picture.fill((NAMES - 4, HEAD + ends[0]), (4, 1), [120, 124, 132]);
-        picture.fill((NAMES + ends[0], HEAD - 4), (1, 4), [120, 124, 132]);
-        if high >= 9 {
-            let name: String = clip.name().chars().take((NAMES - 20) / 8).collect();
-            let start = NAMES - 8 - 8 * name.chars().count();
-            picture.text(start, HEAD + ends[0] + high / 2 - 4, &name);
+
+    /// What shades and dots mean.
+    fn legend<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
+        let style = (FONT, 17).into_font().color(&INK);
+        let title = "Distance between the frames of all clips, and the transitions";
+        area.draw(&Text::new(
+            title,
+            (14, 10),
+            (FONT, 22).into_font().color(&INK),
+        ))?;
+        let (left, top) = (NAMES as i32, 48);
+        area.draw(&Text::new("0 m", (left - 36, top), style.clone()))?;
+        for step in 0..=SHADES as i32 {
+            let x = left + 5 * step;
+            let fill = grey(1.0 - step as f32 / SHADES).filled();
+            area.draw(&Rectangle::new([(x, top), (x + 5, top + 16)], fill))?;
         }
+        let mut x = left + 5 * (SHADES as i32 + 1) + 8;
+        let far = format!("{:.2} m or more", FAR * self.threshold);
+        let tight = format!("transition below {:.2} m", self.threshold);
+        let loose = "looser transition, to reach an evasion";
+        for (dot, text) in [
+            (None, far.as_str()),
+            (Some(JOINED), &tight),
+            (Some(LINKED), loose),
+        ] {
+            if let Some([red, green, blue]) = dot {
+                let fill = RGBColor(red, green, blue).filled();
+                area.draw(&Circle::new((x + 6, top + 9), 5, fill))?;
+                x += 20;
+            }
+            area.draw(&Text::new(text, (x, top), style.clone()))?;
+            x += area.estimate_text_size(text, &style)?.0 as i32 + 32;
+        }
+        Ok(())
     }
-    picture
+
+    /// The clips' names along both axes.
+    fn names<DB: DrawingBackend>(&self, area: &Area<DB>, placed: &Placed) -> Drawn<DB> {
+        let style = (FONT, 14).into_font().color(&INK);
+        let right = style.pos(Pos::new(HPos::Right, VPos::Center));
+        let turned = right.transform(FontTransform::Rotate270);
+        let [low, end] = placed.corners(placed.map.side - 1, 0..placed.map.side);
+        let bottom = end.1;
+        for (clip, ends) in self.graph.clips().iter().zip(placed.map.first.windows(2)) {
+            let [from, _] = placed.corners(ends[0], ends[0]..ends[1]);
+            let [to, _] = placed.corners(ends[1], ends[1]..ends[1]);
+            area.draw(&PathElement::new(
+                [(from.0, bottom), (from.0, bottom + 5)],
+                INK,
+            ))?;
+            area.draw(&PathElement::new(
+                [(low.0 - 5, from.1), (low.0, from.1)],
+                INK,
+            ))?;
+            if to.0 - from.0 < NAMED as i32 {
+                continue;
+            }
+            let name: String = clip.name().chars().take(24).collect();
+            let (across, down) = ((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+            area.draw(&Text::new(name.as_str(), (low.0 - 8, down), right.clone()))?;
+            area.draw(&Text::new(name, (across, bottom + 8), turned.clone()))?;
+        }
+        let axes = (FONT, 17).into_font().color(&INK);
+        area.draw(&Text::new(
+            "from: rows",
+            (14, HEAD as i32 - 22),
+            axes.clone(),
+        ))?;
+        area.draw(&Text::new("to: columns", (14, bottom + 10), axes))
+    }
 }
 
-/// The same in letters, two of them side by side for a cell.
-pub(crate) fn letters(graph: &MotionGraph, threshold: f32, paint: Paint) -> String {
-    let map = Overview::new(graph, LETTERS / 2);
-    let mut joined = vec![false; map.side * map.side];
-    for &(row, column, _) in &map.transitions {
-        joined[row * map.side + column] = true;
+impl Figure for DistanceFigure<'_> {
+    fn size(&self) -> (u32, u32) {
+        let width = NAMES + SIDE + MARGIN;
+        (width as u32, (HEAD + SIDE + NAMES) as u32)
     }
-    let mut text = format!(
-        "distance of postures, all clips against all: █ the same, · {:.2} m apart; {} transitions\n",
-        FAR * threshold,
-        map.transitions.len(),
-    );
-    for row in 0..map.side {
-        let cells = (0..map.side).map(|column| {
-            let cell = row * map.side + column;
-            let near = map.nearness(cell, threshold);
-            let letter = shade(f64::from(near * near)).to_string().repeat(2);
-            let grey = (70.0 + 150.0 * near) as u8;
-            let colour = if joined[cell] { JOINED } else { [grey; 3] };
-            paint.on(colour, &letter)
-        });
-        text.extend(cells);
-        text.push('\n');
+
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, format: Format) -> Drawn<DB> {
+        let fine = match format {
+            Format::Png => 1,
+            Format::Svg => COARSE,
+        };
+        let map = Overview::new(self.graph, SIDE / fine);
+        let cell = (SIDE / map.side.max(1)).max(1);
+        let placed = Placed { map, cell };
+        self.heat_map(area, &placed)?;
+        self.legend(area)?;
+        self.names(area, &placed)
     }
-    text
+
+    /// Two letters side by side for a cell.
+    fn letters(&self, paint: Paint) -> String {
+        let map = Overview::new(self.graph, LETTERS / 2);
+        let mut joined = vec![false; map.side * map.side];
+        for &(row, column, _) in &map.transitions {
+            joined[row * map.side + column] = true;
+        }
+        let mut text = format!(
+            "distance of postures, all clips against all: █ the same, · {:.2} m apart; {} transitions\n",
+            FAR * self.threshold,
+            map.transitions.len(),
+        );
+        for row in 0..map.side {
+            let cells = (0..map.side).map(|column| {
+                let cell = row * map.side + column;
+                let near = map.nearness(cell, self.threshold);
+                let letter = shade(f64::from(near * near)).to_string().repeat(2);
+                let grey = (70.0 + 150.0 * near) as u8;
+                let colour = if joined[cell] { JOINED } else { [grey; 3] };
+                paint.on(colour, &letter)
+            });
+            text.extend(cells);
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// Dark for near, white for far.
+fn grey(near: f32) -> RGBColor {
+    let level = (255.0 - 205.0 * near) as u8;
+    RGBColor(level, level, level)
 }

@@ -65,7 +65,7 @@ pub(crate) struct Args {
     /// Write the first clip as every level draws it, each an animation (GLB), to look at with any viewer.
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
-    /// Draw errors and distances, and in letters the joints' energies: a PNG, or - for letters on stdout.
+    /// Draw the joints' energies, the levels' errors and their distances: a PNG or SVG, or - for letters on stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
 }
@@ -143,7 +143,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     }
     let drawn = match &args.plot {
         None => String::new(),
-        Some(plot) => plot.draw(|| report.plot(), |paint| report.letters(paint))?,
+        Some(plot) => plot.draw(&report)?,
     };
     Ok(Done::ok(if as_json {
         Done::json(&report.to_json())

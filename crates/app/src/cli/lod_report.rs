@@ -7,11 +7,8 @@ use sabaki::anim::Clip;
 use sabaki::lod::{Level, Levels, LodError, Order, Rule, SwitchSettings, Switching};
 use serde_json::{Value, json};
 
-use super::chart::{Chart, Frame, Line};
 use super::lod::Source;
 use super::output;
-use super::picture::{COLOURS, Picture};
-use super::plot::{Paint, bars};
 
 /// Levels, and from where on they are drawn.
 pub(crate) struct Report {
@@ -55,7 +52,7 @@ impl Report {
         Ok(self)
     }
 
-    fn name(&self, level: &Level) -> &str {
+    pub(crate) fn name(&self, level: &Level) -> &str {
         let joint = level.removed.map(|id| self.source.skeleton.joint(id));
         joint.map_or("", |joint| joint.name.as_str())
     }
@@ -206,106 +203,5 @@ impl Report {
             let _ = writeln!(text, "note: {warning}");
         }
         text
-    }
-
-    /// Errors over the levels, and levels over the distance.
-    pub(crate) fn plot(&self) -> Picture {
-        let mut picture = Picture::new(960, 860);
-        self.errors().draw(
-            &mut picture,
-            Frame {
-                at: (90, 40),
-                size: (660, 330),
-            },
-        );
-        for (index, level) in self.levels.levels.iter().enumerate().skip(1).take(40) {
-            let text = format!("{index:>3} {}", self.name(level));
-            picture.text(
-                770,
-                30 + 10 * index,
-                &text.chars().take(23).collect::<String>(),
-            );
-        }
-        self.shown().draw(
-            &mut picture,
-            Frame {
-                at: (90, 470),
-                size: (840, 330),
-            },
-        );
-        picture
-    }
-
-    /// The same in letters, and the joints' energies.
-    pub(crate) fn letters(&self, paint: Paint) -> String {
-        let energies = self.source.skeleton.ids().zip(&self.levels.energies);
-        let mut energies: Vec<(String, f64, String)> = energies
-            .map(|(id, &energy)| {
-                let name = self.source.skeleton.joint(id).name.clone();
-                (name, f64::from(energy), format!("{energy:.4} J"))
-            })
-            .collect();
-        energies.retain(|row| row.1 > 0.0);
-        energies.sort_by(|a, b| b.1.total_cmp(&a.1));
-        format!(
-            "\nmean energy of the joints\n{}\n{}\n{}",
-            bars(&energies, (COLOURS[2], paint)),
-            self.errors().text(paint),
-            self.shown().text(paint)
-        )
-    }
-
-    fn errors(&self) -> Chart<'static> {
-        let of_levels = |name, value: &dyn Fn(&Level) -> f32| {
-            let levels = self.levels.levels.iter().enumerate();
-            let points = levels.map(|(index, level)| (index as f64, f64::from(value(level))));
-            Line {
-                name,
-                points: points.collect(),
-                marks: true,
-            }
-        };
-        Chart {
-            x: "level",
-            y: "error, mm",
-            lines: vec![
-                of_levels("greatest", &|level| level.error.max * 1e3),
-                of_levels("mean of removed joints", &|level| level.error.mean * 1e3),
-                of_levels("mean of the body", &|level| level.error.body_mean * 1e3),
-            ],
-        }
-    }
-
-    fn shown(&self) -> Chart<'static> {
-        let far = f64::from(self.bands.furthest()).max(1.0) * 1.1;
-        let line = |name, bands: &Switching| {
-            let distances = (0..=2000).map(|step| far * f64::from(step) / 2000.0);
-            let at = |distance: f64| {
-                let choice = bands.choose(distance as f32, None);
-                (
-                    distance,
-                    f64::from(choice.level.0) + f64::from(choice.blend),
-                )
-            };
-            Line {
-                name,
-                points: distances.map(at).collect(),
-                marks: false,
-            }
-        };
-        let at_once = SwitchSettings {
-            blend: None,
-            hysteresis: 0.0,
-            ..self.settings
-        };
-        let mut lines = vec![line("blended", &self.bands)];
-        if let Ok(at_once) = Switching::new(&self.levels, &at_once) {
-            lines.push(line("at once", &at_once));
-        }
-        Chart {
-            x: "distance, m",
-            y: "level",
-            lines,
-        }
     }
 }

@@ -18,6 +18,7 @@ mod explain;
 mod figure;
 mod inspect;
 mod lod;
+mod lod_figure;
 mod lod_report;
 mod map_settings;
 mod maps;

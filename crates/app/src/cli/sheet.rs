@@ -1,22 +1,26 @@
 //! A contact sheet of the maps of one dodge: a column for each slab, rows for body, evasion, attack
 //! and what they share.
 
+use plotters::style::RGBColor;
 use sabaki::maps::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
 use sabaki::query::cull::{CullCandidate, CullInput};
 
-use super::picture::Picture;
+use super::picture::{Picture, TextLook};
+use super::plot::INK;
 
 /// Pixels of a texel's side.
-const ZOOM: usize = 3;
+const ZOOM: u32 = 3;
 /// Texels around the maps.
 const MARGIN: i32 = 6;
-/// Pixels between cells, and above them for their labels.
-const GAP: usize = 8;
-const LABEL: usize = 20;
-/// Pixels left of the cells for the rows' names.
-const NAMES: usize = 80;
+/// Pixels between cells, above them for the slabs' heights, and left of them for the rows' names.
+const GAP: u32 = 8;
+const HEAD: u32 = 28;
+const NAMES: u32 = 76;
+/// Pixels of a line of the key, and the width that its longest line needs.
+const LINE: u32 = 21;
+const LEAST_WIDTH: u32 = 420;
 
-/// Slabs that are shown at most.
+/// The largest number of slabs that are shown.
 const MOST_COLUMNS: usize = 8;
 
 const ROWS: [&str; 4] = ["body", "evasion", "attack", "overlap"];
@@ -26,6 +30,18 @@ const EVASION: [u8; 3] = [90, 140, 235];
 const ATTACK: [u8; 3] = [225, 80, 70];
 const AVOIDED: [u8; 3] = [250, 205, 70];
 const HIT: [u8; 3] = [255, 255, 255];
+
+/// What the colours mean.
+const KEY: [([u8; 3], &str); 5] = [
+    (BODY, "body, all through a slice of time"),
+    (
+        EVASION,
+        "evasion region: where the body was and no longer is",
+    ),
+    (ATTACK, "attack"),
+    (AVOIDED, "attack through the evasion region"),
+    (HIT, "body and attack at one time"),
+];
 
 /// One slab of the candidate, with the attack in it.
 struct Column<'a> {
@@ -47,38 +63,41 @@ struct Window {
 pub(crate) fn draw(input: &CullInput<'_>, candidate: &CullCandidate) -> Picture {
     let columns = columns(input, candidate);
     let window = window(&columns, candidate);
-    let (width, height) = (
-        (window.u.1 - window.u.0) as usize * ZOOM,
-        (window.v.1 - window.v.0) as usize * ZOOM,
-    );
-    let size = (
-        NAMES + columns.len() * (width + GAP),
-        LABEL + ROWS.len() * (height + GAP),
-    );
-    let mut picture = Picture::new(size.0, size.1 + 2 * LABEL);
-    for (row, name) in ROWS.iter().enumerate() {
-        picture.text(GAP, LABEL + row * (height + GAP) + height / 2, name);
+    let width = (window.u.1 - window.u.0) as u32 * ZOOM;
+    let height = (window.v.1 - window.v.0) as u32 * ZOOM;
+    let across = NAMES + columns.len() as u32 * (width + GAP);
+    let below = HEAD + ROWS.len() as u32 * (height + GAP);
+    let key_height = LINE * KEY.len() as u32 + GAP;
+    let mut picture = Picture::new([across.max(LEAST_WIDTH), below + key_height]);
+    let look = TextLook {
+        height: 16,
+        colour: INK,
+    };
+    for (row, name) in (0..).zip(ROWS) {
+        let y = HEAD + row * (height + GAP) + height / 2 - 8;
+        picture.text((GAP as i32, y as i32), name, look);
     }
-    for (index, column) in columns.iter().enumerate() {
+    for (index, column) in (0..).zip(&columns) {
         let x = NAMES + index * (width + GAP);
-        picture.text(x, 6, &heights(column.slab, input.atlas.grid()));
+        let heights = heights(column.slab, input.atlas.grid());
+        picture.text((x as i32, 5), &heights, look);
         for row in 0..ROWS.len() {
-            let y = LABEL + row * (height + GAP);
-            draw_cell(&mut picture, (x, y), window, |u, v| {
-                colour(row, column, candidate, u, v)
-            });
+            let y = HEAD + row as u32 * (height + GAP);
+            let colour = |u, v| colour(row, column, candidate, u, v);
+            picture.place([x, y], &cell(window, colour));
         }
     }
-    picture.text(
-        GAP,
-        size.1 + 4,
-        "green: body all through a slice of time  blue: where it was and no longer is",
-    );
-    picture.text(
-        GAP,
-        size.1 + LABEL,
-        "red: attack  yellow: attack through the evasion region  white: body and attack at one time",
-    );
+    for (line, (colour, text)) in (0..).zip(KEY) {
+        let y = (below + line * LINE) as i32;
+        let [red, green, blue] = colour;
+        let left = GAP as i32;
+        picture.swatch(
+            (left, y + 3),
+            (left + 12, y + 15),
+            RGBColor(red, green, blue),
+        );
+        picture.text((GAP as i32 + 22, y), text, look);
+    }
     picture
 }
 
@@ -95,17 +114,10 @@ fn columns<'a>(input: &CullInput<'a>, candidate: &CullCandidate) -> Vec<Column<'
         .collect();
     let touched = |column: &Column<'_>| column.attack.count() > 0;
     let some = all.iter().any(touched);
-    let mut chosen: Vec<_> = { all }
-        .into_iter()
-        .filter(|column| !some || touched(column))
-        .collect();
+    let mut chosen = all;
+    chosen.retain(|column| !some || touched(column));
     let step = chosen.len().div_ceil(MOST_COLUMNS).max(1);
-    let mut index = 0;
-    chosen.retain(|_| {
-        index += 1;
-        (index - 1) % step == 0
-    });
-    chosen
+    chosen.into_iter().step_by(step).collect()
 }
 
 /// The attack's inner map in one slab, by the candidate's clock.
@@ -185,21 +197,15 @@ fn heights(slab: Slab, grid: MapGrid) -> String {
     format!("{:.2}-{:.2} m", bottom, bottom + grid.slab_height)
 }
 
-/// Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by
+/// One cell. Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by
 /// somebody who stands behind the character.
-fn draw_cell(
-    picture: &mut Picture,
-    at: (usize, usize),
-    window: Window,
-    colour: impl Fn(i32, i32) -> [u8; 3],
-) {
-    for (row, v) in (window.v.0..window.v.1).rev().enumerate() {
-        for (column, u) in (window.u.0..window.u.1).rev().enumerate() {
-            picture.fill(
-                (at.0 + column * ZOOM, at.1 + row * ZOOM),
-                (ZOOM, ZOOM),
-                colour(u, v),
-            );
-        }
-    }
+fn cell(window: Window, colour: impl Fn(i32, i32) -> [u8; 3]) -> Picture {
+    let columns = (window.u.1 - window.u.0) as u32 * ZOOM;
+    let rows = (window.v.1 - window.v.0) as u32 * ZOOM;
+    let texel = |column: u32, row: u32| {
+        let (right, down) = ((column / ZOOM) as i32, (row / ZOOM) as i32);
+        colour(window.u.1 - 1 - right, window.v.1 - 1 - down)
+    };
+    let pixels = (0..rows).flat_map(|row| (0..columns).flat_map(move |column| texel(column, row)));
+    Picture::from_rgb([columns, rows], pixels.collect())
 }

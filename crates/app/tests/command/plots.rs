@@ -24,6 +24,15 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
     ]
 }
 
+/// Shapes and texts inside of one element that states its size, and not a byte for each pixel.
+fn assert_is_svg(path: &std::path::Path) {
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.starts_with("<svg width=") && text.trim_end().ends_with("</svg>"));
+    assert!(text.matches("<text").count() > 10, "{}", path.display());
+    assert!(text.matches("<rect").count() > 10 || text.contains("<polyline"));
+    assert!(text.len() < 4_000_000, "{} bytes", text.len());
+}
+
 #[test]
 fn every_plot_is_a_picture_or_letters() {
     let folder = folder();
@@ -32,6 +41,16 @@ fn every_plot_is_a_picture_or_letters() {
         let told = sabaki(folder.path(), &file).is(0);
         assert_is_png(&folder.path().join("p.png"));
         assert!(!told.stdout.contains(words), "{args:?}");
+        sabaki(folder.path(), &[&args[..], &["--plot", "p.svg"]].concat()).is(0);
+        assert_is_svg(&folder.path().join("p.svg"));
+        let gif = [&args[..], &["--plot", "p.gif"]].concat();
+        let refused = sabaki(folder.path(), &gif);
+        assert_eq!(refused.code, 2);
+        assert!(
+            refused.stderr.contains(".png or .svg"),
+            "{}",
+            refused.stderr
+        );
         let letters = sabaki(folder.path(), &[&args[..], &["--plot", "-"]].concat()).is(0);
         assert!(
             letters.stdout.contains(words),

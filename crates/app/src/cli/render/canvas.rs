@@ -55,7 +55,7 @@ impl Canvas {
     ) -> Result<Picture, Failure> {
         let (device, painter) = self.parts.as_mut().ok_or_else(gone)?;
         let pixels = painter.paint(device, shot, crowd).map_err(failed)?;
-        Ok(Picture::of_pixels(self.size, &pixels))
+        Ok(Picture::from_rgba(self.size, &pixels))
     }
 }
 

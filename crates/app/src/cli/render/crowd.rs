@@ -12,9 +12,10 @@ use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Told};
+use super::{Args, Told, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::picture::{Letters, Picture};
+use crate::cli::picture::{Picture, TextLook};
+use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
 /// Of a crowd.
@@ -33,8 +34,6 @@ pub(crate) struct CrowdArgs {
     #[arg(long)]
     levels: bool,
 }
-
-const INK: [u8; 3] = [38, 44, 56];
 
 fn usage(error: impl std::fmt::Display) -> Failure {
     Failure::Usage(error.to_string())
@@ -121,9 +120,11 @@ fn picture(args: &Args, crowd: &mut Crowd, canvas: &mut Canvas) -> Result<Pictur
     let (shot, shown) = crowd.shot(camera, args.size).map_err(usage)?;
     let mut picture = canvas.paint(&shot, Some(&shown))?;
     if !args.plain {
-        let zoom = if args.size[0] >= 480 { 2 } else { 1 };
-        let text = format!("{} characters", crowd.len());
-        picture.text_in((6 * zoom, 6 * zoom), &text, Letters { zoom, colour: INK });
+        let look = TextLook {
+            height: text_height(args.size[0]),
+            colour: INK,
+        };
+        picture.text((10, 8), &format!("{} characters", crowd.len()), look);
     }
     Ok(picture)
 }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use glam::Vec2;
+use plotters::style::RGBColor;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
@@ -16,9 +17,10 @@ use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Told};
+use super::{Args, Told, text_height};
 use crate::cli::culling::DeviceArgs;
-use crate::cli::picture::{Letters, Picture};
+use crate::cli::picture::{Picture, TextLook};
+use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
 /// What of a dodge is shown.
@@ -51,12 +53,11 @@ pub(crate) struct DodgeArgs {
 }
 
 /// Moments of a storyboard that stand side by side.
-const ABREAST: usize = 4;
+const ABREAST: u32 = 4;
 /// Pixels between pictures.
-const GAP: usize = 6;
+const GAP: u32 = 6;
 
-const INK: [u8; 3] = [38, 44, 56];
-const NEAR: [u8; 3] = [176, 34, 18];
+const NEAR: RGBColor = RGBColor(176, 34, 18);
 
 pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, Failure> {
     let baked = args.graph.load()?;
@@ -171,26 +172,26 @@ impl Show<'_> {
         let (near, flight) = (self.dodge.clearance().time, self.dodge.flight());
         let (before, after) = (near - flight.0, flight.1 - near);
         let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];
-        let size = self.args.size.map(|side| side as usize);
-        let rows = shares.len().div_ceil(ABREAST);
+        let size = self.args.size;
+        let rows = (shares.len() as u32).div_ceil(ABREAST);
         let whole = [
             ABREAST * (size[0] + GAP) + GAP,
             rows * (size[1] + GAP) + GAP,
         ];
-        let mut sheet = Picture::new(whole[0], whole[1]);
+        let mut sheet = Picture::new(whole);
         let bar = output::progress("drawing", shares.len() as u64);
-        for (index, share) in shares.into_iter().enumerate() {
+        for (index, share) in (0..).zip(shares) {
             cancel::check()?;
             let t = near + share * if share < 0.0 { before } else { after };
             let picture = self.picture(t.clamp(flight.0, flight.1), canvas)?;
             let (column, row) = (index % ABREAST, index / ABREAST);
-            let at = (GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP));
+            let at = [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)];
             sheet.place(at, &picture);
             bar.inc(1);
         }
         bar.finish_and_clear();
         Ok(Film {
-            size: whole.map(|side| side as u32),
+            size: whole,
             ..self.film_of(vec![sheet.into_pixels()])
         })
     }
@@ -213,10 +214,9 @@ impl Show<'_> {
 
     /// The time, and how near the attack is where it is near.
     fn write_on(&self, picture: &mut Picture, t: f32) {
-        let zoom = if self.args.size[0] >= 480 { 2 } else { 1 };
-        let dark = Letters { zoom, colour: INK };
-        let margin = 6 * zoom;
-        picture.text_in((margin, margin), &format!("{t:+.2} s"), dark);
+        let height = text_height(self.args.size[0]);
+        let look = |colour| TextLook { height, colour };
+        picture.text((10, 8), &format!("{t:+.2} s"), look(INK));
         // In a film a number that changes too fast to be read only flickers.
         let shown = |metres: f32| metres < 0.6 || self.args.dodge.storyboard;
         let Some(nearest) = self
@@ -228,14 +228,10 @@ impl Show<'_> {
         };
         let text = format!("{:.1} cm", nearest.metres * 100.0);
         let colour = if nearest.metres < 0.1 { NEAR } else { INK };
-        picture.text_in(
-            (margin, margin + 11 * zoom),
-            &text,
-            Letters { zoom, colour },
-        );
+        picture.text((10, 8 + height as i32), &text, look(colour));
         let seen = |place| self.camera.pixel(place, self.args.size);
         if let (Some(from), Some(to)) = (seen(nearest.body), seen(nearest.attack)) {
-            let point = |at: Vec2| (f64::from(at.x), f64::from(at.y));
+            let point = |at: Vec2| (at.x as i32, at.y as i32);
             picture.line(point(from), point(to), colour);
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use plotters::style::RGBColor;
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
 use sabaki::maps::BakedGraph;
@@ -12,10 +13,11 @@ use serde_json::{Value, json};
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Told, size};
+use super::{Told, size, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::duel::{Fought, clip_of};
-use crate::cli::picture::{Letters, Picture};
+use crate::cli::picture::{Picture, TextLook};
+use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
 /// What of a duel is shown, and where.
@@ -38,14 +40,13 @@ pub(crate) struct DuelArgs {
     plain: bool,
 }
 
-const INK: [u8; 3] = [38, 44, 56];
-const STRUCK: [u8; 3] = [176, 34, 18];
-const AVOIDED: [u8; 3] = [20, 104, 52];
+const STRUCK: RGBColor = RGBColor(176, 34, 18);
+const AVOIDED: RGBColor = RGBColor(20, 104, 52);
 /// Exchanges of a sheet, and moments of each.
-const ROWS: usize = 4;
-const MOMENTS: usize = 4;
+const ROWS: u32 = 4;
+const MOMENTS: u32 = 4;
 /// Pixels between pictures.
-const GAP: usize = 6;
+const GAP: u32 = 6;
 
 impl DuelArgs {
     /// Before anything is fought.
@@ -136,14 +137,14 @@ impl Show<'_> {
 
     /// A row for each exchange: before the attack, on its way, where it is nearest, and after it.
     fn sheet(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let size = self.args.size.map(|side| side as usize);
-        let rows = self.cuts.len().min(ROWS);
+        let size = self.args.size;
+        let rows = (self.cuts.len() as u32).min(ROWS);
         let whole = [
             MOMENTS * (size[0] + GAP) + GAP,
             rows * (size[1] + GAP) + GAP,
         ];
-        let mut sheet = Picture::new(whole[0], whole[1]);
-        for (row, cut) in self.cuts.iter().take(rows).enumerate() {
+        let mut sheet = Picture::new(whole);
+        for (row, cut) in (0..rows).zip(&self.cuts) {
             cancel::check()?;
             let exchange = &self.exchanges[cut.exchange];
             let near = self.bout.nearest_at(cut);
@@ -154,14 +155,14 @@ impl Show<'_> {
                 near,
                 0.5 * (near + cut.span.1),
             ];
-            for (column, t) in moments.into_iter().enumerate() {
+            for (column, t) in (0..).zip(moments) {
                 let picture = self.picture(cut, t, canvas)?;
-                let at = (GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP));
+                let at = [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)];
                 sheet.place(at, &picture);
             }
         }
         Ok(Film {
-            size: whole.map(|side| side as u32),
+            size: whole,
             delay: 0,
             pictures: vec![sheet.into_pixels()],
         })
@@ -177,8 +178,7 @@ impl Show<'_> {
 
     /// The score, who strikes with what, and what became of it once it has.
     fn write_on(&self, picture: &mut Picture, cut: &Cut, t: f32) {
-        let zoom = if self.args.size[0] >= 640 { 2 } else { 1 };
-        let margin = 6 * zoom;
+        let height = text_height(self.args.size[0]);
         let exchange = &self.exchanges[cut.exchange];
         let is_over = t >= self.bout.nearest_at(cut);
         let mut hits = [0; 2];
@@ -186,9 +186,9 @@ impl Show<'_> {
         for landed in over.filter(|exchange| !exchange.avoided) {
             hits[landed.attacker.index()] += 1;
         }
-        let mut write = |line: usize, text: &str, colour| {
-            let at = (margin, margin + line * 11 * zoom);
-            picture.text_in(at, text, Letters { zoom, colour });
+        let mut write = |line: u32, text: &str, colour| {
+            let at = (10, (8 + line * height) as i32);
+            picture.text(at, text, TextLook { height, colour });
         };
         write(0, &format!("white {} : {} blue", hits[0], hits[1]), INK);
         let attack = Clip::title(clip_of(self.baked, exchange.strike));

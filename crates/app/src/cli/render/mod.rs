@@ -61,6 +61,11 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| format!("not a size such as 640x400, each 16 to {MOST_PIXELS}"))
 }
 
+/// Height of a line of text in pictures of a width, in pixels.
+fn text_height(width: u32) -> u32 {
+    (width / 26).clamp(14, 32)
+}
+
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let kind = file::Kind::of(&args.out)?;
