@@ -1,78 +1,83 @@
-//! Building: the distance maps of all pairs of clips on one core, the graph, the bake.
+//! Building: the distance maps of all pairs of clips on one core by instruction set, the graph, the bake.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
 
+use std::hint::black_box;
+use std::process::ExitCode;
+
 use common::Motions;
-use divan::counter::ItemsCount;
-use divan::{Bencher, black_box};
+use common::report::Report;
 use sabaki::graph::distance::{DistanceMap, Windows};
-use sabaki::graph::{self, GraphSettings, PointCloud};
+use sabaki::graph::{self, GraphSettings, MotionGraph, PointCloud};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Isa;
 
-fn main() {
-    divan::main();
+fn main() -> ExitCode {
+    Report::main("graph", |report| {
+        let motions = Motions::read();
+        distance_maps(report, &motions);
+        building(report, &motions);
+    })
 }
 
-/// Items are pairs of windows. The layouts that the maps read are made anew each time.
-#[divan::bench(args = Isa::available().collect::<Vec<_>>())]
-fn distance_maps_one_core(bencher: Bencher<'_, '_>, isa: Isa) {
-    let motions = Motions::read();
+/// The layouts that the maps read are made anew each time.
+fn distance_maps(report: &mut Report, motions: &Motions) {
     let weights = vec![1.0; motions.skeleton.len()];
     let cloud = |clip: &sabaki::anim::Clip| {
         PointCloud::new(&motions.skeleton, &clip.resampled(30.0).unwrap(), &weights)
     };
     let clouds: Vec<PointCloud> = motions.clips.iter().map(cloud).collect();
-    let for_each_pair = |call: &mut dyn FnMut(&Windows, &Windows)| {
+    let sets: Vec<Isa> = Isa::available().collect();
+    let names: Vec<String> = sets.iter().map(|isa| format!("{isa:?}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    report.table("distance maps on one core, by instruction set", &names);
+    report.row(format!("all pairs of {} clips", clouds.len()), |column| {
         let windows: Vec<Windows> = clouds.iter().map(|cloud| Windows::new(cloud, 10)).collect();
         for (i, a) in windows.iter().enumerate() {
-            windows[i..].iter().for_each(|b| call(a, b));
+            for b in &windows[i..] {
+                let map = DistanceMap::new(a, b).with_isa(sets[column]);
+                map.for_each_row(|_, row| {
+                    black_box(row);
+                });
+            }
         }
-    };
-    let mut count = 0;
-    for_each_pair(&mut |a, b| count += a.count() * b.count());
-    bencher.counter(ItemsCount::new(count)).bench_local(|| {
-        for_each_pair(&mut |a, b| {
-            let map = DistanceMap::new(a, b).with_isa(isa);
-            map.for_each_row(|_, row| {
-                black_box(row);
-            });
-        });
     });
 }
 
-#[divan::bench(args = [1, 2])]
-fn build(bencher: Bencher<'_, '_>, threads: usize) {
-    let motions = Motions::read();
-    let settings = GraphSettings {
+fn building(report: &mut Report, motions: &Motions) {
+    let build = |settings: &GraphSettings| -> MotionGraph {
+        graph::build(motions.source(), settings).unwrap().0
+    };
+    let on = |threads| GraphSettings {
         threads,
         ..GraphSettings::default()
     };
-    bencher.bench_local(|| graph::build(motions.source(), &settings).unwrap());
-}
-
-#[divan::bench]
-fn build_without_links(bencher: Bencher<'_, '_>) {
-    let motions = Motions::read();
-    let settings = GraphSettings {
-        threads: 1,
+    let without_links = GraphSettings {
         links: None,
-        ..GraphSettings::default()
+        ..on(1)
     };
-    bencher.bench_local(|| graph::build(motions.source(), &settings).unwrap());
-}
-
-#[divan::bench]
-fn bake_on_the_cpu(bencher: Bencher<'_, '_>) {
-    let motions = Motions::read();
-    let (graph, _) = graph::build(motions.source(), &GraphSettings::default()).unwrap();
-    bencher
-        .with_inputs(|| graph.clone())
-        .bench_local_values(|graph| {
-            Baker::new(graph, BakeSettings::default())
-                .unwrap()
-                .finish_on_cpu()
-                .unwrap()
-        });
+    let columns = [
+        "graph, 1 thread",
+        "graph, 2 threads",
+        "without links, 1 thread",
+        "bake on the CPU",
+    ];
+    let graph = build(&on(0));
+    report.table("building", &columns);
+    report.row(
+        format!("{} clips", motions.clips.len()),
+        |column| match column {
+            0 => black_box(build(&on(1))).nodes().len(),
+            1 => black_box(build(&on(2))).nodes().len(),
+            2 => black_box(build(&without_links)).nodes().len(),
+            _ => {
+                let baker = Baker::new(graph.clone(), BakeSettings::default()).unwrap();
+                black_box(baker.finish_on_cpu().unwrap())
+                    .graph()
+                    .nodes()
+                    .len()
+            }
+        },
+    );
 }

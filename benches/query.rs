@@ -1,12 +1,13 @@
-//! A whole query, over the same random attacks: candidates from the grid or from everywhere, culled
-//! on the CPU or all tested exactly. Items are queries.
+//! A whole query, over the same random attacks: candidates from the grid or from everywhere, culled on the CPU or all
+//! evaluated exactly.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod common;
 
+use std::process::ExitCode;
+
+use common::report::Report;
 use common::{Motions, throws};
-use divan::Bencher;
-use divan::counter::ItemsCount;
 use sabaki::query::cull::cpu;
 use sabaki::query::{
     Answer, Enumerate, Evaluation, Lookup, Query, QueryContext, QuerySettings, Request,
@@ -14,64 +15,56 @@ use sabaki::query::{
 
 const ATTACKS: u64 = 50;
 
-fn main() {
-    divan::main();
-}
-
-const PLACES: [Enumerate; 4] = [
-    Enumerate::Grid(Lookup::Nearest),
-    Enumerate::Grid(Lookup::NearestFiled),
-    Enumerate::Grid(Lookup::Union),
-    Enumerate::Whole,
+/// Where candidates come from.
+const SOURCES: [(&str, Enumerate); 4] = [
+    ("grid, nearest cell", Enumerate::Grid(Lookup::Nearest)),
+    (
+        "grid, nearest filed cell",
+        Enumerate::Grid(Lookup::NearestFiled),
+    ),
+    ("grid, cells around", Enumerate::Grid(Lookup::Union)),
+    ("whole search", Enumerate::Whole),
 ];
 
-fn settings(place: usize) -> QuerySettings {
-    QuerySettings {
-        enumerate: PLACES[place],
-        ..QuerySettings::default()
+const COLUMNS: [&str; 3] = ["candidates alone", "culled on the CPU", "all evaluated"];
+
+fn main() -> ExitCode {
+    Report::main("query", measure)
+}
+
+fn measure(report: &mut Report) {
+    let baked = Motions::read().bake();
+    let throws = throws(&baked, ATTACKS);
+    report.table(
+        &format!("{ATTACKS} queries, by source of the candidates"),
+        &COLUMNS,
+    );
+    for (name, enumerate) in SOURCES {
+        let settings = QuerySettings {
+            enumerate,
+            ..QuerySettings::default()
+        };
+        let query = Query::new(&baked, &settings);
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        let mut culler = cpu::Culler::default();
+        report.row(name, |column| {
+            let mut candidates = 0;
+            for throw in &throws {
+                let evaluation = match column {
+                    2 => Evaluation::Exhaustive,
+                    _ => Evaluation::Lazy,
+                };
+                let request = Request {
+                    evaluation,
+                    ..throw.request()
+                };
+                let mut session = query.start(request, &mut context);
+                candidates += session.cull_input().candidates.len();
+                if column > 0 {
+                    session.run_on_cpu(&mut culler, &mut answer);
+                }
+            }
+            candidates
+        });
     }
-}
-
-#[divan::bench(args = 0..PLACES.len())]
-fn start(bencher: Bencher<'_, '_>, place: usize) {
-    let (baked, settings) = (Motions::read().bake(), settings(place));
-    let throws = throws(&baked, ATTACKS);
-    let (query, mut context) = (Query::new(&baked, &settings), QueryContext::default());
-    bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
-        let mut candidates = 0;
-        for throw in &throws {
-            let session = query.start(throw.request(), &mut context);
-            candidates += session.cull_input().candidates.len();
-        }
-        candidates
-    });
-}
-
-fn whole(bencher: Bencher<'_, '_>, place: usize, evaluation: Evaluation) {
-    let (baked, settings) = (Motions::read().bake(), settings(place));
-    let throws = throws(&baked, ATTACKS);
-    let query = Query::new(&baked, &settings);
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let mut culler = cpu::Culler::default();
-    bencher.counter(ItemsCount::new(ATTACKS)).bench_local(|| {
-        for throw in &throws {
-            let request = Request {
-                evaluation,
-                ..throw.request()
-            };
-            query
-                .start(request, &mut context)
-                .run_on_cpu(&mut culler, &mut answer);
-        }
-    });
-}
-
-#[divan::bench(args = 0..PLACES.len())]
-fn culled_on_the_cpu(bencher: Bencher<'_, '_>, place: usize) {
-    whole(bencher, place, Evaluation::Lazy);
-}
-
-#[divan::bench(args = 0..PLACES.len())]
-fn exact(bencher: Bencher<'_, '_>, place: usize) {
-    whole(bencher, place, Evaluation::Exhaustive);
 }

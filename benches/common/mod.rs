@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each bench uses some of it")]
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a bench may")]
 
+pub(crate) mod report;
+
 use std::path::PathBuf;
 
 use sabaki::anim::{Clip, Event, Skeleton};

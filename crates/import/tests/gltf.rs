@@ -212,13 +212,17 @@ struct Builder {
 }
 
 impl Builder {
-    fn add(&mut self, bytes: &[u8], accessor: Value) -> usize {
+    fn view(&mut self, bytes: &[u8]) -> usize {
         self.views.push(
             json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() }),
         );
         self.bytes.extend(bytes);
+        self.views.len() - 1
+    }
+
+    fn add(&mut self, bytes: &[u8], accessor: Value) -> usize {
         let mut accessor = accessor;
-        accessor["bufferView"] = json!(self.views.len() - 1);
+        accessor["bufferView"] = json!(self.view(bytes));
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
@@ -355,6 +359,36 @@ fn rotations_may_be_normalised_integers() {
         assert_eq!(clip.frames(), 2);
         let turned = clip.desc().rotations[3];
         assert!(turned.dot(Quat::from_xyzw(half, 0.0, 0.0, half)) > 0.9999);
+    }
+}
+
+#[test]
+fn sparse_accessors_replace_elements_of_a_view_or_of_zeros() {
+    for (component, indices) in [
+        (5121, vec![0, 2]),
+        (5123, vec![0, 0, 2, 0]),
+        (5125, vec![0, 0, 0, 0, 2, 0, 0, 0]),
+    ] {
+        for (has_view, expected) in [(true, [7.0, 2.0, 9.0]), (false, [7.0, 0.0, 9.0])] {
+            let mut builder = Builder::default();
+            let times = builder.floats("SCALAR", &[0.0, 0.1, 0.2]);
+            let places = builder.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0]);
+            let own = [0.0f32, 7.0, 0.0, 0.0, 9.0, 0.0].map(f32::to_le_bytes);
+            let sparse = json!({
+                "count": 2,
+                "indices": { "bufferView": builder.view(&indices), "componentType": component },
+                "values": { "bufferView": builder.view(own.as_flattened()) },
+            });
+            builder.accessors[places]["sparse"] = sparse;
+            if !has_view {
+                let accessor = builder.accessors[places].as_object_mut().unwrap();
+                accessor.remove("bufferView");
+            }
+            let document = builder.document(("translation", "STEP"), (times, places));
+            let (_, clip) = clip_of(&document);
+            let arms = clip.desc().translations.chunks(2).map(|pair| pair[1].y);
+            assert_eq!(arms.collect::<Vec<_>>(), expected, "{component} {has_view}");
+        }
     }
 }
 

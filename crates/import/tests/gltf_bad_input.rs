@@ -314,6 +314,100 @@ fn keys_that_make_no_sense_are_errors() {
 }
 
 #[test]
+fn sparse_accessors_that_make_no_sense_are_errors() {
+    // Three times, two indices of a byte, and the values of two keys.
+    let mut bytes = [0.0f32, 0.1, 0.2].map(f32::to_le_bytes).concat();
+    bytes.extend([0, 2, 0, 0]);
+    bytes.extend(
+        [0.0f32, 7.0, 0.0, 0.0, 9.0, 0.0]
+            .map(f32::to_le_bytes)
+            .concat(),
+    );
+    let document = json!({
+        "asset": { "version": "2.0" },
+        "nodes": [{}],
+        "animations": [{
+            "samplers": [{ "input": 0, "output": 1 }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+        }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "SCALAR" },
+            { "componentType": 5126, "count": 3, "type": "VEC3", "sparse": {
+                "count": 2,
+                "indices": { "bufferView": 1, "componentType": 5121 },
+                "values": { "bufferView": 2 },
+            } },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteLength": 12 },
+            { "buffer": 0, "byteOffset": 12, "byteLength": 4 },
+            { "buffer": 0, "byteOffset": 16, "byteLength": 24 },
+        ],
+        "buffers": [{ "byteLength": 40 }],
+    });
+    let read = |document: &Value| parse(&together(document.to_string().as_bytes(), &bytes));
+    assert!(read(&document).is_ok());
+    let sparse = "/accessors/1/sparse";
+    for (pointer, value, expected) in [
+        (
+            "/accessors/1/count",
+            json!(1_000_000_000u64),
+            "more elements than the buffers have bytes",
+        ),
+        (
+            "/accessors/1/count",
+            json!(u64::MAX),
+            "more elements than the buffers have bytes",
+        ),
+        (
+            "/accessors/1/count",
+            json!(2),
+            "a sparse index is beyond its end",
+        ),
+        (
+            &format!("{sparse}/count"),
+            json!(3),
+            "it is not within its buffer",
+        ),
+        (
+            &format!("{sparse}/count"),
+            json!(u64::MAX),
+            "it is not within its buffer",
+        ),
+        (
+            &format!("{sparse}/indices/bufferView"),
+            json!(9),
+            "names buffer view 9",
+        ),
+        (
+            &format!("{sparse}/indices/byteOffset"),
+            json!(1),
+            "its sparse indices do not increase",
+        ),
+        (
+            &format!("{sparse}/indices/componentType"),
+            json!(5126),
+            "sparse indices",
+        ),
+        (
+            &format!("{sparse}/values/bufferView"),
+            json!(1),
+            "it is not within its buffer",
+        ),
+        (
+            &format!("{sparse}/values/byteOffset"),
+            json!(u64::MAX),
+            "it is not within its buffer",
+        ),
+    ] {
+        let mut spoilt = document.clone();
+        change(&mut spoilt, pointer, value.clone());
+        let found = read(&spoilt).unwrap_err().to_string();
+        assert!(found.contains(expected), "{pointer} = {value}: {found}");
+    }
+}
+
+#[test]
 fn what_would_fill_the_memory_is_an_error() {
     // A document of a few lines that asks for a billion keys.
     let document = json!({

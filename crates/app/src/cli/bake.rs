@@ -13,10 +13,10 @@ use super::{Done, Failure, source};
 pub(crate) struct Args {
     #[command(flatten)]
     clips: source::ClipArgs,
-    /// The baked graph to write.
+    /// Graph file to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Draw the distances between the moments of all clips, and the transitions: a PNG or SVG, or - for letters on stdout.
+    /// Plots the distances between the frames of all clips, and the transitions: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
 }

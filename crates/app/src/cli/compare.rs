@@ -19,16 +19,16 @@ use super::{Done, Failure, cancel, crossover, map_settings, output};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// How many random attacks.
+    /// Number of random attacks.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: u64,
-    /// Where the random attacks begin.
+    /// Seed of the random attacks.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Which of the grid's cells are looked up.
+    /// Cells of the grid that are looked up.
     #[arg(long, value_enum, default_value = "union")]
     lookup: LookupArg,
-    /// Compare settings of the maps instead: each is baked and held to the exact test.
+    /// Compares settings of the maps instead: bakes each and checks it against the exact test.
     #[arg(long, conflicts_with_all = ["plot", "lookup"])]
     settings: bool,
     /// Measure the time of culling over the number of candidates as well, and draw it: a PNG or SVG, or - for letters
@@ -45,10 +45,10 @@ struct Row {
     hit_though_avoidable: usize,
 }
 
-/// What was measured.
+/// The measurements.
 struct Table {
     rows: Vec<Row>,
-    /// For each attack that the grid answered, V of its choice minus V of the whole search's.
+    /// V of the grid's choice minus V of the whole search's choice, for each attack that the grid answers.
     regret: Vec<f64>,
 }
 
@@ -157,7 +157,7 @@ impl Row {
         }
     }
 
-    /// What the maps left; of the exact test, what is clean.
+    /// The candidates that the maps keep; for the exact test, those that are not hit.
     fn tally(&self) -> MapTally {
         match self.method.cull {
             CullPath::Exact => MapTally {
@@ -216,7 +216,7 @@ impl Row {
     }
 }
 
-/// The paper's Table 1 and what it says beside it.
+/// The figures of the paper's Table 1.
 const PAPER: &str = "\
 The paper, on its machine: no grid 496 ms exact, 225 ms stencil; grid 18 ms exact, 14 ms stencil. About 100 candidates
 without the grid, culled to 70; about 5 with it, culled to 3. The grid used in about 90% of the attacks.
@@ -228,7 +228,7 @@ impl Table {
         &self.rows[1]
     }
 
-    /// Attacks for which the grid held paths, and those answered by one of them.
+    /// Number of attacks for which the grid holds paths, and of those that one of these answers.
     fn grid(&self) -> [usize; 2] {
         let runs = &self.filed().runs;
         let used = runs.iter().filter(|run| run.used_grid()).count();
@@ -240,7 +240,7 @@ impl Table {
         [0.5, 0.9].map(|share| percentile(self.regret.clone(), share))
     }
 
-    /// Candidates in the median where the grid answers, and how many of them the maps keep.
+    /// Median number of candidates where the grid answers, and of those that the maps keep.
     fn of_grid(&self) -> [f64; 2] {
         let is_cpu = |row: &&Row| {
             row.method.cull == CullPath::Cpu && row.method.enumerate != Enumerate::Whole

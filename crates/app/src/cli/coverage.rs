@@ -20,30 +20,30 @@ use super::{Done, Failure, cancel, output};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// How many attacks; at least one of every kind. Default 2800; with --by-time 400 of each time.
+    /// Number of attacks, at least one of each kind. Default: 2800; with --by-time: 400 for each time.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: Option<u64>,
     /// How late an attack may be seen: balls that would hit the motion that goes on, by the time from the query to the contact.
     #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
     by_time: bool,
-    /// Where the random moments begin.
+    /// Seed of the random moments.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// From how many directions.
+    /// Number of directions.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(2..=36))]
     directions: u64,
-    /// How fast the balls are, metres per second.
+    /// Speed of the balls, in metres per second.
     #[arg(long, value_name = "M/S", default_value_t = 10.0)]
     speed: f32,
-    /// Threads; 0 for as many as the machine has. The result is the same for any number.
+    /// Number of threads; 0 for all of the machine. The result does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
-    /// Draw the table as a heat map: a PNG or SVG, or - for letters on stdout.
+    /// Plots the table as a heat map: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, alias = "png", value_name = "FILE")]
     plot: Option<Plot>,
 }
 
-/// Gaps that are named.
+/// Number of gaps that are described.
 const NAMED: usize = 3;
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 }
 
 fn by_time(args: &Args, baked: &Baked, as_json: bool) -> Result<Done, Failure> {
-    /// Balls of each time.
+    /// Number of balls for each time.
     const ATTACKS: u64 = 400;
     let balls = Balls {
         attacks: args.attacks.unwrap_or(ATTACKS),
@@ -126,7 +126,7 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
     Ok(coverage)
 }
 
-/// A direction in words where it has one.
+/// The name of a direction, or its angle where it has no name.
 fn direction_name(coverage: &Coverage, direction: usize) -> String {
     const NAMES: [&str; 8] = [
         "front",
@@ -247,7 +247,7 @@ fn text(coverage: &Coverage) -> String {
     text
 }
 
-/// Where the gaps are.
+/// Describes the gaps.
 fn words(coverage: &Coverage) -> String {
     let least = |count: usize, share: &dyn Fn(usize) -> f64| {
         let shares = (0..count).map(|index| (index, share(index)));

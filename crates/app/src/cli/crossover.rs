@@ -1,4 +1,4 @@
-//! `sabaki compare --plot`: from how many candidates on does which culling path pay?
+//! `sabaki compare --plot`: time of each culling path by the number of candidates.
 
 use std::time::Instant;
 
@@ -16,23 +16,23 @@ use super::plot::{Area, Drawn, Figure, Format, Paint};
 use super::stats::percentile;
 use super::{Failure, cancel, output};
 
-/// How many candidates are counted.
+/// Numbers of candidates that are culled.
 const SIZES: [usize; 11] = [5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000];
-/// Attacks whose candidates are taken, and how many of them each must have.
+/// Number of attacks that are measured, and the least number of candidates of each.
 const ATTACKS: usize = 5;
 const LEAST: usize = 5;
-/// Times that each is measured at most, and for how long it is measured again; the median counts.
+/// Largest number of repetitions, and the seconds after which none is added. The median counts.
 const REPEATS: usize = 5;
 const PATIENCE: f64 = 0.3;
 
-/// Milliseconds of one path over the number of candidates.
+/// Milliseconds of one path by the number of candidates.
 pub(crate) struct Line {
     path: CullPath,
     points: Vec<(usize, f64)>,
 }
 
-/// Times all paths that run here. Candidates are those of real queries, again and again where there
-/// are not as many.
+/// Times all paths that this machine supports. Candidates are those of real queries, repeated if there
+/// are too few.
 pub(crate) fn measure(
     baked: &BakedGraph,
     throws: &[Throw],
@@ -53,7 +53,7 @@ pub(crate) fn measure(
     for path in paths {
         let mut points = Vec::new();
         for size in SIZES {
-            // The median of each attack, so that a slow one, measured less often, weighs as much.
+            // The median of each attack: a slow attack is measured less often and weighs the same.
             let mut times = Vec::new();
             for throw in &chosen {
                 cancel::check()?;
@@ -77,7 +77,7 @@ pub(crate) fn measure(
     Ok(lines)
 }
 
-/// As many candidates as there are, up to a number, however alike, and no moves.
+/// Settings that keep up to this number of candidates, similar ones too, and no moves.
 fn all_candidates(most_evasions: usize) -> QuerySettings {
     let mut settings = Method::EXACT.settings();
     settings.most_evasions = most_evasions;
@@ -86,7 +86,7 @@ fn all_candidates(most_evasions: usize) -> QuerySettings {
     settings
 }
 
-/// The exact test of so many candidates, milliseconds; nothing where the query has fewer.
+/// Times the exact test of this number of candidates, in milliseconds; empty if the query has fewer.
 fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Failure> {
     let settings = all_candidates(size);
     let query = Query::new(baked, &settings);
@@ -106,7 +106,7 @@ fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Fai
     })
 }
 
-/// Counting the overlaps of so many candidates, milliseconds.
+/// Times counting the overlaps of this number of candidates, in milliseconds.
 fn counted(
     baked: &BakedGraph,
     throw: &Throw,
@@ -136,8 +136,8 @@ fn counted(
     })
 }
 
-/// The milliseconds of some runs of `work`, which says how many seconds it took, or that it cannot.
-/// The first one fills the memory and does not count.
+/// Milliseconds of several runs of `work`, which returns its seconds, or `None` if it cannot run. The
+/// first run is a warm-up.
 fn timed(mut work: impl FnMut() -> Result<Option<f64>, Failure>) -> Result<Vec<f64>, Failure> {
     let (started, mut times) = (Instant::now(), Vec::new());
     for repeat in 0..=REPEATS {
@@ -183,7 +183,7 @@ pub(crate) fn text(lines: &[Line]) -> String {
     )
 }
 
-/// From how many candidates on a device is faster than the CPU.
+/// The number of candidates from which each device path is faster than the CPU.
 fn crossings(lines: &[Line]) -> String {
     let Some(cpu) = lines.iter().find(|line| line.path == CullPath::Cpu) else {
         return String::new();

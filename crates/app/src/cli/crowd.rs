@@ -22,25 +22,25 @@ use super::{Done, Failure, cancel, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A BVH or glTF file, or a folder of them for one skeleton; without: the embedded motions.
+    /// BVH or glTF file, or a folder of them for one skeleton. Default: the embedded motions.
     #[arg(value_name = "CLIP")]
     clip: Option<PathBuf>,
-    /// How many characters.
+    /// Number of characters.
     #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     count: u32,
-    /// The most threads; 0 for as many as the machine has.
+    /// Largest number of threads; 0 for all of the machine.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Frames that are measured of each; the median counts.
+    /// Number of frames measured in each case; the median counts.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// The error on the screen that is allowed where levels go by distance, pixels at 1080 lines and 60 degrees.
+    /// Largest error on the screen where levels depend on distance, in pixels at 1080 lines and 60 degrees.
     #[arg(long, value_name = "PIXELS", default_value_t = 2.0)]
     error: f32,
-    /// Quaternions and places instead of matrices.
+    /// Writes quaternions and positions instead of matrices.
     #[arg(long)]
     rotations: bool,
-    /// Of the characters' moments.
+    /// Seed of the characters' phases.
     #[arg(long, default_value_t = 5)]
     seed: u64,
 }

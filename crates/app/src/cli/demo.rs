@@ -14,25 +14,25 @@ use super::stats::{Asker, Run};
 use super::summary::{self, Summary};
 use super::{Done, Failure, dodge, sheet, source};
 
-/// Balls that are thrown.
+/// Number of balls.
 const ATTACKS: u64 = 100;
-/// Of these, how many are listed one by one.
+/// Number of balls that are listed one by one.
 const LISTED: usize = 10;
 const SEED: u64 = 1;
 const FOLDER: &str = "out";
 
-/// Everything that the demo found.
+/// The results of the demo.
 struct Shown {
     baked: Baked,
     culling: String,
     passes: Vec<Pass>,
-    /// The attack whose answer was written.
+    /// Index of the attack whose answer was written to files.
     written: usize,
     files: Vec<String>,
 }
 
 pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
-    // Before the work, so that it is not done in vain.
+    // Fails before the work starts.
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
         path: folder.to_owned(),
@@ -59,8 +59,8 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     }))
 }
 
-/// Answers all attacks, once with each culling path that runs here, with and without the grid; the
-/// best one first.
+/// Answers all attacks with each culling path that this machine supports, with and without the grid;
+/// the best path first.
 fn passes(
     baked: &BakedGraph,
     throws: &[Throw],
@@ -151,7 +151,7 @@ fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
         .map_or(0, |(index, _)| index)
 }
 
-/// Writes the answer as BVH and JSON, and its maps as a picture. Returns their names.
+/// Writes the answer as BVH and JSON, and its maps as a picture. Returns the file names.
 fn write_files(
     baked: &BakedGraph,
     throw: &Throw,
@@ -175,7 +175,7 @@ fn write_files(
             .map_err(failed(folder))?
             .to_vec();
     let chosen = answer.chosen;
-    // The candidates that the answer was found among.
+    // The same source of candidates as the answer's.
     let settings = match answer.source {
         Source::Grid => settings,
         _ => Method::EXACT.settings(),

@@ -23,39 +23,38 @@ use super::{Done, Failure, explain, output, replay};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// How many random attacks: balls thrown at a part of the body, which would hit a character
+    /// Number of random attacks: balls thrown at a part of the body, which would hit a character
     /// that does nothing.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: u64,
-    /// Where the random attacks begin; the same seed throws the same balls.
+    /// Seed of the random attacks; the same seed throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
+    /// Attack file (JSON) instead of random attacks; the character stands in the graph's first pose.
     #[arg(long, value_name = "FILE")]
     attack: Option<PathBuf>,
     #[command(flatten)]
     methods: MethodArgs,
-    /// Threads that share the attacks, where no device culls; 0 for as many as the machine has.
-    /// Times are those of each query within its thread.
+    /// Threads that share the attacks where no device culls; 0 for all of the machine. Each time is
+    /// that of one query in its thread.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
-    /// Run the exact whole search as well, and hold every hit to it.
+    /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
     check: bool,
-    /// Write each answer as a motion and JSON into this folder.
+    /// Writes each answer as a motion and as JSON to this folder.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
-    /// What the motion is written as: BVH, or glTF with the events that it plays.
+    /// Format of the motions: BVH, or glTF with their events.
     #[arg(long, value_enum, requires = "export", default_value = "bvh")]
     format: FormatArg,
-    /// Answer only the attack with this number, and say of every candidate what became of it.
+    /// Answers only the attack with this index and explains the outcome of each candidate.
     #[arg(long, value_name = "INDEX", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), conflicts_with_all = ["threads", "check"])]
     explain: Option<u64>,
-    /// With --explain: all candidates, however many.
+    /// Lists all candidates with --explain.
     #[arg(long, requires = "explain")]
     all: bool,
-    /// Ask again what an exported JSON was the answer to, and compare: exit code 1 where the answer
-    /// is another one.
+    /// Repeats the query of an exported JSON and compares the answers: exit code 1 if they differ.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["attacks", "seed", "attack", "cull", "grid", "lookup", "threads", "check", "export", "explain"])]
     replay: Option<PathBuf>,
 }
@@ -75,7 +74,7 @@ impl FormatArg {
     }
 }
 
-/// Attacks in a table one by one up to this many.
+/// Largest number of attacks that are listed one by one.
 const LISTED: usize = 20;
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
@@ -121,7 +120,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     Ok(Done { text, no })
 }
 
-/// Answers all attacks by each method. The first one's answers are exported.
+/// Answers all attacks by each method. The answers of the first method are exported.
 fn passes(
     args: &Args,
     (baked, throws): (&BakedGraph, &[Throw]),
@@ -152,12 +151,12 @@ fn passes(
     Ok(passes)
 }
 
-/// The number that exported answers name the graph by.
+/// The digest by which exported answers name the graph.
 pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
     archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
 }
 
-/// What is asked when a throw is answered by a method.
+/// The query of one throw by one method, as a recording.
 pub(super) fn question(
     graph: u32,
     throw: &Throw,
@@ -193,7 +192,7 @@ pub(super) fn write(
     written.map(|_| ()).map_err(failed)
 }
 
-/// The attacks: of those with --explain only the one that is explained.
+/// The attacks; with --explain only the explained one.
 fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     let Some(path) = &args.attack else {
         let settings = ThrowSettings::default();

@@ -1,4 +1,4 @@
-//! `sabaki dodge --explain`: one query, and what became of each of its candidates.
+//! `sabaki dodge --explain`: one query, with the outcome of each candidate.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,23 +17,23 @@ use super::passes::Method;
 use super::stats::{Asker, Run};
 use super::{Done, Failure, dodge};
 
-/// Letters of a line.
+/// Width of a line, in characters.
 const WIDTH: usize = 120;
-/// Candidates of one fate that are listed unless all are asked for.
+/// Number of candidates listed for each outcome, unless all are asked for.
 const LISTED: usize = 8;
 
-/// What is explained.
+/// The query to explain.
 pub(crate) struct Case<'a> {
     pub(crate) baked: &'a BakedGraph,
     pub(crate) throw: &'a Throw,
-    /// The attack's number.
+    /// Index of the attack.
     pub(crate) index: u64,
     pub(crate) method: Method,
-    /// Whether long lists are whole.
+    /// Lists all candidates.
     pub(crate) all: bool,
 }
 
-/// The fates, best first, and what they mean.
+/// The outcomes, best first, with their meanings.
 const FATES: [(Fate, &str); 5] = [
     (Fate::Chosen, "chosen"),
     (
@@ -78,7 +78,7 @@ pub(crate) fn run(
     })
 }
 
-/// Where candidates come from, in words.
+/// Describes the source of the candidates.
 pub(super) fn source_name(source: Source) -> &'static str {
     match source {
         Source::Grid => "grid",
@@ -105,7 +105,7 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
         sabaki_import::export::describe_edge(case.baked, playhead.edge),
         playhead.frame,
         playhead.seconds_to_next_node(graph),
-        // Nothing below zero where there is nothing.
+        // Prints 0 rather than -0.
         place.x + 0.0,
         place.z + 0.0,
         place.heading().to_degrees(),
@@ -150,7 +150,7 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
     text
 }
 
-/// The candidates of one fate, best first.
+/// The candidates with one outcome, best first.
 fn list(text: &mut String, (case, answer): (&Case<'_>, &Answer), (fate, meaning): (Fate, &str)) {
     let reports = answer.candidates.iter();
     let mut some: Vec<&CandidateReport> = reports.filter(|report| report.fate == fate).collect();
@@ -179,7 +179,7 @@ fn list(text: &mut String, (case, answer): (&Case<'_>, &Answer), (fate, meaning)
     }
 }
 
-/// The smaller, the better among those of one fate.
+/// Sort key among candidates with one outcome; smaller is better.
 fn rank(report: &CandidateReport) -> f32 {
     let by_clearance = report.clearance.map(|clearance| -clearance.metres);
     let by_maps = report.overlap.map(|overlap| overlap.body as f32);
@@ -194,7 +194,7 @@ fn rank(report: &CandidateReport) -> f32 {
     }
 }
 
-/// A line of figures, and one of the path.
+/// Two lines: the numbers, then the path.
 fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &CandidateReport) {
     let playhead = case.throw.playhead;
     match &report.rate {
@@ -238,7 +238,7 @@ fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &C
     let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 
-/// A path in words; neighbouring stretches of one clip are one.
+/// Describes a path. Consecutive edges of one clip are merged.
 fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String {
     let graph = baked.graph();
     let is_stretch = |edge: EdgeId| graph.edge(edge).motion == EdgeMotion::Clip;
@@ -268,7 +268,7 @@ fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String 
     words.join(", ")
 }
 
-/// Leaves out the middle of what is too long.
+/// Shortens a text by leaving out its middle.
 fn shortened(text: &str, width: usize) -> String {
     let letters: Vec<char> = text.chars().collect();
     if letters.len() <= width {

@@ -1,4 +1,4 @@
-//! The body and what it holds, from files.
+//! Reads the body and its props from files.
 
 use std::path::{Path, PathBuf};
 
@@ -14,47 +14,47 @@ use super::{Failure, output};
 /// The body and its props.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct FigureArgs {
-    /// The body: spheres (.json), or a mesh (.obj) that spheres are fitted to. Without it: spheres
-    /// by the lengths of the bones.
+    /// Body: spheres (.json), or a mesh (.obj) to fit spheres to. Default: spheres derived from the
+    /// lengths of the bones.
     #[arg(long, value_name = "FILE", requires = "clips")]
     body: Option<PathBuf>,
-    /// Metres per unit of the body's mesh; found from the skeleton's size where it is not given.
+    /// Metres per unit of the body mesh. Default: derived from the skeleton's size.
     #[arg(long, value_name = "METRES", requires = "body")]
     body_scale: Option<f64>,
-    /// The posture that the mesh has: a frame of a clip, counted from 0. Without it: the skeleton's
-    /// rest pose, in which no joint is turned.
+    /// Pose of the mesh: a frame of a clip, counted from 0. Default: the skeleton's rest pose, with
+    /// no joint rotated.
     #[arg(long, value_name = "CLIP:FRAME", requires = "body")]
     body_pose: Option<String>,
-    /// Moves the mesh so that it stands where the skeleton stands in that posture; without it the
-    /// mesh stays in the clip's own space.
+    /// Moves the mesh to where the skeleton stands in that pose. Default: the mesh is in the clip's
+    /// space.
     #[arg(long, requires = "body")]
     body_stand: bool,
-    /// A thing that is held (.obj); spheres are fitted to it, which attack where the hand does.
+    /// Held prop (.obj). Spheres are fitted to it; they attack together with the hand.
     #[arg(long, value_name = "FILE", requires = "clips")]
     prop: Vec<PathBuf>,
-    /// The joint that holds it; one for each prop.
+    /// Joint that holds the prop; one for each prop.
     #[arg(long, value_name = "JOINT", requires = "prop")]
     prop_joint: Vec<String>,
-    /// Where its origin lies in the joint's frame, metres, and how it is turned (a quaternion):
+    /// Position of the prop in the joint's frame, in metres, and its rotation (a quaternion):
     /// X,Y,Z or X,Y,Z,QX,QY,QZ,QW. None, or one for each prop.
     #[arg(long, value_name = "GRIP", requires = "prop", value_parser = grip, allow_hyphen_values = true)]
     prop_grip: Vec<JointTransform>,
-    /// Metres per unit of the props; the clips' unit, or another that makes them of a size to hold,
-    /// where it is not given.
+    /// Metres per unit of the props. Default: the clips' unit, or one that gives the props a size
+    /// that can be held.
     #[arg(long, value_name = "METRES", requires = "prop")]
     prop_scale: Option<f64>,
-    /// The props are part of the body: what meets them hits.
+    /// Makes the props part of the body: an attack that touches them hits.
     #[arg(long, requires = "prop")]
     prop_is_body: bool,
-    /// A fitted mesh may stick out of its spheres by this much, metres.
+    /// Largest distance by which a mesh may stick out of its spheres, in metres.
     #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().cover)]
     fit_cover: f32,
-    /// The spheres may stick out of the mesh by this much, metres.
+    /// Largest distance by which the spheres may stick out of the mesh, in metres.
     #[arg(long, value_name = "METRES", default_value_t = FitSettings::default().bulge)]
     fit_bulge: f32,
 }
 
-/// What was read, and how well it was fitted.
+/// The body and props, with the quality of the fits.
 #[derive(Default)]
 pub(crate) struct Figure {
     pub(crate) body: Option<Body>,
@@ -317,12 +317,12 @@ impl Fit {
 }
 
 impl Figure {
-    /// How well the meshes were fitted, with stable keys.
+    /// The quality of the fits as JSON, with stable keys.
     pub(crate) fn to_json(&self) -> Value {
         json!(self.fits.iter().map(Fit::to_json).collect::<Vec<_>>())
     }
 
-    /// The same in words.
+    /// The quality of the fits as text.
     pub(crate) fn describe(&self) -> String {
         self.fits.iter().map(Fit::describe).collect()
     }

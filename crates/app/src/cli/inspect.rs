@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Ok(Done::ok(if as_json { Done::json(&document) } else { text }))
 }
 
-/// The first bytes of a file, which tell of what kind it is.
+/// The first bytes of a file, which identify its kind.
 fn head(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(1024).read_to_end(&mut bytes)?;
@@ -55,7 +55,7 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
 
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
     let motions = sabaki_import::read_motions(path, &read.options())?;
-    // A file without a motion was an error.
+    // A file without a motion was refused above.
     let Some(sabaki_import::LoadedClip {
         skeleton,
         clip,
@@ -153,7 +153,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
     Ok((document, text))
 }
 
-/// Why a unit is taken for what it is.
+/// How the unit was found.
 fn reason(found: sabaki_import::ScaleSource) -> String {
     use sabaki_import::ScaleSource;
     match found {
@@ -181,7 +181,7 @@ fn first_pose(clip: &sabaki::anim::Clip) -> sabaki::anim::Pose {
     pose
 }
 
-/// Events or attacks: whichever key the file has.
+/// Inspects an events file or an attack file, by the key that it has.
 fn json_file(path: &Path) -> Result<(Value, String), Failure> {
     let bytes = std::fs::read(path).map_err(|source| Failure::Open {
         path: path.to_owned(),

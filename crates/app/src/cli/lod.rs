@@ -1,4 +1,4 @@
-//! `sabaki lod`: energies, levels of detail, what they cost in accuracy, and from where on they are drawn.
+//! `sabaki lod`: joint energies, levels of detail, their errors, and the distances at which they are drawn.
 //!
 //! Source: Hasegawa, Nishio & Kobori; the columns beyond the energy are not in the paper.
 
@@ -20,52 +20,52 @@ use super::{Done, Failure, lod_report};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// BVH, AMC or glTF files of one skeleton, or folders of them; without: the embedded motions.
+    /// BVH, AMC or glTF files of one skeleton, or folders of them. Default: the embedded motions.
     #[arg(value_name = "CLIP")]
     clips: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Which joint goes next: the one with the least energy (the paper), or the one whose removal
-    /// displaces the body least.
+    /// Order in which joints are removed: by energy (as in the paper), or by the displacement of the body
+    /// that the removal causes.
     #[arg(long, value_enum, default_value = "energy")]
     order: OrderArg,
-    /// What the distance of a level follows: its energy (the paper), or its error on the screen.
+    /// What determines the distance of a level: its energy (as in the paper), or its error on the screen.
     #[arg(long, value_enum, default_value = "energy")]
     switch: OrderArg,
-    /// How bent joints count: raised above the threshold, literally as the paper's equation, or not.
+    /// Weight of flexed joints: raised above the threshold, the paper's equation to the letter, or ignored.
     #[arg(long, value_enum, default_value = "raised")]
     flexion: FlexionArg,
-    /// Moments of inertia about the joint, or about the axis that it turns about.
+    /// Moment of inertia: about the joint, or about its axis of rotation.
     #[arg(long, value_enum, default_value = "joint")]
     inertia: InertiaArg,
-    /// What a removed joint's points ride on: the nearest kept joint, or always the one above.
+    /// Joint that carries the points of a removed joint: the nearest kept one, or always the parent.
     #[arg(long, value_enum, default_value = "nearest")]
     carrier: CarrierArg,
-    /// The masses of joints (JSON); without: 70 kg, by the lengths of bones.
+    /// Masses of the joints (JSON). Default: 70 kg in all, by the lengths of the bones.
     #[arg(long, value_name = "FILE")]
     masses: Option<PathBuf>,
-    /// Joints that stay.
+    /// Joints that are never removed.
     #[arg(long, value_name = "JOINT", num_args = 1..)]
     lock: Vec<String>,
-    /// Vertical field of view, degrees.
+    /// Vertical field of view, in degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 60.0)]
     fov: f32,
-    /// The screen's height, pixels.
+    /// Height of the screen, in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 1080.0)]
     screen: f32,
-    /// How high the character is on the screen where no motion can be made out any more.
+    /// Height of the character on the screen, in pixels, at which its motion can no longer be seen.
     #[arg(long, value_name = "PIXELS", default_value_t = 20.0)]
     vanish: f32,
-    /// The error that is allowed on the screen, for --switch error.
+    /// Largest error on the screen, in pixels, for --switch error.
     #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
     error: f32,
-    /// Whether that is the greatest error of any point in any frame, or the mean.
+    /// Whether --error limits the greatest error of all points and frames, or the mean.
     #[arg(long, value_enum, default_value = "greatest")]
     measure: MeasureArg,
-    /// Write the first clip as every level draws it, each an animation (GLB), to look at with any viewer.
+    /// Writes the first clip as each level draws it, as animations of one GLB file.
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
-    /// Draw the joints' energies, the levels' errors and their distances: a PNG or SVG, or - for letters on stdout.
+    /// Plots the joints' energies, the levels' errors and their distances: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
 }
@@ -101,7 +101,7 @@ enum CarrierArg {
     Parent,
 }
 
-/// What is looked at.
+/// The skeleton and clips to analyse.
 pub(crate) struct Source {
     pub(crate) skeleton: Skeleton,
     pub(crate) clips: Vec<Clip>,
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let mut pose = Pose::default();
     source.clips[0].pose(0, &mut pose);
     let stature = sabaki_import::stature(&source.skeleton, &pose) as f32;
-    // Not everything stands: a figure without height is as high as it reaches.
+    // A figure without height in its first frame: its reach serves as its height.
     let stature = if stature > 0.0 { stature } else { levels.reach };
     let switching = args.switch_settings(stature)?;
     let bands = Switching::new(&levels, &switching).map_err(usage)?;

@@ -1,4 +1,4 @@
-//! What `sabaki lod` has to say.
+//! The report of `sabaki lod`.
 
 use std::fmt::Write;
 
@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use super::lod::Source;
 use super::output;
 
-/// Levels, and from where on they are drawn.
+/// Levels of detail, with the distances at which they are drawn.
 pub(crate) struct Report {
     pub(crate) source: Source,
     pub(crate) levels: Levels,
-    /// Metres.
+    /// Height of the character, in metres.
     pub(crate) stature: f32,
     pub(crate) order: Order,
     pub(crate) settings: SwitchSettings,
@@ -22,18 +22,18 @@ pub(crate) struct Report {
     pub(crate) steps: Steps,
 }
 
-/// The largest steps of a point on the screen at a switch, pixels.
+/// The largest step of a point on the screen when levels switch, in pixels.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Steps {
     blended: f32,
     at_once: f32,
 }
 
-/// Clips that steps are measured on at most, evenly spread.
+/// Largest number of clips on which steps are measured; they are evenly spaced.
 const MEASURED: usize = 12;
 
 impl Report {
-    /// With the steps at switches measured.
+    /// Measures the steps at switches.
     pub(crate) fn measured(mut self) -> Result<Self, LodError> {
         let at_once = SwitchSettings {
             blend: None,
@@ -57,7 +57,7 @@ impl Report {
         joint.map_or("", |joint| joint.name.as_str())
     }
 
-    /// The first clip as every level draws it.
+    /// The first clip as each level draws it.
     pub(crate) fn drawn(&self) -> Result<Vec<Clip>, LodError> {
         let (skeleton, clip) = (&self.source.skeleton, &self.source.clips[0]);
         let levels = self.levels.levels.iter().enumerate();
@@ -77,7 +77,7 @@ impl Report {
         self.source.clips.iter().map(|clip| clip.duration()).sum()
     }
 
-    /// The level's greatest error where it begins to be drawn, pixels: of a point that is as near to the camera as any of the body.
+    /// The level's largest error at the distance where it is first drawn, in pixels, for the point of the body nearest to the camera.
     fn pixels(&self, index: usize) -> Option<f32> {
         let band = self.bands.bands().get(index.checked_sub(1)?)?;
         let near = band.full - self.levels.reach;
@@ -85,7 +85,7 @@ impl Report {
         (near > 0.0).then(|| self.settings.view.pixels(error, near))
     }
 
-    /// With stable keys.
+    /// The report as JSON, with stable keys.
     pub(crate) fn to_json(&self) -> Value {
         let removed_at = |joint| {
             let levels = self.levels.levels.iter();
@@ -133,7 +133,7 @@ impl Report {
         })
     }
 
-    /// The same in words.
+    /// The report as text.
     pub(crate) fn describe(&self) -> String {
         let mut text = format!(
             "{} clips, {:.1} s; {} joints, {:.2} m high\n",

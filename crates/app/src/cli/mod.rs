@@ -1,4 +1,4 @@
-//! The command's face: one file for each subcommand, and what they share.
+//! The command line: one file for each subcommand, and what they share.
 
 mod bake;
 mod cancel;
@@ -44,8 +44,8 @@ pub(crate) use output::{Done, Failure};
 
 /// Dodge by a hair's breadth: avoidance on motion graphs, culled by the stencil buffer.
 ///
-/// Without a subcommand: the demo. It bakes the embedded motions, throws balls, avoids them, and
-/// writes pictures and a BVH into out/.
+/// Without a subcommand it runs a demo, which bakes the embedded motions, throws balls at a
+/// character, avoids them, and writes a picture, a BVH file and a JSON file to out/.
 #[derive(Parser)]
 #[command(
     version,
@@ -54,10 +54,10 @@ pub(crate) use output::{Done, Failure};
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// One JSON document on stdout instead of tables.
+    /// Prints one JSON document instead of tables.
     #[arg(long, global = true)]
     json: bool,
-    /// Say more on stderr: -v what is done, -vv in detail.
+    /// Logs to stderr: -v steps, -vv details.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
     #[command(flatten)]
@@ -66,37 +66,37 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Clips to a baked graph; prints its statistics.
+    /// Bakes clips to a graph file and prints its statistics.
     Bake(bake::Args),
     /// Throws attacks at a character and answers them.
     Dodge(dodge::Args),
-    /// All culling paths with and without the grid, side by side on the same attacks.
+    /// Compares all culling paths, with and without the grid, on the same attacks.
     Compare(compare::Args),
-    /// From which side, at which height and how soon attacks are avoided, and where the gaps are.
+    /// Measures which attacks are avoided by direction, height and lead, and finds the gaps.
     Coverage(coverage::Args),
-    /// Joint energies, levels of detail, their errors, and from where on they are drawn.
+    /// Analyses levels of detail: joint energies, errors, and the distances at which levels are drawn.
     Lod(lod::Args),
-    /// How long a crowd takes to be posed: before levels of detail and after, on all registers and threads.
+    /// Measures the time to pose a crowd, with and without levels of detail, by instruction set and threads.
     Crowd(crowd::Args),
-    /// Two fighters of one graph: one attacks, the other avoids, in turn.
+    /// Lets two fighters of one graph attack and avoid in turn.
     Duel(duel::Args),
-    /// Pictures of a dodge or a crowd: PNG, animated GIF or APNG, a sheet of moments.
+    /// Renders a dodge or a crowd: PNG, animated GIF or APNG, or a sheet of moments.
     Render(render::Args),
-    /// A window: click, and a ball flies there; the fighter dodges. Or a crowd.
+    /// Opens a window: a click throws a ball, and the fighter dodges. Or a crowd.
     #[cfg(feature = "window")]
     View(view::Args),
-    /// What a file holds: BVH or glTF, baked graph, events or attacks.
+    /// Describes a file: BVH or glTF, baked graph, events or attacks.
     Inspect(inspect::Args),
-    /// What this machine's Vulkan offers and which culling paths will run.
+    /// Reports the machine's Vulkan devices and the culling paths that they support.
     Doctor,
 }
 
-/// Runs the command and says how it went.
+/// Runs the command and returns its exit code.
 pub(crate) fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version are no errors; clap knows where they go and with which code.
+            // Help and version are not errors; clap chooses the stream and the exit code.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
@@ -137,7 +137,7 @@ fn start_log(verbose: u8) {
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .without_time();
-    // What a window system has to grumble about is of no use to whoever has not asked.
+    // Warnings of the window system are shown only with -v.
     let others = match verbose {
         0 => tracing::Level::ERROR,
         _ => level,

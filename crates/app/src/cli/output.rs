@@ -1,4 +1,4 @@
-//! What a subcommand prints, and how it fails.
+//! The output of a subcommand, and its errors.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -12,24 +12,24 @@ use sabaki::maps::BakeError;
 use sabaki::query::AttackError;
 use thiserror::Error;
 
-/// What a subcommand has to say, and whether the answer is no.
+/// The output of a subcommand, with its exit code.
 pub(crate) struct Done {
     pub(crate) text: String,
     pub(crate) no: bool,
 }
 
 impl Done {
-    /// The answer is yes, or there was no question.
+    /// Output with exit code 0.
     pub(crate) fn ok(text: String) -> Self {
         Self { text, no: false }
     }
 
-    /// A JSON document as text.
+    /// The text of a JSON document.
     pub(crate) fn json(document: &serde_json::Value) -> String {
         format!("{document:#}\n")
     }
 
-    /// Prints it all at once. A reader that has gone away (`| head`) is no failure.
+    /// Writes all output at once. A closed pipe (`| head`) is not an error.
     pub(crate) fn print(self) -> Result<ExitCode, Failure> {
         let mut stdout = std::io::stdout().lock();
         match stdout
@@ -83,7 +83,7 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// The same, with the file that it lies in.
+    /// The error with the path of the file that caused it.
     pub(crate) fn within(self, place: &Path) -> Self {
         Self::Within {
             place: place.display().to_string(),
@@ -91,14 +91,14 @@ impl Failure {
         }
     }
 
-    /// Says it on stderr in one line, whatever names stand in it. Nobody may be there to read it.
+    /// Writes the error to stderr as one line; control characters are escaped. A closed stderr is ignored.
     pub(crate) fn print(&self) {
         let text = self.to_string().replace(char::is_control, " ");
         let _ = writeln!(std::io::stderr(), "sabaki: {text}");
     }
 }
 
-/// A table with a head; the columns after the first `left` are numbers and stand to the right.
+/// A table with a header. The first `left` columns are aligned to the left, the others to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();
     table
@@ -115,7 +115,7 @@ pub(crate) fn table(head: &[&str], left: usize) -> Table {
     table
 }
 
-/// A bar on stderr, if that is a terminal.
+/// A progress bar on stderr; hidden where stderr is not a terminal.
 pub(crate) fn progress(what: &'static str, steps: u64) -> ProgressBar {
     let bar = ProgressBar::new(steps).with_message(what);
     match ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {

@@ -1,4 +1,4 @@
-//! The same attacks, answered by one method after the other.
+//! Answers the same attacks by one method after the other.
 
 use clap::ValueEnum;
 use sabaki::maps::BakedGraph;
@@ -10,21 +10,21 @@ use super::culling::{Culling, path_parser};
 use super::stats::{Asker, Run};
 use super::{Failure, cancel, output};
 
-/// Which methods are run.
+/// The methods to run.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct MethodArgs {
-    /// Who culls; several are run one after the other on the same attacks. Default: stencil where
-    /// there is a Vulkan device, else cpu.
+    /// Culling paths, run one after the other on the same attacks. Default: stencil with a Vulkan
+    /// device, else cpu.
     #[arg(long, value_delimiter = ',', value_parser = path_parser())]
     cull: Vec<CullPath>,
-    /// Whether candidates come from the node's grid, with the whole search where that has none, or
-    /// always from the whole search; both are run one after the other.
+    /// Source of the candidates: the node's grid, with the whole search where the grid has none, or
+    /// always the whole search. Both are run one after the other.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "on")]
     grid: Vec<GridArg>,
-    /// Which of the grid's cells are looked up.
+    /// Cells of the grid that are looked up.
     #[arg(long, value_enum, default_value = "union")]
     lookup: LookupArg,
-    /// Threads of one query, which test candidates side by side; 0 for as many as the machine has.
+    /// Threads of one query, which test candidates in parallel; 0 for all of the machine.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=1024))]
     query_threads: u64,
 }
@@ -37,11 +37,11 @@ enum GridArg {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LookupArg {
-    /// Of the cells that the attack touches, the one nearest to the character.
+    /// The cell nearest to the character, of those that the attack touches.
     Nearest,
-    /// The nearest one that a path in time is filed in.
+    /// The nearest of these cells that holds a path which is in time.
     NearestFiled,
-    /// All of them.
+    /// All cells that the attack touches.
     Union,
 }
 
@@ -55,7 +55,7 @@ impl From<LookupArg> for Lookup {
     }
 }
 
-/// Who culls, and where candidates come from.
+/// A culling path and a source of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Method {
     pub(crate) cull: CullPath,
@@ -89,7 +89,7 @@ impl MethodArgs {
 }
 
 impl Method {
-    /// The one that all others are held to.
+    /// The reference that the other methods are compared with.
     pub(crate) const EXACT: Self = Self {
         cull: CullPath::Exact,
         enumerate: Enumerate::Whole,
@@ -116,18 +116,18 @@ pub(crate) struct Pass {
     pub(crate) runs: Vec<Run>,
 }
 
-/// How a pass is made.
+/// Settings of a pass.
 pub(crate) struct PassSettings {
     pub(crate) method: Method,
-    /// Threads that share the attacks, for what needs no device; 0 for as many as there are.
+    /// Threads that share the attacks, for paths without a device; 0 for all of the machine.
     pub(crate) threads: usize,
     /// Threads of each query.
     pub(crate) query_threads: usize,
-    /// Whether answers list what is not in time.
+    /// Lists candidates that are not in time in the answers.
     pub(crate) list_late: bool,
 }
 
-/// Answers all attacks with one method. `each` sees every whole answer before it is forgotten.
+/// Answers all attacks with one method. `each` is called with each answer, which is then dropped.
 pub(crate) fn pass(
     (baked, throws): (&BakedGraph, &[Throw]),
     settings: &PassSettings,
@@ -143,7 +143,7 @@ pub(crate) fn pass(
     culling.warm_up(method.cull, baked.atlas())?;
     cancel::listen();
     let bar = output::progress(method.cull.name(), throws.len() as u64);
-    // Every so manyth attack, from the given one on.
+    // Every n-th attack, from the given one on.
     let part = |first: usize, step: usize, culling: &mut Culling| {
         let mut asker = Asker::new(baked);
         let numbered = throws.iter().enumerate().skip(first).step_by(step);

@@ -14,16 +14,16 @@ use super::figure::{Figure, FigureArgs};
 use super::maps::MapArgs;
 use super::{Failure, cancel, output};
 
-/// What the files of motions do not say themselves.
+/// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct ReadArgs {
-    /// Metres per unit of the files; found from the skeleton's height where it is not given (glTF: 1).
+    /// Metres per unit of the files. Default: derived from the skeleton's height (glTF: 1).
     #[arg(long, value_name = "METRES")]
     scale: Option<f64>,
-    /// Which way is up in the files: x, y or z.
+    /// Up axis of the files: x, y or z.
     #[arg(long, value_name = "AXIS", default_value = "y")]
     up: sabaki_import::Up,
-    /// Frames a second of AMC files, which do not say.
+    /// Frame rate of AMC files, which do not contain it, in frames per second.
     #[arg(long, value_name = "HZ", default_value_t = sabaki_import::asf::AmcFile::USUAL_RATE)]
     amc_rate: f64,
 }
@@ -38,19 +38,19 @@ impl ReadArgs {
     }
 }
 
-/// Clips and how to make a graph of them.
+/// Clips, and the settings of the graph built from them.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ClipArgs {
     /// BVH, AMC or glTF files, or folders of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
     pub(crate) clips: Vec<PathBuf>,
-    /// The events file (JSON) that labels evasions and attacks in the clips.
+    /// Events file (JSON) that labels evasions and attacks in the clips.
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
-    /// Moments whose postures lie further apart are not joined: root of the mean squared distance
-    /// of joints, metres.
+    /// Largest distance of the poses that a transition joins: root mean square over the joints, in
+    /// metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
     #[command(flatten)]
@@ -59,10 +59,10 @@ pub(crate) struct ClipArgs {
     pub(crate) maps: MapArgs,
 }
 
-/// Which graph is asked.
+/// The graph to query.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct GraphArgs {
-    /// A graph that `bake` wrote; otherwise --clips, otherwise the embedded motions.
+    /// Graph written by `bake`. Default: --clips, or the embedded motions without them.
     baked: Option<PathBuf>,
     #[command(flatten)]
     clips: ClipArgs,
@@ -84,16 +84,16 @@ impl GraphArgs {
     }
 }
 
-/// Of how many transitions the slide of feet is measured: enough for three digits, in a moment.
+/// Number of transitions on which foot sliding is measured; enough for three digits.
 const MEASURED: usize = 2000;
 
-/// A graph, and how it was made where it was.
+/// A graph, with its build report if it was built now.
 pub(crate) struct Baked {
     pub(crate) graph: BakedGraph,
     pub(crate) made: Option<Made>,
 }
 
-/// How a graph was made.
+/// How a graph was built.
 pub(crate) struct Made {
     pub(crate) report: BuildReport,
     pub(crate) feet: FootSlide,
@@ -207,7 +207,7 @@ fn count(graph: &MotionGraph, kind: EventKind) -> usize {
         .count()
 }
 
-/// What a graph holds, with stable keys.
+/// Statistics of a graph as JSON, with stable keys.
 pub(crate) fn statistics(baked: &Baked) -> Value {
     let graph = baked.graph.graph();
     let mut value = json!({
@@ -239,7 +239,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
     value
 }
 
-/// The same in words.
+/// Statistics of a graph as text.
 pub(crate) fn describe(baked: &Baked) -> String {
     let graph = baked.graph.graph();
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Answers to attacks, and what is kept of each.
+//! Answers attacks and keeps a summary of each answer.
 
 use std::time::{Duration, Instant};
 
@@ -15,24 +15,24 @@ use super::Failure;
 use super::culling::Culling;
 use super::passes::Method;
 
-/// How one attack was answered: what is needed of it when there are ten thousand.
+/// Summary of one answer, small enough to keep ten thousand.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) avoided: bool,
-    /// Metres.
+    /// Clearance between the attack and the body, in metres.
     pub(crate) clearance: f32,
-    /// What is performed; `None` for a path that only moves.
+    /// The evasion; `None` for a path without one.
     pub(crate) evasion: Option<EdgeId>,
-    /// Of the path's retimable edges.
+    /// Playback rate of the path's retimable edges.
     pub(crate) rate: f32,
-    /// V of the chosen path; `None` for a hit.
+    /// Score V of the chosen path; `None` for a hit.
     pub(crate) score: Option<f32>,
     pub(crate) counts: Counts,
     search: SearchReport,
     pub(crate) source: Source,
-    /// Whether every candidate was tested and is hit.
+    /// Every candidate was tested and is hit.
     pub(crate) all_hit: bool,
-    /// Milliseconds: finding candidates, counting overlaps, exact test and choice.
+    /// Milliseconds of finding candidates, of counting overlaps, and of the exact test with the choice.
     pub(crate) enumerate_ms: f64,
     pub(crate) cull_ms: f64,
     pub(crate) decide_ms: f64,
@@ -43,12 +43,12 @@ impl Run {
         self.enumerate_ms + self.cull_ms + self.decide_ms
     }
 
-    /// Whether paths were filed in the cells that the attack touches.
+    /// Whether the grid holds paths in the cells that the attack touches.
     pub(crate) fn used_grid(&self) -> bool {
         matches!(self.source, Source::Grid | Source::NothingClean)
     }
 
-    /// The chosen evasion by clip and seconds.
+    /// The chosen evasion: its clip and its seconds.
     pub(crate) fn evasion(&self, baked: &BakedGraph) -> Option<String> {
         sabaki_import::export::describe_evasion(baked, self.evasion?)
     }
@@ -157,14 +157,14 @@ impl<'a> Asker<'a> {
     }
 }
 
-/// The value below which a share of all lies; 0 of none.
+/// The value below which a share of all values lies; 0 without values.
 pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (share * (values.len().saturating_sub(1)) as f64).round() as usize;
     values.get(index).copied().unwrap_or(0.0)
 }
 
-/// Median and 99th percentile.
+/// Median and 99th percentile, in milliseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Times {
     pub(crate) median: f64,
@@ -184,7 +184,7 @@ impl Times {
         json!({ "median": self.median, "p99": self.p99 })
     }
 
-    /// In words, with so many decimals.
+    /// Text with so many decimals.
     pub(crate) fn text(self, decimals: usize) -> String {
         format!("{:.decimals$} / {:.decimals$}", self.median, self.p99)
     }

@@ -1,4 +1,4 @@
-//! Figures over many attacks.
+//! Statistics over many attacks.
 
 use serde_json::{Value, json};
 
@@ -6,36 +6,36 @@ use super::output;
 use super::passes::{Method, Pass};
 use super::stats::{Run, Times, percentile};
 
-/// One method, summed up.
+/// Statistics of one method.
 pub(crate) struct Summary {
     method: Method,
     attacks: usize,
     avoided: usize,
-    /// Hits that the check says no candidate avoids.
+    /// Hits that no candidate avoids, according to the check.
     unavoidable: usize,
     checked: bool,
     grid_used: usize,
     grid_answered: usize,
-    /// Median number of candidates that end in an evasion, and of all.
+    /// Median number of candidates that end in an evasion, and of all candidates.
     with_evasion: f64,
     candidates: f64,
     /// Share of the candidates with maps that the maps removed.
     culled_share: f64,
-    /// Of the clean answers, metres; `None` where there is none.
+    /// Clearance of the avoided attacks, in metres; `None` without one.
     median_clearance: Option<f64>,
     query_ms: Times,
     cull_ms: Times,
-    /// Answers that perform an evasion.
+    /// Number of answers with an evasion.
     evading: usize,
 }
 
-/// The exact whole search among the passes, to which the others' hits are held.
+/// The exact whole search among the passes, which the others' hits are checked against.
 pub(crate) fn exact(passes: &[Pass]) -> Option<&Pass> {
     passes.iter().find(|pass| pass.method == Method::EXACT)
 }
 
 impl Summary {
-    /// Hits are held to `exact`; without it, to what the answer itself tested.
+    /// Hits are checked against `exact`, or against the answer's own tests without it.
     pub(crate) fn of(pass: &Pass, exact: Option<&Pass>) -> Self {
         let runs = &pass.runs;
         let sum = |of: fn(&Run) -> usize| runs.iter().map(of).sum::<usize>();
@@ -93,7 +93,7 @@ impl Summary {
     }
 }
 
-/// All passes in a table, and what the hits among them were held to.
+/// All passes as a table, with the reference of their hits.
 pub(crate) fn table(passes: &[Pass]) -> String {
     let head = [
         "culled by",

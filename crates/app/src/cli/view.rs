@@ -1,4 +1,4 @@
-//! `sabaki view`: a window. Click, and a ball flies there; the fighter dodges.
+//! `sabaki view`: a window with a fighter who dodges the balls that the user throws, or with a crowd.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -26,60 +26,60 @@ use super::{Done, Failure, cancel};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// Columns and rows of the window at first.
+    /// Initial size of the window, in pixels.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::render::size)]
     size: [u32; 2],
-    /// Who culls at first.
+    /// Initial culling path.
     #[arg(long, value_name = "PATH", default_value = "cpu", value_parser = path_parser())]
     cull: CullPath,
-    /// Candidates from everywhere at first, not from the node's grid.
+    /// Starts with the whole search instead of the grid.
     #[arg(long)]
     no_grid: bool,
-    /// Which way the fighter walks.
+    /// Initial walking direction of the fighter.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Without panels at first; P shows them.
+    /// Starts without panels; P shows them.
     #[arg(long)]
     plain: bool,
-    /// Samples a pixel: 1, 2, 4 or 8; without it 4, or 1 where the processor draws.
+    /// Samples per pixel: 1, 2, 4 or 8. Default: 4, or 1 on a software device.
     #[arg(long, value_name = "N", default_value_t = 0)]
     samples: u32,
-    /// Pictures as fast as they come, out of step with the screen.
+    /// Draws without waiting for the screen (no vertical synchronization).
     #[arg(long)]
     uncapped: bool,
-    /// Closes after so many pictures.
+    /// Closes after this number of pictures.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// Seconds on the stage from one picture to the next, however long that takes; answers are waited for. The same pictures
-    /// each time.
+    /// Simulated seconds from one picture to the next, whatever the real time; waits for answers. Every run draws the same
+    /// pictures.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     step: Option<f32>,
-    /// Writes the last picture (PNG).
+    /// Writes the last picture to this file (PNG).
     #[arg(long, value_name = "FILE", requires = "frames")]
     screenshot: Option<PathBuf>,
-    /// A click that comes by itself: where, as shares of width and height, and when, seconds on the stage.
+    /// Simulates a click: position as shares of width and height, and time in simulated seconds.
     #[arg(long, value_name = "X,Y,SECONDS", value_parser = click)]
     click: Vec<Click>,
-    /// Every answer comes so much later, seconds: what a slow device would look like.
+    /// Delays every answer, in seconds, as on a slow device.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     delay: Option<f32>,
-    /// Two fighters instead of one, who attack and avoid in turn.
+    /// Shows two fighters, who attack and avoid in turn.
     #[arg(long, conflicts_with = "crowd")]
     duel: bool,
     #[command(flatten)]
     crowd: CrowdArgs,
 }
 
-/// Of a crowd.
+/// Options of the crowd.
 #[derive(Clone, Debug, clap::Args)]
 struct CrowdArgs {
-    /// A crowd in a column instead of a fighter.
+    /// Shows a crowd in a column instead of a fighter.
     #[arg(long)]
     crowd: bool,
-    /// How many there are.
+    /// Number of characters in the crowd.
     #[arg(long, value_name = "N", default_value_t = 10_000, requires = "crowd", value_parser = clap::value_parser!(u32).range(1..=200_000))]
     count: u32,
-    /// What they do: one of the embedded motions.
+    /// Motion of the crowd: one of the embedded clips.
     #[arg(
         long,
         value_name = "CLIP",
@@ -87,10 +87,10 @@ struct CrowdArgs {
         requires = "crowd"
     )]
     motion: String,
-    /// All joints for everybody at first.
+    /// Starts with all joints for all characters.
     #[arg(long, requires = "crowd")]
     no_levels: bool,
-    /// Everybody in the colour of their level of detail at first.
+    /// Starts with each character in the colour of its level of detail.
     #[arg(long, requires = "crowd")]
     levels: bool,
 }
@@ -212,7 +212,7 @@ impl Args {
     }
 }
 
-/// One line for each event, at once. Whoever has stopped reading does not close the window.
+/// Prints one line for each event at once. A closed stdout does not close the window.
 fn hear(event: &Event, as_json: bool) {
     if let (true, Ok(line)) = (as_json, serde_json::to_string(event)) {
         let mut stdout = std::io::stdout().lock();

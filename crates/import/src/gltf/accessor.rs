@@ -1,5 +1,9 @@
 //! Numbers from buffers, every index checked.
+//!
+//! Accessors are read here, not by the crate `gltf`: its readers add offsets without checks, count down from 0 and unwrap,
+//! so that a hostile file ends the program; and its validation refuses files for their meshes, which are not read here.
 
+use gltf_json::accessor::sparse::Sparse;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::validation::Checked;
 
@@ -13,22 +17,16 @@ impl Container {
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
-        let missing = |what, index| GltfError::Index {
+        let accessors = &self.root.accessors;
+        let accessor = accessors.get(index).ok_or_else(|| GltfError::Index {
             from: from(),
-            what,
+            what: "accessor",
             index,
-        };
+        })?;
         let wrong = |problem| GltfError::Accessor {
             accessor: index,
             problem,
         };
-        let accessors = &self.root.accessors;
-        let accessor = accessors
-            .get(index)
-            .ok_or_else(|| missing("accessor", index))?;
-        if accessor.sparse.is_some() {
-            return Err(wrong("sparse accessors are not supported"));
-        }
         let component = match accessor.component_type {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return Err(wrong("it has no known component type")),
@@ -45,36 +43,153 @@ impl Container {
         if width != N {
             return Err(wrong("its elements have not the size that is wanted"));
         }
-        let view = accessor
-            .buffer_view
-            .ok_or_else(|| wrong("it has no buffer view"))?;
-        let view = { self.root.buffer_views.get(view.value()) }
-            .ok_or_else(|| missing("buffer view", view.value()))?;
-        let buffer = self
-            .buffers
-            .get(view.buffer.value())
-            .and_then(Option::as_ref);
-        let buffer = buffer.ok_or_else(|| missing("buffer", view.buffer.value()))?;
-        let size = component.size() * N;
-        let layout = Layout {
-            view: (view.byte_offset.unwrap_or_default().0, view.byte_length.0),
+        let reader = Reader {
+            container: self,
+            accessor: index,
+            from: &from,
+        };
+        let elements = Elements {
             offset: accessor.byte_offset.unwrap_or_default().0,
-            stride: view.byte_stride.map_or(size, |stride| stride.0),
             count: accessor.count.0,
-            size,
+            size: component.size() * N,
         };
-        let bytes = layout
-            .within(buffer)
-            .ok_or_else(|| wrong("it is not within its buffer"))?;
-        let element = |start: usize| -> [f32; N] {
-            std::array::from_fn(|part| number(component, &bytes[start + part * component.size()..]))
+        let mut values = match (accessor.buffer_view, &accessor.sparse) {
+            (Some(view), _) => reader.values(view.value(), elements, component)?,
+            (None, Some(_)) => reader.zeros(elements.count)?,
+            (None, None) => return Err(wrong("it has no buffer view")),
         };
-        let starts = (0..layout.count as usize).map(|element| element * layout.stride);
-        Ok(starts.map(element).collect())
+        if let Some(sparse) = &accessor.sparse {
+            reader.replace(&mut values, sparse, component)?;
+        }
+        Ok(values)
     }
 }
 
-/// Where elements lie in a buffer, bytes.
+/// Reads one accessor.
+struct Reader<'a, F> {
+    container: &'a Container,
+    accessor: usize,
+    /// What names the accessor.
+    from: &'a F,
+}
+
+/// Elements in a buffer view.
+#[derive(Clone, Copy)]
+struct Elements {
+    /// Bytes from the view's start to the first element.
+    offset: u64,
+    count: u64,
+    /// Bytes of an element.
+    size: usize,
+}
+
+impl<F: Fn() -> String> Reader<'_, F> {
+    fn wrong(&self, problem: &'static str) -> GltfError {
+        GltfError::Accessor {
+            accessor: self.accessor,
+            problem,
+        }
+    }
+
+    /// The bytes of each element of a view.
+    fn bytes(
+        &self,
+        view: usize,
+        elements: Elements,
+    ) -> Result<impl Iterator<Item = &[u8]>, GltfError> {
+        let missing = |what, index| GltfError::Index {
+            from: (self.from)(),
+            what,
+            index,
+        };
+        let views = &self.container.root.buffer_views;
+        let view = views
+            .get(view)
+            .ok_or_else(|| missing("buffer view", view))?;
+        let index = view.buffer.value();
+        let buffer = self.container.buffers.get(index).and_then(Option::as_ref);
+        let buffer = buffer.ok_or_else(|| missing("buffer", index))?;
+        let Elements {
+            offset,
+            count,
+            size,
+        } = elements;
+        let layout = Layout {
+            view: (view.byte_offset.unwrap_or_default().0, view.byte_length.0),
+            offset,
+            stride: view.byte_stride.map_or(size, |stride| stride.0),
+            count,
+            size,
+        };
+        let bytes = layout.within(buffer);
+        let bytes = bytes.ok_or_else(|| self.wrong("it is not within its buffer"))?;
+        Ok((0..count as usize).map(move |element| &bytes[element * layout.stride..][..size]))
+    }
+
+    fn values<const N: usize>(
+        &self,
+        view: usize,
+        elements: Elements,
+        component: ComponentType,
+    ) -> Result<Vec<[f32; N]>, GltfError> {
+        let value = |bytes: &[u8]| -> [f32; N] {
+            std::array::from_fn(|part| number(component, &bytes[part * component.size()..]))
+        };
+        Ok(self.bytes(view, elements)?.map(value).collect())
+    }
+
+    /// What a sparse accessor without a view starts from.
+    fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[f32; N]>, GltfError> {
+        // The times of keys increase: all but one are in a buffer, and other accessors have at most three elements a key.
+        let buffers = self.container.buffers.iter().flatten();
+        let most: usize = buffers.map(Vec::len).sum();
+        match usize::try_from(count) {
+            Ok(count) if count <= most => Ok(vec![[0.0; N]; count]),
+            _ => Err(self.wrong("it has more elements than the buffers have bytes")),
+        }
+    }
+
+    /// Puts a sparse accessor's own elements in their places.
+    fn replace<const N: usize>(
+        &self,
+        values: &mut [[f32; N]],
+        sparse: &Sparse,
+        component: ComponentType,
+    ) -> Result<(), GltfError> {
+        let kind = match sparse.indices.component_type {
+            Checked::Valid(kind) => kind.0,
+            Checked::Invalid => return Err(self.wrong("its sparse indices have no known type")),
+        };
+        let elements = |offset, size| Elements {
+            offset,
+            count: sparse.count.0,
+            size,
+        };
+        let indices = elements(sparse.indices.byte_offset.0, kind.size());
+        let indices = self.bytes(sparse.indices.buffer_view.value(), indices)?;
+        let own = elements(sparse.values.byte_offset.0, component.size() * N);
+        let own = self.values::<N>(sparse.values.buffer_view.value(), own, component)?;
+        let mut next = 0;
+        for (bytes, value) in indices.zip(own) {
+            let index = little_endian(bytes);
+            if index < next {
+                return Err(self.wrong("its sparse indices do not increase"));
+            }
+            let place = values.get_mut(index);
+            *place.ok_or_else(|| self.wrong("a sparse index is beyond its end"))? = value;
+            next = index + 1;
+        }
+        Ok(())
+    }
+}
+
+/// An unsigned number of up to four bytes.
+fn little_endian(bytes: &[u8]) -> usize {
+    let bytes = bytes.iter().rev();
+    bytes.fold(0, |number, &byte| number << 8 | usize::from(byte))
+}
+
+/// Where elements lie in a buffer, in bytes.
 struct Layout {
     view: (u64, u64),
     offset: u64,

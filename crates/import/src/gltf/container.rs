@@ -66,8 +66,15 @@ fn needed_buffers(root: &Root) -> Vec<usize> {
         .iter()
         .flat_map(|animation| &animation.samplers);
     let accessors = samplers.flat_map(|sampler| [sampler.input.value(), sampler.output.value()]);
-    accessors
-        .filter_map(|index| root.accessors.get(index)?.buffer_view)
+    let views = accessors
+        .filter_map(|index| root.accessors.get(index))
+        .flat_map(|accessor| {
+            let sparse = accessor.sparse.iter();
+            let own =
+                sparse.flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+            accessor.buffer_view.into_iter().chain(own)
+        });
+    views
         .filter_map(|view| Some(root.buffer_views.get(view.value())?.buffer.value()))
         .collect()
 }

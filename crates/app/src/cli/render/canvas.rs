@@ -1,4 +1,4 @@
-//! The device that draws, and its painter.
+//! The device and the painter that draw pictures.
 
 use sabaki::gpu::GpuError;
 use sabaki::math::F32x16;
@@ -12,7 +12,7 @@ use crate::cli::culling::DeviceArgs;
 use crate::cli::picture::Picture;
 
 pub(super) struct Canvas {
-    // `None` only while it is destroyed.
+    // `None` only while the canvas is dropped.
     parts: Option<(Headless, Painter)>,
     size: [u32; 2],
 }
@@ -42,7 +42,7 @@ impl Canvas {
         }
     }
 
-    /// Memory for a crowd's poses.
+    /// The memory for a crowd's poses.
     pub(super) fn poses(&mut self) -> Result<&mut [F32x16], Failure> {
         let (_, painter) = self.parts.as_mut().ok_or_else(gone)?;
         painter.poses().map_err(failed)

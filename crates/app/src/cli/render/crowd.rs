@@ -1,4 +1,4 @@
-//! The crowd: a column of thousands, posed straight into the memory that the device draws from.
+//! Renders a crowd: a column of characters, posed straight into the memory that the device draws from.
 
 use std::fmt::Write;
 
@@ -18,19 +18,19 @@ use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
-/// Of a crowd.
+/// Options of the crowd.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct CrowdArgs {
-    /// How many characters.
+    /// Number of characters in the crowd.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=200_000))]
     count: u32,
-    /// What they do: one of the embedded motions.
+    /// Motion of the crowd: one of the embedded clips.
     #[arg(long, value_name = "CLIP", default_value = "front_kick")]
     motion: String,
-    /// All joints for everybody.
+    /// Draws all characters with all joints.
     #[arg(long)]
     no_levels: bool,
-    /// Everybody in the colour of their level of detail.
+    /// Draws each character in the colour of its level of detail.
     #[arg(long)]
     levels: bool,
 }

@@ -1,4 +1,4 @@
-//! The dodge: a film of it, one moment, or eight on a sheet.
+//! Renders a dodge: a film, one moment, or eight moments on a sheet.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -23,36 +23,36 @@ use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
-/// What of a dodge is shown.
+/// Options of the dodge.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct DodgeArgs {
-    /// Which random attacks; the same seed throws the same balls as `sabaki dodge`.
+    /// Seed of the random attacks; `sabaki dodge` throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Which of the attacks.
+    /// Index of the attack.
     #[arg(long, value_name = "INDEX", default_value_t = 2)]
     index: u64,
-    /// Attacks from a file (JSON) instead; the character stands at the graph's first posture.
+    /// Attack file (JSON) instead of random attacks; the character stands in the graph's first pose.
     #[arg(long, value_name = "FILE", conflicts_with = "seed")]
     attack: Option<PathBuf>,
-    /// A picture's moment, seconds since the query; without it the one at which the attack is nearest.
+    /// Moment of the picture, in seconds since the query. Default: when the attack is nearest.
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     at: Option<f32>,
-    /// Eight moments on one sheet, with the clearance at each.
+    /// Draws eight moments on one sheet, with the clearance at each.
     #[arg(long, conflicts_with = "at")]
     storyboard: bool,
-    /// The slabs' maps at their heights: body green, attack red, evasion blue.
+    /// Draws the slabs' maps at their heights: body green, attack red, evasion blue.
     #[arg(long)]
     maps: bool,
-    /// The same regions of all slabs together, on the ground.
+    /// Draws the maps of all slabs together on the ground.
     #[arg(long, conflicts_with = "maps")]
     regions: bool,
-    /// Without the ghost of who did nothing.
+    /// Leaves out the ghost of the character that does not dodge.
     #[arg(long)]
     no_ghost: bool,
 }
 
-/// Moments of a storyboard that stand side by side.
+/// Moments in a row of a storyboard.
 const ABREAST: u32 = 4;
 /// Pixels between pictures.
 const GAP: u32 = 6;
@@ -132,7 +132,7 @@ impl DodgeArgs {
     }
 }
 
-/// A dodge, and how it is shown.
+/// A dodge and how it is drawn.
 struct Show<'a> {
     dodge: Dodge<'a>,
     args: &'a Args,
@@ -167,7 +167,7 @@ impl Show<'_> {
         }
     }
 
-    /// From the throw to the end of the flight, denser about the nearest moment.
+    /// Eight moments from the throw to the end of the flight, denser around the nearest one.
     fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let (near, flight) = (self.dodge.clearance().time, self.dodge.flight());
         let (before, after) = (near - flight.0, flight.1 - near);
@@ -212,12 +212,12 @@ impl Show<'_> {
         Ok(picture)
     }
 
-    /// The time, and how near the attack is where it is near.
+    /// Writes the time, and the clearance when the attack is near.
     fn write_on(&self, picture: &mut Picture, t: f32) {
         let height = text_height(self.args.size[0]);
         let look = |colour| TextLook { height, colour };
         picture.text((10, 8), &format!("{t:+.2} s"), look(INK));
-        // In a film a number that changes too fast to be read only flickers.
+        // In a film a number that changes too fast to read would only flicker.
         let shown = |metres: f32| metres < 0.6 || self.args.dodge.storyboard;
         let Some(nearest) = self
             .dodge

@@ -1,4 +1,4 @@
-//! The film of a duel: its exchanges one after the other, or one moment of each on a sheet.
+//! Renders a duel: a film of its exchanges, or moments of each on a sheet.
 
 use std::path::PathBuf;
 
@@ -20,36 +20,36 @@ use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
 
-/// What of a duel is shown, and where.
+/// Options of the duel's pictures.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct DuelArgs {
-    /// Draw it: a film of all exchanges (.gif, .apng), or a sheet with four moments of each of the first four (.png).
+    /// Draws the duel: a film of all exchanges (.gif, .apng), or a sheet with four moments of each of the first four (.png).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Columns and rows of a picture.
+    /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", requires = "out", default_value = "480x300", value_parser = size)]
     size: [u32; 2],
-    /// Pictures of a film in a second.
+    /// Pictures per second of a film.
     #[arg(long, value_name = "N", requires = "out", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=50))]
     rate: u32,
-    /// Only the exchanges from this one on, counted from 1.
+    /// First exchange to draw, counted from 1.
     #[arg(long, value_name = "ROUND", requires = "out", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     from: u32,
-    /// Without words.
+    /// Leaves out the text.
     #[arg(long, requires = "out")]
     plain: bool,
 }
 
 const STRUCK: RGBColor = RGBColor(176, 34, 18);
 const AVOIDED: RGBColor = RGBColor(20, 104, 52);
-/// Exchanges of a sheet, and moments of each.
+/// Number of exchanges on a sheet, and of moments of each.
 const ROWS: u32 = 4;
 const MOMENTS: u32 = 4;
 /// Pixels between pictures.
 const GAP: u32 = 6;
 
 impl DuelArgs {
-    /// Before anything is fought.
+    /// Checks the file name, before the duel starts.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         match &self.out {
             Some(path) => Kind::of(path).map(|_| ()),
@@ -57,7 +57,7 @@ impl DuelArgs {
         }
     }
 
-    /// Draws the duel where that is asked for; what it says of it, as JSON and in words.
+    /// Draws the duel if that is asked for. Returns the report as JSON and as text.
     pub(crate) fn draw(
         &self,
         baked: &BakedGraph,
@@ -103,7 +103,7 @@ impl DuelArgs {
     }
 }
 
-/// A duel, and how it is shown.
+/// A duel and how it is drawn.
 struct Show<'a> {
     args: &'a DuelArgs,
     baked: &'a BakedGraph,
@@ -135,7 +135,7 @@ impl Show<'_> {
         })
     }
 
-    /// A row for each exchange: before the attack, on its way, where it is nearest, and after it.
+    /// Draws a row for each exchange: before the attack, on its way, when it is nearest, and after it.
     fn sheet(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
         let size = self.args.size;
         let rows = (self.cuts.len() as u32).min(ROWS);
@@ -176,7 +176,7 @@ impl Show<'_> {
         Ok(picture)
     }
 
-    /// The score, who strikes with what, and what became of it once it has.
+    /// Writes the score, the attacker with the attack, and the outcome once the attack is over.
     fn write_on(&self, picture: &mut Picture, cut: &Cut, t: f32) {
         let height = text_height(self.args.size[0]);
         let exchange = &self.exchanges[cut.exchange];

@@ -1,4 +1,4 @@
-//! Pictures and films as files, whole or not at all.
+//! Writes pictures and films to files, whole or not at all.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,7 +8,7 @@ use sabaki_app::film::{Film, FilmError, png};
 
 use crate::cli::{Failure, cancel};
 
-/// What a file holds, by its name's ending.
+/// The format of a file, by the ending of its name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Png,
@@ -35,7 +35,7 @@ impl Kind {
     }
 }
 
-/// Writes a film, or the only picture of it. Returns how many bytes.
+/// Writes a film, or its only picture. Returns the number of bytes.
 pub(super) fn write(path: &Path, kind: Kind, film: &Film) -> Result<usize, Failure> {
     let failed = |source| Failure::Write {
         path: path.to_owned(),

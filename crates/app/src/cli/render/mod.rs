@@ -1,4 +1,4 @@
-//! `sabaki render`: scenes to files, without a window.
+//! `sabaki render`: draws scenes to files, without a window.
 
 mod canvas;
 mod crowd;
@@ -18,21 +18,21 @@ use super::{Done, Failure, cancel};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// What is shown.
+    /// Scene to draw.
     #[arg(value_enum)]
     scene: Scene,
     #[command(flatten)]
     graph: GraphArgs,
-    /// Where to: a picture (.png) or a film (.gif, .apng).
+    /// File to write: a picture (.png) or a film (.gif, .apng).
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Columns and rows.
+    /// Size of a picture, in pixels.
     #[arg(long, value_name = "WxH", default_value = "640x400", value_parser = size)]
     size: [u32; 2],
-    /// Pictures of a film in a second.
+    /// Pictures per second of a film.
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=50))]
     rate: u32,
-    /// Without words.
+    /// Leaves out the text.
     #[arg(long)]
     plain: bool,
     #[command(flatten)]
@@ -43,13 +43,13 @@ pub(crate) struct Args {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Scene {
-    /// A fighter avoids an attack.
+    /// A fighter who avoids an attack.
     Dodge,
-    /// Ten thousand characters in a column.
+    /// A column of ten thousand characters.
     Crowd,
 }
 
-/// The largest side of a picture.
+/// Largest width and height of a picture, in pixels.
 const MOST_PIXELS: u32 = 4096;
 
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
@@ -61,7 +61,7 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| format!("not a size such as 640x400, each 16 to {MOST_PIXELS}"))
 }
 
-/// Height of a line of text in pictures of a width, in pixels.
+/// Height of a line of text, in pixels, in pictures of this width.
 fn text_height(width: u32) -> u32 {
     (width / 26).clamp(14, 32)
 }
@@ -85,11 +85,11 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     }))
 }
 
-/// What was written.
+/// What was written, for the report.
 struct Told {
     bytes: usize,
     pictures: usize,
-    /// In words, lines that end.
+    /// Text of the report; each line ends with a line feed.
     text: String,
     more: Vec<(&'static str, serde_json::Value)>,
 }

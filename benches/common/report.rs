@@ -1,0 +1,386 @@
+//! What a bench prints at its end: a table with its columns side by side, the same as JSON, and two records compared.
+//!
+//! `cargo bench --bench NAME`, with these options after `--`:
+//! `--json FILE` writes the record, `--seconds S` sets the time for each row (default 3), and
+//! `--compare OLD.json NEW.json` measures nothing and compares two records.
+
+use std::fmt::{Display, Write};
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+/// One run of a bench: on what, and the times.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    bench: String,
+    cpu: String,
+    /// Threads that the machine runs at once.
+    threads: usize,
+    /// The device that culls, where there is one.
+    device: Option<String>,
+    motions: String,
+    tables: Vec<Table>,
+}
+
+/// Rows of times, with the same columns. The first column is what the others are compared with.
+#[derive(Serialize, Deserialize)]
+struct Table {
+    title: String,
+    columns: Vec<String>,
+    rows: Vec<Row>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Row {
+    name: String,
+    times: Vec<Times>,
+}
+
+/// Milliseconds of one call.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Times {
+    median: f64,
+    fastest: f64,
+    calls: usize,
+}
+
+/// A bench that is being measured.
+pub(crate) struct Report {
+    record: Record,
+    /// For each row.
+    time: Duration,
+}
+
+enum Options {
+    Measure {
+        json: Option<PathBuf>,
+        time: Duration,
+    },
+    Compare(PathBuf, PathBuf),
+}
+
+impl Report {
+    /// Runs a bench as its options say: `measure` fills the report.
+    pub(crate) fn main(bench: &str, measure: impl FnOnce(&mut Self)) -> ExitCode {
+        let done = Options::parse().and_then(|options| match options {
+            Options::Compare(old, new) => compare(&old, &new),
+            Options::Measure { json, time } => {
+                let mut report = Self::new(bench, time);
+                measure(&mut report);
+                let text = report.record.text();
+                match json {
+                    Some(path) => report.record.write(&path).map(|()| text),
+                    None => Ok(text),
+                }
+            }
+        });
+        match done {
+            Ok(text) => {
+                print!("{text}");
+                ExitCode::SUCCESS
+            }
+            Err(problem) => {
+                eprintln!("{problem}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    fn new(bench: &str, time: Duration) -> Self {
+        let motions = match std::env::var_os("SABAKI_MOCAP") {
+            Some(_) => "fight of SABAKI_MOCAP",
+            None => "embedded",
+        };
+        Self {
+            record: Record {
+                bench: bench.to_owned(),
+                cpu: cpu_name(),
+                threads: std::thread::available_parallelism().map_or(1, usize::from),
+                device: None,
+                motions: motions.to_owned(),
+                tables: Vec::new(),
+            },
+            time,
+        }
+    }
+
+    /// Names the device that culls.
+    pub(crate) fn device(&mut self, name: &str) {
+        self.record.device = Some(name.to_owned());
+    }
+
+    /// Begins a table.
+    pub(crate) fn table(&mut self, title: &str, columns: &[&str]) {
+        self.record.tables.push(Table {
+            title: title.to_owned(),
+            columns: columns.iter().map(|&column| column.to_owned()).collect(),
+            rows: Vec::new(),
+        });
+    }
+
+    /// Measures a row of the last table; `run` does what a column, given by its number, stands for.
+    ///
+    /// All columns take turns until the time is over, so that what disturbs the machine disturbs them alike. A turn
+    /// is as many calls as fit into two milliseconds, at least one. The first turn of each is not counted.
+    pub(crate) fn row<T>(&mut self, name: impl Display, mut run: impl FnMut(usize) -> T) {
+        const TURN: Duration = Duration::from_millis(2);
+        const LEAST_ROUNDS: usize = 3;
+        let Some(table) = self.record.tables.last_mut() else {
+            return;
+        };
+        let mut calls = vec![Vec::new(); table.columns.len()];
+        let mut started = Instant::now();
+        for round in 0.. {
+            for (column, calls) in calls.iter_mut().enumerate() {
+                let turn = Instant::now();
+                while turn.elapsed() < TURN {
+                    let call = Instant::now();
+                    black_box(run(column));
+                    calls.push(call.elapsed().as_secs_f64() * 1e3);
+                }
+            }
+            if round == 0 {
+                calls.iter_mut().for_each(Vec::clear);
+                started = Instant::now();
+            }
+            if round >= LEAST_ROUNDS && started.elapsed() >= self.time {
+                break;
+            }
+        }
+        let times: Vec<Times> = calls.into_iter().map(Times::of).collect();
+        let medians = times
+            .iter()
+            .map(|times| format!("{} ms", digits(times.median)));
+        let medians: Vec<String> = medians.collect();
+        eprintln!("{}, {name}: {}", table.title, medians.join(", "));
+        table.rows.push(Row {
+            name: name.to_string(),
+            times,
+        });
+    }
+}
+
+impl Options {
+    fn parse() -> Result<Self, String> {
+        let (mut json, mut time) = (None, Duration::from_secs(3));
+        // Cargo says itself that this is a bench.
+        let mut args = std::env::args().skip(1).filter(|arg| arg != "--bench");
+        while let Some(arg) = args.next() {
+            let mut value = || args.next().ok_or_else(|| format!("{arg} needs a value"));
+            match arg.as_str() {
+                "--json" => json = Some(value()?.into()),
+                "--compare" => return Ok(Self::Compare(value()?.into(), value()?.into())),
+                "--seconds" => {
+                    let seconds = value()?.parse().ok();
+                    let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
+                    time = seconds.ok_or("--seconds needs a number of seconds, 0 or more")?;
+                }
+                other => return Err(format!("{other}: known are --json, --seconds, --compare")),
+            }
+        }
+        Ok(Self::Measure { json, time })
+    }
+}
+
+impl Times {
+    fn of(mut calls: Vec<f64>) -> Self {
+        calls.sort_by(f64::total_cmp);
+        Self {
+            median: calls[calls.len() / 2],
+            fastest: calls[0],
+            calls: calls.len(),
+        }
+    }
+}
+
+impl Record {
+    fn read(path: &Path) -> Result<Self, String> {
+        let text = std::fs::read_to_string(path);
+        let record = text.and_then(|text| Ok(serde_json::from_str(&text)?));
+        record.map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    fn write(&self, path: &Path) -> Result<(), String> {
+        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string());
+        let written = std::fs::write(path, text? + "\n");
+        written.map_err(|error| format!("{}: {error}", path.display()))
+    }
+
+    /// On what it was measured.
+    fn place(&self) -> String {
+        let device = self.device.as_deref().unwrap_or("no device");
+        format!(
+            "{}, {} threads; {device}; motions: {}",
+            self.cpu, self.threads, self.motions
+        )
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("\n{}: {}\n", self.bench, self.place());
+        for table in &self.tables {
+            let _ = writeln!(
+                text,
+                "\n{}; milliseconds, medians:\n{}",
+                table.title,
+                table.text()
+            );
+        }
+        text
+    }
+
+    fn cells(&self) -> impl Iterator<Item = (Key<'_>, Times)> {
+        self.tables.iter().flat_map(|table| {
+            table.rows.iter().flat_map(move |row| {
+                let columns = table.columns.iter().zip(&row.times);
+                columns.map(move |(column, times)| {
+                    let key = Key {
+                        table: &table.title,
+                        row: &row.name,
+                        column,
+                    };
+                    (key, *times)
+                })
+            })
+        })
+    }
+}
+
+/// What a time was measured of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Key<'a> {
+    table: &'a str,
+    row: &'a str,
+    column: &'a str,
+}
+
+impl Table {
+    /// The times of all columns, then each but the first divided by the first.
+    fn text(&self) -> String {
+        let ratios = self
+            .columns
+            .iter()
+            .skip(1)
+            .map(|name| format!("{name} ÷ {}", self.columns[0]));
+        let mut rows = vec![vec![String::new()]];
+        rows[0].extend(self.columns.iter().cloned().chain(ratios));
+        for row in &self.rows {
+            let medians = row.times.iter().map(|times| times.median);
+            let ratios = medians
+                .clone()
+                .skip(1)
+                .map(|median| median / row.times[0].median);
+            let mut cells = vec![row.name.clone()];
+            cells.extend(medians.map(digits).chain(ratios.map(ratio)));
+            rows.push(cells);
+        }
+        aligned(&rows)
+    }
+}
+
+/// Two records of one bench, cell by cell, and the mean ratio of each column.
+fn compare(old_path: &Path, new_path: &Path) -> Result<String, String> {
+    let (old, new) = (Record::read(old_path)?, Record::read(new_path)?);
+    if old.bench != new.bench {
+        return Err(format!(
+            "a record of {} and one of {}",
+            old.bench, new.bench
+        ));
+    }
+    let mut text = format!(
+        "\n{}\nold: {}\nnew: {}\n\n",
+        new.bench,
+        old.place(),
+        new.place()
+    );
+    let mut rows = vec![
+        ["", "old ms", "new ms", "new ÷ old"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    let mut columns: Vec<(&str, Vec<f64>)> = Vec::new();
+    let (mut matched, mut only_new) = (0, 0);
+    for (key, times) in new.cells() {
+        let Some((_, before)) = old.cells().find(|(other, _)| *other == key) else {
+            only_new += 1;
+            continue;
+        };
+        matched += 1;
+        let share = times.median / before.median;
+        match columns.iter_mut().find(|(column, _)| *column == key.column) {
+            Some((_, shares)) => shares.push(share),
+            None => columns.push((key.column, vec![share])),
+        }
+        let name = format!("{}, {}, {}", key.table, key.row, key.column);
+        rows.push(vec![
+            name,
+            digits(before.median),
+            digits(times.median),
+            ratio(share),
+        ]);
+    }
+    text.push_str(&aligned(&rows));
+    for (column, shares) in &columns {
+        let mean = shares.iter().map(|share| share.ln()).sum::<f64>() / shares.len() as f64;
+        let _ = writeln!(
+            text,
+            "{column}: {} in the geometric mean",
+            ratio(mean.exp())
+        );
+    }
+    let only_old = old.cells().count() - matched;
+    if only_new + only_old > 0 {
+        let _ = writeln!(
+            text,
+            "not compared: {only_old} times of the old record, {only_new} of the new one"
+        );
+    }
+    Ok(text)
+}
+
+/// Columns as wide as their widest cell; the first one to the left, the others to the right.
+fn aligned(rows: &[Vec<String>]) -> String {
+    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let wide = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..count).map(wide).collect();
+    let mut text = String::new();
+    for row in rows {
+        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+            let _ = match column {
+                0 => write!(text, "{cell:<width$}"),
+                _ => write!(text, "  {cell:>width$}"),
+            };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Milliseconds with about three digits that say something.
+fn digits(ms: f64) -> String {
+    let decimals = match ms {
+        ms if ms >= 100.0 => 0,
+        ms if ms >= 10.0 => 1,
+        ms if ms >= 1.0 => 2,
+        ms if ms >= 0.1 => 3,
+        _ => 4,
+    };
+    format!("{ms:.decimals$}")
+}
+
+fn ratio(share: f64) -> String {
+    format!("{share:.2}x")
+}
+
+fn cpu_name() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = info.lines().find(|line| line.starts_with("model name"));
+    let name = line.and_then(|line| line.split_once(':'));
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim())
+        .to_owned()
+}
