@@ -7,18 +7,18 @@ use super::rows::{self, Block, LANES, RotationRows};
 use super::{JointId, Pose, Skeleton, SkeletonError};
 use crate::math::Isa;
 
-/// One motion of a [`Skeleton`]: poses at a constant frame rate. Immutable once made.
+/// An immutable motion of a [`Skeleton`]: poses at a constant frame rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "StoredClip")]
 pub struct Clip {
     desc: ClipDesc,
     joints: usize,
-    /// The rotations once more, in the layout in which they are sampled.
+    /// Copy of the rotations in the layout that sampling reads.
     #[serde(skip)]
     rows: RotationRows,
 }
 
-/// What a file holds of a clip.
+/// The part of a clip that files store.
 #[derive(Deserialize)]
 struct StoredClip {
     desc: ClipDesc,
@@ -31,29 +31,30 @@ impl From<StoredClip> for Clip {
     }
 }
 
-/// What a [`Clip`] is made of.
+/// Data of a [`Clip`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipDesc {
-    /// Unique among the clips of a set; of a file, its name.
+    /// Name, unique among the clips of a set. For a clip from a file, the file's name.
     pub name: String,
-    /// Frames per second.
+    /// Frame rate, in frames per second.
     pub frame_rate: f64,
-    /// The root's place in each frame, metres.
+    /// Position of the root in each frame, in metres.
     pub roots: Vec<Vec3>,
-    /// The joints' rotations from their parents, frame by frame, in the skeleton's order; identity at end sites.
+    /// Rotation of each joint relative to its parent, frame by frame, in the skeleton's joint
+    /// order. End sites have the identity.
     pub rotations: Vec<Quat>,
-    /// The joints' places in their parents' frames, in the layout of `rotations`, where the motion moves joints; else
-    /// empty: then the skeleton's offsets hold. The root's entries are not used.
+    /// Position of each joint in its parent's frame, in the layout of `rotations`, in metres. It is
+    /// empty if the joints keep the skeleton's offsets. Entries of the root are unused.
     pub translations: Vec<Vec3>,
 }
 
-/// Why data are no clip.
+/// Reason why a clip is invalid.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ClipError {
-    /// The clip's skeleton is none.
+    /// The clip's skeleton is invalid.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
-    /// There is no frame.
+    /// The clip has no frames.
     #[error("clip \"{0}\" has no frames")]
     Empty(String),
     /// The frame rate is zero, negative, NaN or infinite.
@@ -61,35 +62,36 @@ pub enum ClipError {
     FrameRate {
         /// Name of the clip.
         clip: String,
-        /// Frames per second.
+        /// Frame rate, in frames per second.
         rate: f64,
     },
-    /// An array's length is not frames × joints.
+    /// The length of an array is not frames × joints.
     #[error(
         "clip \"{clip}\": {found} {what} where {frames} frames of {joints} joints need {expected}"
     )]
     Length {
         /// Name of the clip.
         clip: String,
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// Its length.
+        /// Length of the array.
         found: usize,
-        /// The length that fits.
+        /// Expected length.
         expected: usize,
-        /// Frames of the clip.
+        /// Number of frames of the clip.
         frames: usize,
-        /// Joints of the skeleton.
+        /// Number of joints of the skeleton.
         joints: usize,
     },
-    /// A place is NaN or further away than [`Skeleton::FURTHEST`], or a quaternion is not of unit length.
+    /// A position is NaN or farther away than [`Skeleton::FURTHEST`], or a quaternion does not have
+    /// unit length.
     #[error(
         "clip \"{clip}\", frame {frame}, joint \"{joint}\": not a place within {max} m and a unit rotation", max = Skeleton::FURTHEST
     )]
     NotFinite {
         /// Name of the clip.
         clip: String,
-        /// Zero-based.
+        /// Frame, counted from 0.
         frame: usize,
         /// Name of the joint.
         joint: String,
@@ -97,10 +99,10 @@ pub enum ClipError {
 }
 
 impl Clip {
-    /// Checks `desc` against `skeleton`.
+    /// Creates a clip after checking `desc` against `skeleton`.
     ///
     /// # Errors
-    /// What does not fit, with the frame and the joint.
+    /// An array has the wrong length, or a frame of a joint is invalid.
     pub fn new(skeleton: &Skeleton, desc: ClipDesc) -> Result<Self, ClipError> {
         let (frames, joints) = (desc.roots.len(), skeleton.len());
         if frames == 0 {
@@ -156,7 +158,7 @@ impl Clip {
             .iter()
             .position(|&root| !Skeleton::is_near(root))
             .map(|frame| (frame, 0));
-        // A NaN is not normalised.
+        // The comparison is false for NaN.
         let unit = |q: &Quat| (q.length_squared() - 1.0).abs() < 1e-3;
         let rotation = self.desc.rotations.iter().position(|q| !unit(q)).map(place);
         let translation = self
@@ -168,13 +170,13 @@ impl Clip {
         [root, rotation, translation].into_iter().flatten().min()
     }
 
-    /// Unique among the clips of a set.
+    /// Name, unique among the clips of a set.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.desc.name
     }
 
-    /// The name as people say it: words, without the ending of a file's name.
+    /// Name for display: words separated by spaces, without the file extension.
     ///
     /// ```
     /// # use sabaki::anim::Clip;
@@ -192,31 +194,31 @@ impl Clip {
         format!("{file} {within}").trim_end().replace('_', " ")
     }
 
-    /// Frames per second.
+    /// Frame rate, in frames per second.
     #[must_use]
     pub fn frame_rate(&self) -> f64 {
         self.desc.frame_rate
     }
 
-    /// How many frames, at least one.
+    /// Number of frames, at least 1.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.desc.roots.len()
     }
 
-    /// From the first frame to the last, seconds; 0 for one frame.
+    /// Time from the first frame to the last, in seconds. It is 0 for one frame.
     #[must_use]
     pub fn duration(&self) -> f64 {
         (self.frames() - 1) as f64 / self.desc.frame_rate
     }
 
-    /// The data as they were given.
+    /// Data of the clip.
     #[must_use]
     pub fn desc(&self) -> &ClipDesc {
         &self.desc
     }
 
-    /// The pose of one frame into `out`.
+    /// Writes the pose of one frame to `out`.
     pub fn pose(&self, frame: usize, out: &mut Pose) {
         let range = frame * self.joints..(frame + 1) * self.joints;
         out.root = self.desc.roots[frame];
@@ -228,20 +230,20 @@ impl Clip {
             .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
     }
 
-    /// The root's place in one frame.
+    /// Position of the root in one frame.
     #[must_use]
     pub fn root(&self, frame: usize) -> Vec3 {
         self.desc.roots[frame]
     }
 
-    /// The root's place in the pose that [`Clip::sample`] gives.
+    /// Position of the root in the pose of [`Clip::sample`].
     #[must_use]
     pub fn sample_root(&self, frame: f32) -> Vec3 {
         self.at(frame).root()
     }
 
-    /// The pose at a frame that need not be whole, into `out`: the root goes in a straight line between frames, the
-    /// rotations along the shorter arc. Before the first and after the last frame those hold.
+    /// Writes the pose at a fractional frame to `out`. The root is interpolated linearly, rotations
+    /// along the shorter arc. Frames before the first and after the last are clamped.
     pub fn sample(&self, frame: f32, out: &mut Pose) {
         let moment = self.at(frame);
         self.pose(moment.lower, out);
@@ -261,11 +263,11 @@ impl Clip {
         }
     }
 
-    /// A frame that need not be whole, to read single joints of.
+    /// Moment at a fractional frame, from which single joints can be read.
     pub(crate) fn at(&self, frame: f32) -> Moment<'_> {
         let last = self.frames() - 1;
         let clamped = frame.clamp(0.0, last as f32);
-        // Not below 0, so that cutting off is rounding down.
+        // The value is not negative, so truncation rounds down.
         let lower = (clamped as usize).min(last);
         let weight = if lower < last {
             clamped - lower as f32
@@ -279,11 +281,11 @@ impl Clip {
         }
     }
 
-    /// The same motion at another frame rate. Frames stand at whole multiples of the new frame time; what is left of the
-    /// last frame time is dropped.
+    /// Returns the same motion at another frame rate. Frames are at multiples of the new frame
+    /// time; the remainder of the last frame time is dropped.
     ///
     /// # Errors
-    /// A frame rate that is not possible.
+    /// The frame rate is invalid.
     pub fn resampled(&self, frame_rate: f64) -> Result<Self, ClipError> {
         if !(frame_rate.is_finite() && frame_rate > 0.0) {
             return Err(ClipError::FrameRate {
@@ -296,7 +298,8 @@ impl Clip {
             same.desc.frame_rate = frame_rate;
             return Ok(same);
         }
-        // A capture's frame time is written with few digits: a last frame that is missed by rounding counts.
+        // Files store frame times with few digits. The tolerance keeps a last frame that rounding
+        // would lose.
         let frames = (self.duration() * frame_rate + 1e-3).floor() as usize + 1;
         let mut desc = ClipDesc {
             name: self.desc.name.clone(),
@@ -317,13 +320,14 @@ impl Clip {
     }
 }
 
-/// A moment of a clip, read joint by joint: what [`Clip::sample`] gives, without the whole pose.
+/// A moment of a clip. It gives the values of [`Clip::sample`] joint by joint, without computing
+/// the whole pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment<'a> {
     clip: &'a Clip,
-    /// The frame at or before it.
+    /// Frame at or before the moment.
     lower: usize,
-    /// The share of the way to the next one; 0 where there is none.
+    /// Weight of the next frame, 0 at the last frame.
     weight: f32,
 }
 
@@ -346,7 +350,7 @@ impl Moment<'_> {
         }
     }
 
-    /// The rotations of sixteen joints, from joint `16 index` on.
+    /// Rotations of 16 joints, from joint `16 * index` on.
     #[inline(always)]
     pub(crate) fn block(&self, index: usize) -> Block {
         let here = self.clip.rows.frame(self.lower)[index];
@@ -356,7 +360,7 @@ impl Moment<'_> {
         }
     }
 
-    /// `None` where the skeleton's offset holds.
+    /// Position of a joint in its parent's frame, or `None` if the skeleton's offset applies.
     #[inline]
     pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
         let translations = self
@@ -371,7 +375,8 @@ impl Moment<'_> {
         })
     }
 
-    /// A joint's rotation and place in its parent's frame; the root's in the space of the clip.
+    /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
+    /// clip.
     #[inline]
     pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
         let index = id.index();
@@ -384,7 +389,7 @@ impl Moment<'_> {
         (self.rotation(index), place)
     }
 
-    /// Whether it has translations of its own.
+    /// Whether the clip has translations for its joints.
     pub(crate) fn moves_joints(&self) -> bool {
         !self.clip.desc.translations.is_empty()
     }

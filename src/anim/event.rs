@@ -2,27 +2,27 @@ use serde::{Deserialize, Serialize};
 
 use super::JointId;
 
-/// What happens in a labelled range of a clip.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EventKind {
-    /// A blow.
+    /// An attack, for example a punch or a kick.
     Attack,
-    /// A movement out of a blow's way.
+    /// A movement that avoids an attack.
     Evasion,
 }
 
 /// A labelled time range of a clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Index of the clip in its set.
+    /// Kind of the event.
     pub clip: usize,
     /// What happens.
     pub kind: EventKind,
-    /// Seconds from the clip's first frame.
+    /// Start, in seconds from the clip's first frame.
     pub start: f64,
-    /// Seconds from the clip's first frame.
+    /// End, in seconds from the clip's first frame.
     pub end: f64,
-    /// The joints that take part; empty for all.
+    /// Joints that take part, or empty for all joints.
     pub joints: Vec<JointId>,
 }

@@ -4,20 +4,20 @@ use super::side::Side;
 use super::{JointId, JointTransform, Skeleton};
 use crate::math::Rigid2;
 
-/// Finds where a posture stands and which way it faces, whatever the axes of its joints.
+/// Finds the position and the facing direction of a pose, independently of the joints' axes.
 ///
-/// The way is read from the line between two joints (the hips, as a rule: of the pairs that names
-/// call left and right and that the rest pose keeps apart, the one nearest to the root): left is +X
-/// of the character's frame, so that it faces +Z. A skeleton without such a pair faces along its
-/// root's own Z axis.
+/// The direction is computed from the line between a left and a right joint, usually the hips: of
+/// the pairs with mirrored names that the rest pose keeps apart, the pair closest to the root. Left
+/// is +X of the character's frame, so the character faces +Z. A skeleton without such a pair faces
+/// along its root's Z axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facing {
-    /// Left and right.
+    /// Left and right joint.
     pair: Option<(JointId, JointId)>,
 }
 
 impl Facing {
-    /// Looks for the pair.
+    /// Finds the pair of joints in `skeleton`.
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
         let depth = |id| skeleton.ancestry(id).count();
@@ -32,13 +32,13 @@ impl Facing {
         Self { pair }
     }
 
-    /// Whether there is such a pair.
+    /// Whether the skeleton has a pair of left and right joints.
     #[must_use]
     pub fn is_of_hips(self) -> bool {
         self.pair.is_some()
     }
 
-    /// The character's frame: the root's place on the ground and the way that the pelvis faces.
+    /// The character's frame: root on the ground, with the pelvis' facing direction.
     #[must_use]
     pub fn placement(self, joints: &[JointTransform]) -> Rigid2 {
         let root = joints[JointId::ROOT.index()];
@@ -56,7 +56,8 @@ impl Facing {
     }
 }
 
-/// Whether the two can be told apart in the rest pose (CMU's hip joints lie both on the root).
+/// Whether two joints have different positions in the rest pose. In CMU's skeletons, both hip
+/// joints lie on the root.
 fn apart(skeleton: &Skeleton, left: JointId, right: JointId) -> bool {
     let place = |id| -> Vec3 {
         skeleton

@@ -1,26 +1,28 @@
-//! Two-bone inverse kinematics in closed form: a leg that brings its foot to a place.
+//! Two-bone inverse kinematics of legs in closed form.
 //!
-//! Source: the law of cosines; the steps (knee, then the whole leg's turn, then the foot) are those
-//! of Kovar, Schreiner & Gleicher, "Footskate Cleanup for Motion Capture Editing" (2002), section
-//! 3.3. Differs: bones are not stretched where a place is out of reach. The leg then comes as near as
-//! a straight leg can, and slows down before it is straight, so that the knee does not snap.
+//! Source: the law of cosines. The steps (knee, rotation of the whole leg, foot) are those of
+//! Kovar, Schreiner & Gleicher, "Footskate Cleanup for Motion Capture Editing" (2002), section 3.3.
+//! Differs: bones keep their lengths if the target is out of reach. The leg then gets as close as a
+//! straight leg can. It slows down before it is straight, so that the knee does not snap.
 
 use glam::{Quat, Vec2, Vec3};
 
 use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
 
-/// What became of a leg.
+/// Result of [`reach`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// How far the ankle is from where it should be, metres; 0 within reach, but for rounding.
+    /// Distance between the ankle and its target, in metres. It is 0 within reach, except for
+    /// rounding errors.
     pub missed: f32,
 }
 
-/// Of what is left until the leg is straight, the share up to which it follows exactly.
-const FREELY: f32 = 0.7;
+/// Share of the remaining extension up to which the leg follows its target exactly.
+const EXACT_SHARE: f32 = 0.7;
 
-/// Bends `leg` of `pose` so that the foot's frame is `foot` (in the space of the motion). The knee
-/// stays in its plane, the bones keep their lengths, nothing but the leg moves.
+/// Bends `leg` of `pose` so that the foot's frame becomes `foot`, in the space of the motion. The
+/// knee stays in its plane, the bones keep their lengths, and all other joints keep their
+/// rotations.
 pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransform) -> Reach {
     let (hip, knee_in_hip, foot_in_knee, toe) = {
         let chain = Chain::of(skeleton, pose);
@@ -33,7 +35,7 @@ pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransfo
         )
     };
     let knee_rotation = hip.rotation * knee_in_hip.rotation;
-    // From the hip to the knee, from there to the ankle, from there to the toe.
+    // Vectors from the hip to the knee, from the knee to the ankle, and from the ankle to the toe.
     let (thigh, shin) = (
         hip.rotation * knee_in_hip.translation,
         knee_rotation * foot_in_knee.translation,
@@ -55,7 +57,8 @@ pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransfo
         _ => Quat::IDENTITY,
     };
 
-    // A turn in the space of the motion, as one in the frame of the joint's parent.
+    // Applies a rotation in the space of the motion to a rotation in the frame of the joint's
+    // parent.
     let turned = |local: Quat, global: Quat, turn: Quat| {
         let parent = global * local.conjugate();
         (parent.conjugate() * turn * parent * local).normalize()
@@ -73,7 +76,8 @@ pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransfo
     }
 }
 
-/// Where the hip is, and the furthest from there that [`reach`] brings the ankle without missing.
+/// Position of the hip, and the maximum distance from it at which [`reach`] brings the ankle to its
+/// target exactly.
 pub(crate) fn free_distance<L: Fn(JointId) -> (Quat, Vec3)>(
     chain: &Chain<'_, L>,
     leg: &Leg,
@@ -83,19 +87,19 @@ pub(crate) fn free_distance<L: Fn(JointId) -> (Quat, Vec3)>(
     let foot = chain.within(leg.foot, leg.knee).translation;
     let bones = knee.translation.length() + foot.length();
     let now = knee.point(foot).length();
-    (hip.translation, now + FREELY * (bones - now).max(0.0))
+    (hip.translation, now + EXACT_SHARE * (bones - now).max(0.0))
 }
 
-/// The distance from hip to ankle that the leg takes on for a wanted one, when it is `now` that far:
-/// the wanted one as long as it is shorter than now or leaves some bend in the knee; beyond, ever
-/// nearer to straight. Without a jump in value or slope.
+/// Distance from hip to ankle for a wanted distance, given the current distance `now`. It equals
+/// the wanted distance while that is shorter than the current one or keeps some bend in the knee.
+/// Beyond that, it approaches the length of the straight leg. Value and slope are continuous.
 fn soft_distance(wanted: f32, now: f32, [a, b]: [f32; 2]) -> f32 {
     let room = (a + b - now).max(0.0);
-    let free = now + FREELY * room;
+    let free = now + EXACT_SHARE * room;
     let distance = if wanted <= free {
         wanted
     } else {
-        let rest = (1.0 - FREELY) * room;
+        let rest = (1.0 - EXACT_SHARE) * room;
         let share = if rest > 0.0 {
             (wanted - free) / rest
         } else {
@@ -106,23 +110,23 @@ fn soft_distance(wanted: f32, now: f32, [a, b]: [f32; 2]) -> f32 {
     distance.max((a - b).abs() + 1e-3 * (a + b))
 }
 
-/// Sine and cosine of half the angle in a triangle opposite to the side `c`: sound near 0 and π, and
-/// no angle is ever computed.
+/// Sine and cosine of half the angle opposite to side `c` in a triangle. It computes no angle and
+/// is accurate near 0 and π.
 fn half_angle(c: f32, [a, b]: [f32; 2]) -> Vec2 {
     let sine = ((c - (a - b)) * (c + (a - b))).max(0.0).sqrt();
     let cosine = ((a + b - c) * (a + b + c)).max(0.0).sqrt();
     Vec2::new(sine, cosine).normalize_or(Vec2::Y)
 }
 
-/// Sine and cosine of what leads from one angle to another.
+/// Sine and cosine of the difference between two angles.
 fn turn_between(from: Vec2, to: Vec2) -> Vec2 {
     Vec2::new(to.x * from.y - to.y * from.x, to.dot(from))
 }
 
-/// About which the shin turns to straighten the leg. Where the leg is straight, the way that the foot
-/// points says where the knee bends to.
+/// Axis about which the shin rotates to straighten the leg. If the leg is straight, the foot's
+/// direction determines the side to which the knee bends.
 fn knee_axis(thigh: Vec3, shin: Vec3, forward: Vec3) -> Vec3 {
-    /// How little bend, as a sine, leaves the choice to the foot.
+    /// Sine of the bend below which the leg counts as straight.
     const STRAIGHT: f32 = 1e-3;
     let bent = shin.cross(thigh);
     let by_foot = (thigh + shin).cross(forward);
@@ -162,7 +166,7 @@ mod tests {
 
     fn pose() -> impl Strategy<Value = Pose> {
         let place = prop::array::uniform3(-2.0f32..2.0).prop_map(Vec3::from);
-        // The knee bends, the rest turns as it likes.
+        // The knee bends about one axis; all other rotations are arbitrary.
         let rotations = (turn(), turn(), -0.5f32..0.5, 0.0f32..2.6, turn());
         (place, rotations).prop_map(|(root, (hips, hip, twist, knee, foot))| Pose {
             root,
@@ -201,9 +205,10 @@ mod tests {
             prop_assert!((knee.distance(ankle) - BONES[1]).abs() < 1e-5);
             prop_assert!((ankle.distance(wanted.translation) - missed).abs() < 2e-3, "{} {missed}", ankle.distance(wanted.translation));
             prop_assert!(after[4].rotation.angle_between(foot) < 3e-3);
-            // What it can reach without losing its bend it does reach, and no leg tears.
+            // A target that the leg can reach without losing its bend is reached, and the bones
+            // stay connected.
             let (now, far) = (hip.distance(before[4].translation), Vec3::from(away).length());
-            let free = now + FREELY * (BONES[0] + BONES[1] - now);
+            let free = now + EXACT_SHARE * (BONES[0] + BONES[1] - now);
             if far < free && far > 0.05 {
                 prop_assert!(missed < 1e-5, "{missed} at {far} of {free}");
             }
@@ -221,7 +226,7 @@ mod tests {
             let mut same = pose.clone();
             let leg = Leg::all(&skeleton)[0];
             prop_assert!(reach(&skeleton, &mut same, &leg, before[4]).missed < 1e-5);
-            // Of a leg that is all but straight, the knee says little about its angle.
+            // If the leg is nearly straight, the knee's position hardly determines its angle.
             for (a, b) in joints(&same).iter().zip(&before) {
                 prop_assert!(a.translation.distance(b.translation) < 1e-3);
             }
@@ -229,7 +234,7 @@ mod tests {
 
         #[test]
         fn the_knee_stays_in_its_plane(pose in pose(), nearer in 0.3f32..0.95) {
-            // Pulled straight towards the hip, the leg has no reason to turn.
+            // A target on the line to the hip gives the leg no reason to rotate.
             let (skeleton, before) = (skeleton(), joints(&pose));
             let [hip, knee, ankle] = [1, 3, 4].map(|joint| before[joint].translation);
             let normal = (knee - hip).cross(ankle - hip);
@@ -252,7 +257,7 @@ mod tests {
             let wanted = 0.1 + step as f32 * 1e-3;
             let distance = at(wanted);
             assert!(distance >= before && distance - before < 1.01e-3 && distance <= full);
-            if wanted < now + FREELY * (full - now) {
+            if wanted < now + EXACT_SHARE * (full - now) {
                 assert_eq!(distance, wanted);
             }
             before = distance;

@@ -5,9 +5,9 @@ use super::{Pose, Skeleton};
 /// A joint's frame in the space of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointTransform {
-    /// Turns the joint's own frame into the space of the motion.
+    /// Rotation from the joint's frame to the space of the motion.
     pub rotation: Quat,
-    /// Where the joint is, metres.
+    /// Position of the joint, in metres.
     pub translation: Vec3,
 }
 
@@ -18,15 +18,15 @@ impl JointTransform {
         translation: Vec3::ZERO,
     };
 
-    /// A point of the joint's own frame in the space of the motion.
+    /// Transforms a point from the joint's frame to the space of the motion.
     #[must_use]
     pub fn point(&self, local: Vec3) -> Vec3 {
         self.rotation * local + self.translation
     }
 }
 
-/// Every joint's frame in the space of the motion, parents first. `out` is resized to the
-/// skeleton's joints.
+/// Computes every joint's frame in the space of the motion, parents first. `out` is resized to the
+/// number of joints.
 pub fn forward_kinematics(skeleton: &Skeleton, pose: &Pose, out: &mut Vec<JointTransform>) {
     out.clear();
     for (index, joint) in skeleton.joints().iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Which joints are a leg, and how a chain of joints stands.
+//! Legs of a skeleton, and the frames of joint chains.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -6,26 +6,28 @@ use serde::{Deserialize, Serialize};
 use super::limbs::named_feet;
 use super::{JointId, JointKind, JointTransform, Pose, Skeleton};
 
-/// Two bones and a foot.
+/// The joints of a leg: two bones and a foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leg {
-    /// Carries the thigh; nothing hangs from it but this leg.
+    /// Joint that carries the thigh. It carries nothing but this leg.
     pub hip: JointId,
-    /// Between the two bones.
+    /// Joint between the two bones.
     pub knee: JointId,
-    /// The ankle: carries the foot.
+    /// Ankle, which carries the foot.
     pub foot: JointId,
-    /// A point of the foot's front: the ball or the toes' end; `None` where the foot is a point.
+    /// Point at the front of the foot: the ball or the end of the toes. `None` if the foot has no
+    /// second point.
     pub toe: Option<JointId>,
 }
 
 impl Leg {
-    /// A bone shorter than this share of the leg is none of its two: twist joints, joints that lie on
-    /// the pelvis.
+    /// Minimum length of the leg's two bones, as a share of the leg's length. It excludes twist
+    /// joints and joints that lie on the pelvis.
     const SHORTEST_BONE: f32 = 0.3;
 
-    /// The legs above the feet that names tell; none where they tell none. Joints between a leg's
-    /// three (twist joints) move with the bone that they are in.
+    /// Finds the legs above the feet that joint names identify, or none if the names identify no
+    /// feet. Joints between a leg's three joints (twist joints) move with the bone that contains
+    /// them.
     #[must_use]
     pub fn all(skeleton: &Skeleton) -> Vec<Self> {
         let feet = named_feet(skeleton);
@@ -39,7 +41,7 @@ impl Leg {
                 .take_while(|&joint| joint != JointId::ROOT && carried(joint) == 1)
                 .collect();
             let bone = |joint: JointId| skeleton.joint(joint).offset.length();
-            // Of the chain, without the bone that leads to its first joint.
+            // Length of the chain, without the bone that leads to its first joint.
             let length: f32 = own.iter().rev().skip(1).map(|&joint| bone(joint)).sum();
             let shortest = Self::SHORTEST_BONE * length;
             let above = |from: usize| {
@@ -63,13 +65,13 @@ impl Leg {
         feet.iter().filter_map(leg).collect()
     }
 
-    /// The toe; the ankle where the foot is a point.
+    /// The toe, or the ankle if the foot has no second point.
     #[must_use]
     pub fn toe_or_foot(&self) -> JointId {
         self.toe.unwrap_or(self.foot)
     }
 
-    /// Of both bones, metres.
+    /// Length of both bones, in metres.
     #[must_use]
     pub fn length(&self, skeleton: &Skeleton) -> f32 {
         let bones = skeleton
@@ -80,8 +82,8 @@ impl Leg {
             .sum()
     }
 
-    /// Whether its joints are `skeleton`'s and hang from each other: asked of what is read from a
-    /// file.
+    /// Whether the leg's joints exist in `skeleton` and form a chain. It checks legs that come from
+    /// a file.
     #[must_use]
     pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let known = |joint: JointId| joint.index() < skeleton.len();
@@ -95,7 +97,7 @@ impl Leg {
     }
 }
 
-/// The foot's own child that moves, or else the one that is furthest away.
+/// The foot's child that moves or, if there is none, the farthest child.
 fn toe(skeleton: &Skeleton, foot: JointId) -> Option<JointId> {
     let rank = |&id: &JointId| {
         let joint = skeleton.joint(id);
@@ -110,15 +112,16 @@ fn toe(skeleton: &Skeleton, foot: JointId) -> Option<JointId> {
         })
 }
 
-/// Joints' frames from the chain above them alone, where a whole body's are not needed. `local` gives
-/// a joint's rotation and place in its parent's frame; the root's in the space of the motion.
+/// Computes joint frames from the chain of ancestors, without evaluating the whole body. `local`
+/// returns a joint's rotation and position in its parent's frame; the root's are in the space of
+/// the motion.
 pub(crate) struct Chain<'a, L> {
     pub(crate) skeleton: &'a Skeleton,
     pub(crate) local: L,
 }
 
 impl<'a> Chain<'a, ()> {
-    /// Of a whole pose.
+    /// Creates a chain from a pose.
     pub(crate) fn of(
         skeleton: &'a Skeleton,
         pose: &'a Pose,
@@ -131,12 +134,12 @@ impl<'a> Chain<'a, ()> {
 }
 
 impl<L: Fn(JointId) -> (Quat, Vec3)> Chain<'_, L> {
-    /// A joint's frame in the space of the motion.
+    /// Frame of a joint in the space of the motion.
     pub(crate) fn global(&self, joint: JointId) -> JointTransform {
         self.below(joint, None)
     }
 
-    /// A joint's frame in the frame of one above it.
+    /// Frame of a joint relative to one of its ancestors.
     pub(crate) fn within(&self, joint: JointId, above: JointId) -> JointTransform {
         self.below(joint, Some(above))
     }

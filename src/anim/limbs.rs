@@ -1,6 +1,6 @@
 use super::{JointId, JointKind, Skeleton};
 
-/// The ends of a skeleton that the eye follows: hands and feet.
+/// Hands and feet of a skeleton.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limbs {
     /// Wrists or hands.
@@ -10,9 +10,9 @@ pub struct Limbs {
 }
 
 impl Limbs {
-    /// Finds hands and feet by name (`hand` or `wrist`; `foot` or `ankle`), the one nearest to the
-    /// root on each side. Where names do not tell, every last moving joint of a chain counts as a
-    /// foot: all ends are then treated alike.
+    /// Finds hands and feet by name (`hand` or `wrist`; `foot` or `ankle`), on each side the one
+    /// closest to the root. If the names identify none, the last moving joint of every chain counts
+    /// as a foot.
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
         let hands = by_name(skeleton, &["hand", "wrist"]);
@@ -26,18 +26,18 @@ impl Limbs {
         Self { hands, feet }
     }
 
-    /// Hands, then feet.
+    /// All hands, then all feet.
     pub fn all(&self) -> impl Iterator<Item = JointId> + '_ {
         self.hands.iter().chain(&self.feet).copied()
     }
 }
 
-/// The feet that names tell.
+/// Feet that joint names identify.
 pub(super) fn named_feet(skeleton: &Skeleton) -> Vec<JointId> {
     by_name(skeleton, &["foot", "ankle"])
 }
 
-/// For each chain the first joint whose name holds one of `words`.
+/// For each chain, the first joint whose name contains one of `words`.
 fn by_name(skeleton: &Skeleton, words: &[&str]) -> Vec<JointId> {
     let named = |id: JointId| {
         let joint = skeleton.joint(id);

@@ -1,4 +1,4 @@
-//! Skeleton, clip, pose, sampling, forward kinematics and the inverse kinematics of legs.
+//! Skeletons, clips and poses: sampling, forward kinematics, and inverse kinematics of legs.
 
 mod clip;
 mod event;

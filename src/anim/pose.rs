@@ -3,20 +3,20 @@ use glam::{Quat, Vec3};
 use super::{JointId, Skeleton};
 use crate::math::Rigid2;
 
-/// One posture: the root's place and every joint's rotation from its parent.
+/// A pose: position of the root and rotation of every joint relative to its parent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Of the root, metres, in the space of the motion.
+    /// Position of the root in the space of the motion, in metres.
     pub root: Vec3,
-    /// One for each joint of the skeleton; identity at end sites.
+    /// Rotation of each joint. End sites have the identity.
     pub rotations: Vec<Quat>,
-    /// One for each joint where the motion moves joints, else empty: then the skeleton's offsets
-    /// hold. The root's entry is not used.
+    /// Position of each joint in its parent's frame, in metres. It is empty if the joints keep the
+    /// skeleton's offsets. The root's entry is unused.
     pub translations: Vec<Vec3>,
 }
 
 impl Pose {
-    /// The same posture somewhere else on the ground.
+    /// Moves and rotates the pose on the ground.
     pub fn place(&mut self, placement: Rigid2) {
         self.root = placement.point(self.root);
         if let Some(rotation) = self.rotations.first_mut() {
@@ -24,7 +24,8 @@ impl Pose {
         }
     }
 
-    /// A joint's rotation and place in its parent's frame; the root's in the space of the motion.
+    /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
+    /// motion.
     pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
         let offset = || skeleton.joint(id).offset;
         let place = match id {
@@ -38,7 +39,7 @@ impl Pose {
         (self.rotations[id.index()], place)
     }
 
-    /// The same posture with translations of its own: the skeleton's offsets, where it has none.
+    /// Fills `translations` with the skeleton's offsets if it is empty.
     pub fn fill_translations(&mut self, skeleton: &Skeleton) {
         if self.translations.is_empty() {
             let offsets = skeleton.joints().iter().map(|joint| joint.offset);
@@ -46,11 +47,11 @@ impl Pose {
         }
     }
 
-    /// Moves this posture towards `other`: all `self` at 0, all `other` at 1. The root and the
-    /// translations go in a straight line, rotations by slerp along the shorter arc.
+    /// Blends this pose with `other`. Weight 0 keeps this pose, weight 1 gives `other`. The root
+    /// and the translations are interpolated linearly, rotations by slerp along the shorter arc.
     ///
-    /// Where only one of the two has translations, the result has none of its own:
-    /// [`Pose::fill_translations`] of the other one before keeps them.
+    /// If only one of the poses has translations, the result has none. Call
+    /// [`Pose::fill_translations`] on the other pose first to keep them.
     pub fn blend(&mut self, other: &Self, weight: f32) {
         self.root = self.root.lerp(other.root, weight);
         for (mine, theirs) in self.rotations.iter_mut().zip(&other.rotations) {
@@ -72,8 +73,8 @@ pub(crate) fn slerp(a: Quat, b: Quat, weight: f32) -> Quat {
     a.slerp(b, weight).normalize()
 }
 
-/// The normalised straight line along the shorter arc. Over the angle between two frames of a clip
-/// it is slerp, but for less than a five-hundredth of that angle, at a fraction of the cost.
+/// Normalised linear interpolation along the shorter arc. Between neighbouring frames of a clip it
+/// differs from slerp by less than a five-hundredth of the angle and is much faster.
 pub(super) fn nlerp(a: Quat, b: Quat, weight: f32) -> Quat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     (a + (b - a) * weight).normalize()
@@ -85,7 +86,7 @@ mod tests {
 
     #[test]
     fn between_frames_nlerp_is_slerp() {
-        // 15 rad/s at 30 frames a second.
+        // 15 rad/s at 30 frames per second.
         let (from, to) = (
             Quat::from_rotation_x(0.4),
             Quat::from_rotation_x(0.9) * Quat::from_rotation_z(0.05),

@@ -1,18 +1,19 @@
-//! Rotations of a whole skeleton between two poses, sixteen joints at once.
+//! Interpolates the rotations of a whole skeleton between two poses, 16 joints at a time.
 //!
-//! Source: D. Eberly, "A Fast and Accurate Algorithm for Computing SLERP" (2011): sin(tθ) / sin(θ) is
-//! a series in cos(θ) - 1 whose factors depend on t alone, so that no lane needs an angle. Differs:
-//! t is the same for all joints, and the result is normalised, which takes up what the series leaves.
+//! Source: D. Eberly, "A Fast and Accurate Algorithm for Computing SLERP" (2011). sin(tθ) / sin(θ)
+//! is a series in cos(θ) - 1 whose coefficients depend only on t, so no lane needs an angle.
+//! Differs: t is the same for all joints. The result is normalised, which removes the error of the
+//! truncated series.
 
 use glam::Quat;
 
-/// Joints of a block.
+/// Number of joints in a block.
 pub(crate) const LANES: usize = 16;
 
-/// Rotations of sixteen joints: x, y, z, w.
+/// Rotations of 16 joints: rows of x, y, z and w.
 pub(crate) type Block = [[f32; LANES]; 4];
 
-/// The rotations of all frames of a clip, `[frame][block]`; lanes beyond the last joint do not turn.
+/// Rotations of all frames of a clip, `[frame][block]`. Unused lanes hold the identity.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RotationRows {
     blocks: Vec<Block>,
@@ -20,7 +21,7 @@ pub(super) struct RotationRows {
 }
 
 impl RotationRows {
-    /// From the rotations of frames of `joints` joints, frame by frame.
+    /// Packs the rotations of frames of `joints` joints, frame by frame.
     pub(super) fn new(rotations: &[Quat], joints: usize) -> Self {
         let joints = joints.max(1);
         let frames = rotations.chunks_exact(joints);
@@ -31,7 +32,7 @@ impl RotationRows {
         }
     }
 
-    /// The blocks of one frame.
+    /// Blocks of one frame.
     pub(super) fn frame(&self, frame: usize) -> &[Block] {
         &self.blocks[frame * self.per_frame..(frame + 1) * self.per_frame]
     }
@@ -47,7 +48,7 @@ fn block(rotations: &[Quat]) -> Block {
     block
 }
 
-/// The first rotations of a block.
+/// Writes the first rotations of a block to `rotations`.
 #[inline(always)]
 pub(crate) fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
     for (lane, rotation) in rotations.iter_mut().take(LANES).enumerate() {
@@ -55,7 +56,7 @@ pub(crate) fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
     }
 }
 
-/// The normalised straight line along the shorter arc, lane by lane.
+/// Normalised linear interpolation along the shorter arc, lane by lane.
 #[inline(always)]
 pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
     let mut out = *a;
@@ -65,7 +66,7 @@ pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
         } else {
             weight
         };
-        // Of a and of b as it is nearer to a.
+        // Weights of a, and of b with the sign that makes it closer to a.
         let rest = 1.0 - weight.abs();
         for row in 0..4 {
             out[row][lane] = a[row][lane] * rest + b[row][lane] * weight;
@@ -74,14 +75,14 @@ pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
     normalized(&out)
 }
 
-/// From one rotation to another along the shorter arc, at one share of the way.
+/// Slerp along the shorter arc, with one weight for all lanes.
 pub(crate) struct Slerp {
     series: [Series; 2],
 }
 
 impl Slerp {
-    /// All of the first rotation at 0, all of the other one at 1. Not inlined: where its numbers are stored, and not used
-    /// one by one, they are divided several at once.
+    /// Weight 0 gives the first rotation, weight 1 the second. It is not inlined, so that the
+    /// compiler computes the coefficients with vector divisions.
     #[inline(never)]
     pub(crate) fn new(weight: f32) -> Self {
         Self {
@@ -89,7 +90,8 @@ impl Slerp {
         }
     }
 
-    /// Lane by lane. A thousandth of a degree off at most, between rotations a quarter of a turn apart.
+    /// Interpolates lane by lane. The error is at most a thousandth of a degree between rotations
+    /// that differ by a quarter turn.
     #[inline(always)]
     pub(crate) fn between(&self, a: &Block, b: &Block) -> Block {
         let mut out = *a;
@@ -106,33 +108,34 @@ impl Slerp {
     }
 }
 
-/// sin(tθ) / sin(θ) for one t.
+/// Series of sin(tθ) / sin(θ) for one t.
 struct Series {
     t: f32,
     factors: [f32; LANES],
 }
 
-/// As many as leave less than single precision shows between unit quaternions that are a right angle
-/// apart: their rotations are half a turn apart.
+/// Number of terms. The remainder is below single precision for unit quaternions at a right angle,
+/// whose rotations differ by half a turn.
 const TERMS: usize = 12;
 
-/// What the last factor stands for beside its own term: the terms that are left out.
-const REST: f32 = 1.895;
+/// Factor of the last term that accounts for the omitted terms.
+const REMAINDER: f32 = 1.895;
 
 impl Series {
     #[inline(always)]
     fn new(t: f32) -> Self {
         let mut factors = [0.0; LANES];
-        // Those beyond the terms are not used: whole lanes are divided at once.
+        // Coefficients beyond the terms are unused. They are computed so that whole vectors are
+        // divided.
         for (index, factor) in factors.iter_mut().enumerate() {
             let i = (index + 1) as f32;
             *factor = (t * t / i - i) / (2.0 * i + 1.0);
         }
-        factors[TERMS - 1] *= REST;
+        factors[TERMS - 1] *= REMAINDER;
         Self { t, factors }
     }
 
-    /// `below`: cos(θ) - 1, from -1 to 0.
+    /// `below` is cos(θ) - 1, from -1 to 0.
     #[inline(always)]
     fn at(&self, below: f32) -> f32 {
         let mut sum = 1.0;

@@ -1,4 +1,4 @@
-/// A side of the body, as a joint's name tells it.
+/// Side of the body, identified by a joint's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Left,
@@ -7,10 +7,12 @@ pub(super) enum Side {
 
 const WORDS: [(&str, &str); 3] = [("Left", "Right"), ("left", "right"), ("LEFT", "RIGHT")];
 
-/// All ways to read a joint's name as that of one side: the side, and what the joint on the other side would then be called.
+/// All readings of a joint's name as the name of one side: the side, and the name that the mirrored
+/// joint would have.
 ///
-/// A side is the word `left` or `right` anywhere, or the letter `L` or `R`: as a word of its own (`hand.l`, `l_hand`, `Bip01 L Hand`), before a
-/// capital at a word's start (`lHand`) or as a capital at a word's end (`handL`).
+/// The side may be the word `left` or `right` anywhere in the name, or the letter `L` or `R`: as a
+/// separate word (`hand.l`, `l_hand`, `Bip01 L Hand`), before a capital at the start of a word
+/// (`lHand`), or as a capital at the end of a word (`handL`).
 pub(super) fn readings(name: &str) -> impl Iterator<Item = (Side, String)> {
     let (stem, tail) = name
         .strip_suffix("_End")

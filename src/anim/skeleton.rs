@@ -12,58 +12,58 @@ impl JointId {
     /// The root of every skeleton.
     pub const ROOT: Self = Self(0);
 
-    /// As a position in per-joint arrays.
+    /// The id as an index into per-joint arrays.
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
 }
 
-/// Whether a joint moves of its own.
+/// Kind of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
-    /// It has a rotation in every frame.
+    /// A joint with a rotation in every frame.
     Moving,
-    /// The tip of a bone (BVH's End Site): a place without a rotation of its own.
+    /// The tip of a bone (End Site in BVH): a position without a rotation.
     EndSite,
 }
 
 /// One joint of a [`Skeleton`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// Unique in its skeleton. End sites are named after their parent with `_End`.
+    /// Name, unique in the skeleton. The name of an end site is its parent's name with `_End`.
     pub name: String,
-    /// `None` for the root alone.
+    /// Parent, or `None` for the root.
     pub parent: Option<JointId>,
-    /// From the parent, in the parent's frame, metres.
+    /// Position in the parent's frame in the rest pose, in metres.
     pub offset: Vec3,
-    /// Whether it moves of its own.
+    /// Kind of the joint.
     pub kind: JointKind,
 }
 
-/// A tree of joints, parents before children, the root first. Immutable once made.
+/// An immutable tree of joints. The root is first, and parents come before children.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Joint>", into = "Vec<Joint>")]
 pub struct Skeleton {
     joints: Vec<Joint>,
 }
 
-/// Why a list of joints is no skeleton.
+/// Reason why a list of joints is not a skeleton.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum SkeletonError {
-    /// There is no joint at all.
+    /// There are no joints.
     #[error("the skeleton has no joints")]
     Empty,
-    /// More joints than an index can name.
+    /// There are more joints than the maximum.
     #[error("the skeleton has {0} joints; {max} is the most", max = Skeleton::MAX_JOINTS)]
     TooMany(usize),
-    /// The first joint has a parent, or a later one has none.
+    /// The first joint has a parent, or a later joint has none.
     #[error("joint \"{0}\": the first joint, and no other, must be without a parent")]
     Root(String),
-    /// A parent does not stand before its child.
+    /// A joint comes before its parent.
     #[error("joint \"{0}\" stands before its parent")]
     Order(String),
-    /// Two joints share a name.
+    /// Two joints have the same name.
     #[error("two joints are named \"{0}\"")]
     Duplicate(String),
     /// An offset is NaN or longer than [`Skeleton::FURTHEST`].
@@ -72,23 +72,23 @@ pub enum SkeletonError {
 }
 
 impl Skeleton {
-    /// The most joints that a skeleton may have.
+    /// Maximum number of joints.
     pub const MAX_JOINTS: usize = 4096;
 
-    /// No offset, and no place in a clip, may be further away than this, metres: sums of as many as
-    /// there are joints, and their squares, stay finite.
+    /// Maximum length of an offset and distance of a position in a clip, in metres. It keeps sums
+    /// over all joints, and their squares, finite.
     pub const FURTHEST: f32 = 1e6;
 
-    /// Whether a place or an offset is finite and not further away than [`Skeleton::FURTHEST`].
+    /// Whether a position is finite and at most [`Skeleton::FURTHEST`] from the origin.
     #[must_use]
     pub fn is_near(place: Vec3) -> bool {
         place.is_finite() && place.length() <= Self::FURTHEST
     }
 
-    /// Checks that `joints` form a tree with parents before children.
+    /// Creates a skeleton after checking that `joints` form a tree with parents before children.
     ///
     /// # Errors
-    /// The first joint that breaks a rule, by name.
+    /// The first invalid joint, by name.
     pub fn new(joints: Vec<Joint>) -> Result<Self, SkeletonError> {
         if joints.is_empty() {
             return Err(SkeletonError::Empty);
@@ -121,7 +121,7 @@ impl Skeleton {
         &self.joints
     }
 
-    /// How many joints, end sites included.
+    /// Number of joints, including end sites.
     #[must_use]
     #[allow(
         clippy::len_without_is_empty,
@@ -131,35 +131,35 @@ impl Skeleton {
         self.joints.len()
     }
 
-    /// The ids of all joints, parents before children.
+    /// Ids of all joints, parents before children.
     pub fn ids(&self) -> impl DoubleEndedIterator<Item = JointId> + use<> {
         (0..self.joints.len() as u16).map(JointId)
     }
 
-    /// One joint.
+    /// The joint with an id.
     #[must_use]
     pub fn joint(&self, id: JointId) -> &Joint {
         &self.joints[id.index()]
     }
 
-    /// The joint of that name.
+    /// Id of the joint with a name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<JointId> {
         self.ids().find(|&id| self.joint(id).name == name)
     }
 
-    /// The joints that hang from `id`.
+    /// Children of `id`.
     pub fn children(&self, id: JointId) -> impl Iterator<Item = JointId> + '_ {
         self.ids()
             .filter(move |&child| self.joint(child).parent == Some(id))
     }
 
-    /// From `id` up to the root, both included.
+    /// Joints from `id` up to the root, both included.
     pub fn ancestry(&self, id: JointId) -> impl Iterator<Item = JointId> + '_ {
         std::iter::successors(Some(id), |&joint| self.joint(joint).parent)
     }
 
-    /// Length of the bones from the root to `id`, metres.
+    /// Length of the bones from the root to `id`, in metres.
     #[must_use]
     pub fn chain_length(&self, id: JointId) -> f32 {
         self.ancestry(id)
@@ -168,21 +168,22 @@ impl Skeleton {
             .sum()
     }
 
-    /// The joint on the other side of the body, if names tell: `LeftHand` ↔ `RightHand`, `hand.l` ↔
-    /// `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
+    /// Mirrored joint on the other side of the body, if joint names identify it: `LeftHand` ↔
+    /// `RightHand`, `hand.l` ↔ `hand.r`, `Bip01 L Hand` ↔ `Bip01 R Hand`.
     #[must_use]
     pub fn mirror(&self, id: JointId) -> Option<JointId> {
         self.sided(id).map(|(_, twin)| twin)
     }
 
-    /// The side that a joint is on and its twin on the other, if names tell.
+    /// Side of a joint and its mirrored joint, if joint names identify them.
     pub(super) fn sided(&self, id: JointId) -> Option<(Side, JointId)> {
         readings(&self.joint(id).name).find_map(|(side, twin)| Some((side, self.find(&twin)?)))
     }
 
-    /// Whether `other` has the same joints in the same tree; where not, the names that differ.
+    /// Compares the joint trees of two skeletons and returns the names that differ. The list is
+    /// empty if both have the same joints in the same tree.
     ///
-    /// Offsets may differ: captures of one person differ by calibration.
+    /// Offsets may differ, because captures of one person differ by calibration.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let parent_name =

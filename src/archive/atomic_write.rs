@@ -2,12 +2,14 @@ use std::fs::File;
 use std::io::{BufWriter, IntoInnerError, Result, Write};
 use std::path::Path;
 
-/// Writes a file that appears whole or not at all: into a neighbour first, which is on the disk before it takes the file's name. Whoever
-/// is killed while writing, or loses power, leaves the old file or the new one, and perhaps the neighbour (`NAME.PROCESS.part`). What is
-/// there and no file, as a pipe or a device, is written into instead.
+/// Writes a file atomically: its contents appear completely or not at all. They are first written
+/// and synced to a neighbouring file (`NAME.PROCESS.part`), which is then renamed. If the process
+/// is killed or the power fails, either the old or the new file remains, and possibly the
+/// neighbouring file. A target that is not a regular file, for example a pipe or a device, is
+/// written directly.
 ///
 /// # Errors
-/// What the file system refuses; the neighbour is then removed.
+/// An error of the file system. The neighbouring file is removed.
 pub fn write_atomically(
     path: &Path,
     contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
@@ -31,19 +33,21 @@ pub fn write_atomically(
         Ok(())
     })();
     if written.is_err() {
-        // The first error is the one to report; a part that was never made cannot be removed.
+        // The first error is reported. The neighbouring file may not exist, so an error of its
+        // removal is ignored.
         let _ = std::fs::remove_file(&part);
     }
     written
 }
 
-/// Brings a file's new name onto the disk. Where the system does not let folders be opened, it sees to that itself.
+/// Syncs a folder, so that a renamed file's entry reaches the disk. Systems on which folders cannot
+/// be opened do this on their own.
 fn sync_folder(path: &Path) {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
-        // The file is there, whole, under its name: what cannot be done better is no error.
+        // The file is complete under its name, so an error here is ignored.
         let _ = folder.sync_all();
     }
 }

@@ -1,15 +1,16 @@
-//! The baked file: magic, version, checksum, then a [`BakedGraph`].
+//! The file format of a baked graph: magic, version, checksum, then a [`BakedGraph`].
 //!
 //! ```text
-//! 0   8  "sabaki\r\n"            found wrong: not a baked file, or one that a text transfer damaged
+//! 0   8  "sabaki\r\n"            otherwise: not a baked file, or damaged by a text-mode transfer
 //! 8   4  format version, u32 little-endian
-//! 12  4  CRC-32 of all that follows, u32 little-endian
-//! 16  16 who wrote it: the crate's version as text, filled up with zeros; since format 4
-//! 32  …  the graph, by postcard
+//! 12  4  CRC-32 of all following bytes, u32 little-endian
+//! 16  16 version of the crate that wrote the file, as text padded with zeros; since format 4
+//! 32  …  the graph, serialized by postcard
 //! ```
-//! What is read is checked twice: the checksum finds damage, and every index is compared with what it points into, so that
-//! a file that was made to do harm is an error as well. Loading holds the file, the graph and what is derived from it: at most
-//! [`MOST_PER_BYTE`] bytes for each of the file's, and [`MOST_BESIDE`] more; a file that would need more is refused.
+//! A file is checked in two steps. The checksum detects damage. Every index is then checked against
+//! the range that it refers to, so that a malicious file is rejected too. Loading takes at most
+//! [`MOST_PER_BYTE`] bytes of memory for each byte of the file, plus [`MOST_BESIDE`]; this covers
+//! the file, the graph and its computed tables. Files that would need more are rejected.
 
 mod atomic_write;
 
@@ -23,76 +24,77 @@ use crate::maps::BakedGraph;
 
 pub use atomic_write::write_atomically;
 
-/// Largest file that is read, in bytes: baked files, clips, meshes.
+/// Maximum size of a file that is read (baked files, clips, meshes), in bytes.
 pub const LARGEST_FILE: u64 = 1_000_000_000;
 
 const MAGIC: [u8; 8] = *b"sabaki\r\n";
 const VERSION: u32 = 4;
-/// Magic, version and checksum.
+/// Length of magic, version and checksum, in bytes.
 const CHECKED: usize = 16;
 const WRITER: usize = 16;
 const HEADER: usize = CHECKED + WRITER;
 
-/// Bytes of memory that loading may take for each byte of the file.
+/// Maximum memory for loading, in bytes for each byte of the file.
 pub const MOST_PER_BYTE: u64 = 64;
 
-/// And beside those, however small the file is.
+/// Maximum memory for loading in addition to [`MOST_PER_BYTE`], regardless of the file's size, in
+/// bytes.
 pub const MOST_BESIDE: u64 = 256 << 20;
 
-/// Why a baked file cannot be written or read.
+/// Reason why a baked file cannot be written or read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ArchiveError {
-    /// The file system refuses.
+    /// The file system returned an error.
     #[error("{path}: {source}")]
     Io {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// It begins with something else.
+    /// The file does not start with the magic bytes.
     #[error("{path}: not a baked graph (it does not begin with the mark of one)")]
     NotBaked {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// Another version wrote it.
+    /// The file has another format version.
     #[error("{path}: {writer} wrote it, in format version {found}, and this is sabaki {ours}, which reads version {expected}; bake it again", ours = env!("CARGO_PKG_VERSION"), expected = VERSION)]
     Version {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Its format.
+        /// Format version of the file.
         found: u32,
-        /// Which program wrote it.
+        /// Program that wrote the file.
         writer: String,
     },
-    /// It is larger than [`LARGEST_FILE`].
+    /// The file is larger than [`LARGEST_FILE`].
     #[error("{path}: larger than {max} MB", max = LARGEST_FILE / 1_000_000)]
     TooLarge {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The checksum does not fit: bytes were lost or changed.
+    /// The checksum does not match, because bytes were lost or changed.
     #[error("{path}: damaged (its checksum does not fit)")]
     Checksum {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The checksum fits but the contents are not sound.
+    /// The checksum matches, but the contents are invalid.
     #[error("{path}: not sound: {what}")]
     Contents {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the first invalid item.
         what: String,
     },
 }
 
-/// The bytes of a baked file.
+/// Serializes a baked graph to the bytes of a file.
 ///
 /// # Errors
-/// Only where memory ends.
+/// Memory is exhausted.
 pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     let mut bytes = postcard::to_extend(baked, vec![0; HEADER])?;
     for (byte, letter) in bytes[CHECKED..HEADER]
@@ -108,11 +110,12 @@ pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     Ok(bytes)
 }
 
-/// Which program wrote a file of some format, as far as its header tells.
+/// Name of the program that wrote a file, as far as its header tells.
 fn writer(bytes: &[u8], format: u32) -> String {
     const SINCE: u32 = 4;
     let field = bytes.get(CHECKED..HEADER).unwrap_or_default();
-    let text: String = { field.iter() }
+    let text: String = field
+        .iter()
         .take_while(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'z' | b'.' | b'-' | b'+'))
         .map(|&byte| char::from(byte))
         .collect();
@@ -123,24 +126,25 @@ fn writer(bytes: &[u8], format: u32) -> String {
     }
 }
 
-/// The checksum of a graph as baked files hold it, whichever version wrote them: it names the graph.
+/// Checksum of a graph's serialized form. It is independent of the program version and identifies
+/// the graph.
 ///
 /// # Errors
-/// Only where memory ends.
+/// Memory is exhausted.
 pub fn checksum(baked: &BakedGraph) -> Result<u32, postcard::Error> {
     Ok(crc32fast::hash(&postcard::to_extend(baked, Vec::new())?))
 }
 
-/// Whether bytes begin like a baked file.
+/// Whether the bytes start with the magic bytes of a baked file.
 #[must_use]
 pub fn is_baked(bytes: &[u8]) -> bool {
     bytes.starts_with(&MAGIC)
 }
 
-/// Reads the bytes of a baked file; `path` names it in errors.
+/// Deserializes a baked graph. `path` is only used in errors.
 ///
 /// # Errors
-/// What is wrong with them.
+/// The bytes are not a valid baked graph.
 pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError> {
     let path = || path.to_owned();
     if !is_baked(bytes) {
@@ -179,7 +183,7 @@ pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<BakedGraph, ArchiveError>
 /// Reads a baked file.
 ///
 /// # Errors
-/// What the file system or the contents are wrong with, with the path.
+/// An error of the file system, or of the file's contents, with the path.
 pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),
@@ -187,7 +191,7 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     };
     let file = File::open(path).map_err(io)?;
     let mut bytes = Vec::new();
-    // Not a byte more of a file that is something else, which may be large or without end.
+    // Read only the magic bytes first: another kind of file may be large or endless.
     let mut head = (&file).take(MAGIC.len() as u64);
     head.read_to_end(&mut bytes).map_err(io)?;
     if is_baked(&bytes) {
@@ -201,11 +205,10 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
     from_bytes(&bytes, path)
 }
 
-/// Writes a baked file. The file appears whole or not at all: whoever is killed while writing, or loses power, leaves the old
-/// file or the new one.
+/// Writes a baked file atomically ([`write_atomically`]).
 ///
 /// # Errors
-/// What the file system refuses, with the path.
+/// An error of the file system, with the path.
 pub fn write(path: &Path, baked: &BakedGraph) -> Result<(), ArchiveError> {
     let io = |source| ArchiveError::Io {
         path: path.to_owned(),

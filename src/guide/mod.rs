@@ -1,8 +1,8 @@
-//! The guide: from clips to a dodging character, crowds and duels, how the papers map to the code, which culling path to use, and
-//! what is refused.
+//! The guide: from clips to a dodging character, crowds and duels, the papers and the code, the choice of a culling path, and the
+//! limits on input.
 //!
-//! Architecture invariant: no code here. The code of the pages is compiled with the documentation's tests; `tests/guide.rs` checks the
-//! files and limits that they name.
+//! Architecture invariant: this module contains no code. Documentation tests compile the code of the pages, and `tests/guide.rs` checks
+//! the files and limits that they name.
 
 #[doc = include_str!("from_clips.md")]
 pub mod from_clips {}
