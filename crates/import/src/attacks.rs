@@ -11,32 +11,33 @@ use super::json::{self, JsonError};
 use super::read::read_bytes;
 use sabaki::maps::SphereKey;
 
-/// An attack file: spheres that move, in the frame of the character at the moment of the query (root on the ground,
-/// facing +Z). Seconds count from that moment. Keys that are not known are passed over.
+/// An attack file: moving spheres in the character's frame at the time of the query (root on the
+/// ground, facing +Z). Time 0 is the query. Unknown keys are ignored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AttackFile {
-    /// In the order of the file.
+    /// Attacks, in the order of the file.
     pub attacks: Vec<AttackEntry>,
 }
 
 /// One attack.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AttackEntry {
-    /// For each moving sphere its keys, in order of time. In a file, one sphere may be given as a bare list of keys.
+    /// Keys of each moving sphere, in order of time. In a file, a single sphere may be written as a
+    /// list of keys.
     #[serde(deserialize_with = "one_or_many")]
     pub spheres: Vec<Vec<SphereKey>>,
 }
 
-/// Why attacks cannot be used. Attacks, spheres and keys are counted from 0.
+/// Reason why attacks cannot be used. Attacks, spheres and keys are counted from 0.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AttacksError {
-    /// The text is not what an attack file holds.
+    /// The text is not a valid attack file.
     #[error(transparent)]
     Json(#[from] JsonError),
     /// The file has no attack.
     #[error("the file holds no attack")]
     NoAttack,
-    /// The attack has no sphere, or a sphere no key.
+    /// An attack has no sphere, or a sphere has no key.
     #[error("attack {attack}, sphere {sphere}: no key; a sphere needs one at least")]
     NoKey {
         /// Index of the attack.
@@ -44,7 +45,7 @@ pub enum AttacksError {
         /// Index of the sphere.
         sphere: usize,
     },
-    /// A time, a place or a radius is NaN or infinite, or the radius is not above 0.
+    /// A time, a position or a radius is not finite, or the radius is not positive.
     #[error(
         "attack {attack}, sphere {sphere}, key {key}: not a finite time and place and a radius above 0"
     )]
@@ -65,18 +66,18 @@ pub enum AttacksError {
         sphere: usize,
         /// Index of the key.
         key: usize,
-        /// Its time, seconds.
+        /// Time of the key, in seconds.
         t: f32,
-        /// The time of the key before, seconds.
+        /// Time of the previous key, in seconds.
         before: f32,
     },
 }
 
 impl AttackFile {
-    /// Reads and checks the JSON text.
+    /// Parses and checks JSON text.
     ///
     /// # Errors
-    /// What is wrong, with line and column or the index of attack, sphere and key.
+    /// The first error, with line and column or with the index of attack, sphere and key.
     pub fn parse(text: &[u8]) -> Result<Self, AttacksError> {
         let file: Self = json::parse(text)?;
         file.check()?;
@@ -86,7 +87,7 @@ impl AttackFile {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// What is wrong, with the file and the place in it.
+    /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Attacks {
             path: path.to_owned(),
@@ -139,9 +140,9 @@ fn check_keys(attack: usize, sphere: usize, keys: &[SphereKey]) -> Result<(), At
     Ok(())
 }
 
-/// An element of `spheres`: a key of the only sphere, or a sphere's keys.
+/// An element of `spheres`: a key of a single sphere, or a list of keys.
 ///
-/// Not serde's untagged enum, which forgets line and column.
+/// It is not a serde untagged enum, because that loses line and column.
 enum Element {
     Key(SphereKey),
     Sphere(Vec<SphereKey>),

@@ -1,4 +1,4 @@
-//! A body as a file: spheres on joints, by the joints' names.
+//! Body files: spheres on joints, which are identified by name.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,12 +14,12 @@ use sabaki::anim::Skeleton;
 use sabaki::archive::write_atomically;
 use sabaki::maps::{Body, BodySphere};
 
-/// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`, metres, in the joint's own
-/// frame. The same object may stand under the key `body`, as in the files that [`super::export`] writes. Keys that are not
-/// known are passed over.
+/// A body file: `{"spheres": [{"joint": "LeftHand", "offset": [x, y, z], "radius": 0.05}, ...]}`,
+/// in metres, in the joint's frame. The object may also be under the key `body`, as in files that
+/// [`super::export`] writes. Unknown keys are ignored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct BodyFile {
-    /// In the order of the file.
+    /// Spheres, in the order of the file.
     pub spheres: Vec<BodyEntry>,
 }
 
@@ -28,51 +28,51 @@ pub struct BodyFile {
 pub struct BodyEntry {
     /// Name of the joint whose frame it moves with.
     pub joint: String,
-    /// Of its centre, in the joint's own frame, metres.
+    /// Position of the centre in the joint's frame, in metres.
     pub offset: Vec3,
-    /// Metres.
+    /// Radius, in metres.
     pub radius: f32,
 }
 
-/// Why a body file cannot be used. Spheres are counted from 0.
+/// Reason why a body file cannot be used. Spheres are counted from 0.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BodyFileError {
-    /// The text is not what a body file holds.
+    /// The text is not a valid body file.
     #[error(transparent)]
     Json(#[from] JsonError),
-    /// There is no sphere.
+    /// The file has no sphere.
     #[error("the file holds no sphere")]
     NoSphere,
-    /// A field is not there.
+    /// A field is missing.
     #[error("sphere {sphere}{}: no {field}", of(joint))]
     Missing {
         /// Index of the sphere.
         sphere: usize,
-        /// Name of its joint; empty where it has none.
+        /// Name of the sphere's joint, or empty if it has none.
         joint: String,
-        /// Which.
+        /// Name of the field.
         field: &'static str,
     },
-    /// A field holds what it cannot be.
+    /// A field has an invalid value.
     #[error("sphere {sphere}{}: {field} is {found}; {wanted}", of(joint))]
     Field {
         /// Index of the sphere.
         sphere: usize,
         /// Name of its joint.
         joint: String,
-        /// Which.
+        /// Name of the field.
         field: &'static str,
-        /// What it is, in words.
+        /// Description of the value.
         found: String,
-        /// What it should be.
+        /// Description of valid values.
         wanted: String,
     },
-    /// The skeleton has no such joint.
+    /// The skeleton has no joint of this name.
     #[error("sphere {sphere}: the skeleton has no joint \"{joint}\"")]
     UnknownJoint {
         /// Index of the sphere.
         sphere: usize,
-        /// The name that was not found.
+        /// Name of the joint.
         joint: String,
     },
 }
@@ -84,7 +84,7 @@ fn of(joint: &str) -> String {
     }
 }
 
-/// As the text has it: what is missing is said with the sphere's number.
+/// The file before it is checked, so that errors about missing fields can name the sphere.
 #[derive(Deserialize)]
 struct RawFile {
     spheres: Option<Vec<RawEntry>>,
@@ -104,10 +104,10 @@ struct RawEntry {
 }
 
 impl BodyFile {
-    /// Reads and checks the JSON text.
+    /// Parses and checks JSON text.
     ///
     /// # Errors
-    /// What is wrong, with line and column, or with the sphere, its joint and the field.
+    /// The first error, with line and column, or with the sphere, its joint and the field.
     pub fn parse(text: &[u8]) -> Result<Self, BodyFileError> {
         let raw: RawFile = json::parse(text)?;
         let spheres = raw.spheres.or(raw.body.map(|body| body.spheres));
@@ -125,7 +125,7 @@ impl BodyFile {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// What is wrong, with the file and the place in it.
+    /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Body {
             path: path.to_owned(),
@@ -133,7 +133,7 @@ impl BodyFile {
         })
     }
 
-    /// The spheres of a body, by the names of the joints.
+    /// Converts a body to a file.
     #[must_use]
     pub fn of(body: &Body, skeleton: &Skeleton) -> Self {
         let entry = |sphere: &BodySphere| BodyEntry {
@@ -146,10 +146,10 @@ impl BodyFile {
         }
     }
 
-    /// The spheres on the joints of `skeleton`.
+    /// Converts the file to a body on the joints of `skeleton`.
     ///
     /// # Errors
-    /// The first joint that the skeleton has not.
+    /// The first joint that the skeleton does not have.
     pub fn resolve(&self, skeleton: &Skeleton) -> Result<Body, BodyFileError> {
         let sphere = |(sphere, entry): (usize, &BodyEntry)| -> Result<_, BodyFileError> {
             let unknown = || BodyFileError::UnknownJoint {
@@ -171,10 +171,10 @@ impl BodyFile {
         Ok(Body::new(spheres))
     }
 
-    /// Writes the file; it appears whole or not at all.
+    /// Writes the file atomically.
     ///
     /// # Errors
-    /// What the file system refuses.
+    /// An error of the file system.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
         write_atomically(path, |file| {
             serde_json::to_writer_pretty(&mut *file, self)?;

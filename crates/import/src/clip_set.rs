@@ -1,10 +1,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::doubts::doubts;
 use super::motion_file::{ENDINGS, MotionFile, ends_with};
 use super::read::{check_scale, clip_name};
 use super::read_error::shortened;
+use super::warnings::clip_warnings;
 use super::{
     ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
     ScaleSource,
@@ -12,31 +12,34 @@ use super::{
 use sabaki::anim::{Clip, Event, Skeleton};
 use sabaki::math::in_parallel;
 
-/// Clips of one skeleton, and what happens in them.
+/// Clips of one skeleton, with their events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipSet {
-    /// Of the first file; the others have the same joints.
+    /// Skeleton of the first file. The other files have the same joints.
     pub skeleton: Skeleton,
-    /// In the order of the paths, a folder's files by name.
+    /// Clips in the order of the paths. Files of a folder are sorted by name.
     pub clips: Vec<Clip>,
-    /// Sorted by clip and start.
+    /// Events, sorted by clip and start.
     pub events: Vec<Event>,
-    /// One for each clip.
+    /// Scale of each clip.
     pub scales: Vec<Scale>,
-    /// What a person should know, one line each: bones of other lengths, clips of one frame, scales that differ.
+    /// Warnings for the user, one line each, for example about different bone lengths, clips of one
+    /// frame, or different scales.
     pub warnings: Vec<String>,
 }
 
-/// Reads clips on all cores, and their events. A path is a BVH, AMC or glTF file, or a folder whose
-/// `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files are taken; of a glTF file all animations.
+/// Reads clips and their events, on all CPU cores. A path is a BVH, AMC or glTF file, or a folder
+/// with `*.bvh`, `*.amc`, `*.glb` and `*.gltf` files. All animations of a glTF file are read.
 ///
-/// What happens in a clip is what the events file says; of clips that it does not name, what their own file says, as glTF can.
+/// The events of a clip come from the events file. If that does not name the clip, they come from
+/// the clip's own file, which can contain events if it is a glTF file.
 ///
-/// All must have the joints of the first; bone lengths may differ (captures of one person differ by calibration), beyond
-/// 1% with a warning. The first file's offsets hold for all.
+/// All files must have the same joints as the first. Bone lengths may differ, because captures of
+/// one person differ by calibration; differences of more than 1% are a warning. The offsets of the
+/// first file are used for all clips.
 ///
 /// # Errors
-/// The first thing that is wrong, in the order of the paths, with the file and the place in it.
+/// The first error in the order of the paths, with the file and the position in it.
 pub fn read_clips(
     paths: &[PathBuf],
     events: Option<&Path>,
@@ -82,7 +85,8 @@ pub fn read_clips(
         path: events.unwrap_or(first_path).to_owned(),
         error,
     })?;
-    set.warnings.extend(doubts(&set.skeleton, &set.clips));
+    set.warnings
+        .extend(clip_warnings(&set.skeleton, &set.clips));
     Ok(set)
 }
 
@@ -112,7 +116,7 @@ impl ClipSet {
     }
 
     fn warn_of_bones(&mut self, path: &Path, other: &Skeleton) {
-        /// Metres: what files written with few digits differ by.
+        /// Maximum difference that comes from numbers with few digits, in metres.
         const DIGITS: f32 = 1e-4;
         let differing = differing_bones(&self.skeleton, other, DIGITS);
         if !differing.is_empty() {
@@ -125,7 +129,7 @@ impl ClipSet {
     }
 }
 
-/// The files that `paths` stand for.
+/// Expands folders to the files in them.
 fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
     let mut files = Vec::new();
     for path in paths {
@@ -166,7 +170,7 @@ fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// Every motion with its file.
+/// Loads all motions, with their files.
 fn load_all<'a>(
     files: &'a [PathBuf],
     options: &ReadOptions,
@@ -176,7 +180,7 @@ fn load_all<'a>(
         let scale = file.scale(options);
         Ok((file, scale))
     };
-    // Of several errors the first file's.
+    // If several files have errors, the first file's error is reported.
     let parsed: Vec<_> = in_parallel(0, files.len(), |index| load(&files[index]))
         .into_iter()
         .collect::<Result<_, _>>()?;
@@ -192,10 +196,12 @@ fn load_all<'a>(
     Ok(motions?.into_iter().flatten().collect())
 }
 
-/// Each file's scale, once the others are known.
+/// Determines the scale of each file from the scales of all files.
 ///
-/// A scale is found from a file's first pose, which can mislead; so files whose bones are as long as the first file's, in the unit of each,
-/// have one scale. A scale that only makes the figure as high as a person hangs on the first pose alone; one set has one such scale.
+/// A scale is estimated from a file's first pose, which can be misleading. Files whose bones have
+/// the same lengths as the first file's, in the units of each, therefore share one scale. Scales
+/// that only normalise the figure's height depend entirely on the first pose, so a set has at most
+/// one of them.
 fn scales_of_set(parsed: &[(MotionFile, Scale)]) -> Vec<Scale> {
     let first = parsed.first().and_then(|(file, _)| file.skeleton());
     let like_first = |file: &MotionFile| {
@@ -223,8 +229,8 @@ fn scales_of_set(parsed: &[(MotionFile, Scale)]) -> Vec<Scale> {
         .collect()
 }
 
-/// Of the scales that are a unit's the most frequent; of two alike the smaller, since a first pose hides height rather than
-/// adding it.
+/// The most frequent unit. Ties are decided for the smaller unit, because a first pose can reduce
+/// the height but not increase it.
 fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
     let found: Vec<LengthUnit> = scales
         .filter_map(|scale| match scale.found {
@@ -233,7 +239,7 @@ fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
         })
         .collect();
     let count = |unit: &LengthUnit| found.iter().filter(|other| *other == unit).count();
-    // From the largest to the smallest, and of equal counts the last wins.
+    // From the largest unit to the smallest; the last of equal counts wins.
     let unit = LengthUnit::ALL.into_iter().max_by_key(count)?;
     (count(&unit) > 0).then(|| Scale {
         metres_per_unit: unit.metres(),
@@ -241,7 +247,8 @@ fn most_found_unit(scales: impl Iterator<Item = Scale>) -> Option<Scale> {
     })
 }
 
-/// The names of the joints whose offsets differ by more than 1% and `digits`. The root's offset does not matter: its place is the motion's.
+/// Names of the joints whose offsets differ by more than 1% and by more than `digits`. The root is
+/// ignored, because the motion determines its position.
 fn differing_bones(a: &Skeleton, b: &Skeleton, digits: f32) -> Vec<String> {
     const TOLERANCE: f32 = 0.01;
     let longest = a.joints().iter().skip(1).map(|joint| joint.offset.length());

@@ -8,110 +8,110 @@ use super::json::{self, JsonError};
 use super::read::read_bytes;
 use sabaki::anim::{Clip, Event, EventKind, JointId, Skeleton};
 
-/// An events file: what happens when in which clip. Keys that are not known are passed over.
+/// An events file: the events of clips. Unknown keys are ignored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventsFile {
-    /// In the order of the file.
+    /// Clips, in the order of the file.
     pub clips: Vec<ClipEvents>,
 }
 
 /// The events of one clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClipEvents {
-    /// The clip's file, with or without its folder.
+    /// Name of the clip's file, with or without its folder.
     pub file: String,
-    /// In any order.
+    /// Events, in any order.
     #[serde(default)]
     pub events: Vec<EventEntry>,
 }
 
-/// One event as it is written.
+/// An event as it is written in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EventEntry {
-    /// `attack` or `evasion`.
+    /// Kind: `attack` or `evasion`.
     pub kind: EventKind,
-    /// Seconds from the clip's first frame.
+    /// Start, in seconds from the clip's first frame.
     pub start: f64,
-    /// Seconds from the clip's first frame.
+    /// End, in seconds from the clip's first frame.
     pub end: f64,
-    /// Names of the joints that take part. May be empty, for all, in an evasion.
+    /// Names of the joints that take part. An evasion may have none, which stands for all joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
 }
 
-/// Why events cannot be used. Events are counted from 0, as they stand in the file.
+/// Reason why events cannot be used. Events are counted from 0, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EventsError {
-    /// The text is not what an events file holds.
+    /// The text is not a valid events file.
     #[error(transparent)]
     Json(#[from] JsonError),
-    /// There is no clip of that name.
+    /// There is no clip of this name.
     #[error("events for \"{file}\", but there is no such clip")]
     NoClip {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
     },
-    /// The clip has no joint of that name.
+    /// The skeleton has no joint of this name.
     #[error("\"{file}\", event {event}: the skeleton has no joint \"{joint}\"")]
     NoJoint {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
-        /// As written.
+        /// Name of the joint, as written.
         joint: String,
     },
-    /// An attack must say which joints strike.
+    /// An attack has no joints.
     #[error("\"{file}\", event {event}: an attack needs the joints that strike")]
     NoJoints {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
     },
-    /// The times are not finite, negative, or the end is not after the start.
+    /// The times are negative or not finite, or the end is not after the start.
     #[error(
         "\"{file}\", event {event}: from {start} s to {end} s is no time range (0 <= start < end)"
     )]
     Range {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
-        /// Seconds.
+        /// Start, in seconds.
         start: f64,
-        /// Seconds.
+        /// End, in seconds.
         end: f64,
     },
-    /// The event ends more than half a frame after the clip.
+    /// The event ends more than half a frame after the clip's end.
     #[error("\"{file}\", event {event}: ends at {end} s, but the clip at {duration} s")]
     Outside {
-        /// As written.
+        /// Name of the clip's file, as written.
         file: String,
         /// Index of the event.
         event: usize,
-        /// Seconds.
+        /// End of the event, in seconds.
         end: f64,
-        /// Of the clip, seconds.
+        /// Duration of the clip, in seconds.
         duration: f64,
     },
-    /// Two events of one clip share time.
+    /// Two events of one clip overlap.
     #[error("\"{file}\": an event starts at {start} s, before the one before it ends at {end} s")]
     Overlap {
-        /// The clip.
+        /// Name of the clip.
         file: String,
-        /// Of the later event, seconds.
+        /// Start of the later event, in seconds.
         start: f64,
-        /// Of the earlier event, seconds.
+        /// End of the earlier event, in seconds.
         end: f64,
     },
 }
 
 impl EventsFile {
-    /// Reads the JSON text.
+    /// Parses JSON text.
     ///
     /// # Errors
-    /// What is wrong, with line and column.
+    /// The first error, with line and column.
     pub fn parse(text: &[u8]) -> Result<Self, EventsError> {
         Ok(json::parse(text)?)
     }
@@ -119,7 +119,7 @@ impl EventsFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// What is wrong, with the file, line and column.
+    /// The first error, with the file, line and column.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Events {
             path: path.to_owned(),
@@ -127,8 +127,8 @@ impl EventsFile {
         })
     }
 
-    /// Finds the clips and joints that the events name. Sorted by clip, then by start; an end up to half a frame after the
-    /// clip's last frame is moved to that frame.
+    /// Resolves the names of clips and joints. The result is sorted by clip and start. An end up to
+    /// half a frame after the clip's last frame is moved to that frame.
     ///
     /// # Errors
     /// The first event that does not fit.
@@ -167,7 +167,7 @@ impl EventsFile {
         }
     }
 
-    /// Whether it says something of a clip.
+    /// Whether the file has events for a clip.
     pub(super) fn names(&self, clip: &str) -> bool {
         let name = base_name(clip);
         self.clips
@@ -175,9 +175,10 @@ impl EventsFile {
             .any(|entry| base_name(&entry.file) == name)
     }
 
-    /// The file that [`Self::resolve`] gives `events` from. Clips without events are left out.
+    /// Converts events to a file, so that [`Self::resolve`] returns them again. Clips without
+    /// events are left out.
     ///
-    /// `None` where an event names a clip that is not there.
+    /// Returns `None` if an event refers to a clip that does not exist.
     #[must_use]
     pub fn of(events: &[Event], clips: &[Clip], skeleton: &Skeleton) -> Option<Self> {
         let mut file = Self::default();
@@ -199,7 +200,7 @@ impl EventsFile {
 }
 
 impl EventEntry {
-    /// An event as files say it.
+    /// Converts an event to its form in files.
     #[must_use]
     pub fn of(event: &Event, skeleton: &Skeleton) -> Self {
         let names = event.joints.iter();
@@ -213,7 +214,7 @@ impl EventEntry {
 }
 
 impl ClipEvents {
-    /// The event's end, once its times are known to fit the clip.
+    /// End of the event, after checking that its times fit the clip.
     fn checked_end(&self, event: usize, clip: &Clip) -> Result<f64, EventsError> {
         let EventEntry { start, end, .. } = self.events[event];
         let file = || self.file.clone();
@@ -257,7 +258,7 @@ impl ClipEvents {
     }
 }
 
-/// Without the folder, of either kind of system.
+/// File name without the folder, for paths of Unix and Windows.
 fn base_name(file: &str) -> &str {
     file.rsplit(['/', '\\']).next().unwrap_or(file)
 }

@@ -1,6 +1,6 @@
-//! An answer as files that other tools can check: the motion as BVH, the attack and the body's
-//! spheres as JSON, on one clock and in one world; and how it was found, so that it can be asked
-//! again ([`Recording`](super::Recording)).
+//! Exports an answer to files that other tools can check: the motion as BVH or glTF, and the attack
+//! and the body's spheres as JSON, with the same clock and world. The JSON also contains the query,
+//! so that it can be repeated ([`Recording`](super::Recording)).
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -17,12 +17,12 @@ use sabaki::math::Rigid2;
 use sabaki::query::clearance::SAMPLE_RATE;
 use sabaki::query::{Answer, Attack, CandidateReport};
 
-/// Exported positions are in centimetres.
+/// Unit of exported BVH positions: centimetres.
 const METRES_PER_UNIT: f64 = 0.01;
-/// The motion goes on this long after the attack, seconds.
+/// Duration of the exported motion after the attack, in seconds.
 const AFTER: f32 = 1.0;
 
-/// What an answer's motion is written as.
+/// File format of an exported motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotionFormat {
     /// `NAME.bvh`, in centimetres.
@@ -32,24 +32,25 @@ pub enum MotionFormat {
     Glb,
 }
 
-/// Where an answer is written, and as what.
+/// Destination and format of an export.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
-    /// It must exist.
+    /// Folder, which must exist.
     pub folder: &'a Path,
-    /// Of the files, without ending.
+    /// Name of the files, without extension.
     pub name: &'a str,
-    /// Of the motion.
+    /// File format of the motion.
     pub format: MotionFormat,
 }
 
 /// Writes `NAME.bvh` and `NAME.json` into `folder`, which must exist. Returns the two paths.
 ///
-/// The BVH starts at the moment of the query and has the frames at which the exact test took the
-/// body's spheres; between them these go in straight lines. The JSON is that of [`document`].
+/// The BVH motion starts at the time of the query. Its frames are the moments at which the exact
+/// test samples the body's spheres; between them the spheres move along straight lines. The JSON is
+/// that of [`document`].
 ///
 /// # Errors
-/// What the file system refuses.
+/// An error of the file system.
 pub fn write_answer(
     folder: &Path,
     name: &str,
@@ -65,10 +66,10 @@ pub fn write_answer(
     write_answer_as(target, baked, (question, answer))
 }
 
-/// The same with the motion in another format.
+/// Like [`write_answer`], with a choice of the motion's format.
 ///
 /// # Errors
-/// What the file system refuses.
+/// An error of the file system.
 pub fn write_answer_as(
     target: Target<'_>,
     baked: &BakedGraph,
@@ -107,7 +108,7 @@ pub fn write_answer_as(
     Ok([motion, facts])
 }
 
-/// The answer from the moment of the query until it is over, and the seconds that it lasts.
+/// Motion of the answer from the query until it is over, with its duration in seconds.
 fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> (Motion, f32) {
     let mut motion = answer.motion.clone();
     let seconds = motion.duration().max(attack.end() + AFTER);
@@ -115,7 +116,7 @@ fn whole_motion(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> (Motion
     (motion, seconds)
 }
 
-/// The events that a motion plays, as far as a clip of so many seconds has them.
+/// Events of a motion, limited to a clip of `seconds`.
 fn events(graph: &MotionGraph, motion: &Motion, seconds: f64) -> Vec<Event> {
     let played = motion.events(graph).map(|(id, [start, end])| {
         let event = graph.event(id);
@@ -155,8 +156,8 @@ fn as_clip(graph: &MotionGraph, (motion, seconds): &(Motion, f32)) -> Result<Cli
     Clip::new(graph.skeleton(), desc)
 }
 
-/// All facts of an answer, with stable keys: what the BVH needs to be checked, what was asked, and
-/// each candidate with what became of it.
+/// All data of an answer as JSON with stable keys: what is needed to check the BVH file, the query,
+/// and the result of every candidate.
 #[must_use]
 pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Value {
     let skeleton = baked.graph().skeleton();
@@ -180,7 +181,7 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
         "frames_per_second": SAMPLE_RATE,
         "attack": { "spheres": question.attack.spheres() },
         "body": { "spheres": body.collect::<Vec<_>>() },
-        "query": question.asked(),
+        "query": question.stored(),
         "answer": Chosen::of(baked, answer),
         "source": answer.source,
         "chosen": answer.chosen,
@@ -190,8 +191,8 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
     })
 }
 
-/// Where a candidate's evasion starts: the character's frame then, in the world of `playhead`.
-/// `None` for a path that only moves.
+/// Character's frame at the start of a candidate's evasion, in the world of `playhead`. Returns
+/// `None` if the candidate has no evasion.
 #[must_use]
 pub fn evasion_placement(
     baked: &BakedGraph,
@@ -203,12 +204,11 @@ pub fn evasion_placement(
     let graph = baked.graph();
     let at_node = playhead.next_clip_to_world(graph);
     let edges = answer.path(baked, candidate);
-    let at_evasion = { edges }.fold(at_node, |so_far, edge| so_far * graph.clip_change(edge));
+    let at_evasion = edges.fold(at_node, |so_far, edge| so_far * graph.clip_change(edge));
     Some(at_evasion * evasion.placement)
 }
 
-/// A candidate of an answer in words and numbers: its path, what it performs, its rate, counts,
-/// score and fate.
+/// Describes a candidate as JSON: its path, its evasion, its rate, counts, score and result.
 #[must_use]
 pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport) -> Value {
     let path = answer.path(baked, candidate);
@@ -237,14 +237,14 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
     value
 }
 
-/// The event that an edge plays, by clip and seconds; `None` where it plays none.
+/// Clip and seconds of the event on an edge, or `None` if it has no event.
 #[must_use]
 pub fn describe_evasion(baked: &BakedGraph, edge: EdgeId) -> Option<String> {
     let event = baked.graph().edge(edge).event?;
     Some(baked.graph().describe_event(baked.graph().event(event)))
 }
 
-/// `CLIP 12-20` for a stretch of a clip, `CLIP 12 > OTHER 40` for a transition; numbers are frames.
+/// Describes an edge: `CLIP 12-20` for a range of frames, `CLIP 12 > OTHER 40` for a transition.
 #[must_use]
 pub fn describe_edge(baked: &BakedGraph, edge: EdgeId) -> String {
     let graph = baked.graph();

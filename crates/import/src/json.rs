@@ -1,15 +1,15 @@
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-/// Why a text is not the JSON that it should be, and where.
+/// An error in a JSON text, with its position.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct JsonError {
-    /// From 1; 0 where the text is empty.
+    /// Line number, from 1, or 0 if the text is empty.
     pub line: usize,
-    /// From 1; 0 at a line's end.
+    /// Column, from 1, or 0 at the end of a line.
     pub column: usize,
-    /// What was expected or found.
+    /// Description of the error.
     pub message: String,
 }
 
@@ -27,7 +27,7 @@ impl From<serde_json::Error> for JsonError {
     }
 }
 
-/// Reads a document, with or without the byte order mark that some editors put before it.
+/// Parses a document, with or without a byte order mark.
 pub(super) fn parse<T: DeserializeOwned>(text: &[u8]) -> Result<T, JsonError> {
     let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
     serde_json::from_slice(text).map_err(JsonError::from)

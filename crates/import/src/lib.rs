@@ -1,11 +1,10 @@
-//! Files: motion capture in and out, events, attacks, baked graphs, answers.
+//! Imports and exports files: motion capture, meshes, events, attacks and answers.
 
 pub mod asf;
 mod attacks;
 mod body;
 pub mod bvh;
 mod clip_set;
-mod doubts;
 mod events;
 pub mod export;
 pub mod fit;
@@ -20,11 +19,11 @@ mod read_error;
 mod recording;
 mod units;
 mod up;
+mod warnings;
 
 pub use attacks::{AttackEntry, AttackFile, AttacksError};
 pub use body::{BodyEntry, BodyFile, BodyFileError};
 pub use clip_set::{ClipSet, read_clips};
-pub use doubts::doubts;
 pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
 pub use json::JsonError;
 pub use masses::{MassFile, MassFileError};
@@ -36,3 +35,4 @@ pub use read_error::ReadError;
 pub use recording::{Chosen, Question, Recording, RecordingError};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
 pub use up::{Up, UpError};
+pub use warnings::clip_warnings;

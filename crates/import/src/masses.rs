@@ -10,18 +10,18 @@ use super::read::read_bytes;
 use sabaki::anim::Skeleton;
 use sabaki::lod::Masses;
 
-/// What joints weigh, as a file: `{"masses": {"LeftArm": 2.1, ...}}`, kilograms, each of the bones that start at the
-/// joint. Joints that are not named weigh nothing.
+/// A file of joint masses: `{"masses": {"LeftArm": 2.1, ...}}`, in kilograms. A joint's mass is
+/// that of the bones that start at it. Joints that are not named have no mass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MassFile {
-    /// By the joints' names.
+    /// Masses by joint name, in kilograms.
     pub masses: BTreeMap<String, f32>,
 }
 
-/// Why a file of masses cannot be used.
+/// Reason why a file of masses cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MassFileError {
-    /// The text is not what such a file holds.
+    /// The text is not a valid file of masses.
     #[error(transparent)]
     Json(#[from] JsonError),
     /// The skeleton has no such joint.
@@ -32,7 +32,7 @@ pub enum MassFileError {
     Mass {
         /// Name of the joint.
         joint: String,
-        /// Its mass.
+        /// Mass, in kilograms.
         kilograms: f32,
     },
 }
@@ -41,7 +41,7 @@ impl MassFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// What is wrong, with the file and the place in it.
+    /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         json::parse(&read_bytes(path)?).map_err(|error| ReadError::Masses {
             path: path.to_owned(),
@@ -49,14 +49,15 @@ impl MassFile {
         })
     }
 
-    /// The masses of a skeleton's joints.
+    /// Masses of a skeleton's joints.
     ///
     /// # Errors
-    /// A joint that the skeleton does not have, a mass that is not possible.
+    /// The skeleton does not have a joint, or a mass is invalid.
     pub fn resolve(&self, skeleton: &Skeleton) -> Result<Masses, MassFileError> {
         let mut masses = vec![0.0; skeleton.len()];
         for (joint, &kilograms) in &self.masses {
-            let id = { skeleton.find(joint) }
+            let id = skeleton
+                .find(joint)
                 .ok_or_else(|| MassFileError::UnknownJoint(joint.clone()))?;
             if !(kilograms.is_finite() && kilograms >= 0.0) {
                 let joint = joint.clone();

@@ -1,4 +1,4 @@
-//! Metres per unit of a mesh. An OBJ file does not say.
+//! Estimates the unit of a mesh, because OBJ files do not contain it.
 
 use glam::Vec3;
 
@@ -6,8 +6,8 @@ use super::{LengthUnit, Scale, ScaleSource, USUAL_STATURE};
 use crate::fit::Mesh;
 use sabaki::anim::JointTransform;
 
-/// Of a body's mesh: the unit in which it is as large as the skeleton that it belongs to, in the posture that it has. Where none
-/// fits it is made so large. `joints` are in metres.
+/// Scale of a body's mesh: the unit in which the mesh is as large as its skeleton in the given
+/// pose. If no unit fits, the mesh is scaled to the skeleton's size. `joints` are in metres.
 #[must_use]
 pub fn body_scale(mesh: &Mesh, joints: &[JointTransform]) -> Scale {
     let places = joints.iter().map(|joint| joint.translation);
@@ -16,13 +16,14 @@ pub fn body_scale(mesh: &Mesh, joints: &[JointTransform]) -> Scale {
         |(low, high), place| (low.min(place), high.max(place)),
     );
     let skeleton = f64::from((high - low).max_element());
-    // As high in units as a person would be whose mesh is to a person's skeleton as this one is to its own.
+    // Height of a person's mesh, in units, if it had the same proportion to a person's skeleton.
     let units = f64::from(longest_side(mesh)) * USUAL_STATURE / skeleton;
     Scale::of_stature(units)
 }
 
-/// Of a thing that a hand holds: of the clips' own unit, then the metre, the centimetre, the millimetre and the others,
-/// the first in which its longest side is between 0.1 and 3.5 m; where none is, the metre.
+/// Scale of a prop's mesh: the first unit in which its longest side is between 0.1 and 3.5 m. The
+/// clips' own unit is tried first, then metre, centimetre, millimetre and the others. If none fits,
+/// the unit is the metre.
 #[must_use]
 pub fn held_scale(mesh: &Mesh, clips: f64) -> Scale {
     let longest = f64::from(longest_side(mesh));

@@ -11,17 +11,17 @@ use super::{
 };
 use sabaki::anim::{Clip, Pose, Skeleton};
 
-/// What the names of motion files end with.
+/// File extensions of motion files.
 pub(super) const ENDINGS: [&str; 4] = ["bvh", "amc", "glb", "gltf"];
 
-/// A motion file as it is, in its own unit.
+/// A parsed motion file, in its own unit.
 pub(super) enum MotionFile {
     Bvh(BvhFile),
     Gltf(Box<GltfFile>),
     Amc(AsfFile, AmcFile),
 }
 
-/// Whether a name ends so, in small letters or capitals.
+/// Whether a path has one of the extensions, ignoring case.
 pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default();
     endings
@@ -29,16 +29,16 @@ pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
         .any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// Whether a file's name says that it is glTF.
+/// Whether a path has the extension of a glTF file.
 #[must_use]
 pub fn is_gltf(path: &Path) -> bool {
     ends_with(path, &["glb", "gltf"])
 }
 
-/// Reads one glTF file as it is, in its own unit; buffers of their own are looked for in its folder.
+/// Reads a glTF file in its own unit. External buffers are read from its folder.
 ///
 /// # Errors
-/// What is wrong, with the file and the place in it.
+/// The first error, with the file and the position in it.
 pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
@@ -48,7 +48,8 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
     })
 }
 
-/// The skeleton of an AMC file: of its name, of the part before the first `_` (`02_01.amc` is of `02.asf`), or the only one of its folder.
+/// Path of an AMC file's skeleton: the ASF file of the same name, of the part of the name before
+/// the first `_` (`02_01.amc` has `02.asf`), or the only ASF file of the folder.
 fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let subject = stem.split('_').next().unwrap_or(&stem);
@@ -56,8 +57,8 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
         true => vec![format!("{stem}.asf")],
         false => vec![format!("{stem}.asf"), format!("{subject}.asf")],
     };
-    let beside = names.iter().map(|name| path.with_file_name(name));
-    if let Some(found) = { beside }.find(|file| file.is_file()) {
+    let mut beside = names.iter().map(|name| path.with_file_name(name));
+    if let Some(found) = beside.find(|file| file.is_file()) {
         return Ok(found);
     }
     let folder = path
@@ -78,7 +79,8 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
 }
 
 impl MotionFile {
-    /// A file's ending says what it is; what has none of them is taken for BVH.
+    /// Reads a file whose extension determines its format. Files with other extensions are read as
+    /// BVH.
     pub(super) fn read(path: &Path) -> Result<Self, ReadError> {
         if is_gltf(path) {
             return Ok(Self::Gltf(Box::new(read_gltf(path)?)));
@@ -117,7 +119,7 @@ impl MotionFile {
         }
     }
 
-    /// In the file's own unit.
+    /// Skeleton, in the file's unit.
     pub(super) fn skeleton(&self) -> Option<Skeleton> {
         match self {
             Self::Bvh(file) => file.skeleton(1.0).ok(),
@@ -126,8 +128,8 @@ impl MotionFile {
         }
     }
 
-    /// All motions of the file in metres. A lone one is named after the file, one of several after the file and itself:
-    /// `fox.glb:Walk`.
+    /// All motions of the file, in metres. A single motion is named after the file, one of several
+    /// after the file and itself: `fox.glb:Walk`.
     pub(super) fn to_metres(
         &self,
         path: &Path,

@@ -7,31 +7,32 @@ use super::ReadError;
 use super::read::read_bytes;
 use crate::fit::{Mesh, MeshError, MeshPart};
 
-/// Why an OBJ file holds no mesh.
+/// Reason why an OBJ file cannot be read.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ObjError {
-    /// The text is no OBJ; what the reader says, which does not know the line.
+    /// The text is not valid OBJ. The message is that of the parser, which does not report lines.
     #[error("not an OBJ mesh: {0}")]
     Text(String),
-    /// A corner of a face names no vertex: 0, before the first one, or nothing that is a number.
+    /// A corner of a face refers to no vertex.
     #[error("line {line}: a face's corner names vertex \"{found}\"")]
     Corner {
-        /// From 1.
+        /// Line number, from 1.
         line: usize,
-        /// As written, without texture and normal.
+        /// The corner as written, without texture and normal.
         found: String,
     },
-    /// The mesh has no faces, a bad vertex, or too much of something.
+    /// The mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
 }
 
-/// The mesh of an OBJ text, in the text's own units and axes. Polygons become fans of triangles; each group or object is a part;
-/// lines, points and materials are passed over, and so are vertices that no face uses.
+/// Parses the mesh of an OBJ text, in the text's own units and axes. Polygons are divided into
+/// triangle fans. Each group or object becomes a part. Lines, points, materials and unused vertices
+/// are ignored.
 ///
 /// # Errors
-/// What is wrong.
+/// The first error.
 pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
     let options = LoadOptions {
         triangulate: true,
@@ -39,7 +40,7 @@ pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
         ignore_lines: true,
         ..LoadOptions::default()
     };
-    // Editors put a byte order mark before the first line.
+    // Editors may write a byte order mark before the first line.
     let text = text.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(text);
     let plain = without_extras(text)?;
     let mut text = plain.as_bytes();
@@ -68,10 +69,10 @@ pub fn parse_obj(text: &[u8]) -> Result<Mesh, ObjError> {
     Ok(Mesh::new(positions, triangles, parts)?)
 }
 
-/// The text without what makes no difference to the mesh's form (textures, normals, lines and points), and with corners
-/// counted from the first vertex: the reader multiplies what it has not compared with anything yet.
+/// Removes textures, normals, lines and points from the text, and makes vertex indices absolute.
+/// This limits the memory of the parser, which allocates before it checks indices.
 fn without_extras(text: &[u8]) -> Result<String, ObjError> {
-    // Names may be in any alphabet's bytes.
+    // Names may be in any encoding.
     let text = String::from_utf8_lossy(text);
     let mut plain = String::with_capacity(text.len());
     let mut vertices = 0i64;
@@ -95,13 +96,14 @@ fn without_extras(text: &[u8]) -> Result<String, ObjError> {
                 plain.push_str(row);
             }
         }
-        // Each line stays one, so that the reader's own words fit the file.
+        // Line numbers are preserved, so that the parser's messages fit the file.
         plain.push('\n');
     }
     Ok(plain)
 }
 
-/// The vertex that a corner (`7`, `7/1/2`, `-1//3`) names, from 1; itself where it names none.
+/// Index from 1 of the vertex that a corner (`7`, `7/1/2`, `-1//3`) refers to. An invalid corner is
+/// returned as the error.
 fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
     let number = word.split('/').next().unwrap_or(word);
     let vertex = match number.parse() {
@@ -118,7 +120,7 @@ fn corner(word: &str, vertices: i64) -> Result<i64, &str> {
 /// Reads an OBJ file, in its own units and axes.
 ///
 /// # Errors
-/// What is wrong, with the file.
+/// The first error, with the file.
 pub fn read_obj(path: &Path) -> Result<Mesh, ReadError> {
     parse_obj(&read_bytes(path)?).map_err(|error| ReadError::Obj {
         path: path.to_owned(),

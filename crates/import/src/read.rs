@@ -8,37 +8,40 @@ use super::motion_file::MotionFile;
 use super::{EventEntry, ReadError, Scale, ScaleSource, Up};
 use sabaki::anim::{Clip, Skeleton};
 
-/// Seconds: ten hours. A longer clip comes of a wrong frame time, and would fill the memory once resampled.
+/// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
+/// would exhaust memory.
 pub const LONGEST_CLIP: f64 = 36_000.0;
 
-/// How files are read.
+/// Options for reading files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Metres per unit of the files; `None`: of BVH files found from the skeleton's stature, of glTF files 1.
+    /// Scale of the files, in metres per unit. Default `None`: BVH files are scaled by the
+    /// skeleton's stature, glTF files by 1.
     pub scale: Option<f64>,
-    /// Which way is up in the files. Default +Y.
+    /// Axis that points up in the files. Default +Y.
     pub up: Up,
-    /// Frames a second of AMC files, which do not say; `None`: [`AmcFile::USUAL_RATE`](super::asf::AmcFile::USUAL_RATE).
+    /// Frame rate of AMC files, which do not contain it, in frames per second. Default `None`:
+    /// [`AmcFile::USUAL_RATE`](super::asf::AmcFile::USUAL_RATE).
     pub amc_rate: Option<f64>,
 }
 
-/// A motion file, in metres.
+/// A motion from a file, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedClip {
-    /// Offsets in metres.
+    /// Skeleton, in metres.
     pub skeleton: Skeleton,
-    /// Named after the file, without its folder.
+    /// Motion, named after the file without its folder.
     pub clip: Clip,
-    /// Of the file.
+    /// Scale of the file.
     pub scale: Scale,
-    /// What the file itself says happens in it: glTF may, in its `extras`.
+    /// Events in the file itself. Only glTF files can contain them, in their `extras`.
     pub events: Vec<EventEntry>,
 }
 
-/// Reads one BVH file as it is, in its own unit.
+/// Reads a BVH file in its own unit.
 ///
 /// # Errors
-/// What is wrong, with the file and the place in it.
+/// The first error, with the file and the position in it.
 pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
     BvhFile::parse(&read_bytes(path)?).map_err(|error| ReadError::Bvh {
         path: path.to_owned(),
@@ -46,10 +49,11 @@ pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
     })
 }
 
-/// Reads the only motion of a file, in metres: BVH, or glTF by its ending (`.glb`, `.gltf`), or AMC (`.amc`).
+/// Reads the only motion of a file, in metres. The extension determines the format: glTF (`.glb`,
+/// `.gltf`), AMC (`.amc`), otherwise BVH.
 ///
 /// # Errors
-/// What is wrong, with the file and the place in it; a file that holds several motions.
+/// The first error, with the file and the position in it. A file with several motions is an error.
 pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadError> {
     let mut motions = read_motions(path, options)?;
     match motions.pop() {
@@ -63,10 +67,11 @@ pub fn read_clip(path: &Path, options: &ReadOptions) -> Result<LoadedClip, ReadE
     }
 }
 
-/// Reads all motions of a file, in metres: one of a BVH file, one for each animation of a glTF file.
+/// Reads all motions of a file, in metres: one of a BVH or AMC file, one for each animation of a
+/// glTF file.
 ///
 /// # Errors
-/// What is wrong, with the file and the place in it.
+/// The first error, with the file and the position in it.
 pub fn read_motions(path: &Path, options: &ReadOptions) -> Result<Vec<LoadedClip>, ReadError> {
     check_scale(options)?;
     let file = MotionFile::read(path)?;
@@ -91,7 +96,7 @@ pub(super) fn check_scale(options: &ReadOptions) -> Result<(), ReadError> {
     }
 }
 
-/// A clip is named after its file, without the folder.
+/// Name of a clip: its file's name without the folder.
 pub(super) fn clip_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())

@@ -7,15 +7,15 @@ use super::{
     asf::AsfError, bvh::BvhError, bvh::MotionError, gltf::GltfError,
 };
 
-/// Why files could not be read: always with the file.
+/// Reason why a file cannot be read, with the file.
 #[derive(Debug, Error)]
 pub enum ReadError {
-    /// The system's own error.
+    /// The file system returned an error.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the file system.
         source: std::io::Error,
     },
     /// The file is larger than [`sabaki::archive::LARGEST_FILE`].
@@ -24,50 +24,50 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// A BVH file is damaged.
+    /// A BVH file is invalid.
     #[error("{}: {error}", path.display())]
     Bvh {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: BvhError,
     },
-    /// A glTF file is damaged, or holds no skinned animation.
+    /// A glTF file is invalid or has no skinned animation.
     #[error("{}: {error}", path.display())]
     Gltf {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: Box<GltfError>,
     },
-    /// One motion was asked for, and a file holds several.
+    /// A file holds several motions, but one is expected.
     #[error("{}: it holds several motions: {}", path.display(), shortened(clips))]
     Several {
         /// The file.
         path: PathBuf,
-        /// Their names.
+        /// Names of the motions.
         clips: Vec<String>,
     },
-    /// A scale that is no positive number was given.
+    /// The given scale is not a positive number.
     #[error("a scale of {0} metres per unit is not possible")]
     Scale(f64),
-    /// A frame rate that is none was given.
+    /// The given frame rate is invalid.
     #[error("{0} frames a second are not possible")]
     Rate(f64),
-    /// An ASF or AMC file is damaged.
+    /// An ASF or AMC file is invalid.
     #[error("{}: {error}", path.display())]
     Asf {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: AsfError,
     },
-    /// No ASF file belongs to an AMC file.
+    /// The ASF file of an AMC file was not found.
     #[error("{}: an AMC file needs its skeleton: {}, or the only *.asf file of its folder", path.display(), names.join(" or "))]
     NoSkeleton {
         /// The AMC file.
         path: PathBuf,
-        /// What was looked for.
+        /// File names that were tried.
         names: Vec<String>,
     },
     /// The scale makes lengths infinite.
@@ -75,10 +75,10 @@ pub enum ReadError {
     Motion {
         /// The file.
         path: PathBuf,
-        /// What.
+        /// Error.
         error: MotionError,
     },
-    /// The motion lasts longer than [`super::LONGEST_CLIP`].
+    /// The motion is longer than [`super::LONGEST_CLIP`].
     #[error(
         "{}: the motion lasts {seconds} s; {} s is the most",
         path.display(),
@@ -87,13 +87,13 @@ pub enum ReadError {
     TooLong {
         /// The file.
         path: PathBuf,
-        /// How long.
+        /// Duration, in seconds.
         seconds: f64,
     },
     /// No path was given.
     #[error("no clip was named")]
     NoPaths,
-    /// A folder holds no motion file.
+    /// A folder contains no motion file.
     #[error("{}: no *.bvh, *.amc, *.glb or *.gltf file there", path.display())]
     NoClips {
         /// The folder.
@@ -107,7 +107,7 @@ pub enum ReadError {
         /// The first file.
         first: PathBuf,
     },
-    /// A file's skeleton is not that of the set's first file.
+    /// The skeleton of a file differs from that of the first file.
     #[error(
         "{}: its skeleton differs from that of {} in {}",
         path.display(),
@@ -117,62 +117,62 @@ pub enum ReadError {
     SkeletonDiffers {
         /// The file.
         path: PathBuf,
-        /// The set's first file.
+        /// First file of the set.
         first: PathBuf,
-        /// The joints that differ, by name.
+        /// Names of the joints that differ.
         joints: Vec<String>,
     },
-    /// An events file is damaged, or does not fit the clips.
+    /// An events file is invalid or does not fit the clips.
     #[error("{}: {error}", path.display())]
     Events {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: EventsError,
     },
-    /// An attack file is damaged.
+    /// An attack file is invalid.
     #[error("{}: {error}", path.display())]
     Attacks {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: AttacksError,
     },
-    /// An exported answer is damaged, or not of the graph that it is held to.
+    /// An exported answer is invalid or belongs to another graph.
     #[error("{}: {error}", path.display())]
     Recording {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: RecordingError,
     },
-    /// A body file is damaged, or does not fit the skeleton.
+    /// A body file is invalid or does not fit the skeleton.
     #[error("{}: {error}", path.display())]
     Body {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: BodyFileError,
     },
-    /// A file of masses is damaged, or does not fit the skeleton.
+    /// A file of masses is invalid or does not fit the skeleton.
     #[error("{}: {error}", path.display())]
     Masses {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Error and position.
         error: MassFileError,
     },
-    /// An OBJ file is damaged, or holds no mesh.
+    /// An OBJ file is invalid or contains no mesh.
     #[error("{}: {error}", path.display())]
     Obj {
         /// The file.
         path: PathBuf,
-        /// What.
+        /// Error.
         error: ObjError,
     },
 }
 
-/// The first names of a list, quoted, and how many more there are.
+/// The first names of a list, quoted, and the number of the remaining names.
 pub(super) fn shortened(joints: &[String]) -> String {
     const MOST: usize = 8;
     let named: Vec<String> = joints

@@ -15,24 +15,24 @@ use sabaki::query::{
     QuerySettingsError, Request, cull::cpu,
 };
 
-/// With the graph, everything that an answer depends on.
+/// The input of a query. Together with the graph it determines the answer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Question {
-    /// Names the graph: [`archive::checksum`].
+    /// Checksum of the graph ([`archive::checksum`]).
     pub graph: u32,
-    /// Where the character is.
+    /// Playhead of the character at the query.
     pub playhead: Playhead,
-    /// In the world of the playhead.
+    /// Attack, in the world of the playhead.
     pub attack: Attack,
-    /// How the query is answered.
+    /// Settings of the query.
     pub settings: QuerySettings,
-    /// How many candidates are tested exactly.
+    /// Which candidates are tested exactly.
     pub evaluation: Evaluation,
 }
 
-/// A [`Question`] as it stands in a file, without the attack, which has a place of its own.
+/// A [`Question`] as it is stored in a file. The attack is stored separately.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Asked {
+pub(super) struct StoredQuestion {
     pub graph: u32,
     pub playhead: Playhead,
     pub settings: QuerySettings,
@@ -40,56 +40,56 @@ pub(super) struct Asked {
     pub evaluation: Evaluation,
 }
 
-/// What an answer is known by, to the bit.
+/// The identifying data of an answer, which are compared bit by bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chosen {
-    /// The path from the next node on.
+    /// Edges of the path, from the next node on.
     pub edges: Vec<EdgeId>,
-    /// The evasion that follows; `None` for a path that only moves.
+    /// Evasion at the end of the path, or `None` if the path has none.
     pub evasion: Option<EdgeId>,
-    /// The rate of the path's retimable edges.
+    /// Rate of the path's retimable edges.
     pub p: f32,
-    /// Metres; negative where it is hit.
+    /// Clearance, in metres, negative for a hit.
     pub clearance: f32,
-    /// Whether it is clean.
+    /// Whether the answer avoids the attack.
     pub avoided: bool,
 }
 
-/// An exported answer and what it was an answer to: it can be asked again.
+/// An exported answer with its query, which can be repeated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// What was asked.
+    /// Input of the query.
     pub question: Question,
-    /// What was answered.
+    /// Answer of the query.
     pub chosen: Chosen,
 }
 
-/// Why a file is no recording, or cannot be asked again here.
+/// Reason why a file is not a recording, or cannot be replayed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RecordingError {
-    /// The text is not what an exported answer holds.
+    /// The text is not a valid exported answer.
     #[error(transparent)]
     Json(#[from] JsonError),
-    /// The attack is none.
+    /// The attack is invalid.
     #[error(transparent)]
     Attack(#[from] AttackError),
-    /// A setting is out of its range.
+    /// A setting is out of range.
     #[error(transparent)]
     Settings(#[from] QuerySettingsError),
-    /// It was asked of another graph.
+    /// The recording belongs to another graph.
     #[error(
         "it was answered on the graph {expected:08x}, and this one is {found:08x}: name the baked graph that it was exported from"
     )]
     Graph {
-        /// The recording's.
+        /// Checksum of the recording's graph.
         expected: u32,
-        /// The one that is here.
+        /// Checksum of the given graph.
         found: u32,
     },
-    /// The graph has no such place.
+    /// The graph does not have the playhead's edge or frame.
     #[error("the playhead is no place of the graph")]
     Playhead,
-    /// The graph is beyond what memory can hold twice.
+    /// The checksum of the graph cannot be computed, because memory is exhausted.
     #[error("the graph cannot be named: {0}")]
     Unnamed(String),
 }
@@ -97,12 +97,12 @@ pub enum RecordingError {
 #[derive(Deserialize)]
 struct File {
     attack: AttackEntry,
-    query: Asked,
+    query: StoredQuestion,
     answer: Chosen,
 }
 
 impl Chosen {
-    /// Of an answer from `baked`.
+    /// Extracts the identifying data of an answer on `baked`.
     #[must_use]
     pub fn of(baked: &BakedGraph, answer: &Answer) -> Self {
         let report = answer.chosen();
@@ -115,7 +115,7 @@ impl Chosen {
         }
     }
 
-    /// Whether two answers are the same path at the same rate with the same clearance, to the bit.
+    /// Whether two answers have the same path, rate and clearance, bit by bit.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         let bits = |one: &Self| (one.p.to_bits(), one.clearance.to_bits());
@@ -124,8 +124,8 @@ impl Chosen {
 }
 
 impl Question {
-    pub(super) fn asked(&self) -> Asked {
-        Asked {
+    pub(super) fn stored(&self) -> StoredQuestion {
+        StoredQuestion {
             graph: self.graph,
             playhead: self.playhead,
             settings: self.settings,
@@ -135,10 +135,10 @@ impl Question {
 }
 
 impl Recording {
-    /// Reads the JSON text of an exported answer.
+    /// Parses the JSON text of an exported answer.
     ///
     /// # Errors
-    /// What is wrong, with line and column or the place in the attack.
+    /// The first error, with line and column or the position in the attack.
     pub fn parse(text: &[u8]) -> Result<Self, RecordingError> {
         let File {
             attack,
@@ -160,7 +160,7 @@ impl Recording {
     /// Reads a file.
     ///
     /// # Errors
-    /// What is wrong, with the file and the place in it.
+    /// The first error, with the file and the position in it.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         Self::parse(&read_bytes(path)?).map_err(|error| ReadError::Recording {
             path: path.to_owned(),
@@ -168,10 +168,10 @@ impl Recording {
         })
     }
 
-    /// Asks again, culled on the CPU: all paths count the same.
+    /// Repeats the query, with culling on the CPU. All culling paths give the same counts.
     ///
     /// # Errors
-    /// Another graph than that of the recording.
+    /// The graph is not that of the recording.
     pub fn replay(&self, baked: &BakedGraph) -> Result<Answer, RecordingError> {
         let Question {
             graph: expected,
@@ -191,7 +191,7 @@ impl Recording {
         if !playhead.is_sound(baked.graph()) {
             return Err(RecordingError::Playhead);
         }
-        // The answer is the same for any number, and a file may ask for any.
+        // The answer does not depend on the number of threads, and a file could request any number.
         let settings = QuerySettings {
             threads: 1,
             ..*settings

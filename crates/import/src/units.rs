@@ -3,31 +3,31 @@ use glam::Vec3;
 use super::bvh::BvhFile;
 use sabaki::anim::{JointId, Pose, Skeleton, forward_kinematics};
 
-/// Metres per unit of a file, and how that was found.
+/// Unit of length of a file, and how it was determined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Metres.
+    /// Metres per unit.
     pub metres_per_unit: f64,
-    /// How it was found.
+    /// How the scale was determined.
     pub found: ScaleSource,
 }
 
-/// How a [`Scale`] was found.
+/// How a [`Scale`] was determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScaleSource {
-    /// The caller gave it.
+    /// The caller specified it.
     Given,
-    /// The format says so: glTF is in metres.
+    /// The format specifies it: glTF is in metres.
     Format,
-    /// The unit in which the skeleton comes nearest to a person's height.
+    /// It is the unit in which the skeleton is closest to a person's height.
     Unit(LengthUnit),
-    /// No unit fits: the skeleton is made [`USUAL_STATURE`] high.
+    /// No unit fits. The skeleton is scaled to a height of [`USUAL_STATURE`].
     Stature,
-    /// The skeleton has no height to judge by: centimetres.
+    /// The skeleton has no height. Centimetres are assumed.
     Assumed,
 }
 
-/// A unit that motion files are written in.
+/// A unit of length that motion files use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {
     /// 1 m.
@@ -36,26 +36,27 @@ pub enum LengthUnit {
     Foot,
     /// 0.1 m, as `MakeHuman` writes.
     Decimetre,
-    /// 1 / 0.45 inch, in which the CMU captures are written.
+    /// 1 / 0.45 inch, the unit of the CMU captures.
     Cmu,
     /// 0.0254 m.
     Inch,
-    /// 0.01 m, the most usual.
+    /// 0.01 m, the most common unit.
     Centimetre,
     /// 0.001 m.
     Millimetre,
 }
 
-/// Metres. Statures are compared with it.
+/// Reference height of a person, in metres.
 pub const USUAL_STATURE: f64 = 1.7;
 
-/// A unit fits when the stature in it differs from [`USUAL_STATURE`] by no more than this factor.
+/// Maximum factor between a skeleton's height and [`USUAL_STATURE`] for a unit to fit.
 ///
-/// Chosen so that no two units but decimetre and CMU's (1.77 apart) can both fit.
+/// It is chosen so that at most one unit fits, except decimetre and CMU's unit, which differ by
+/// 1.77.
 pub const STATURE_FACTOR: f64 = 1.45;
 
 impl LengthUnit {
-    /// All, from the largest.
+    /// All units, from the largest to the smallest.
     pub const ALL: [Self; 7] = [
         Self::Metre,
         Self::Foot,
@@ -66,7 +67,7 @@ impl LengthUnit {
         Self::Millimetre,
     ];
 
-    /// Metres in one.
+    /// Metres per unit.
     #[must_use]
     pub fn metres(self) -> f64 {
         match self {
@@ -82,7 +83,7 @@ impl LengthUnit {
 }
 
 impl Scale {
-    /// Of a file, by its skeleton's [`stature`].
+    /// Scale of a file, by its skeleton's [`stature`].
     #[must_use]
     pub fn of(file: &BvhFile) -> Self {
         let units = file.skeleton(1.0).map_or(0.0, |skeleton| {
@@ -93,7 +94,7 @@ impl Scale {
         Self::of_stature(units)
     }
 
-    /// Of a skeleton so many units high.
+    /// Scale of a skeleton with a given height in units.
     #[must_use]
     pub fn of_stature(units: f64) -> Self {
         if !(units.is_finite() && units > 0.0) {
@@ -120,16 +121,18 @@ impl Scale {
     }
 }
 
-/// Share of the highest leaf's height above the root that the crown has too, be the hands raised over the head.
+/// Minimum height of the crown above the root, as a share of the highest leaf's height. Raised
+/// hands can be higher than the crown.
 const MOST_OF_REACH: f32 = 0.6;
 
-/// How high a skeleton stands in `pose`: straight from the root to the crown, and along the bones to the sole, so that
-/// bent knees do not count. In the skeleton's unit.
+/// Height of a skeleton in `pose`, in the skeleton's unit: the straight distance from the root to
+/// the crown, plus the length of the bones to the sole, so that bent knees do not matter.
 ///
-/// The crown is the leaf with the shortest chain of bones among those about as high as the highest (raised hands are higher,
-/// but hang on longer chains), the sole likewise below the root. The pose's own translations are not used: in some
-/// files they are all 0 where the offsets are right. Up is Y, or, of a figure less than half as high as it is long, Z or
-/// at last X: not all files are Y-up.
+/// The crown is the leaf with the shortest chain of bones among the highest leaves, because raised
+/// hands are higher but have longer chains. The sole is the corresponding leaf below the root. The
+/// pose's translations are not used, because in some files they are all 0 although the offsets are
+/// correct. Up is Y. If the figure is less than half as high as it is long, up is Z or, as a last
+/// choice, X, because not all files are Y-up.
 #[must_use]
 pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
     let bare = Pose {
@@ -147,7 +150,7 @@ pub fn stature(skeleton: &Skeleton, pose: &Pose) -> f64 {
             (low.min(place), high.max(place))
         });
     let extent = high - low;
-    // Y where it can be; the arms of a T-pose are as long along X as the figure is high.
+    // Prefer Y: the arms of a T-pose are as long along X as the figure is high.
     let half = 0.5 * extent.max_element();
     let up = [1, 2, 0]
         .into_iter()

@@ -5,19 +5,19 @@ use thiserror::Error;
 
 use sabaki::anim::{Clip, ClipDesc, ClipError, Joint, Skeleton};
 
-/// Which way is up in a file.
+/// Axis that points up in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
     /// +X.
     X,
-    /// +Y, as here.
+    /// +Y, as in sabaki.
     #[default]
     Y,
     /// +Z.
     Z,
 }
 
-/// A word names no axis.
+/// A word is not the name of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Error)]
 #[error("up is x, y or z")]
 pub struct UpError;
@@ -35,7 +35,7 @@ impl FromStr for Up {
 }
 
 impl Up {
-    /// Takes the file's axes to ours.
+    /// Rotation from the file's axes to +Y up.
     fn turn(self) -> Quat {
         match self {
             Self::X => Quat::from_rotation_arc(Vec3::X, Vec3::Y),
@@ -44,7 +44,8 @@ impl Up {
         }
     }
 
-    /// Skeleton and motion with +Y up: the axes of every joint are changed, so that the rest pose stands as well.
+    /// Skeleton and motion with +Y up. The axes of every joint are changed, so that the rest pose
+    /// is upright too.
     pub(super) fn stood(
         self,
         skeleton: &Skeleton,
@@ -64,7 +65,9 @@ impl Up {
             translations,
         } = clip.desc();
         let places = |places: &[Vec3]| places.iter().map(|&place| turn * place).collect();
-        let rotations = { rotations.iter() }.map(|&q| (turn * q * turn.conjugate()).normalize());
+        let rotations = rotations
+            .iter()
+            .map(|&q| (turn * q * turn.conjugate()).normalize());
         let desc = ClipDesc {
             name: name.clone(),
             frame_rate: *frame_rate,

@@ -101,7 +101,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
         "seconds": clip.duration(),
         "metres_per_unit": scale.metres_per_unit,
         "unit_found": reason(scale.found),
-        "notes": sabaki_import::doubts(skeleton, std::slice::from_ref(clip)),
+        "notes": sabaki_import::clip_warnings(skeleton, std::slice::from_ref(clip)),
         "stature": stature,
         "moves_joints": !clip.desc().translations.is_empty(),
         "skeleton": joints,
@@ -141,7 +141,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
             clip.name()
         );
     }
-    for note in sabaki_import::doubts(skeleton, std::slice::from_ref(clip)) {
+    for note in sabaki_import::clip_warnings(skeleton, std::slice::from_ref(clip)) {
         let _ = writeln!(text, "note: {note}");
     }
     for joint in skeleton.joints() {

@@ -2,82 +2,82 @@ use thiserror::Error;
 
 use sabaki::anim::SkeletonError;
 
-/// What is wrong with an ASF or AMC file, and where.
+/// An error in an ASF or AMC file, with its line.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("line {line}: {problem}")]
 pub struct AsfError {
-    /// From 1.
+    /// Line number, from 1.
     pub line: usize,
-    /// What.
+    /// Kind of error.
     pub problem: AsfProblem,
 }
 
-/// What is wrong with an ASF or AMC file.
+/// Kind of error in an ASF or AMC file.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AsfProblem {
-    /// The bytes are no text.
+    /// The file is not text.
     #[error("not a text file")]
     NotText,
-    /// Something else stands where it should.
+    /// An unexpected word.
     #[error("expected {expected}, found {found}")]
     Expected {
-        /// What should stand there.
+        /// Description of what is expected.
         expected: &'static str,
-        /// What does, shortened and quoted.
+        /// The word that was found, quoted and shortened.
         found: String,
     },
-    /// The file ends before it has one of these.
+    /// The file lacks a required section.
     #[error("the file has no {0}")]
     Missing(&'static str),
-    /// No bone has that name.
+    /// The skeleton has no bone of this name.
     #[error("there is no bone \"{0}\"")]
     NoBone(String),
-    /// Something is said twice of a bone, or a bone is said twice.
+    /// A property or a bone is defined twice.
     #[error("\"{0}\" stands here a second time")]
     Twice(String),
-    /// A bone hangs on nothing, or on itself.
+    /// A bone is not connected to the root.
     #[error("bone \"{0}\" does not hang on the root")]
     Loose(String),
-    /// More bones than a skeleton may have joints.
+    /// The skeleton has more joints than the maximum.
     #[error("more than {max} joints", max = sabaki::anim::Skeleton::MAX_JOINTS)]
     TooManyJoints,
-    /// A bone changes in a way that is not supported.
+    /// A bone has a degree of freedom that is not supported.
     #[error(
         "bone \"{bone}\" has the degree of freedom \"{found}\"; only rx, ry and rz are read, and tx, ty and tz of the root"
     )]
     Freedom {
-        /// Its name.
+        /// Name of the bone.
         bone: String,
-        /// As written.
+        /// The degree of freedom, as in the file.
         found: String,
     },
-    /// A frame has not as many numbers for a bone as it has degrees of freedom.
+    /// A frame has the wrong number of values for a bone.
     #[error("frame {frame}: {found} numbers for \"{bone}\", which has {expected}")]
     Values {
-        /// From 1.
+        /// Frame number, from 1.
         frame: usize,
-        /// Its name.
+        /// Name of the bone.
         bone: String,
-        /// How many numbers.
+        /// Number of values that were found.
         found: usize,
-        /// How many should be there.
+        /// Number of values that are expected.
         expected: usize,
     },
-    /// A frame says nothing of a bone that moves.
+    /// A frame has no values for a moving bone.
     #[error("frame {frame} has nothing for \"{bone}\"")]
     NoValues {
-        /// From 1.
+        /// Frame number, from 1.
         frame: usize,
-        /// Its name.
+        /// Name of the bone.
         bone: String,
     },
-    /// The bones form no skeleton.
+    /// The bones do not form a valid skeleton.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
 }
 
-/// A word as errors show it.
+/// A word, quoted and shortened for an error message.
 pub(super) fn quoted(word: &str) -> String {
     const MOST: usize = 40;
     let short: String = word.chars().take(MOST).collect();

@@ -4,18 +4,18 @@ use super::error::quoted;
 use super::{AsfError, AsfProblem};
 use crate::bvh::LARGEST_VALUE;
 
-/// A line that is neither empty nor a comment, cut into words.
+/// A line that is neither empty nor a comment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
-    /// From 1.
+    /// Line number, from 1.
     pub(super) number: usize,
     text: &'a str,
 }
 
-/// The lines of a file that say something.
+/// Lines of a file that are neither empty nor comments.
 ///
 /// # Errors
-/// Bytes that are no text.
+/// The bytes are not text.
 pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = Line<'_>>, AsfError> {
     let bytes = bytes.strip_prefix("\u{FEFF}".as_bytes()).unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| AsfError {
@@ -54,7 +54,7 @@ impl<'a> Line<'a> {
         self.error(AsfProblem::Expected { expected, found })
     }
 
-    /// A number that a word says.
+    /// Parses a word as a number.
     pub(super) fn number(&self, word: Option<&str>) -> Result<f64, AsfError> {
         let number = word.and_then(|word| word.parse().ok());
         { number }
@@ -62,7 +62,7 @@ impl<'a> Line<'a> {
             .ok_or_else(|| self.expected("a number", word))
     }
 
-    /// The three numbers after the first word.
+    /// Parses the three numbers after the first word.
     pub(super) fn vector(&self) -> Result<DVec3, AsfError> {
         let mut words = self.words().skip(1);
         let mut next = || self.number(words.next());

@@ -1,11 +1,13 @@
-//! Acclaim's skeletons (ASF) and motions (AMC), read.
+//! Reads Acclaim skeletons (ASF) and motions (AMC).
 //!
-//! Source: J. Schafer, "Acclaim Skeleton File Definition" (Acclaim Advanced Technologies, 1994); where that is silent, as the files of CMU's
-//! library are meant. A bone turns about its own axes C, which stand in the skeleton: its rotation from its parent is C M C⁻¹, M the turns
-//! that the motion has for it, the first named first. A bone's joint stands at its start, so that a joint's offset is its parent's bone.
+//! Source: J. Schafer, "Acclaim Skeleton File Definition" (Acclaim Advanced Technologies, 1994).
+//! Where the definition is ambiguous, files are read as CMU's library intends them. A bone rotates
+//! about its own axes C, which are fixed in the skeleton. Its rotation relative to its parent is C
+//! M C⁻¹, where M is the product of the motion's rotations, the first named applied first. A bone's
+//! joint is at its start, so a joint's offset is its parent's bone.
 //!
-//! Differs: bones that change their place or length (`tx`, `l`) are refused; units of length are found as in BVH files, since files say
-//! them in units that nobody agrees upon.
+//! Differs: bones that translate or change their length (`tx`, `l`) are rejected. The unit of
+//! length is estimated as for BVH files, because the units in the files are not reliable.
 
 mod error;
 mod lines;

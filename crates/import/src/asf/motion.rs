@@ -8,24 +8,24 @@ use super::{AsfError, AsfFile, AsfProblem};
 use crate::bvh::MotionError;
 use sabaki::anim::{Clip, ClipDesc, Pose, Skeleton};
 
-/// An AMC file: a motion of an [`AsfFile`]'s skeleton.
+/// An AMC file: a motion of the skeleton of an [`AsfFile`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct AmcFile {
     degrees: bool,
-    /// Numbers a frame.
+    /// Number of values in a frame.
     channels: usize,
-    /// Frame by frame, bone by bone.
+    /// Values, frame by frame and bone by bone.
     values: Vec<f64>,
 }
 
 impl AmcFile {
-    /// Frames a second of CMU's captures; the files do not say.
+    /// Frame rate of CMU's captures, in frames per second. AMC files do not contain it.
     pub const USUAL_RATE: f64 = 120.0;
 
-    /// Reads a motion of `skeleton`.
+    /// Parses a motion of `skeleton`.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line.
+    /// The first error, with its line.
     pub fn parse(skeleton: &AsfFile, bytes: &[u8]) -> Result<Self, AsfError> {
         let mut firsts = HashMap::new();
         let mut channels = 0;
@@ -61,13 +61,13 @@ impl AmcFile {
         }
     }
 
-    /// How many frames, at least one.
+    /// Number of frames, at least 1.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.values.len() / self.channels
     }
 
-    /// One frame as a pose of [`AsfFile::skeleton`], in metres.
+    /// Writes one frame to `out` as a pose of [`AsfFile::skeleton`], in metres.
     pub fn pose(&self, skeleton: &AsfFile, (frame, metres_per_unit): (usize, f64), out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
@@ -88,10 +88,10 @@ impl AmcFile {
         }
     }
 
-    /// Skeleton and motion in metres, at `frame_rate` frames a second.
+    /// Skeleton and motion in metres, at `frame_rate` frames per second.
     ///
     /// # Errors
-    /// A scale that takes a length out of range; a frame rate that is none.
+    /// The scale makes a length too large, or the frame rate is invalid.
     pub fn motion(
         &self,
         file: &AsfFile,
@@ -110,7 +110,7 @@ impl AmcFile {
         for frame in 0..self.frames() {
             self.pose(file, (frame, metres_per_unit), &mut pose);
             desc.roots.push(pose.root);
-            // The end sites come last.
+            // End sites come last.
             pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
             desc.rotations.append(&mut pose.rotations);
         }
@@ -119,13 +119,13 @@ impl AmcFile {
     }
 }
 
-/// The file so far.
+/// State of the parser.
 struct Reader<'a> {
     bones: &'a [Bone],
-    /// Of each bone its index, and its first number in a frame.
+    /// For each bone, its index and its first value in a frame.
     firsts: HashMap<&'a str, (usize, usize)>,
     file: AmcFile,
-    /// Of the last frame, which bones were read.
+    /// Bones that the current frame has values for.
     seen: Vec<bool>,
     frames: usize,
 }
@@ -183,7 +183,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Whether the frame before has every bone that moves.
+    /// Checks that the previous frame has values for every moving bone.
     fn check_whole(&self, line: Line<'_>) -> Result<(), AsfError> {
         let mut pairs = self.seen.iter().zip(self.bones);
         match pairs.find(|(seen, bone)| !**seen && !bone.freedoms.is_empty()) {

@@ -6,44 +6,44 @@ use super::lines::{Line, lines};
 use super::{AsfError, AsfProblem};
 use sabaki::anim::{Joint, JointId, JointKind, Skeleton, SkeletonError};
 
-/// A number of a frame.
+/// One value of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Freedom {
-    /// A turn about an axis, 0 to 2.
+    /// A rotation about an axis, 0 to 2.
     Turn(usize),
-    /// A way along an axis; of the root alone.
+    /// A translation along an axis. Only the root has them.
     Way(usize),
 }
 
-/// A bone, and the joint at its start.
+/// A bone and the joint at its start.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Bone {
     pub(super) name: String,
-    /// `None` for the root alone. Parents come before their children.
+    /// Index of the parent, or `None` for the root. Parents come before their children.
     pub(super) parent: Option<usize>,
-    /// From its start to its end, in the file's unit.
+    /// Vector from the bone's start to its end, in the file's unit.
     along: DVec3,
-    /// Its axes.
+    /// Rotation of the bone's axes.
     pub(super) axes: DQuat,
     pub(super) freedoms: Vec<Freedom>,
 }
 
-/// An ASF file: a skeleton, and how motions turn its bones.
+/// An ASF file: a skeleton, and the axes about which motions rotate its bones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AsfFile {
-    /// The root first.
+    /// Bones, the root first.
     pub(super) bones: Vec<Bone>,
-    /// Whether angles are in degrees, where a motion does not say otherwise.
+    /// Whether angles are in degrees, unless the motion says otherwise.
     pub(super) degrees: bool,
-    /// Added to the root's place.
+    /// Offset that is added to the root's position.
     pub(super) position: DVec3,
 }
 
 impl AsfFile {
-    /// Reads a file.
+    /// Parses a file.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line.
+    /// The first error, with its line.
     pub fn parse(bytes: &[u8]) -> Result<Self, AsfError> {
         let mut reader = Reader {
             degrees: true,
@@ -70,11 +70,11 @@ impl AsfFile {
         reader.finish(end)
     }
 
-    /// The skeleton, in metres for a right `metres_per_unit`: a joint at each bone's start, an end site at the end of each that no other
-    /// hangs on.
+    /// The skeleton in metres, if `metres_per_unit` is correct. Each bone has a joint at its start.
+    /// Each bone without children also has an end site at its end.
     ///
     /// # Errors
-    /// A scale that takes an offset out of range; more joints than a skeleton may have.
+    /// The scale makes an offset too large, or there are too many joints.
     pub fn skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, SkeletonError> {
         let offset = |along: DVec3| (along * metres_per_unit).as_vec3();
         let joint = |bone: &Bone| Joint {
@@ -109,25 +109,25 @@ impl AsfFile {
     }
 }
 
-/// A bone as it is written.
+/// A bone as it is written in the file.
 #[derive(Clone, Debug, Default)]
 struct Part {
     name: String,
     direction: DVec3,
     length: f64,
-    /// Turns, the first first.
+    /// Rotations of the axes, the first one applied first.
     axis: Option<(DVec3, [usize; 3])>,
     freedoms: Vec<Freedom>,
     position: DVec3,
     orientation: DVec3,
 }
 
-/// The file so far.
+/// State of the parser.
 struct Reader<'a> {
     degrees: bool,
     root: Part,
     bones: Vec<Part>,
-    /// Child, parent and the line that says so.
+    /// Child, parent and their line in the file.
     hierarchy: Vec<(&'a str, &'a str, Line<'a>)>,
     open: Option<Part>,
 }
@@ -139,7 +139,7 @@ impl<'a> Reader<'a> {
             "root" => self.of_root(line),
             "bonedata" => self.of_bone(line),
             "hierarchy" => self.of_hierarchy(line),
-            // Names, words for people, meshes.
+            // Names, documentation and meshes are ignored.
             _ => Ok(()),
         }
     }
@@ -191,7 +191,7 @@ impl<'a> Reader<'a> {
             "axis" => bone.axis = Some((line.vector()?, order(line, line.words().nth(4))?)),
             "dof" => bone.freedoms = freedoms(line, &bone.name)?,
             "end" => return self.close(line),
-            // Its number, and limits that motions keep anyhow.
+            // The bone's number is ignored, and so are limits, which motions respect anyway.
             _ => {}
         }
         Ok(())
@@ -274,7 +274,7 @@ impl<'a> Reader<'a> {
                 name: part.name.clone(),
                 parent: parents[index].map(|parent: usize| places[parent]),
                 along: part.direction.normalize_or_zero() * part.length,
-                axes: { order.iter() }.fold(DQuat::IDENTITY, |so_far, &axis| {
+                axes: order.iter().fold(DQuat::IDENTITY, |so_far, &axis| {
                     turn(axis, angles[axis], self.degrees) * so_far
                 }),
                 freedoms: part.freedoms.clone(),
@@ -292,7 +292,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The root, what hangs on it, what hangs on that, and so on; what hangs on nothing is left out.
+/// Orders the bones breadth first from the root. Bones that are not connected to the root are left
+/// out.
 fn breadth_first(parents: &[Option<usize>]) -> Vec<usize> {
     let mut children = vec![Vec::new(); parents.len()];
     for (child, parent) in parents.iter().enumerate() {
@@ -309,13 +310,13 @@ fn breadth_first(parents: &[Option<usize>]) -> Vec<usize> {
     order
 }
 
-/// A turn about an axis, 0 to 2.
+/// Rotation about an axis, 0 to 2.
 pub(super) fn turn(axis: usize, angle: f64, degrees: bool) -> DQuat {
     let angle = if degrees { angle.to_radians() } else { angle };
     DQuat::from_axis_angle(DVec3::AXES[axis], angle)
 }
 
-/// `XYZ` and the like.
+/// Parses an order of axes, for example `XYZ`.
 fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], AsfError> {
     let axis = |letter: u8| {
         b"XYZ"
@@ -329,7 +330,7 @@ fn order(line: Line<'_>, word: Option<&str>) -> Result<[usize; 3], AsfError> {
     }
 }
 
-/// What follows `dof` or `order`.
+/// Parses the words after `dof` or `order`.
 fn freedoms(line: Line<'_>, bone: &str) -> Result<Vec<Freedom>, AsfError> {
     let mut found = Vec::new();
     for word in line.words().skip(1) {

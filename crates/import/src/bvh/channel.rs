@@ -1,11 +1,12 @@
 use glam::{DQuat, DVec3};
 
-/// One number of a joint in every frame.
+/// A value that a joint has in every frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
-    /// The joint's place along an axis (0 = X), in the file's unit, instead of its offset.
+    /// The joint's position along an axis (0 = X), in the file's unit. It replaces the offset.
     Position(usize),
-    /// A turn about an axis (0 = X), degrees. Turns are multiplied in the channels' order.
+    /// A rotation about an axis (0 = X), in degrees. Rotations are multiplied in the order of the
+    /// channels.
     Rotation(usize),
 }
 
@@ -19,7 +20,7 @@ impl Channel {
         ("Zrotation", Self::Rotation(2)),
     ];
 
-    /// By its BVH name, in any case.
+    /// Finds a channel by its BVH name, ignoring case.
     #[must_use]
     pub fn by_name(name: &str) -> Option<Self> {
         Self::NAMES
@@ -28,7 +29,7 @@ impl Channel {
             .map(|&(_, channel)| channel)
     }
 
-    /// Its BVH name.
+    /// BVH name of the channel.
     #[must_use]
     pub fn name(self) -> &'static str {
         Self::NAMES
@@ -38,7 +39,7 @@ impl Channel {
     }
 }
 
-/// A joint's rotation from its parent, and its place in the parent's frame, from its values of one frame.
+/// Rotation of a joint and its position in its parent's frame, from its values in one frame.
 pub(super) fn local_transform(
     channels: &[Channel],
     values: &[f64],

@@ -2,44 +2,44 @@ use thiserror::Error;
 
 use sabaki::anim::Skeleton;
 
-/// Why a text is no BVH file, and where.
+/// An error in a BVH file, with its position.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("line {line}, column {column}: {problem}")]
 pub struct BvhError {
-    /// From 1. A line ends with LF, CR LF or a lone CR.
+    /// Line number, from 1. Lines end with LF, CR LF or CR.
     pub line: usize,
-    /// From 1, in characters. A byte order mark does not count.
+    /// Column, in characters, from 1. A byte order mark does not count.
     pub column: usize,
-    /// What is wrong there.
+    /// Kind of error.
     pub problem: BvhProblem,
 }
 
-/// What is wrong at a place of a BVH file.
+/// Kind of error in a BVH file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum BvhProblem {
-    /// There is nothing but white space.
+    /// The file contains only white space.
     #[error("the file is empty")]
     Empty,
-    /// A byte that is no UTF-8, or NUL.
+    /// A byte is NUL or not valid UTF-8.
     #[error("not text: a BVH file is ASCII or UTF-8, and this byte is neither")]
     NotText,
-    /// Something else was due.
+    /// An unexpected word.
     #[error("expected {expected}, found {found}")]
     Expected {
-        /// What was due.
+        /// Description of what is expected.
         expected: &'static str,
-        /// What stands there, quoted and shortened, or `the end of the file`.
+        /// The word that was found, quoted and shortened, or `the end of the file`.
         found: String,
     },
-    /// A word that has no meaning inside a joint.
+    /// An unknown keyword in a joint.
     #[error("expected OFFSET, CHANNELS, JOINT, End Site or `}}` in \"{joint}\", found {found}")]
     UnknownKeyword {
-        /// The joint whose block it is.
+        /// Name of the joint.
         joint: String,
-        /// The word.
+        /// The keyword.
         found: String,
     },
-    /// A number is written with a decimal comma.
+    /// A number has a decimal comma.
     #[error("{found} has a decimal comma; BVH numbers have a point")]
     DecimalComma {
         /// The word.
@@ -51,55 +51,55 @@ pub enum BvhProblem {
         /// The word.
         found: String,
     },
-    /// A number is beyond [`super::LARGEST_VALUE`].
+    /// A number is larger than [`super::LARGEST_VALUE`].
     #[error("{found} is larger than any motion")]
     TooLarge {
         /// The word.
         found: String,
     },
-    /// HIERARCHY holds no ROOT.
+    /// The hierarchy has no ROOT.
     #[error("the hierarchy has no joints")]
     NoJoints,
-    /// A second ROOT: several characters in one file are not supported.
+    /// The file has a second ROOT. Files with several skeletons are not supported.
     #[error("a second ROOT, \"{name}\": only files of one skeleton can be read")]
     SecondRoot {
-        /// Its name.
+        /// Name of the second root.
         name: String,
     },
-    /// One more joint than an index can name.
+    /// The hierarchy has more joints than the maximum.
     #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
     TooManyJoints,
-    /// The braces of a joint are not closed.
+    /// The closing brace of a joint is missing.
     #[error("the block of \"{joint}\" is not closed: expected `}}`, found {found}")]
     Unclosed {
-        /// The innermost open joint.
+        /// Innermost open joint.
         joint: String,
-        /// What stands there.
+        /// The word that was found.
         found: String,
     },
-    /// A joint or End Site has no OFFSET.
+    /// A joint or an End Site has no OFFSET.
     #[error("\"{joint}\" has no OFFSET")]
     NoOffset {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
     },
-    /// OFFSET or CHANNELS stands twice in a joint, or CHANNELS after a child.
+    /// OFFSET or CHANNELS is repeated, or CHANNELS follows a child.
     #[error("{keyword} of \"{joint}\" must stand once, before its children")]
     Misplaced {
         /// `OFFSET` or `CHANNELS`.
         keyword: &'static str,
-        /// The joint.
+        /// Name of the joint.
         joint: String,
     },
-    /// A keyword that an End Site cannot have.
+    /// A keyword that is not allowed in an End Site.
     #[error("an End Site has only an OFFSET, found {found} in \"{joint}\"")]
     InEndSite {
-        /// The End Site.
+        /// Name of the End Site.
         joint: String,
         /// The word.
         found: String,
     },
-    /// The number of channels is not 0 to 6.
+    /// The number of channels is not between 0 and 6.
     #[error("\"{joint}\": expected a number of channels from 0 to 6, found {found}")]
     ChannelCount {
         /// The joint.
@@ -107,66 +107,66 @@ pub enum BvhProblem {
         /// The word.
         found: String,
     },
-    /// No channel has that name.
+    /// The name of a channel is unknown.
     #[error(
         "\"{joint}\": expected a channel (Xposition … Zrotation) as number {index} of {count}, found {found}"
     )]
     ChannelName {
         /// The joint.
         joint: String,
-        /// From 1.
+        /// Number of the channel, from 1.
         index: usize,
-        /// How many were announced.
+        /// Number of channels of the joint.
         count: usize,
         /// The word.
         found: String,
     },
-    /// A position channel stands twice in one joint.
+    /// A joint has the same position channel twice.
     #[error("\"{joint}\" has the channel {channel} twice")]
     ChannelTwice {
         /// The joint.
         joint: String,
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
     },
-    /// No joint has a channel, so that no frame holds a value.
+    /// No joint has a channel, so the frames would be empty.
     #[error("no joint has a channel: there is no motion to read")]
     NoChannels,
-    /// `Frames: 0`.
+    /// The number of frames is 0.
     #[error("the motion has no frames")]
     NoFrames,
-    /// The frame time is not within 1 microsecond and 1 hour.
+    /// The frame time is not between 1 microsecond and 1 hour.
     #[error("expected a frame time between 0.000001 and 3600 seconds, found {found}")]
     FrameTime {
         /// The word.
         found: String,
     },
-    /// The file ends early.
+    /// The file ends before the last frame.
     #[error(
         "the motion ends early: {frames} frames of {channels} values are {expected} values, found {found} ({whole} whole frames)",
         whole = found / channels
     )]
     TooFewValues {
-        /// As the header says.
+        /// Number of frames in the header.
         frames: u64,
-        /// Values of one frame.
+        /// Number of values in a frame.
         channels: usize,
-        /// Values of all frames.
+        /// Number of values in all frames.
         expected: u64,
-        /// Values in the file.
+        /// Number of values in the file.
         found: usize,
     },
-    /// After the last whole frame there are values that do not fill another.
+    /// The values after the last complete frame do not fill another frame.
     #[error("after frame {frames}, {extra} of {channels} values: the last frame is not whole")]
     LeftOver {
-        /// How many.
+        /// Number of additional values.
         extra: usize,
-        /// Whole frames.
+        /// Number of complete frames.
         frames: usize,
-        /// Values of one frame.
+        /// Number of values in a frame.
         channels: usize,
     },
-    /// Something that is no number follows the motion.
+    /// A word that is not a number follows the motion.
     #[error("{found} follows the last frame")]
     Trailing {
         /// The word.

@@ -1,9 +1,10 @@
 use glam::{DMat3, Quat};
 
-/// The angles of a rotation as turns about Z, then X, then Y (`q = Z · X · Y`), degrees.
+/// Decomposes a rotation into angles about Z, then X, then Y (`q = Z · X · Y`), in degrees.
 ///
-/// Where Z and Y coincide (X = ±90°) the turn about Y is 0. The turn about Z is taken from what the turn about Y leaves, so
-/// that the three make up the rotation however near to that they are.
+/// At gimbal lock (X = ±90°) the angle about Y is 0. The angle about Z is computed from what
+/// remains after the rotation about Y, so that the product of the three is accurate arbitrarily
+/// close to gimbal lock.
 pub(super) fn zxy_degrees(rotation: Quat) -> [f64; 3] {
     let m = DMat3::from_quat(rotation.as_dquat().normalize());
     // Row 2 of Z·X·Y: (-cos x sin y, sin x, cos x cos y).

@@ -7,9 +7,9 @@ use sabaki::anim::{
     Clip, ClipDesc, ClipError, Joint, JointId, JointKind, Pose, Skeleton, SkeletonError,
 };
 
-/// A BVH file as it is: lengths in its own unit, angles in degrees.
+/// The contents of a BVH file, with lengths in the file's unit and angles in degrees.
 ///
-/// Position channels *replace* the joint's offset, of the root as of any other joint.
+/// Position channels *replace* the offset of a joint, including the root's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BvhFile {
     joints: Vec<BvhJoint>,
@@ -22,38 +22,40 @@ pub struct BvhFile {
 /// One joint of a [`BvhFile`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BvhJoint {
-    /// Unique in the file: a repeated name got `_2`, an End Site is named after its parent with `_End`.
+    /// Name, unique in the file. Repeated names get a number (`_2`). The name of an End Site is its
+    /// parent's name with `_End`.
     pub name: String,
-    /// Index of the parent; `None` for the root alone.
+    /// Index of the parent, or `None` for the root.
     pub parent: Option<usize>,
-    /// From the parent, in the file's unit.
+    /// Position in the parent's frame, in the file's unit.
     pub offset: DVec3,
-    /// Whether it is an End Site.
+    /// Kind of the joint: moving or End Site.
     pub kind: JointKind,
-    /// In the order of the file.
+    /// Channels, in the order of the file.
     pub channels: Vec<Channel>,
-    /// Where its values start in a frame.
+    /// Index of the joint's first value in a frame.
     pub first_channel: usize,
 }
 
-/// Why what a file holds is no motion in metres: as a rule, the scale is out of all range.
+/// Reason why the contents of a file cannot be converted to metres, usually an unsuitable scale.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    /// Of the skeleton.
+    /// The skeleton is invalid.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
-    /// Of the motion.
+    /// The motion is invalid.
     #[error(transparent)]
     Clip(#[from] ClipError),
 }
 
 impl BvhFile {
-    /// Reads the text of a file.
+    /// Parses the text of a file.
     ///
-    /// More frames than `Frames:` says are read too: nothing recorded is dropped. Fewer are an error.
+    /// If the file has more frames than `Frames:` declares, all of them are read. Fewer frames are
+    /// an error.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and column.
+    /// The first error, with its line and column.
     pub fn parse(text: &[u8]) -> Result<Self, BvhError> {
         let mut lexer = Lexer::new(text)?;
         let raw = hierarchy::parse(&mut lexer)?;
@@ -90,40 +92,40 @@ impl BvhFile {
         })
     }
 
-    /// Parents before children, the root first, in the order of the file.
+    /// Joints in the order of the file: the root first, parents before children.
     #[must_use]
     pub fn joints(&self) -> &[BvhJoint] {
         &self.joints
     }
 
-    /// How many frames the file holds, at least one.
+    /// Number of frames in the file, at least 1.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.values.len() / self.channels
     }
 
-    /// How many frames it says it holds; not more than [`Self::frames`].
+    /// Number of frames that the header declares, at most [`Self::frames`].
     #[must_use]
     pub fn declared_frames(&self) -> u64 {
         self.declared_frames
     }
 
-    /// From frame to frame, seconds.
+    /// Time between frames, in seconds.
     #[must_use]
     pub fn frame_time(&self) -> f64 {
         self.frame_time
     }
 
-    /// The values of one frame, one for each channel of each joint.
+    /// Values of one frame, for all channels of all joints.
     #[must_use]
     pub fn frame(&self, frame: usize) -> &[f64] {
         &self.values[frame * self.channels..(frame + 1) * self.channels]
     }
 
-    /// The skeleton, in metres; in the file's unit for a scale of 1.
+    /// The skeleton in metres. A scale of 1 keeps the file's unit.
     ///
     /// # Errors
-    /// Only where the scale makes an offset infinite.
+    /// The scale makes an offset infinite.
     pub fn skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, SkeletonError> {
         let joints = self.joints.iter().map(|joint| Joint {
             name: joint.name.clone(),
@@ -134,7 +136,7 @@ impl BvhFile {
         Skeleton::new(joints.collect())
     }
 
-    /// One frame as a pose, in metres; with the places of all joints.
+    /// Writes one frame to `out` as a pose in metres, with the positions of all joints.
     pub fn pose(&self, frame: usize, metres_per_unit: f64, out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
@@ -151,10 +153,10 @@ impl BvhFile {
         out.root = out.translations.first().copied().unwrap_or_default();
     }
 
-    /// Skeleton and motion in metres; in the file's unit for a scale of 1. The clip has translations only where a joint
-    /// other than the root leaves its offset.
+    /// Skeleton and motion in metres. A scale of 1 keeps the file's unit. The clip has translations
+    /// only if a joint other than the root moves relative to its parent.
     ///
-    /// # Errors
+    /// The scale makes a length infinite.
     /// Only where the scale makes a length infinite.
     pub fn motion(
         &self,
@@ -185,8 +187,8 @@ impl BvhFile {
         Ok((skeleton, clip))
     }
 
-    /// Whether a joint other than the root leaves its offset. Files that repeat the offset in every frame, written with few
-    /// digits, do not.
+    /// Whether a joint other than the root moves relative to its parent. Deviations that come from
+    /// numbers with few digits are ignored.
     fn moves_joints(&self) -> bool {
         const DIGITS: f64 = 1e-5;
         let below_root = || self.joints.iter().skip(1);

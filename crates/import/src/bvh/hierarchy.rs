@@ -4,9 +4,9 @@ use super::lexer::{Lexer, Word, found, quoted};
 use super::{BvhError, BvhProblem, Channel};
 use sabaki::anim::Skeleton;
 
-/// A joint as HIERARCHY gives it.
+/// A joint as it is written in the hierarchy.
 pub(super) struct RawJoint {
-    /// As written; of an End Site, not used.
+    /// Name in the file. It is unused for End Sites.
     pub(super) name: String,
     pub(super) parent: Option<usize>,
     pub(super) offset: Option<DVec3>,
@@ -15,7 +15,8 @@ pub(super) struct RawJoint {
     has_children: bool,
 }
 
-/// Reads from `HIERARCHY` to `MOTION`, both included. Does not recurse: a deep tree needs no stack.
+/// Parses from `HIERARCHY` to `MOTION`, both included. It is not recursive, so deep trees do not
+/// overflow the stack.
 pub(super) fn parse(lexer: &mut Lexer<'_>) -> Result<Vec<RawJoint>, BvhError> {
     match lexer.word() {
         None => return Err(lexer.error(0, BvhProblem::Empty)),
@@ -52,7 +53,7 @@ fn second_root(lexer: &mut Lexer<'_>, word: Word<'_>) -> BvhError {
     lexer.error(word.at, BvhProblem::SecondRoot { name })
 }
 
-/// The joints so far, and those whose braces are open.
+/// The joints that were read, and the joints whose braces are open.
 struct Tree<'l, 'a> {
     lexer: &'l mut Lexer<'a>,
     joints: Vec<RawJoint>,
@@ -60,7 +61,7 @@ struct Tree<'l, 'a> {
 }
 
 impl Tree<'_, '_> {
-    /// One keyword, and what belongs to it, in the block of `joint`.
+    /// Parses a keyword and its arguments in the block of `joint`.
     fn statement(&mut self, joint: usize) -> Result<(), BvhError> {
         let Some(word) = self.lexer.word() else {
             return Err(self.unclosed(joint, None));
@@ -197,7 +198,7 @@ impl Tree<'_, '_> {
                 };
                 return Err(self.lexer.error(at, problem));
             };
-            // A turn may stand twice: Z X Z are Euler angles too.
+            // A rotation channel may occur twice, as in the Euler angles Z X Z.
             if matches!(channel, Channel::Position(_)) && channels.contains(&channel) {
                 let problem = BvhProblem::ChannelTwice {
                     joint: self.name(joint),
@@ -236,7 +237,7 @@ impl Tree<'_, '_> {
         self.lexer.error(at, problem)
     }
 
-    /// As errors name a joint.
+    /// Name of a joint for error messages.
     fn name(&self, joint: usize) -> String {
         let raw = &self.joints[joint];
         match raw.parent {

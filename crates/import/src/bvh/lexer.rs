@@ -1,6 +1,6 @@
 use super::{BvhError, BvhProblem, LARGEST_VALUE};
 
-/// A run of characters without white space, or one brace, and where it starts.
+/// A sequence of characters without white space, or a brace, with its position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Word<'a> {
     pub(super) text: &'a str,
@@ -13,7 +13,7 @@ impl Word<'_> {
     }
 }
 
-/// Cuts a text into words. Places are byte offsets; lines are counted only when an error needs one.
+/// Splits a text into words. Positions are byte offsets. Line numbers are computed only for errors.
 pub(super) struct Lexer<'a> {
     text: &'a str,
     at: usize,
@@ -21,7 +21,7 @@ pub(super) struct Lexer<'a> {
 
 impl<'a> Lexer<'a> {
     /// # Errors
-    /// The first byte that is not UTF-8, or is NUL.
+    /// A byte is NUL or not valid UTF-8.
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, BvhError> {
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let not_text = |good: usize| {
@@ -39,7 +39,7 @@ impl<'a> Lexer<'a> {
         self.at
     }
 
-    /// Goes back to a place that [`Self::at`] gave.
+    /// Returns to a position from [`Self::at`].
     pub(super) fn rewind(&mut self, at: usize) {
         self.at = at;
     }
@@ -56,7 +56,7 @@ impl<'a> Lexer<'a> {
             .unwrap_or(rest.len());
     }
 
-    /// The next word; `None` at the end.
+    /// The next word, or `None` at the end of the text.
     pub(super) fn word(&mut self) -> Option<Word<'a>> {
         self.skip_space();
         let at = self.at;
@@ -76,7 +76,7 @@ impl<'a> Lexer<'a> {
         })
     }
 
-    /// What is left of the line before a brace, without the white space around it.
+    /// The rest of the line up to a brace, trimmed.
     pub(super) fn rest_of_line(&mut self) -> Word<'a> {
         let rest = &self.text.as_bytes()[self.at..];
         let blanks = rest.iter().position(|&byte| !matches!(byte, b' ' | b'\t'));
@@ -94,7 +94,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Steps over `key` and a colon, however they are spaced: `Frame Time:`, `FRAMETIME :`.
+    /// Skips `key` and a colon with any spacing, for example `Frame Time:` or `FRAMETIME :`.
     pub(super) fn key(&mut self, key: &str, expected: &'static str) -> Result<(), BvhError> {
         self.skip_space();
         let mut wanted = key.bytes();
@@ -115,7 +115,7 @@ impl<'a> Lexer<'a> {
         Err(self.expected(expected, word))
     }
 
-    /// The next word as a finite number.
+    /// Parses the next word as a finite number.
     pub(super) fn number(&mut self, expected: &'static str) -> Result<f64, BvhError> {
         match self.word() {
             Some(word) => self.to_number(word, expected),
@@ -123,7 +123,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// A word as a finite number.
+    /// Parses a word as a finite number.
     pub(super) fn to_number(
         &self,
         word: Word<'_>,
@@ -153,7 +153,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// That `word`, or the end, stands where `expected` is due.
+    /// Error for an unexpected word or the end of the file.
     pub(super) fn expected(&self, expected: &'static str, word: Option<Word<'_>>) -> BvhError {
         let at = word.map_or(self.text.len(), |word| word.at);
         let found = found(word);
@@ -165,7 +165,7 @@ impl<'a> Lexer<'a> {
     }
 }
 
-/// A word as an error shows it.
+/// A word, formatted for an error message.
 pub(super) fn found(word: Option<Word<'_>>) -> String {
     word.map_or_else(
         || "the end of the file".to_owned(),
@@ -173,7 +173,7 @@ pub(super) fn found(word: Option<Word<'_>>) -> String {
     )
 }
 
-/// Quoted, and cut after 40 characters.
+/// A quoted text, shortened to 40 characters.
 pub(super) fn quoted(text: &str) -> String {
     const MOST: usize = 40;
     let mut short: String = text

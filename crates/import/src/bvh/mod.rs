@@ -1,8 +1,10 @@
-//! Biovision hierarchies (BVH), written and read as all the programs out there do.
+//! Reads and writes Biovision hierarchies (BVH), with tolerance for the variants of common
+//! programs.
 //!
-//! Source: the format has no standard. Read are any order and number of channels, keywords in any case, any white
-//! space and line ends, names with dots, colons and blanks, motion values cut into lines at will, joints without End
-//! Sites. Position channels replace offsets; rotations are multiplied in the order of the channels.
+//! Source: the format has no standard. The reader accepts channels in any order and number,
+//! keywords in any case, any white space and line ends, names with dots, colons and blanks, motion
+//! values with any line breaks, and joints without End Sites. Position channels replace offsets.
+//! Rotations are multiplied in the order of the channels.
 
 mod channel;
 mod error;
@@ -20,6 +22,6 @@ pub use file::{BvhFile, BvhJoint, MotionError};
 pub(crate) use names::Taken;
 pub use write::write;
 
-/// The largest number that a file may hold: far beyond any motion in any unit, and far below where single precision
-/// overflows.
+/// Maximum absolute value of a number in a file. It is far larger than in any motion and far below
+/// the overflow of single precision.
 pub const LARGEST_VALUE: f64 = 1e12;

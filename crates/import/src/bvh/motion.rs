@@ -1,15 +1,15 @@
 use super::lexer::{Lexer, quoted};
 use super::{BvhError, BvhProblem};
 
-/// What follows `MOTION`.
+/// The part of a file after `MOTION`.
 pub(super) struct Motion {
     pub(super) declared_frames: u64,
     pub(super) frame_time: f64,
-    /// Frame by frame.
+    /// Values, frame by frame.
     pub(super) values: Vec<f64>,
 }
 
-/// Reads from `Frames:` to the end. What counts is the stream of values, not how it is cut into lines.
+/// Parses from `Frames:` to the end of the file. Line breaks between values are ignored.
 pub(super) fn parse(lexer: &mut Lexer<'_>, channels: usize) -> Result<Motion, BvhError> {
     if channels == 0 {
         return Err(lexer.error(lexer.at(), BvhProblem::NoChannels));
@@ -70,7 +70,8 @@ fn frame_time(lexer: &mut Lexer<'_>) -> Result<f64, BvhError> {
 }
 
 fn values(lexer: &mut Lexer<'_>, expected: u64, channels: usize) -> Result<Vec<f64>, BvhError> {
-    // A value takes a digit and a blank: what the header promises beyond that cannot come.
+    // Each value takes at least a digit and a blank, which limits the number of values regardless
+    // of the header.
     let most = lexer.bytes_left() / 2 + 1;
     let capacity = usize::try_from(expected).map_or(most, |expected| expected.min(most));
     let mut values = Vec::with_capacity(capacity);
@@ -87,7 +88,8 @@ fn values(lexer: &mut Lexer<'_>, expected: u64, channels: usize) -> Result<Vec<f
         }
         end = lexer.at();
     }
-    // Errors about what is missing point to the end of the last value, not to the blank lines after it.
+    // Errors about missing values point to the end of the last value, not to the blank lines after
+    // it.
     lexer.rewind(end);
     Ok(values)
 }

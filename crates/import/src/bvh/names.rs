@@ -2,10 +2,10 @@ use std::collections::{HashMap, HashSet};
 
 use super::hierarchy::RawJoint;
 
-/// A unique name for every joint.
+/// Computes a unique name for every joint.
 ///
-/// Joints keep their names, a second one of the same name gets `_2`, a third `_3` (or the next that is free). End
-/// Sites are then named after their parents with `_End`, `_End2`; a name that the file gives them is not used.
+/// The first joint with a name keeps it; later ones get `_2`, `_3` or the next free number. End
+/// Sites are named after their parents with `_End` or `_End2`; their names in the file are ignored.
 pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
     let mut taken = Taken::default();
     let mut names = vec![String::new(); raw.len()];
@@ -19,7 +19,7 @@ pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
     names
 }
 
-/// The names that are given, and for each name that was wanted again the number to try next.
+/// The names in use and, for each repeated name, the next number to try.
 #[derive(Default)]
 pub(crate) struct Taken {
     names: HashSet<String>,
@@ -27,7 +27,7 @@ pub(crate) struct Taken {
 }
 
 impl Taken {
-    /// The name, or the name with the first number that is free behind it.
+    /// Returns the name, or the name with the first free number.
     pub(crate) fn first_free(&mut self, name: &str, before_number: &str) -> String {
         let mut free = name.to_owned();
         if self.names.contains(name) {

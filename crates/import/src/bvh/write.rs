@@ -6,14 +6,14 @@ use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton};
 const ROTATIONS: &str = "Zrotation Xrotation Yrotation";
 const POSITIONS: &str = "Xposition Yposition Zposition";
 
-/// Writes a motion as BVH: positions and Z X Y rotations at the root, rotations at the other joints, and positions too
-/// where the clip moves joints. Lengths are divided by `metres_per_unit`.
+/// Writes a motion as BVH. The root has positions and Z X Y rotations; the other joints have
+/// rotations, and positions if the clip moves joints. Lengths are divided by `metres_per_unit`.
 ///
-/// The joints stand depth first, which is their order in the file; of a skeleton that came from a BVH file, its own
-/// order. Characters that a name cannot have in a BVH file (braces, line ends) become `_`.
+/// Joints are written depth first. Skeletons from BVH files keep their order. Characters that BVH
+/// names cannot contain (braces, line ends) are replaced by `_`.
 ///
 /// # Errors
-/// Those of `out`, and `InvalidInput` for a scale that is no positive number.
+/// An error of `out`, or `InvalidInput` if the scale is not a positive number.
 pub fn write(
     out: &mut impl Write,
     skeleton: &Skeleton,
@@ -49,7 +49,7 @@ struct Writer<'a, W> {
 }
 
 impl<W: Write> Writer<'_, W> {
-    /// Writes the tree; gives the joints that have channels, in the order of the file.
+    /// Writes the tree and returns the joints with channels, in the order of the file.
     fn hierarchy(&mut self) -> io::Result<Vec<JointId>> {
         let skeleton = self.skeleton;
         let mut children = vec![Vec::new(); skeleton.len()];
@@ -81,7 +81,8 @@ impl<W: Write> Writer<'_, W> {
         Ok(order)
     }
 
-    /// Opens a joint's block, down to its channels; says whether it has any.
+    /// Writes the start of a joint's block, up to its channels. Returns whether the joint has
+    /// channels.
     fn block(&mut self, id: JointId, depth: usize, is_leaf: bool) -> io::Result<bool> {
         let joint = self.skeleton.joint(id);
         let is_root = id == JointId::ROOT;
@@ -111,7 +112,7 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn line(&mut self, depth: usize, text: &str) -> io::Result<()> {
-        // Deeper than any body, so that a chain of thousands of joints stays a small file.
+        // The indentation is limited, so that a chain of thousands of joints stays a small file.
         for _ in 0..depth.min(40) {
             self.out.write_all(b"\t")?;
         }

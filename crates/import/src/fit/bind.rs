@@ -1,10 +1,11 @@
-//! Which joint each vertex of a mesh moves with.
+//! Assigns each vertex of a mesh to the joint that it moves with.
 //!
-//! Own rule. A part that is named like a joint goes to that joint. Any other vertex goes to the bone (the straight line from a joint
-//! to one of its children; a place alone where a joint has no child) that is nearest, when distances *from* the bone's line are
-//! measured in the bone's thickness, as [`Body::from_bones`] guesses it, and distances *beyond* its ends thrice as much: a thick
-//! trunk so keeps its sides from the arms that hang there, and does not take the neck. Of equally near bones the one further down the
-//! tree wins.
+//! The rule is our own. A part of the mesh with the name of a joint is assigned to that joint. Any
+//! other vertex is assigned to the nearest bone: the line segment from a joint to one of its
+//! children, or a point if a joint has no child. Distances *from* the bone's line are relative to
+//! the bone's thickness, as [`Body::from_bones`] estimates it; distances *beyond* its ends count
+//! three times as much. A thick trunk therefore keeps its sides from the arms and does not take
+//! over the neck. Of equally near bones, the one farthest from the root wins.
 
 use glam::Vec3;
 
@@ -12,10 +13,10 @@ use super::{FitError, Mesh};
 use sabaki::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::maps::Body;
 
-/// Beyond its ends a bone is this much thinner; set by eye on wrists, necks and heels.
+/// Factor for distances beyond the ends of a bone, tuned visually on wrists, necks and heels.
 const BEYOND_ENDS: f32 = 3.0;
 
-/// The posture in which a mesh fits a skeleton.
+/// The pose in which a mesh fits a skeleton.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BindPose<'a> {
     pub(super) skeleton: &'a Skeleton,
@@ -23,8 +24,8 @@ pub struct BindPose<'a> {
 }
 
 impl<'a> BindPose<'a> {
-    /// The skeleton as its offsets stand: no joint turned, the root at its own offset. A T-pose in many files, but not in all:
-    /// some captures have a zero pose in which nobody can stand.
+    /// The rest pose of the skeleton: no rotations, the root at its own offset. In many files this
+    /// is a T-pose, but some captures have a zero pose that is not a natural posture.
     #[must_use]
     pub fn rest(skeleton: &'a Skeleton) -> Self {
         let pose = Pose {
@@ -53,7 +54,7 @@ impl<'a> BindPose<'a> {
         Ok(Self::of(skeleton, &pose))
     }
 
-    /// Any pose of the skeleton.
+    /// A pose of the skeleton.
     #[must_use]
     pub fn of(skeleton: &'a Skeleton, pose: &Pose) -> Self {
         let mut joints = Vec::new();
@@ -61,7 +62,8 @@ impl<'a> BindPose<'a> {
         Self { skeleton, joints }
     }
 
-    /// The joints' frames in the space of the pose, where the mesh must stand: see [`Mesh::placed`] and [`Mesh::to_stand_at`].
+    /// Frames of the joints in the space of the pose, which the mesh must match: see
+    /// [`Mesh::placed`] and [`Mesh::to_stand_at`].
     #[must_use]
     pub fn joints(&self) -> &[JointTransform] {
         &self.joints
@@ -71,15 +73,15 @@ impl<'a> BindPose<'a> {
 struct Bone {
     joint: JointId,
     from: Vec3,
-    /// Its end seen from `from`; zero where the joint has no child.
+    /// Vector from `from` to the bone's end, or zero if the joint has no child.
     to: Vec3,
     thickness: f32,
-    /// How many joints stand above.
+    /// Number of ancestors of the joint.
     depth: usize,
 }
 
 impl Bone {
-    /// Squared distance in thicknesses, and in metres.
+    /// Squared distance, in units of thickness and in metres.
     fn distances(&self, place: Vec3) -> (f32, f32) {
         let (place, length) = (place - self.from, self.to.length());
         if length == 0.0 {
@@ -94,10 +96,10 @@ impl Bone {
     }
 }
 
-/// The joint of each vertex.
+/// Joint of each vertex.
 ///
 /// # Errors
-/// A vertex that is further from all bones than `furthest` metres.
+/// A vertex is farther than `furthest` metres from all bones.
 pub(super) fn bind(
     pose: &BindPose<'_>,
     mesh: &Mesh,
@@ -136,9 +138,10 @@ pub(super) fn bind(
     vertices.map(joint).collect()
 }
 
-/// The joint of the bone that is nearest in thicknesses; how far the nearest in metres is, and its joint.
+/// Joint of the bone that is nearest relative to its thickness, and distance and joint of the
+/// nearest bone in metres.
 fn nearest(bones: &[Bone], place: Vec3) -> (JointId, (f32, JointId)) {
-    /// Shares of a distance that rounding makes.
+    /// Relative difference of distances below which two bones are equally near.
     const ALIKE: f32 = 1e-4;
     let (mut best, mut joint, mut depth) = (f32::INFINITY, JointId::ROOT, 0);
     let mut closest = (f32::INFINITY, JointId::ROOT);
@@ -155,7 +158,7 @@ fn nearest(bones: &[Bone], place: Vec3) -> (JointId, (f32, JointId)) {
     (joint, (closest.0.sqrt(), closest.1))
 }
 
-/// The joint itself, or of a tip the joint that carries it.
+/// The joint itself or, for an end site, its parent.
 fn moving(skeleton: &Skeleton, joint: JointId) -> JointId {
     let found = skeleton.joint(joint);
     match (found.kind, found.parent) {
@@ -165,7 +168,7 @@ fn moving(skeleton: &Skeleton, joint: JointId) -> JointId {
 }
 
 fn bones(pose: &BindPose<'_>) -> Vec<Bone> {
-    /// Metres: a shorter bone is a place.
+    /// Minimum length of a bone, in metres. A shorter bone is a point.
     const SHORTEST: f32 = 1e-4;
     let skeleton = pose.skeleton;
     let guess = Body::from_bones(skeleton);
@@ -199,7 +202,8 @@ fn bones(pose: &BindPose<'_>) -> Vec<Bone> {
     bones
 }
 
-/// The radius of the guessed sphere nearest to a bone's middle, of those on its joint or, where it has none, on the next above.
+/// Radius of the default body's sphere that is nearest to a bone's middle, among the spheres of the
+/// bone's joint or, if it has none, of the next ancestor.
 fn thickness(pose: &BindPose<'_>, guess: &Body, (joint, middle): (JointId, Vec3)) -> f32 {
     let on = |joint: JointId| {
         let here = guess

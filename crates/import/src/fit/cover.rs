@@ -1,28 +1,30 @@
-//! Few balls that cover many points.
+//! Covers many points with few balls.
 //!
-//! Source: Stolpner, Kry & Siddiqi, "Medial Spheres for Shape Approximation" (2012): balls inside the solid that touch its surface,
-//! grown by the error that is allowed, of which as few are kept as cover the surface, by greedy set cover (Chvátal 1979). Differs: a
-//! point counts as covered when it sticks out of a grown ball by no more than a second allowance, since between two balls of a limb a
-//! dent stays whatever they are grown by; and the balls that are kept are then exchanged for others, point by point as in Lloyd's
-//! method, while that makes the deepest dent shallower.
+//! Source: Stolpner, Kry & Siddiqi, "Medial Spheres for Shape Approximation" (2012). Balls inside
+//! the solid that touch its surface are enlarged by the allowed error, and as few as possible are
+//! kept to cover the surface, by greedy set cover (Chvátal 1979). Differs: a point counts as
+//! covered if it sticks out of an enlarged ball by at most a second tolerance, because between two
+//! balls of a limb a dent remains in any case. The selected balls are then exchanged for better
+//! ones, as in Lloyd's method, while that reduces the deepest dent.
 
 use glam::Vec3;
 
 use super::medial::Ball;
 
-/// What a cover is made of. Balls already have the radii that they will keep.
+/// Input of the cover. The balls already have their final radii.
 pub(super) struct Cover<'a> {
     pub points: &'a [Vec3],
     /// Balls to choose from.
     pub balls: Vec<Ball>,
-    /// Metres that a point may stick out.
+    /// Distance that a point may stick out, in metres.
     pub allowed: f32,
-    /// Balls to choose at most.
+    /// Maximum number of balls.
     pub most: usize,
 }
 
 impl Cover<'_> {
-    /// The chosen balls. `ball_at` gives a ball that covers a point, for points that no ball to choose from covers.
+    /// Chooses balls. `ball_at` returns a ball that covers a point, for points that no candidate
+    /// covers.
     pub(super) fn choose(mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<Ball> {
         let mut chosen = self.greedy(ball_at);
         self.drop_needless(&mut chosen);
@@ -34,7 +36,8 @@ impl Cover<'_> {
         self.balls[ball].distance(self.points[point]) <= self.allowed
     }
 
-    /// The ball that covers most of what is left, again and again; of equals the larger one, then the first.
+    /// Repeatedly chooses the ball that covers the most remaining points. Ties are decided for the
+    /// larger ball, then for the first.
     fn greedy(&mut self, ball_at: impl Fn(usize) -> Ball) -> Vec<usize> {
         let covered: Vec<Bits> = (0..self.balls.len())
             .map(|ball| self.covered_by(ball))
@@ -59,7 +62,8 @@ impl Cover<'_> {
                 let ball = self.balls.len();
                 self.balls.push(ball_at(open));
                 left.remove(&self.covered_by(ball));
-                // It is there to cover this point, whatever rounding says.
+                // The ball was created to cover this point, so the point is removed even if
+                // rounding says otherwise.
                 left.clear(open);
                 chosen.push(ball);
             }
@@ -71,7 +75,7 @@ impl Cover<'_> {
         Bits::of(self.points.len(), |point| self.covers(ball, point))
     }
 
-    /// Later choices can cover all that an earlier one did.
+    /// Removes balls whose points later choices cover completely.
     fn drop_needless(&self, chosen: &mut Vec<usize>) {
         let mut times = vec![0_u32; self.points.len()];
         for &ball in chosen.iter() {
@@ -91,7 +95,8 @@ impl Cover<'_> {
         }
     }
 
-    /// Each ball gives way to the one that its points stick out of least, as long as the whole gains.
+    /// Replaces each ball by the candidate that its points stick out of least, as long as the
+    /// maximum error decreases.
     fn exchange(&self, chosen: &mut Vec<usize>) {
         const ROUNDS: usize = 6;
         let mut worst = self.worst(chosen);
@@ -138,7 +143,7 @@ impl Cover<'_> {
         best
     }
 
-    /// How far the point that sticks out most does.
+    /// Maximum distance by which a point sticks out.
     fn worst(&self, chosen: &[usize]) -> f32 {
         let out = |&point: &Vec3| {
             chosen

@@ -1,8 +1,9 @@
-//! The largest ball inside a mesh that touches it at a given point.
+//! Finds the largest ball inside a mesh that touches it at a given point.
 //!
-//! Source: Ma, Bae & Choi, "3D Medial Axis Point Approximation Using Nearest Neighbors and the Normal Field" (2012): a large ball that
-//! touches the point is shrunk until no other point of the surface is inside. Differs: others may lie inside by a tolerance, else the
-//! edges between the flat triangles of a round limb would keep nearly all balls small.
+//! Source: Ma, Bae & Choi, "3D Medial Axis Point Approximation Using Nearest Neighbors and the
+//! Normal Field" (2012). A large ball that touches the point is shrunk until no other surface point
+//! is inside. Differs: other points may lie inside by a tolerance. Otherwise the edges between the
+//! flat triangles of a round limb would keep nearly all balls small.
 
 use glam::Vec3;
 
@@ -16,24 +17,25 @@ pub(super) struct Ball {
 }
 
 impl Ball {
-    /// From its surface to a place; negative inside.
+    /// Distance from the ball's surface to a place, negative inside.
     pub(super) fn distance(&self, place: Vec3) -> f32 {
         self.centre.distance(place) - self.radius
     }
 }
 
-/// What a ball may be.
+/// Limits of a ball.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Its radius, metres.
+    /// Maximum radius, in metres.
     pub largest: f32,
-    /// Points may lie this deep in it, metres.
+    /// Maximum depth of points inside the ball, in metres.
     pub inside: f32,
 }
 
-/// On an inner wall the largest ball around the point, on a sheet one of no size.
+/// Largest ball that touches the surface at a point. On an inner wall it is the largest ball around
+/// the point; on a sheet its radius is 0.
 pub(super) fn ball(surface: &Surface<'_>, point: usize, limits: Limits) -> Ball {
-    /// Each step shrinks the ball to one more point; a few do.
+    /// Maximum number of steps. Each step shrinks the ball to one more point; a few suffice.
     const MOST_STEPS: usize = 64;
     let (place, normal) = (surface.places[point], surface.normals[point]);
     if normal == Vec3::ZERO {

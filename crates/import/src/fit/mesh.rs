@@ -5,7 +5,8 @@ use thiserror::Error;
 
 use sabaki::anim::{JointTransform, Skeleton};
 
-/// Triangles in space: a body's skin, a staff, a sword. They need not be closed, nor of one orientation, nor manifold.
+/// A triangle mesh, for example a body's skin, a staff or a sword. It need not be closed,
+/// consistently oriented or manifold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     positions: Vec<Vec3>,
@@ -13,55 +14,56 @@ pub struct Mesh {
     parts: Vec<MeshPart>,
 }
 
-/// A stretch of a mesh's triangles that has a name, as an OBJ file's groups and objects have.
+/// A named range of a mesh's triangles, for example a group or an object of an OBJ file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshPart {
-    /// As the file has it.
+    /// Name in the file.
     pub name: String,
-    /// Which triangles.
+    /// Range of triangles.
     pub triangles: Range<u32>,
 }
 
-/// Why data are no mesh. Vertices and triangles are counted from 0.
+/// Reason why a mesh is invalid. Vertices and triangles are counted from 0.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MeshError {
-    /// There is no triangle.
+    /// There are no triangles.
     #[error("the mesh has no faces")]
     Empty,
-    /// More triangles than a fit takes.
+    /// There are more triangles than the maximum.
     #[error("the mesh has {0} triangles; {max} is the most: decimate it", max = Mesh::MOST_TRIANGLES)]
     TooMany(usize),
-    /// A place is NaN, infinite or further away than [`Skeleton::FURTHEST`].
+    /// A position is not finite or farther away than [`Skeleton::FURTHEST`].
     #[error("vertex {vertex} at {place} is not within {max} units of the origin", max = Skeleton::FURTHEST)]
     Far {
-        /// Its index.
+        /// Index of the vertex.
         vertex: usize,
-        /// Where it is.
+        /// Position of the vertex.
         place: Vec3,
     },
-    /// A triangle, or a part, names what is not there.
+    /// A triangle or a part has an index out of range.
     #[error("triangle {0} has a vertex that does not exist, or a part such a triangle")]
     Index(usize),
-    /// A placement's scale is not above 0, or its rotation or translation not finite.
+    /// A scale is not positive, or a rotation or translation is not finite.
     #[error(
         "a mesh cannot be placed by a scale of {scale} and {translation}: not finite, or not above 0"
     )]
     Placement {
-        /// Factor.
+        /// Scale factor.
         scale: f32,
-        /// Metres.
+        /// Translation, in metres.
         translation: Vec3,
     },
 }
 
 impl Mesh {
-    /// More are refused, so that a fit ends in seconds.
+    /// Maximum number of triangles. It keeps the time of a fit within seconds.
     pub const MOST_TRIANGLES: usize = 1_000_000;
 
-    /// Checks positions and indices. `parts` may be empty, and may leave triangles out.
+    /// Creates a mesh after checking positions and indices. `parts` may be empty, and need not
+    /// contain all triangles.
     ///
     /// # Errors
-    /// The first vertex or triangle that is wrong.
+    /// The first invalid vertex or triangle.
     pub fn new(
         positions: Vec<Vec3>,
         triangles: Vec<[u32; 3]>,
@@ -92,30 +94,31 @@ impl Mesh {
         })
     }
 
-    /// The vertices.
+    /// Positions of the vertices.
     #[must_use]
     pub fn positions(&self) -> &[Vec3] {
         &self.positions
     }
 
-    /// Three vertices each, counter-clockwise seen from outside where the mesh has an outside; a fit does without that.
+    /// Vertex indices of the triangles. Triangles of closed meshes are usually counter-clockwise
+    /// seen from outside, but a fit does not depend on that.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Stretches of triangles that have names.
+    /// Named ranges of triangles.
     #[must_use]
     pub fn parts(&self) -> &[MeshPart] {
         &self.parts
     }
 
-    /// The corners of a triangle.
+    /// Corners of a triangle.
     pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize])
     }
 
-    /// The lowest and highest corner of the box around all triangles.
+    /// Minimum and maximum corner of the box around all triangles.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let used = self.triangles.iter().flatten();
@@ -126,11 +129,11 @@ impl Mesh {
         )
     }
 
-    /// The mesh scaled about the origin, then turned and moved: from its own units and axes into metres, in the space of the bind
-    /// pose or in a hand's frame.
+    /// Returns the mesh scaled about the origin, then rotated and translated. It converts the mesh
+    /// from its own units and axes to metres in the space of the bind pose or in a hand's frame.
     ///
     /// # Errors
-    /// A placement that is not finite, or that takes a vertex too far away.
+    /// The placement is not finite, or it moves a vertex too far away.
     pub fn placed(&self, scale: f32, place: JointTransform) -> Result<Self, MeshError> {
         let JointTransform {
             rotation,
@@ -148,8 +151,9 @@ impl Mesh {
         Self::new(positions, self.triangles.clone(), self.parts.clone())
     }
 
-    /// How far to move the mesh so that it stands where `joints` do: the middles of both boxes over one another, the soles as
-    /// high as the lowest joint. For meshes whose origin lies between the feet and skeletons whose origin lies in the hips.
+    /// Translation that aligns the mesh with `joints`: the centres of both boxes coincide on the
+    /// ground, and the lowest vertex is as high as the lowest joint. It serves meshes with their
+    /// origin between the feet and skeletons with their origin in the hips.
     #[must_use]
     pub fn to_stand_at(&self, joints: &[JointTransform]) -> Vec3 {
         let places = joints.iter().map(|joint| joint.translation);

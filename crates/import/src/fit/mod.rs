@@ -1,9 +1,10 @@
-//! Spheres that stand for a mesh: a body's skin on its bones, or a thing that a hand holds.
+//! Fits spheres to a mesh: to the skin of a body, or to a prop that a hand holds.
 //!
-//! The mesh is cut by joint, and points are spread over each piece, on vertices and between them. Balls
-//! inside the mesh that touch it are its candidates; grown by [`FitSettings::bulge`], as few are kept as cover the piece's
-//! points to [`FitSettings::cover`]. Sources stand in the files: where inside is, what a largest ball is, which of them are kept.
-//! All is reported as measured on the points, whose spacing is reported with it. The same input gives the same spheres.
+//! The mesh is divided by joint, and points are distributed over each piece, on vertices and
+//! between them. Candidates are balls inside the mesh that touch it. They are enlarged by
+//! [`FitSettings::bulge`], and as few as possible are kept to cover the piece's points up to
+//! [`FitSettings::cover`]. The files of this module name the sources of these steps. All reported
+//! errors are measured on the points; their spacing is reported too. The result is deterministic.
 //!
 //! ```
 //! use sabaki::anim::{Joint, JointId, JointKind, JointTransform, Skeleton};
@@ -34,12 +35,10 @@ mod mesh;
 mod piece;
 mod prop;
 mod report;
+mod settings;
 mod surface;
 mod tree;
 mod winding;
-
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 pub use bind::BindPose;
 pub use mesh::{Mesh, MeshError, MeshPart};
@@ -49,96 +48,16 @@ use report::Misfit;
 pub use report::{FitReport, JointFit};
 use sabaki::anim::JointId;
 use sabaki::maps::{Body, BodySphere, LocalSphere};
+pub use settings::{FitError, FitSettings};
 use surface::Surface;
 
-/// How closely spheres follow a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FitSettings {
-    /// The mesh may stick out of the spheres by this much, metres; 0.02 by default.
-    pub cover: f32,
-    /// The spheres may stick out of the mesh by this much, metres; 0.01 by default.
-    pub bulge: f32,
-    /// Spheres for each joint at most; 64 by default. Where they do not do, [`FitSettings::cover`] is not kept, and the report says so.
-    pub most_spheres: usize,
-    /// A vertex further than this from all bones, or from the hand that holds it, is an error: the mesh has another scale, or
-    /// stands somewhere else. Metres; 1 by default, 10 for what is held.
-    pub furthest: f32,
-}
-
-impl Default for FitSettings {
-    fn default() -> Self {
-        Self {
-            cover: 0.02,
-            bulge: 0.01,
-            most_spheres: 64,
-            furthest: 1.0,
-        }
-    }
-}
-
-impl FitSettings {
-    /// For what is held in a hand.
-    pub const HELD: Self = Self {
-        cover: 0.02,
-        bulge: 0.01,
-        most_spheres: 64,
-        furthest: 10.0,
-    };
-
-    /// Errors and distances from 1 mm to 10 m, 1 to 1000 spheres.
-    #[must_use]
-    pub fn is_sound(&self) -> bool {
-        let lengths = [self.cover, self.bulge, self.furthest];
-        lengths.iter().all(|metres| (0.001..=10.0).contains(metres))
-            && (1..=1000).contains(&self.most_spheres)
-    }
-}
-
-/// Why a mesh cannot be fitted.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum FitError {
-    /// Settings out of range.
-    #[error(
-        "a fit needs errors and distances of 0.001 to 10 m and 1 to 1000 spheres a joint: {0:?}"
-    )]
-    Settings(FitSettings),
-    /// The clip that was named as the bind pose is shorter, or of another skeleton.
-    #[error(
-        "the bind pose should be frame {frame} of clip \"{clip}\", which has {frames} frames of its own skeleton"
-    )]
-    NoFrame {
-        /// Name of the clip.
-        clip: String,
-        /// Counted from 0.
-        frame: usize,
-        /// How many the clip has.
-        frames: usize,
-    },
-    /// The mesh does not stand where the bones are.
-    #[error(
-        "vertex {vertex} is {metres:.2} m from the nearest bone (of joint \"{joint}\"), {furthest} m is the most: another scale, place or bind pose?"
-    )]
-    Far {
-        /// Counted from 0.
-        vertex: usize,
-        /// How far.
-        metres: f32,
-        /// Name of the joint whose bone is near.
-        joint: String,
-        /// The limit, metres.
-        furthest: f32,
-    },
-    /// The mesh itself is none, or its placement.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-}
-
-/// Fits a body to a mesh that stands in the space of `pose`, in metres ([`Mesh::placed`]).
+/// Fits a body to a mesh in the space of `pose`, in metres ([`Mesh::placed`]).
 ///
-/// A vertex goes to the joint that its part is named after, else to the nearest bone; a joint without vertices gets no sphere.
+/// A vertex is assigned to the joint that its part is named after, otherwise to the nearest bone. A
+/// joint without vertices gets no spheres.
 ///
 /// # Errors
-/// Settings out of range; a mesh that is not where the bones are.
+/// A setting is out of range, or the mesh is not where the bones are.
 pub fn fit_body(
     pose: &BindPose<'_>,
     mesh: &Mesh,
@@ -171,10 +90,11 @@ pub fn fit_body(
     Ok((body, report))
 }
 
-/// Fits spheres to a mesh that stands in the frame of the joint that holds it, in metres ([`Mesh::placed`] with the grip).
+/// Fits spheres to a mesh in the frame of the joint that holds it, in metres ([`Mesh::placed`] with
+/// the grip).
 ///
 /// # Errors
-/// Settings out of range; a mesh that reaches further from the joint than they allow.
+/// A setting is out of range, or the mesh is too far from the joint.
 pub fn fit_held(
     mesh: &Mesh,
     settings: &FitSettings,

@@ -1,4 +1,4 @@
-//! The part of a mesh that moves with one joint, and the balls that stand for it.
+//! The part of a mesh that moves with one joint, and the balls that represent it.
 
 use std::f32::consts::PI;
 
@@ -10,15 +10,15 @@ use super::surface::Surface;
 use super::{FitSettings, JointFit, Mesh, Misfit};
 use sabaki::anim::JointId;
 
-/// Balls to choose from, for each joint.
+/// Maximum number of candidate balls for each joint.
 const CANDIDATES: usize = 384;
-/// Places on a sphere where it is asked how far outside of the mesh it is.
+/// Number of points on a sphere at which its distance outside the mesh is measured.
 const PROBES: usize = 96;
 
-/// Points of a surface, side by side in space.
+/// Points of a surface that belong to one joint.
 pub(super) struct Piece {
     joint: JointId,
-    /// Indices into the surface.
+    /// Indices of the points in the surface.
     pub points: Vec<u32>,
     places: Vec<Vec3>,
 }
@@ -38,7 +38,7 @@ impl Piece {
         }
     }
 
-    /// How many of the mesh's vertices are its own.
+    /// Number of the mesh's vertices that belong to the piece.
     pub(super) fn vertices(&self, mesh: &Mesh, joints: &[JointId]) -> usize {
         let mut own = vec![false; joints.len()];
         for &vertex in mesh.triangles().iter().flatten() {
@@ -47,13 +47,13 @@ impl Piece {
         own.into_iter().filter(|&own| own).count()
     }
 
-    /// Few balls that cover the piece, in the space of the mesh.
+    /// Finds few balls that cover the piece, in the space of the mesh.
     pub(super) fn fit(&self, surface: &Surface<'_>, settings: &FitSettings) -> Vec<Ball> {
         let (low, high) = self.places.iter().fold(
             (Vec3::INFINITY, Vec3::NEG_INFINITY),
             |(low, high), &place| (low.min(place), high.max(place)),
         );
-        // Where the mesh is cut open a ball could grow for ever.
+        // Limit the radius, because a ball could grow without bound where the mesh is open.
         let limits = Limits {
             largest: low.distance(high).max(settings.cover),
             inside: 0.5 * settings.bulge,
@@ -72,7 +72,7 @@ impl Piece {
         }
         let cover = Cover {
             points: &self.places,
-            // The points stand in the order of the tree: each stretch of it lies in one place.
+            // The points are in the order of the tree, so each range of it is local.
             balls: seeds
                 .iter()
                 .step_by(seeds.len().div_ceil(CANDIDATES))
@@ -84,7 +84,7 @@ impl Piece {
         cover.choose(|point| grown(self.points[point]))
     }
 
-    /// How far the mesh and the balls stick out of one another.
+    /// Measures how far the mesh and the balls stick out of each other.
     pub(super) fn measure(
         &self,
         surface: &Surface<'_>,
@@ -128,7 +128,7 @@ impl Piece {
     }
 }
 
-/// Places evenly spread over the unit sphere, by the golden angle.
+/// Points distributed evenly on the unit sphere by the golden angle.
 fn direction(index: usize) -> Vec3 {
     let y = 1.0 - (2 * index + 1) as f32 / PROBES as f32;
     let turn = index as f32 * PI * (3.0 - 5.0_f32.sqrt());

@@ -1,15 +1,16 @@
-//! Spheres for a mesh that a joint holds.
+//! Fits spheres to a prop.
 
 use sabaki::anim::JointId;
 use sabaki::maps::Prop;
 
 use super::{FitError, FitSettings, JointFit, Mesh, fit_held};
 
-/// Fits spheres to a mesh that `joint` holds. The mesh is in the joint's frame, in metres: [`Mesh::placed`] takes it there by
-/// the grip (where the mesh's origin lies in the hand, and how its axes are turned). The prop is no part of the body.
+/// Fits spheres to a mesh that `joint` holds. The mesh is in the joint's frame, in metres;
+/// [`Mesh::placed`] with the grip (position and rotation of the mesh in the hand) brings it there.
+/// The prop is not part of the body.
 ///
 /// # Errors
-/// Settings out of range; a mesh that reaches further from the joint than they allow.
+/// A setting is out of range, or the mesh is too far from the joint.
 pub fn fit_prop(
     joint: JointId,
     mesh: &Mesh,

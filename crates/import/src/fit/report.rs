@@ -2,42 +2,44 @@ use serde::Serialize;
 
 use super::surface::Surface;
 
-/// How well spheres stand for a mesh.
+/// Quality of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FitReport {
-    /// For each joint that has spheres, in the skeleton's order.
+    /// Quality for each joint with spheres, in the skeleton's order.
     pub joints: Vec<JointFit>,
-    /// All figures are measured on points; no place on the mesh is further than this from all of them, metres.
+    /// Maximum distance of any place on the mesh from the nearest measured point, in metres.
     pub spacing: f32,
-    /// Share of the points at which the mesh is the border between inside and outside: near 1 for a closed skin, less where parts reach
-    /// into one another, 0 for sheets, whose spheres stand on them.
+    /// Share of the points at which the mesh separates inside from outside. It is near 1 for a
+    /// closed skin, smaller if parts intersect, and 0 for sheets, whose spheres lie on them.
     pub border: f32,
 }
 
-/// How well a joint's spheres stand for what of the mesh moves with it. Metres.
+/// Quality of a joint's spheres, in metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct JointFit {
     /// Name of the joint.
     pub joint: String,
-    /// Of the mesh, that move with it.
+    /// Number of vertices that move with the joint.
     pub vertices: usize,
-    /// On vertices and triangles, at which the figures are measured.
+    /// Number of points at which the errors are measured.
     pub points: usize,
-    /// How many.
+    /// Number of spheres.
     pub spheres: usize,
-    /// The most that the mesh sticks out of the joint's spheres.
+    /// Maximum distance by which the mesh sticks out of the joint's spheres.
     pub mesh_out_max: f32,
-    /// The mean of that over the points, 0 where it does not.
+    /// Mean of that distance over the points. Points inside the spheres count as 0.
     pub mesh_out_mean: f32,
-    /// The most that the spheres stick out of the whole mesh, sampled on their surface.
+    /// Maximum distance by which the spheres stick out of the whole mesh, sampled on their
+    /// surfaces.
     pub spheres_out_max: f32,
-    /// The mean of that over the samples that lie in no other sphere of the joint, 0 where they do not.
+    /// Mean of that distance over the samples outside the joint's other spheres. Samples inside the
+    /// mesh count as 0.
     pub spheres_out_mean: f32,
-    /// The spheres that are allowed did not do: the mesh sticks out by more than is wished.
+    /// Whether the number of spheres was too small to reach the wanted error.
     pub limited: bool,
 }
 
-/// A maximum and a mean.
+/// Maximum and mean of a distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Misfit {
     pub(super) max: f32,
@@ -67,7 +69,8 @@ impl FitReport {
         }
     }
 
-    /// Sums of all joints' counts, largest of their maxima, means by points and spheres.
+    /// Summary of all joints: sums of counts, maxima of maxima, and means weighted by points and
+    /// spheres.
     #[must_use]
     pub fn worst(&self) -> JointFit {
         let mut all = JointFit {

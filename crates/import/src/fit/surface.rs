@@ -1,4 +1,4 @@
-//! A mesh as points spread over its triangles, each with its joint and the side that the body is on.
+//! A mesh as points distributed over its triangles, each with its joint and its outward normal.
 
 use glam::Vec3;
 
@@ -8,31 +8,33 @@ use super::winding::Winding;
 use sabaki::anim::JointId;
 use sabaki::math::in_parallel;
 
-/// Points beside the vertices; the spacing is doubled until no more are needed.
+/// Maximum number of points in addition to the vertices. The spacing is doubled until they suffice.
 const MOST_POINTS: usize = 60_000;
-/// Metres: how far off the surface it is asked whether that is inside.
+/// Distance from the surface at which inside and outside are tested, in metres.
 const BESIDE: f32 = 5e-4;
 
 /// Points on a mesh.
 pub(super) struct Surface<'a> {
     pub places: Vec<Vec3>,
     pub joints: Vec<JointId>,
-    /// Unit vectors out of the body; zero where the mesh there is no border between inside and outside: a sheet, or an inner wall.
+    /// Outward unit normals. A normal is zero where the mesh does not separate inside from outside,
+    /// on a sheet or an inner wall.
     pub normals: Vec<Vec3>,
-    /// Whether both sides are inside, as where an arm's tube reaches into the trunk.
+    /// Whether both sides are inside, for example where an arm's tube extends into the trunk.
     pub is_inner: Vec<bool>,
-    /// All points.
+    /// Tree of all points.
     pub tree: PointTree,
-    /// Those that have a normal.
+    /// Tree of the points with a normal.
     pub border: PointTree,
     pub winding: Winding<'a>,
-    /// No place on the mesh is further from all points, metres.
+    /// Maximum distance of any place on the mesh from the nearest point, in metres.
     pub spacing: f32,
 }
 
 impl<'a> Surface<'a> {
-    /// The vertices that triangles use, and points on the triangles no further apart than `spacing` where the limit allows. A point goes
-    /// to the joint of the nearest corner, counted along the edges.
+    /// Creates the points: the vertices that triangles use, and points on the triangles at most
+    /// `spacing` apart if the limit allows it. A point belongs to the joint of the nearest corner,
+    /// measured along the edges.
     pub(super) fn new(mesh: &'a Mesh, joints: &[JointId], spacing: f32) -> Self {
         let spacing = affordable(mesh, spacing);
         let (mut places, mut owners, mut raw) = (Vec::new(), Vec::new(), Vec::new());
@@ -72,7 +74,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// How far outside of the mesh a place is, by the nearest point; 0 inside.
+    /// Distance of a place outside the mesh from the nearest point, 0 inside.
     pub(super) fn outside(&self, place: Vec3) -> f32 {
         if self.winding.is_inside(place) {
             return 0.0;
@@ -83,13 +85,13 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// [`side`] of all points, on all cores: nearly all of a fit's time.
+/// Computes [`side`] of all points on all CPU cores. It takes most of the time of a fit.
 fn sides(winding: &Winding<'_>, places: &[Vec3], normals: &[Vec3]) -> (Vec<Vec3>, Vec<bool>) {
     let of = |index: usize| side(winding, places[index], normals[index]);
     in_parallel(0, places.len(), of).into_iter().unzip()
 }
 
-/// The normal turned to where the mesh is not, zero where both sides are inside or both outside; and whether both are inside.
+/// Outward normal, or zero if both sides are inside or both outside; and whether both are inside.
 fn side(winding: &Winding<'_>, place: Vec3, normal: Vec3) -> (Vec3, bool) {
     if normal == Vec3::ZERO {
         return (normal, false);
@@ -101,7 +103,7 @@ fn side(winding: &Winding<'_>, place: Vec3, normal: Vec3) -> (Vec3, bool) {
     }
 }
 
-/// The vertices that triangles use, with the mean of their triangles' normals by area.
+/// Vertices that triangles use, with the area-weighted mean of their triangles' normals.
 fn vertex_normals(mesh: &Mesh) -> impl Iterator<Item = (usize, Vec3)> {
     let mut normals = vec![None; mesh.positions().len()];
     for (triangle, vertices) in mesh.triangles().iter().enumerate() {
@@ -114,13 +116,13 @@ fn vertex_normals(mesh: &Mesh) -> impl Iterator<Item = (usize, Vec3)> {
     used.filter_map(|(vertex, normal)| Some((vertex, normal?.normalize_or_zero())))
 }
 
-/// Into how many pieces each edge of a triangle is cut.
+/// Number of segments into which each edge of a triangle is divided.
 fn pieces([a, b, c]: [Vec3; 3], spacing: f32) -> usize {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     (longest / spacing).ceil().clamp(1.0, 1e5) as usize
 }
 
-/// `spacing`, doubled until its points are few enough.
+/// `spacing`, doubled until the number of points is within the limit.
 fn affordable(mesh: &Mesh, mut spacing: f32) -> f32 {
     let count = |spacing| -> usize {
         let inner = |triangle| {
@@ -135,7 +137,8 @@ fn affordable(mesh: &Mesh, mut spacing: f32) -> f32 {
     spacing
 }
 
-/// The points of a triangle's grid but its corners; a corner's weight is the number of steps from the edge across.
+/// Points of a triangle's grid except its corners. The weight of a corner is the number of steps
+/// from the opposite edge.
 fn for_each_inner(corners: [Vec3; 3], spacing: f32, mut take: impl FnMut([usize; 3], Vec3)) {
     let n = pieces(corners, spacing);
     for i in 0..=n {

@@ -1,36 +1,37 @@
-//! A tree of boxes over points, for the nearest of them: each node is halved at the median of its longer axis.
+//! A k-d tree of bounding boxes for nearest-point queries. Each node is divided at the median of
+//! its longest axis.
 //!
-//! Source: Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975). The same points give the same
-//! tree, and of equally near points the first in their order is found.
+//! Source: Bentley, "Multidimensional Binary Search Trees Used for Associative Searching" (1975).
+//! The result is deterministic: of equally near points, the first one in the tree's order is found.
 
 use glam::Vec3;
 
-/// Points of a node that is not halved further.
+/// Maximum number of points in a leaf.
 const LEAF: usize = 4;
 
-/// A node: a stretch of [`PointTree::order`].
+/// A node: a range of [`PointTree::order`].
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub low: Vec3,
     pub high: Vec3,
-    /// Of the order.
+    /// Start and end of the range.
     pub start: u32,
     pub end: u32,
-    /// The first child's index; the second's follows in `second`. Leaves have none.
+    /// Indices of the two children, or `None` for a leaf.
     pub children: Option<[u32; 2]>,
 }
 
-/// The tree. It does not hold the points.
+/// The tree. It does not store the points.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointTree {
-    /// The root is the first; none where there is no point.
+    /// Nodes, the root first. Empty if there are no points.
     pub nodes: Vec<Node>,
-    /// Indices of the points, those of a node side by side.
+    /// Indices of the points. Those of a node are consecutive.
     pub order: Vec<u32>,
 }
 
 impl PointTree {
-    /// Over the points whose indices are `order`.
+    /// Builds a tree over the points with the indices `order`.
     pub(super) fn new(points: &[Vec3], order: Vec<u32>) -> Self {
         let mut tree = Self {
             nodes: Vec::new(),
@@ -73,10 +74,11 @@ impl PointTree {
         id as u32
     }
 
-    /// The point nearest to `place`, and the squared distance to it.
+    /// Index of the point that is nearest to `place`, and its squared distance.
     pub(super) fn nearest(&self, points: &[Vec3], place: Vec3) -> Option<(u32, f32)> {
         let mut best: Option<(u32, f32)> = None;
-        // A tree of halves is as deep as its size has digits; each level leaves one node on the stack.
+        // The depth is the logarithm of the number of points, and each level leaves one node on the
+        // stack.
         let mut open = Vec::with_capacity(64);
         open.extend(
             self.nodes

@@ -1,8 +1,10 @@
-//! Whether a place lies inside a mesh, be the mesh open, doubled or full of parts that reach into one another.
+//! Tests whether a place lies inside a mesh, even if the mesh is open, doubled or has intersecting
+//! parts.
 //!
-//! Source: Jacobson, Kavan & Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized Winding Numbers" (2013): the
-//! sum of the triangles' solid angles, each by van Oosterom & Strackee (1983). Far groups of triangles count as one dipole each, as
-//! in Barill et al., "Fast Winding Numbers for Soups and Clouds" (2018), section 3, first order.
+//! Source: Jacobson, Kavan & Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized
+//! Winding Numbers" (2013): the sum of the triangles' solid angles, each computed as by van
+//! Oosterom & Strackee (1983). Distant groups of triangles count as one dipole each, as in Barill
+//! et al., "Fast Winding Numbers for Soups and Clouds" (2018), section 3, first order.
 //!
 //! Differs: a query looks at no more than [`MOST_WORK`] nodes and triangles, the near ones first; what is left counts as dipoles. So
 //! triangles that all reach across one another take no longer than others. A mesh turned inside out has the same inside.
@@ -14,25 +16,26 @@ use glam::Vec3;
 use super::Mesh;
 use super::tree::PointTree;
 
-/// A group this many times its radius away counts as one dipole; the source takes 2.
+/// Distance of a group, in multiples of its radius, from which it counts as a dipole. The source
+/// uses 2.
 const FAR: f32 = 2.5;
 /// Nodes and triangles that a query looks at. A body's mesh needs some hundred.
 const MOST_WORK: usize = 1024;
 
-/// The winding numbers of a mesh.
+/// Winding numbers of a mesh.
 pub(super) struct Winding<'a> {
     mesh: &'a Mesh,
     tree: PointTree,
-    /// One for each node of the tree.
+    /// Dipole of each node of the tree.
     dipoles: Vec<Dipole>,
 }
 
 #[derive(Clone, Copy)]
 struct Dipole {
     centre: Vec3,
-    /// Sum of the triangles' normals, each as long as its area.
+    /// Sum of the triangles' normals, weighted by area.
     area: Vec3,
-    /// No corner is further from the centre.
+    /// Maximum distance of a corner from the centre.
     radius: f32,
 }
 
@@ -54,20 +57,20 @@ impl<'a> Winding<'a> {
         }
     }
 
-    /// Whether the mesh winds around a place by more than half a turn.
+    /// Whether the winding number of a place is more than one half.
     pub(super) fn is_inside(&self, place: Vec3) -> bool {
         let [number] = self.numbers(place, [place]);
         number.abs() > 0.5
     }
 
-    /// The same of the places a step before and a step after.
+    /// Whether the places one step before and one step after `place` are inside.
     pub(super) fn are_inside(&self, place: Vec3, step: Vec3) -> [bool; 2] {
         let numbers = self.numbers(place, [place - step, place + step]);
         numbers.map(|number| number.abs() > 0.5)
     }
 
-    /// How often the mesh winds around each of some places close to `place`: 0 outside and 1 or -1 inside of a closed mesh, something
-    /// between where it is open.
+    /// Winding numbers of several places close to `place`. For a closed mesh they are 0 outside and
+    /// 1 or -1 inside; for an open mesh they lie between.
     fn numbers<const N: usize>(&self, place: Vec3, places: [Vec3; N]) -> [f32; N] {
         let (mut near, mut far, mut work) = ([0.0; N], 0.0, 0);
         let mut open = Vec::with_capacity(64);
@@ -137,13 +140,13 @@ fn dipole(mesh: &Mesh, middles: &[Vec3], triangles: &[u32]) -> Dipole {
     }
 }
 
-/// The solid angle of a triangle seen from the origin, as a share of the whole sphere.
+/// Solid angle of a triangle seen from the origin, as a share of the whole sphere.
 fn turns([a, b, c]: [Vec3; 3]) -> f32 {
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let volume = a.dot(b.cross(c));
     let base = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     if volume == 0.0 {
-        // In the triangle's plane, or no triangle: it covers nothing.
+        // The origin lies in the triangle's plane, or the triangle is degenerate.
         return 0.0;
     }
     2.0 * volume.atan2(base) / (4.0 * PI)

@@ -1,7 +1,8 @@
-//! Numbers from buffers, every index checked.
+//! Reads numbers from buffers. All indices and ranges are checked.
 //!
-//! Accessors are read here, not by the crate `gltf`: its readers add offsets without checks, count down from 0 and unwrap,
-//! so that a hostile file ends the program; and its validation refuses files for their meshes, which are not read here.
+//! Accessors are read here and not by the crate `gltf`. Its readers add offsets without checks,
+//! count down from 0 and unwrap, so a malicious file would panic. Its validation also rejects files
+//! for errors in their meshes, which are not read here.
 
 use gltf_json::accessor::sparse::Sparse;
 use gltf_json::accessor::{ComponentType, Type};
@@ -11,7 +12,8 @@ use super::GltfError;
 use super::container::Container;
 
 impl Container {
-    /// The elements of an accessor, `N` floats each; integers are normalised, as animations want them.
+    /// Elements of an accessor, with `N` floats each. Integers are normalised, as animations
+    /// require.
     pub(super) fn floats<const N: usize>(
         &self,
         index: usize,
@@ -65,21 +67,21 @@ impl Container {
     }
 }
 
-/// Reads one accessor.
+/// Reader of one accessor.
 struct Reader<'a, F> {
     container: &'a Container,
     accessor: usize,
-    /// What names the accessor.
+    /// Returns the name of the object that refers to the accessor.
     from: &'a F,
 }
 
-/// Elements in a buffer view.
+/// Range of elements in a buffer view.
 #[derive(Clone, Copy)]
 struct Elements {
-    /// Bytes from the view's start to the first element.
+    /// Offset of the first element in the view, in bytes.
     offset: u64,
     count: u64,
-    /// Bytes of an element.
+    /// Size of an element, in bytes.
     size: usize,
 }
 
@@ -91,7 +93,7 @@ impl<F: Fn() -> String> Reader<'_, F> {
         }
     }
 
-    /// The bytes of each element of a view.
+    /// Bytes of each element in a view.
     fn bytes(
         &self,
         view: usize,
@@ -138,9 +140,10 @@ impl<F: Fn() -> String> Reader<'_, F> {
         Ok(self.bytes(view, elements)?.map(value).collect())
     }
 
-    /// What a sparse accessor without a view starts from.
+    /// Initial values of a sparse accessor without a view.
     fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[f32; N]>, GltfError> {
-        // The times of keys increase: all but one are in a buffer, and other accessors have at most three elements a key.
+        // Key times increase, so all but one are stored in a buffer, and other accessors have at
+        // most three elements for each key.
         let buffers = self.container.buffers.iter().flatten();
         let most: usize = buffers.map(Vec::len).sum();
         match usize::try_from(count) {
@@ -149,7 +152,7 @@ impl<F: Fn() -> String> Reader<'_, F> {
         }
     }
 
-    /// Puts a sparse accessor's own elements in their places.
+    /// Replaces the elements of a sparse accessor.
     fn replace<const N: usize>(
         &self,
         values: &mut [[f32; N]],
@@ -183,13 +186,13 @@ impl<F: Fn() -> String> Reader<'_, F> {
     }
 }
 
-/// An unsigned number of up to four bytes.
+/// Unsigned little-endian number of up to four bytes.
 fn little_endian(bytes: &[u8]) -> usize {
     let bytes = bytes.iter().rev();
     bytes.fold(0, |number, &byte| number << 8 | usize::from(byte))
 }
 
-/// Where elements lie in a buffer, in bytes.
+/// Positions of elements in a buffer, in bytes.
 struct Layout {
     view: (u64, u64),
     offset: u64,
@@ -199,7 +202,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// The bytes from the first element on, if all elements lie within.
+    /// Bytes from the first element on, if all elements lie within the buffer.
     fn within<'a>(&self, buffer: &'a [u8]) -> Option<&'a [u8]> {
         let (start, length) = self.view;
         let view_end = start.checked_add(length)?;
@@ -211,12 +214,12 @@ impl Layout {
         let end = last
             .checked_mul(self.stride as u64)?
             .checked_add(self.size as u64)?;
-        // Elements that overlap would make much out of few bytes.
+        // Overlapping elements are rejected, because they could expand a small file to large data.
         (self.stride >= self.size && end <= bytes.len() as u64).then_some(bytes)
     }
 }
 
-/// The number at the start of `bytes`, which has as many as it needs.
+/// The number at the start of `bytes`, which must be long enough.
 fn number(component: ComponentType, bytes: &[u8]) -> f32 {
     let two = || [bytes[0], bytes[1]];
     let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];

@@ -1,4 +1,4 @@
-//! Keys of nodes and what lies between them.
+//! Keyframes of nodes and their interpolation.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use super::GltfError;
 use super::container::Container;
 use super::nodes::Local;
 
-/// The tracks of one animation, by node.
+/// Tracks of one animation, by node.
 pub(super) struct Tracks {
     pub(super) name: String,
     nodes: HashMap<usize, NodeTracks>,
@@ -23,17 +23,17 @@ struct NodeTracks {
     scale: Option<Track>,
 }
 
-/// One property of one node.
+/// Keyframes of one property of one node.
 struct Track {
-    /// Seconds, increasing.
+    /// Times, in seconds, increasing.
     times: Vec<f32>,
-    /// One for each time; of cubic splines three: the tangent before, the value, the tangent after.
+    /// Values, one for each time. Cubic splines have three: in-tangent, value, out-tangent.
     values: Vec<Vec4>,
     interpolation: Interpolation,
 }
 
 impl Tracks {
-    /// Reads the tracks of the nodes for which `moves` is true.
+    /// Reads the tracks of the nodes for which `moves` returns true.
     pub(super) fn read(
         container: &Container,
         (animation, name): (&Animation, String),
@@ -81,7 +81,7 @@ impl Tracks {
         Ok(tracks)
     }
 
-    /// Whether there is anything to play.
+    /// Whether the animation has no tracks.
     pub(super) fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
@@ -91,7 +91,7 @@ impl Tracks {
         self.nodes.contains_key(&node)
     }
 
-    /// The times of all keys, track by track.
+    /// Times of all keys, track by track.
     pub(super) fn times(&self) -> impl Iterator<Item = &[f32]> {
         self.nodes.values().flat_map(|node| {
             [&node.translation, &node.rotation, &node.scale]
@@ -101,7 +101,7 @@ impl Tracks {
         })
     }
 
-    /// A node's place at a time; `rest` where it has no keys.
+    /// Transform of a node at a time, or `rest` if it has no keys.
     pub(super) fn sample(&self, node: usize, rest: &Local, time: f64) -> Local {
         let Some(tracks) = self.nodes.get(&node) else {
             return *rest;
@@ -165,7 +165,7 @@ impl Track {
         })
     }
 
-    /// The key that makes no sense, and why; makes rotations unit.
+    /// Checks the keys and normalises rotations. Returns the first invalid key and the reason.
     fn check(&mut self, property: Property) -> Result<(), (usize, &'static str)> {
         let parts = match self.interpolation {
             Interpolation::CubicSpline => 3,
@@ -198,7 +198,7 @@ impl Track {
         Ok(())
     }
 
-    /// The value at a time; before the first and after the last key those hold.
+    /// Value at a time. Times before the first and after the last key are clamped.
     fn at(&self, time: f64, between: impl Fn(Vec4, Vec4, f32) -> Vec4) -> Vec4 {
         let after = self.times.partition_point(|&key| f64::from(key) <= time);
         let value = |key: usize| match self.interpolation {

@@ -1,4 +1,4 @@
-//! What a file is made of: the JSON and the bytes of its buffers.
+//! Splits a file into its JSON and the bytes of its buffers.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -12,16 +12,16 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
-/// A file taken apart.
+/// Parsed JSON and buffers of a file.
 pub(super) struct Container {
     pub(super) root: Root,
-    /// Of each buffer its bytes; `None` for one that nothing needs.
+    /// Bytes of each buffer, or `None` for unused buffers.
     pub(super) buffers: Vec<Option<Vec<u8>>>,
 }
 
 impl Container {
-    /// `load` fetches a buffer that lies in a file beside this one; it is asked only for files in the same folder or below it, and
-    /// only for buffers that animations use.
+    /// `load` reads an external buffer. It is called only for files in the same folder or below,
+    /// and only for buffers that animations use.
     pub(super) fn parse(
         bytes: &[u8],
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
@@ -39,7 +39,7 @@ impl Container {
                 problem,
             };
             let bytes = match &buffer.uri {
-                // Only the first buffer may be the container's own.
+                // Only the first buffer can be the GLB container's binary chunk.
                 None => binary.take().map(<[u8]>::to_vec),
                 Some(_) if !needed.contains(&index) => None,
                 Some(uri) => Some(fetch(uri, &mut load).map_err(failed)?),
@@ -59,7 +59,7 @@ impl Container {
     }
 }
 
-/// The buffers behind the keys of animations. Indices that point nowhere are found out later.
+/// Buffers that animations use. Invalid indices are reported later.
 fn needed_buffers(root: &Root) -> Vec<usize> {
     let samplers = root
         .animations
@@ -79,7 +79,8 @@ fn needed_buffers(root: &Root) -> Vec<usize> {
         .collect()
 }
 
-/// The JSON and the binary chunk, if it is a GLB container; chunks of other kinds are skipped, as the specification wants.
+/// JSON and binary chunk of a GLB container, or the whole file as JSON. Chunks of other types are
+/// skipped, as the specification requires.
 fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes, None));
@@ -115,7 +116,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
     Ok((json, binary))
 }
 
-/// The bytes behind a URI: in itself, or in a file.
+/// Bytes of a URI, which may be a data URI or a file.
 fn fetch(
     uri: &str,
     load: &mut impl FnMut(&Path) -> Result<Vec<u8>, String>,
@@ -125,7 +126,7 @@ fn fetch(
         return STANDARD.decode(text).map_err(|error| error.to_string());
     }
     let path = PathBuf::from(unescaped(uri).ok_or("its URI is no path")?);
-    // A file is asked for what lies beside it, not for what lies elsewhere on the machine.
+    // A file may only refer to files in its own folder or below, not elsewhere on the machine.
     let stays = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
     if uri.contains(':') || !path.components().all(stays) {
         return Err(format!("\"{uri}\" is not in the file's own folder"));
@@ -133,7 +134,7 @@ fn fetch(
     load(&path)
 }
 
-/// Without percent signs.
+/// Decodes percent escapes.
 fn unescaped(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.bytes();

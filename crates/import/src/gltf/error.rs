@@ -1,97 +1,99 @@
 use thiserror::Error;
 
-use super::MOST_ENTRIES;
 use sabaki::anim::{ClipError, Skeleton, SkeletonError};
 
-/// Why a file is no skinned animation in glTF.
+/// Maximum number of frames times joints of an animation. It limits memory.
+pub const MOST_ENTRIES: u64 = 1 << 26;
+
+/// Reason why a file cannot be read as a skinned glTF animation.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GltfError {
-    /// A GLB container is cut off, or its parts do not lie where it says.
+    /// The GLB container is truncated, or a chunk is out of range.
     #[error("the GLB container is damaged: {0}")]
     Container(&'static str),
     /// The version is not 2.
     #[error("glTF {0}: only version 2 can be read")]
     Version(String),
-    /// The JSON is none, or not glTF's.
+    /// The JSON is invalid, or is not glTF.
     #[error("{0}")]
     Json(String),
-    /// An index points to nothing.
+    /// An index is out of range.
     #[error("{from} names {what} {index}, which is not there")]
     Index {
-        /// What holds the index.
+        /// The object with the index.
         from: String,
-        /// Of what kind.
+        /// Kind of the object that it refers to.
         what: &'static str,
         /// The index.
         index: usize,
     },
-    /// A buffer cannot be had.
+    /// A buffer is not available.
     #[error("buffer {buffer}: {problem}")]
     Buffer {
         /// Index of the buffer.
         buffer: usize,
-        /// Why.
+        /// Description of the problem.
         problem: String,
     },
-    /// An accessor does not lie within its buffer, or does not hold what it is used for.
+    /// An accessor is outside its buffer or has an unsuitable type.
     #[error("accessor {accessor}: {problem}")]
     Accessor {
         /// Index of the accessor.
         accessor: usize,
-        /// Why.
+        /// Description of the problem.
         problem: &'static str,
     },
-    /// Neither a skin nor an animation names a node.
+    /// No skin and no animation refers to a node.
     #[error("the file has no skin and no animated node")]
     NoJoints,
-    /// There is no animation that moves the skeleton.
+    /// No animation moves the skeleton.
     #[error("the file has no animation of its skeleton")]
     NoAnimation,
-    /// A node is its own ancestor, or has two parents.
+    /// A node is its own ancestor or has two parents.
     #[error("node {0} hangs on itself or on two nodes")]
     Tree(usize),
-    /// The joints do not hang together.
+    /// The joints have no common root.
     #[error("the joints hang on several roots: nodes {0} and {1} have no ancestor in common")]
     Roots(usize, usize),
-    /// More joints than an index can name.
+    /// There are more joints than the maximum.
     #[error("more than {max} joints", max = Skeleton::MAX_JOINTS)]
     TooManyJoints,
-    /// A key's time or value makes no sense.
+    /// The time or the value of a key is invalid.
     #[error("animation \"{animation}\", node \"{node}\", key {key}: {problem}")]
     Key {
         /// Name of the animation.
         animation: String,
         /// Name of the node.
         node: String,
-        /// Zero-based.
+        /// Index of the key, from 0.
         key: usize,
-        /// What is wrong.
+        /// Description of the problem.
         problem: &'static str,
     },
-    /// An animation's `extras` hold events that are none.
+    /// The `extras` of an animation contain invalid events.
     #[error("animation \"{animation}\": the events in its extras: {problem}")]
     Events {
         /// Name of the animation.
         animation: String,
-        /// What is wrong.
+        /// Description of the problem.
         problem: String,
     },
-    /// The animation would fill the memory.
+    /// The animation would need too much memory.
     #[error(
         "animation \"{animation}\": {frames} frames of {joints} joints; {MOST_ENTRIES} rotations in all are the most"
     )]
     TooLong {
         /// Name of the animation.
         animation: String,
-        /// How many frames.
+        /// Number of frames.
         frames: u64,
-        /// Joints of the skeleton.
+        /// Number of joints of the skeleton.
         joints: usize,
     },
-    /// The joints form no skeleton.
+    /// The joints do not form a valid skeleton.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
-    /// The motion is none: as a rule, places out of all range.
+    /// The motion is invalid, usually because positions are too far away.
     #[error(transparent)]
     Clip(#[from] ClipError),
 }

@@ -4,22 +4,20 @@ use std::path::Path;
 use glam::{Quat, Vec3};
 use serde::Deserialize;
 
-use super::GltfError;
 use super::animation::{Tracks, node_name};
 use super::container::Container;
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
+use super::{GltfError, MOST_ENTRIES};
 use crate::EventEntry;
 use crate::bvh::{MotionError, Taken};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 
-/// Frames times joints: what would need more memory is not read.
-pub const MOST_ENTRIES: u64 = 1 << 26;
-
-/// A glTF file's skeleton and what its animations do with it, in the file's own unit.
+/// Skeleton and animations of a glTF file, in the file's unit.
 ///
-/// The skeleton is that of the skin with the most joints, with the nodes between them; of a file without skins, the animated nodes and all
-/// below. What stands above the root, as a turn from Z up to Y up, is part of the root's motion.
+/// The skeleton consists of the joints of the largest skin and the nodes between them. In a file
+/// without skins, it consists of the animated nodes and all their descendants. Nodes above the
+/// root, such as a rotation from Z up to Y up, become part of the root's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfFile {
     skeleton: Skeleton,
@@ -30,23 +28,25 @@ pub struct GltfFile {
 /// One animation of a [`GltfFile`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct GltfAnimation {
-    /// Unique in the file.
+    /// Name, unique in the file.
     pub name: String,
-    /// In the file's unit.
+    /// Motion, in the file's unit.
     pub clip: Clip,
-    /// Of the animation's `extras`, as [`write_labelled`](super::write_labelled) writes them: `{"sabaki": {"events": [...]}}`, each as in an
-    /// events file. Of files that know nothing of that, none.
+    /// Events in the animation's `extras`, as [`write_labelled`](super::write_labelled) writes
+    /// them: `{"sabaki": {"events": [...]}}`, each as in an events file. Empty for files from other
+    /// programs.
     pub events: Vec<EventEntry>,
 }
 
 impl GltfFile {
-    /// Reads a file, GLB or JSON. `load` fetches a buffer that lies in a file of its own, by its path from this one's folder.
+    /// Parses a GLB or JSON file. `load` reads an external buffer, by its path relative to the
+    /// file's folder.
     ///
-    /// Keys become frames: one for each where they lie on a common grid, else 60 a second. Animations that do not move the skeleton are
-    /// left out.
+    /// Keys are converted to frames: one for each key if all keys lie on a common grid, otherwise
+    /// 60 per second. Animations that do not move the skeleton are left out.
     ///
     /// # Errors
-    /// The first thing that is wrong, and where.
+    /// The first error, with its position.
     pub fn parse(
         bytes: &[u8],
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
@@ -98,28 +98,28 @@ impl GltfFile {
         })
     }
 
-    /// In the file's unit.
+    /// Skeleton, in the file's unit.
     #[must_use]
     pub fn skeleton(&self) -> &Skeleton {
         &self.skeleton
     }
 
-    /// Of each joint of the skeleton its node in the file.
+    /// Node of each joint.
     #[must_use]
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }
 
-    /// At least one, in the order of the file.
+    /// Animations in the order of the file, at least one.
     #[must_use]
     pub fn animations(&self) -> &[GltfAnimation] {
         &self.animations
     }
 
-    /// The skeleton in metres.
+    /// Skeleton, in metres.
     ///
     /// # Errors
-    /// A scale that takes an offset out of range.
+    /// The scale makes an offset too large.
     pub fn scaled_skeleton(&self, metres_per_unit: f64) -> Result<Skeleton, MotionError> {
         let mut joints: Vec<Joint> = self.skeleton.clone().into();
         for joint in &mut joints {
@@ -128,10 +128,10 @@ impl GltfFile {
         Ok(Skeleton::new(joints)?)
     }
 
-    /// Skeleton and motion of one animation in metres.
+    /// Skeleton and motion of one animation, in metres.
     ///
     /// # Errors
-    /// A scale that takes a length out of range.
+    /// The scale makes a length too large.
     pub fn motion(
         &self,
         animation: &GltfAnimation,
@@ -148,9 +148,9 @@ impl GltfFile {
     }
 }
 
-/// The events that an animation's `extras` hold.
+/// Events in the `extras` of an animation.
 fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEntry>, GltfError> {
-    /// What the key of that name holds.
+    /// Contents of the key `sabaki`.
     #[derive(Deserialize)]
     struct Ours {
         events: Vec<EventEntry>,
@@ -162,7 +162,7 @@ fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEn
         animation: name.to_owned(),
         problem: error.to_string(),
     };
-    // Whatever else stands there is somebody else's, and may be anything.
+    // Other keys belong to other programs and may hold anything.
     let value: serde_json::Value = serde_json::from_str(extras.get()).map_err(failed)?;
     match value.get("sabaki") {
         Some(ours) => Ok(Ours::deserialize(ours).map_err(failed)?.events),
@@ -170,7 +170,7 @@ fn events_of(animation: &gltf_json::Animation, name: &str) -> Result<Vec<EventEn
     }
 }
 
-/// The nodes that move the skeleton, ready to be posed.
+/// The nodes that move the skeleton.
 struct Rig<'a> {
     nodes: &'a Nodes,
     /// The nodes above the root, then the joints.
@@ -180,7 +180,7 @@ struct Rig<'a> {
 /// One node of a [`Rig`].
 struct Link {
     node: usize,
-    /// Index into the chain.
+    /// Index of the parent in the chain.
     parent: Option<usize>,
     rest: Local,
 }
@@ -203,14 +203,15 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// Of each joint its parent joint.
+    /// Parent joint of each joint.
     fn parents(&self) -> impl Iterator<Item = Option<usize>> + '_ {
         let above = self.nodes.above.len();
         let joints = self.chain[above..].iter();
         joints.map(move |link| link.parent?.checked_sub(above))
     }
 
-    /// Where all joints are, from the places of all nodes: rotations and places under their parents, the root's in the file's space.
+    /// Local rotations and positions of all joints, from the local transforms of all nodes. The
+    /// root's are in the file's space.
     fn pose(&self, local: impl Fn(&Link) -> Local, worlds: &mut Vec<World>) -> Vec<(Quat, Vec3)> {
         worlds.clear();
         for link in &self.chain {
@@ -231,7 +232,8 @@ impl<'a> Rig<'a> {
         pairs.map(under).collect()
     }
 
-    /// A leaf that is called an end, and that no animation moves, is an end site.
+    /// Builds the skeleton. A leaf whose name marks it as an end, and that no animation moves,
+    /// becomes an end site.
     fn skeleton(
         &self,
         container: &Container,
@@ -304,7 +306,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// Whether a joint below the root leaves its offset by more than rounding.
+/// Whether a joint below the root moves relative to its parent by more than rounding errors.
 fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     const DIGITS: f32 = 1e-5;
     let offsets = skeleton.joints().iter().map(|joint| joint.offset);
@@ -313,7 +315,7 @@ fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     let leaves = |frame: &[Vec3]| {
         let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
         let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
-        // What is no number is kept, to be found out.
+        // Values that are not finite count as moved, so that later checks find them.
         pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
     };
     { frames }.any(leaves)

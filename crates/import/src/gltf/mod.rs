@@ -1,10 +1,10 @@
-//! glTF 2.0: skinned animation in and out.
+//! Reads and writes skinned animations in glTF 2.0.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 3.5 (nodes), 3.6 (buffers and accessors), 3.7.3 (skins), 3.11 (animations), 4 (GLB).
 //!
-//! Only what moves a skeleton is read: nodes, skins, animations and their numbers; meshes and materials are not looked at, whatever
-//! extensions they ask for. A scale of nodes goes into the places of the joints below, since joints have none here: exact where it is
-//! the same along all axes.
+//! Only the data that moves a skeleton is read: nodes, skins and animations. Meshes and materials
+//! are ignored, including the extensions that they require. Joints have no scale, so the scale of a
+//! node is applied to the positions of the joints below it. This is exact if the scale is uniform.
 
 mod accessor;
 mod animation;
@@ -15,6 +15,6 @@ mod nodes;
 mod times;
 mod write;
 
-pub use error::GltfError;
-pub use file::{GltfAnimation, GltfFile, MOST_ENTRIES};
+pub use error::{GltfError, MOST_ENTRIES};
+pub use file::{GltfAnimation, GltfFile};
 pub use write::{write, write_labelled};

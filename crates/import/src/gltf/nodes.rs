@@ -1,4 +1,4 @@
-//! Which nodes are joints, and how they hang together.
+//! Determines which nodes are joints, and their hierarchy.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,17 +10,17 @@ use gltf_json::{Root, scene};
 use super::GltfError;
 use sabaki::anim::Skeleton;
 
-/// The tree of all nodes, and the part of it that is the skeleton.
+/// The tree of all nodes, and the nodes of the skeleton.
 pub(super) struct Nodes {
-    /// Of each node its parent.
+    /// Parent of each node.
     parents: Vec<Option<usize>>,
-    /// From the top of the tree down to the node above the root: they move the skeleton as a whole.
+    /// Nodes above the skeleton's root, from the top down. They move the skeleton as a whole.
     pub(super) above: Vec<usize>,
-    /// The joints, parents first, the root first.
+    /// Joints, the root first, parents before children.
     pub(super) joints: Vec<usize>,
 }
 
-/// A node's place in its parent's frame.
+/// Transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Local {
     pub(super) translation: Vec3,
@@ -39,7 +39,7 @@ impl Nodes {
             joints: Vec::new(),
         };
         let (&first, rest) = wanted.split_first().ok_or(GltfError::NoJoints)?;
-        // The path down to the first one; its part that all others share.
+        // The part of the first joint's ancestry that all other joints share.
         let mut path: Vec<usize> = nodes.ancestry(first).collect();
         path.reverse();
         let depths: HashMap<usize, usize> = path
@@ -59,7 +59,7 @@ impl Nodes {
         let mut inside = HashSet::from([top]);
         for &node in &wanted {
             let way = nodes.ancestry(node).take_while(|&node| node != top);
-            // What is inside already has its way to the top inside.
+            // Ancestors of a node that is already included are included too.
             let new: Vec<usize> = way.take_while(|node| !inside.contains(node)).collect();
             inside.extend(new);
         }
@@ -79,7 +79,7 @@ impl Nodes {
         Ok(nodes)
     }
 
-    /// From a node up to the top, both included.
+    /// A node and its ancestors, up to the top.
     fn ancestry(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         std::iter::successors(Some(node), |&node| self.parents[node])
     }
@@ -107,9 +107,10 @@ fn parents(nodes: &[scene::Node]) -> Result<Vec<Option<usize>>, GltfError> {
     Ok(parents)
 }
 
-/// Every node has one parent at most, so that a walk up either ends or comes back to where it was.
+/// Checks for cycles. Every node has at most one parent, so a walk upwards either ends or returns
+/// to its start.
 fn check_cycles(parents: &[Option<usize>]) -> Result<(), GltfError> {
-    // Of each node the walk that has come by last.
+    // For each node, the last walk that visited it.
     let mut seen = vec![usize::MAX; parents.len()];
     for start in 0..parents.len() {
         let mut at = Some(start);
@@ -127,7 +128,7 @@ fn check_cycles(parents: &[Option<usize>]) -> Result<(), GltfError> {
     Ok(())
 }
 
-/// The joints of the skin that has the most; without skins, what animations turn and move, with all below.
+/// Nodes of the largest skin or, without skins, the animated nodes and all their descendants.
 fn wanted(root: &Root) -> Result<Vec<usize>, GltfError> {
     let largest = root
         .skins
@@ -181,7 +182,7 @@ fn animated(root: &Root) -> Vec<usize> {
 }
 
 impl Local {
-    /// As the node stands without animation.
+    /// Transform of a node without animation.
     pub(super) fn of(node: &scene::Node) -> Self {
         if let Some(matrix) = &node.matrix {
             let matrix = DMat4::from_cols_array(&matrix.map(f64::from));
@@ -202,7 +203,7 @@ impl Local {
     }
 }
 
-/// A node's frame in the space of the file: where points go, and how it is turned without its scale.
+/// A node's frame in the space of the file: a transform for points, and the rotation without scale.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct World {
     pub(super) points: DAffine3,

@@ -1,24 +1,26 @@
-//! From keys at any time to frames at one rate.
+//! Converts keys at arbitrary times to frames at a constant rate.
 
-/// Frames per second of an animation whose keys have no common rate.
+/// Frame rate of animations whose keys have no common rate, in frames per second.
 pub(super) const USUAL_RATE: f64 = 60.0;
 
-/// A key may be off its frame by this share of the frame time: times are written in single precision.
+/// Maximum deviation of a key from its frame, as a share of the frame time. Times are in single
+/// precision.
 const OFF: f64 = 0.05;
 
-/// When the frames of an animation are.
+/// Frame times of an animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frames {
-    /// Seconds of the first one.
+    /// Time of the first frame, in seconds.
     pub(super) start: f64,
-    /// Frames per second.
+    /// Frame rate, in frames per second.
     pub(super) rate: f64,
-    /// How many, at least one.
+    /// Number of frames, at least 1.
     pub(super) count: u64,
 }
 
 impl Frames {
-    /// One frame for each key where the keys of all tracks lie on one grid; else at [`USUAL_RATE`].
+    /// Chooses one frame for each key if the keys of all tracks lie on one grid, otherwise
+    /// [`USUAL_RATE`].
     pub(super) fn of<'a>(tracks: impl Iterator<Item = &'a [f32]> + Clone) -> Self {
         let all = || tracks.clone().flatten().map(|&time| f64::from(time));
         let (start, end) = all().fold((f64::INFINITY, 0.0f64), |(start, end), time| {
@@ -35,18 +37,19 @@ impl Frames {
         let sampled = Self {
             start,
             rate: USUAL_RATE,
-            // Times may be anything that single precision holds: as many as can be counted.
+            // Times can be any single-precision values, so the count saturates.
             count: ((seconds * USUAL_RATE + 1e-3).floor() as u64).saturating_add(1),
         };
         let gaps = tracks.clone().flat_map(|times| times.windows(2));
         let gaps = gaps.map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
         let least = gaps.clone().fold(f64::INFINITY, f64::min);
         if !least.is_finite() {
-            // Each track has a single key, at times of its own.
+            // Each track has a single key, at different times.
             return sampled;
         }
-        // The mean of what differs from the least gap by rounding alone.
-        let (sum, count) = { gaps.filter(|&gap| gap < 1.2 * least) }
+        // Mean of the gaps that differ from the smallest gap only by rounding.
+        let (sum, count) = gaps
+            .filter(|&gap| gap < 1.2 * least)
             .fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
         let steps = (seconds * count / sum).round();
         let keys = all().count() as f64;
@@ -58,7 +61,7 @@ impl Frames {
             let frame = (time - start) / frame_time;
             (frame - frame.round()).abs()
         };
-        // A few keys that happen to lie on a fine grid do not ask for as many frames.
+        // A few keys that happen to lie on a fine grid do not justify as many frames.
         let too_fine = steps > 4.0 * keys && 1.0 / frame_time > 4.0 * USUAL_RATE;
         if too_fine || all().any(|time| off(time) > OFF) {
             return sampled;

@@ -1,4 +1,4 @@
-//! glTF out: a skeleton, a figure of its bones, and clips.
+//! Writes glTF files: a skeleton, a figure of its bones, and clips.
 
 use std::io::{Error, ErrorKind, Result, Write};
 
@@ -9,20 +9,22 @@ use crate::EventEntry;
 use sabaki::anim::{Clip, JointKind, Pose, Skeleton, forward_kinematics};
 use sabaki::graph::ClipSource;
 
-/// Component types and targets of the specification, 3.6.
+/// Component types and targets of the specification, section 3.6.
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_INT: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// Writes clips of one skeleton as one GLB file, each an animation, in metres. A figure of slim bones is bound to the skeleton, so that any
-/// viewer shows the motion; end sites are nodes too.
+/// Writes clips of one skeleton as a GLB file with one animation for each clip, in metres. A figure
+/// of thin bones is bound to the skeleton, so that every viewer shows the motion. End sites become
+/// nodes too.
 ///
-/// Key times are in single precision: frame rates come back to about six digits.
+/// Key times are in single precision, so frame rates keep about six digits.
 ///
 /// # Errors
-/// Those of `out`, and `InvalidInput` for a clip of another skeleton or a file beyond what GLB can hold (4 GiB).
+/// An error of `out`, or `InvalidInput` for a clip of another skeleton or a file larger than GLB's
+/// limit of 4 GiB.
 pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Result<()> {
     let events = &[];
     write_labelled(
@@ -35,11 +37,12 @@ pub fn write(out: &mut impl Write, skeleton: &Skeleton, clips: &[Clip]) -> Resul
     )
 }
 
-/// The same with what happens in the clips: each animation's `extras` are `{"sabaki": {"events": [...]}}`, each event as in an
-/// [`EventsFile`](crate::EventsFile), and are read again with it.
+/// Like [`write()`], with the clips' events: the `extras` of each animation are `{"sabaki":
+/// {"events": [...]}}`, each event as in an [`EventsFile`](crate::EventsFile). Reading the file
+/// returns them.
 ///
 /// # Errors
-/// Those of [`write()`], and `InvalidInput` for an event of no clip.
+/// The errors of [`write()`], and `InvalidInput` for an event of an unknown clip.
 pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()> {
     let ClipSource {
         skeleton,
@@ -63,7 +66,8 @@ pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()
             return Err(Error::new(ErrorKind::InvalidInput, what));
         }
         let mut animation = buffer.animation(skeleton, clip);
-        let labels: Vec<EventEntry> = { events.iter() }
+        let labels: Vec<EventEntry> = events
+            .iter()
             .filter(|event| event.clip == animations.len())
             .map(|event| EventEntry::of(event, skeleton))
             .collect();
@@ -90,7 +94,7 @@ pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()
         "bufferViews": buffer.views,
         "buffers": [{ "byteLength": buffer.bytes.len() }],
     });
-    // What is empty must not be there.
+    // glTF does not allow empty arrays.
     for (key, list) in [("meshes", meshes), ("animations", animations)] {
         if !list.is_empty() {
             document[key] = json!(list);
@@ -124,7 +128,7 @@ fn container(out: &mut impl Write, json: &[u8], binary: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Where the joints are when none is turned, the root at the origin.
+/// Positions of the joints without rotations, with the root at the origin.
 fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
     let pose = Pose {
         root: Vec3::ZERO,
@@ -136,7 +140,7 @@ fn rest_places(skeleton: &Skeleton) -> Vec<Vec3> {
     joints.iter().map(|joint| joint.translation).collect()
 }
 
-/// The joints, the root where a clip starts.
+/// Nodes of the joints. The root is at its position in the first frame of a clip.
 fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
     let mut children: Vec<Vec<u16>> = vec![Vec::new(); skeleton.len()];
     for id in skeleton.ids().skip(1) {
@@ -161,7 +165,7 @@ fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
     pairs.map(node).collect()
 }
 
-/// The binary part and what describes it.
+/// The binary chunk and its views and accessors.
 #[derive(Default)]
 struct Buffer {
     bytes: Vec<u8>,
@@ -170,7 +174,7 @@ struct Buffer {
 }
 
 impl Buffer {
-    /// An accessor of all that was written from `start` on; gives its index.
+    /// Adds an accessor of everything that was written from `start` on, and returns its index.
     fn accessor(&mut self, start: usize, mut accessor: Value, target: Option<u32>) -> usize {
         let mut view =
             json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
@@ -198,7 +202,7 @@ impl Buffer {
         self.accessor(start, accessor, None)
     }
 
-    /// Floats with their bounds, as times and places need them.
+    /// Adds floats with their bounds, which times and positions require.
     fn bounded<const N: usize>(&mut self, kind: &str, values: &[[f32; N]]) -> usize {
         let index = self.floats(kind, values.iter().flatten().copied());
         let bound = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
@@ -240,9 +244,10 @@ impl Buffer {
         json!({ "name": desc.name, "samplers": samplers, "channels": channels })
     }
 
-    /// An octahedron along each bone, bound to the joint that it starts at; no mesh for a skeleton without bones.
+    /// Creates an octahedron along each bone, bound to the joint at the bone's start. A skeleton
+    /// without bones gets no mesh.
     fn figure(&mut self, skeleton: &Skeleton, places: &[Vec3]) -> Vec<Value> {
-        /// The waist's place along a bone, and its width, shares of the bone's length.
+        /// Position and width of an octahedron's waist, as shares of the bone's length.
         const WAIST: (f32, f32) = (0.15, 0.08);
         const FACES: [[u32; 3]; 8] = [
             [0, 2, 1],

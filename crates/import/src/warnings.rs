@@ -2,18 +2,18 @@ use glam::Vec3;
 
 use sabaki::anim::{Clip, Facing, Limbs, Pose, Skeleton, forward_kinematics};
 
-/// What a person should know of a set of clips that can be read but not understood, one line each.
+/// Warnings about clips that are readable but suspicious, one line each.
 #[must_use]
-pub fn doubts(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
+pub fn clip_warnings(skeleton: &Skeleton, clips: &[Clip]) -> Vec<String> {
     [sides(skeleton), upright(skeleton, clips)]
         .into_iter()
         .flatten()
         .collect()
 }
 
-/// Names that do not tell left from right, in a skeleton that has limbs.
+/// Warns if the names of a skeleton with limbs do not tell left from right.
 fn sides(skeleton: &Skeleton) -> Option<String> {
-    /// Two feet, a head, and one hand at least.
+    /// Minimum number of limb ends: two feet, a head and a hand.
     const ENDS: usize = 4;
     let ends = skeleton
         .ids()
@@ -27,9 +27,9 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     })
 }
 
-/// A figure whose hips are, over all clips, not above its feet along Y.
+/// Warns if the hips of the figure are not above its feet along Y, over all clips.
 fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
-    /// Of each clip.
+    /// Number of samples of each clip.
     const SAMPLES: usize = 8;
     let limbs = Limbs::of(skeleton);
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
