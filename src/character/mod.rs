@@ -195,7 +195,7 @@ impl<'a> Troupe<'a> {
         } else {
             0.0
         };
-        self.crowd.advance(seconds);
+        self.crowd.advance(f64::from(seconds));
         for index in 0..self.members.len() {
             let member = &mut self.members[index];
             let edge = member.playhead.edge;

@@ -4,8 +4,8 @@ use super::character::ClipId;
 use super::level_clips::{ClipRange, LevelClips};
 use super::level_step::{LevelStep, steps};
 use super::quantise::{keys_per_frame, quantise};
-use crate::anim::{Clip, Skeleton};
-use crate::lod::{Level, LevelId, LevelMotion, LodError, rehang};
+use crate::anim::{Clip, JointId, Skeleton};
+use crate::lod::{Level, LevelId, LevelMotion, Levels, LodError, rehang};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
 /// Immutable once made; share it by reference count.
@@ -18,6 +18,10 @@ pub struct AnimationSet {
     pub(super) ranges: Vec<ClipRange>,
     /// Seconds of each clip.
     durations: Vec<f32>,
+    /// The joints of each level.
+    kept: Vec<Vec<JointId>>,
+    /// Of each level, the joint that draws each joint of the skeleton.
+    carriers: Vec<Vec<u16>>,
 }
 
 /// Why clips and levels make no animations.
@@ -84,8 +88,9 @@ impl AnimationSet {
             let motions = clips.iter().map(|clip| rehang(skeleton, clip, level));
             let motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
             if ranges.is_empty() {
-                for (motion, &per_frame) in motions.iter().zip(&per_frame) {
-                    ranges.push(ClipRange::after(ranges.last(), motion, per_frame));
+                for ((motion, clip), &per_frame) in motions.iter().zip(clips).zip(&per_frame) {
+                    let rates = (clip.frame_rate(), per_frame);
+                    ranges.push(ClipRange::after(ranges.last(), motion, rates));
                 }
             }
             let pairs = motions.iter().zip(&per_frame);
@@ -97,7 +102,32 @@ impl AnimationSet {
             steps: steps(levels),
             ranges,
             durations: clips.iter().map(|clip| clip.duration() as f32).collect(),
+            kept: levels.iter().map(|level| level.kept.clone()).collect(),
+            carriers: levels.iter().map(carriers).collect(),
         })
+    }
+
+    /// All clips with all joints: for crowds without levels of detail.
+    ///
+    /// # Errors
+    /// No clip, or one of another skeleton.
+    pub fn without_levels(skeleton: &Skeleton, clips: &[Clip]) -> Result<Self, AnimationSetError> {
+        let levels = Levels::in_order(skeleton, &[])?;
+        Self::new(skeleton, clips, &levels.levels)
+    }
+
+    /// The joints of a level in the order in which they are written: parents first, breadth-first. It is not the skeleton's
+    /// order. A level beyond the last is the last one.
+    #[must_use]
+    pub fn joint_ids(&self, level: LevelId) -> &[JointId] {
+        &self.kept[self.clamp(level).index()]
+    }
+
+    /// For each joint of the skeleton, in its order, the index of the joint that draws it on a level: its own while it is
+    /// kept, else the one that carries it. For [`PoseSlice::copy_joints`](super::PoseSlice::copy_joints).
+    #[must_use]
+    pub fn skeleton_order(&self, level: LevelId) -> &[u16] {
+        &self.carriers[self.clamp(level).index()]
     }
 
     /// How many clips.
@@ -146,4 +176,8 @@ impl AnimationSet {
             .map(|bank| size_of_val(&*bank.words) + size_of_val(&*bank.rows))
             .sum()
     }
+}
+
+fn carriers(level: &Level) -> Vec<u16> {
+    level.seats.iter().map(|seat| seat.carrier).collect()
 }

@@ -2,11 +2,11 @@ use super::level_clips::ClipRange;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 
-/// A clip of a [`AnimationSet`](super::AnimationSet), by its place there.
+/// A clip by its index in an [`AnimationSet`](super::AnimationSet).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClipId(pub u16);
 
-/// A character of a [`Crowd`](super::Crowd), in the order in which they were added.
+/// A character of a [`Crowd`](super::Crowd): characters are numbered in the order in which they were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CharacterId(pub u32);
 
@@ -22,17 +22,17 @@ impl CharacterId {
     }
 }
 
-/// Where a character stands in the world: the space of its clip goes there.
+/// Position and heading of a character: the transform from the space of its clip to the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// On the ground.
+    /// Heading, and position on the ground.
     pub ground: Rigid2,
-    /// Above it, metres.
+    /// Height above the ground, in metres.
     pub height: f32,
 }
 
 impl Placement {
-    /// The world is the space of the clip.
+    /// The origin, facing +Z.
     pub const IDENTITY: Self = Self {
         ground: Rigid2::IDENTITY,
         height: 0.0,
@@ -45,73 +45,90 @@ impl Default for Placement {
     }
 }
 
-/// What one character of a crowd does.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What one character of a crowd plays, and where it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Character {
-    /// What it plays, over and over.
+    /// The clip, which is played in a loop.
     pub clip: ClipId,
-    /// With how many joints.
+    /// The level of detail.
     pub level: LevelId,
-    /// How far it is on the way to the next level, from 0 to 1: joints that go there are blended to
-    /// where they ride then, so that nothing jumps.
+    /// Progress towards the next level, from 0 to 1. Joints that the next level removes are blended to where that level
+    /// draws them.
     pub blend: f32,
-    /// Where in the clip it is, seconds; any number: it counts from the clip's start again at its
-    /// end. NaN and infinities are the start.
+    /// Time in the clip, in seconds. It wraps at the clip's end; NaN and infinities are the start.
     pub time: f32,
-    /// Seconds of the clip for each second; 0 stands still, as what is no finite number does; below 0 goes backwards.
+    /// Playback rate: seconds of the clip per second, 1 by default. 0 stands still, below 0 plays backwards; NaN and
+    /// infinities stand still.
     pub speed: f32,
-    /// Where it stands.
+    /// Position and heading in the world.
     pub placement: Placement,
-    /// A second clip that it is going over to or coming from.
+    /// A second clip to mix in; `None` by default.
     pub fade: Option<Fade>,
 }
 
-/// A second motion, mixed into the first: rotations along the straight line between the two and
-/// normalised, places in a straight line.
+impl Default for Character {
+    /// The first clip from its start at normal speed, with all joints, at the origin.
+    fn default() -> Self {
+        Self {
+            clip: ClipId(0),
+            level: LevelId(0),
+            blend: 0.0,
+            time: 0.0,
+            speed: 1.0,
+            placement: Placement::IDENTITY,
+            fade: None,
+        }
+    }
+}
+
+/// A second clip that is mixed into the first: rotations by normalised linear interpolation along the shorter arc, places
+/// linearly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fade {
     /// The second clip.
     pub clip: ClipId,
-    /// Where in it, seconds, as [`Character::time`].
+    /// Time in it, in seconds, as [`Character::time`].
     pub time: f32,
-    /// As [`Character::speed`].
+    /// Its playback rate, as [`Character::speed`].
     pub speed: f32,
-    /// How much of it: 0 none, 1 nothing but it.
+    /// Share of the second clip, from 0 to 1.
     pub weight: f32,
 }
 
-/// A character as a crowd keeps it; as long as a line of the cache.
+/// A character as the crowd stores it: 64 bytes.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct CharacterState {
-    /// Where in the clip it is when the crowd's clock stands at 0, in intervals between keys.
-    pub(super) start: f32,
-    /// Intervals per second.
+    /// Position in the clip at crowd time 0, in intervals between keys. Double precision, so that no error adds up.
+    pub(super) phase: f64,
+    pub(super) fade_phase: f64,
+    /// Seconds of the clip per second.
     pub(super) speed: f32,
     pub(super) cos: f32,
     pub(super) sin: f32,
     pub(super) x: f32,
     pub(super) y: f32,
     pub(super) z: f32,
-    /// The level, and how far it is on the way to the next.
+    /// Level plus blend. While the character is in a group, the group's lane is newer.
     pub(super) detail: f32,
-    pub(super) fade_start: f32,
     pub(super) fade_speed: f32,
     pub(super) fade_weight: f32,
     pub(super) clip: ClipId,
     pub(super) second: ClipId,
     pub(super) is_fading: bool,
-    /// Not posed.
     pub(super) is_inactive: bool,
+    /// Outside the frustum of the last frame.
+    pub(super) is_culled: bool,
+    /// Waits for a group: the state is newer than the group's lane.
+    pub(super) is_late: bool,
 }
 
 impl CharacterState {
-    /// A character whose clips are there, when the crowd's clock stands at `now`. `last`: there is no
-    /// level after it.
+    /// `range` gives the ranges of clips that exist; `last` is the coarsest level; `now` is the crowd's time.
     pub(super) fn new<'a>(
         character: &Character,
         range: impl Fn(ClipId) -> &'a ClipRange,
-        (last, now): (LevelId, f32),
+        (last, now): (LevelId, f64),
     ) -> Self {
         let own = Fade {
             clip: character.clip,
@@ -120,10 +137,11 @@ impl CharacterState {
             weight: 0.0,
         };
         let fade = character.fade.unwrap_or(own);
-        let (start, speed) = started(range(own.clip), &own, now);
-        let (fade_start, fade_speed) = started(range(fade.clip), &fade, now);
+        let (phase, speed) = started(range(own.clip), &own, now);
+        let (fade_phase, fade_speed) = started(range(fade.clip), &fade, now);
         let mut state = Self {
-            start,
+            phase,
+            fade_phase,
             speed,
             cos: 1.0,
             sin: 0.0,
@@ -131,38 +149,34 @@ impl CharacterState {
             y: 0.0,
             z: 0.0,
             detail: 0.0,
-            fade_start,
             fade_speed,
-            // NaN is nothing of it, which `clamp` would keep.
-            fade_weight: if fade.weight > 0.0 {
-                fade.weight.min(1.0)
-            } else {
-                0.0
-            },
+            fade_weight: clamped_share(fade.weight),
             clip: own.clip,
             second: fade.clip,
             is_fading: character.fade.is_some(),
             is_inactive: false,
+            is_culled: false,
+            is_late: false,
         };
         state.place(&character.placement);
         state.set_detail((character.level, character.blend), last);
         state
     }
 
-    /// What it does at this moment.
-    pub(super) fn character(&self, [first, second]: [&ClipRange; 2], now: f32) -> Character {
+    /// What the character plays at this moment.
+    pub(super) fn character(&self, [first, second]: [&ClipRange; 2], now: f64) -> Character {
         let fade = Fade {
             clip: self.second,
-            time: (self.fade_start + self.fade_speed * now) / second.rate,
-            speed: self.fade_speed / second.rate,
+            time: second.seconds(self.fade_start(second, now)),
+            speed: self.fade_speed,
             weight: self.fade_weight,
         };
         Character {
             clip: self.clip,
             level: self.level(),
             blend: self.detail.fract(),
-            time: self.at(now) / first.rate,
-            speed: self.speed / first.rate,
+            time: first.seconds(self.start(first, now)),
+            speed: self.speed,
             placement: Placement {
                 ground: Rigid2::new(self.sin.atan2(self.cos), self.x, self.z),
                 height: self.y,
@@ -176,41 +190,35 @@ impl CharacterState {
         (self.x, self.y, self.z) = (placement.ground.x, placement.height, placement.ground.z);
     }
 
-    /// `last`: there is no level after it.
+    /// `last` is the coarsest level.
     pub(super) fn set_detail(&mut self, (level, blend): (LevelId, f32), last: LevelId) {
-        // NaN is nothing of it, which `clamp` would keep.
-        let blend = if blend > 0.0 { blend.min(1.0) } else { 0.0 };
-        self.detail = (f32::from(level.0) + blend).min(f32::from(last.0));
+        self.detail = (f32::from(level.0) + clamped_share(blend)).min(f32::from(last.0));
     }
 
-    /// The level that it must have at least.
+    /// The coarsest level that still has all the joints that the character needs.
     pub(super) fn level(&self) -> LevelId {
         LevelId(self.detail as u16)
     }
 
-    /// Where in its clip it is, in intervals, counted on.
-    pub(super) fn at(&self, now: f32) -> f32 {
-        self.start + self.speed * now
+    /// Position in the clip at a time, in intervals, within the clip.
+    pub(super) fn start(&self, range: &ClipRange, now: f64) -> f32 {
+        range.wrapped(self.phase + range.per_second(self.speed) * now)
     }
 
-    /// Lets the crowd's clock start again: what stood at `now` stands at 0.
-    pub(super) fn set_back(&mut self, now: f32, [first, second]: [&ClipRange; 2]) {
-        let back = |at: f32, range: &ClipRange| {
-            if at.is_finite() {
-                at.rem_euclid(range.intervals as f32)
-            } else {
-                0.0
-            }
-        };
-        self.start = back(self.at(now), first);
-        self.fade_start = back(self.fade_start + self.fade_speed * now, second);
+    /// The same of the second clip.
+    pub(super) fn fade_start(&self, range: &ClipRange, now: f64) -> f32 {
+        range.wrapped(self.fade_phase + range.per_second(self.fade_speed) * now)
     }
 }
 
-/// In intervals, when the crowd's clock stands at 0; 0 for what is no finite number.
-fn started(range: &ClipRange, played: &Fade, now: f32) -> (f32, f32) {
+/// From 0 to 1; 0 for NaN, which `clamp` would keep.
+fn clamped_share(share: f32) -> f32 {
+    if share > 0.0 { share.min(1.0) } else { 0.0 }
+}
+
+/// Phase at time 0 in intervals, and speed; 0 for what is not finite.
+fn started(range: &ClipRange, played: &Fade, now: f64) -> (f64, f32) {
     let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-    let at = finite(played.time * range.rate);
-    let speed = finite(played.speed * range.rate);
-    (at - speed * now, speed)
+    let (at, speed) = (finite(played.time), finite(played.speed));
+    (range.per_second(at) - range.per_second(speed) * now, speed)
 }

@@ -23,13 +23,9 @@ impl AnimationSet {
     #[must_use]
     pub fn pose_slice(&self, output: Output, (offset, index): (usize, usize)) -> PoseSlice {
         let joints = self.joints(LevelId(0));
-        PoseSlice {
-            offset: offset + index / F32x16::LANES * output.group_len(joints),
-            lane: index % F32x16::LANES,
-            level: LevelId(0),
-            joints,
-            output,
-        }
+        let offset = offset + index / F32x16::LANES * output.group_len(joints);
+        let at = (offset, index % F32x16::LANES);
+        PoseSlice::new(output, (LevelId(0), joints), at)
     }
 
     /// Makes a pose look like a level, on the way to the next by what is behind the point, as
@@ -44,7 +40,7 @@ impl AnimationSet {
         (slice, out): (&PoseSlice, &mut [F32x16]),
     ) {
         let ExternalPose { joints, matrices } = external;
-        match slice.output.form {
+        match slice.form {
             Form::Matrices => {
                 matrices.clear();
                 matrices.extend(joints.iter().map(affine));

@@ -1,4 +1,5 @@
 use super::character::CharacterState;
+use super::level_clips::ClipRange;
 use super::sampling::{Cycle, Moment};
 use super::schedule::GroupKind;
 use crate::lod::LevelId;
@@ -10,10 +11,10 @@ pub(super) struct Group {
     pub(super) clock: Clock,
     cos: F32x16,
     sin: F32x16,
-    x: F32x16,
-    y: F32x16,
-    z: F32x16,
-    /// The level that each looks like, and how far on the way to the next.
+    pub(super) x: F32x16,
+    pub(super) y: F32x16,
+    pub(super) z: F32x16,
+    /// Level plus blend of each character.
     pub(super) detail: F32x16,
 }
 
@@ -63,15 +64,37 @@ impl Group {
         detail: F32x16::ZERO,
     };
 
-    pub(super) fn write(&mut self, lane: usize, state: &CharacterState) {
-        self.clock.start.0[lane] = state.start;
-        self.clock.speed.0[lane] = state.speed;
+    /// `start` is the character's position in its clip when the groups' clock stands at 0.
+    pub(super) fn write(
+        &mut self,
+        lane: usize,
+        state: &CharacterState,
+        (range, start): (&ClipRange, f32),
+    ) {
+        self.clock.start.0[lane] = start;
+        self.clock.speed.0[lane] = range.per_second(state.speed) as f32;
         self.cos.0[lane] = state.cos;
         self.sin.0[lane] = state.sin;
         self.x.0[lane] = state.x;
         self.y.0[lane] = state.y;
         self.z.0[lane] = state.z;
         self.detail.0[lane] = state.detail;
+    }
+
+    /// Copies everything that a lane holds to another lane.
+    pub(super) fn copy_lane(&mut self, from: usize, to: usize) {
+        for line in [
+            &mut self.clock.start,
+            &mut self.clock.speed,
+            &mut self.cos,
+            &mut self.sin,
+            &mut self.x,
+            &mut self.y,
+            &mut self.z,
+            &mut self.detail,
+        ] {
+            line.0[to] = line.0[from];
+        }
     }
 
     #[inline(always)]
@@ -105,20 +128,35 @@ impl GroupCold {
         },
     };
 
-    /// `first` and `second`: the rows before its clips, and how many they have.
+    /// The ranges of both clips, and the position in the second one when the groups' clock stands at 0.
     pub(super) fn write(
         &mut self,
         lane: usize,
         state: &CharacterState,
-        [first, second]: [(usize, usize); 2],
+        ([first, second], fade_start): ([&ClipRange; 2], f32),
     ) {
-        self.rows[lane] = first.0 as u32;
-        self.length.0[lane] = first.1 as f32;
+        self.rows[lane] = first.row as u32;
+        self.length.0[lane] = first.intervals as f32;
         self.fade.weight.0[lane] = state.fade_weight;
-        self.fade.clock.start.0[lane] = state.fade_start;
-        self.fade.clock.speed.0[lane] = state.fade_speed;
-        self.fade.rows[lane] = second.0 as u32;
-        self.fade.length.0[lane] = second.1 as f32;
+        self.fade.clock.start.0[lane] = fade_start;
+        self.fade.clock.speed.0[lane] = second.per_second(state.fade_speed) as f32;
+        self.fade.rows[lane] = second.row as u32;
+        self.fade.length.0[lane] = second.intervals as f32;
+    }
+
+    /// Copies everything that a lane holds to another lane.
+    pub(super) fn copy_lane(&mut self, from: usize, to: usize) {
+        self.rows[to] = self.rows[from];
+        self.fade.rows[to] = self.fade.rows[from];
+        for line in [
+            &mut self.length,
+            &mut self.fade.weight,
+            &mut self.fade.clock.start,
+            &mut self.fade.clock.speed,
+            &mut self.fade.length,
+        ] {
+            line.0[to] = line.0[from];
+        }
     }
 
     /// A lane that is not used repeats another: it stays near in time.

@@ -1,79 +1,80 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+//! The characters of a crowd: adding and changing them, their clock, and their groups.
+
+use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterId, CharacterState, ClipId, Placement};
-use super::kernel::{Level, Run, Scratch};
+use super::frame::{FrameReport, FrameScratch};
+use super::kernel::Scratch;
 use super::output::PoseSlice;
-use super::schedule::{self, NOWHERE, Schedule, Sorting, split};
-use super::settings::{CrowdError, CrowdSettings, PoseError};
+use super::schedule::{self, NOWHERE, PARKED, Schedule, Sorting, split};
+use super::settings::{CrowdError, CrowdSettings};
 use crate::lod::LevelId;
-use crate::math::{F32x16, WorkerPool, thread_count};
+use crate::math::{WorkerPool, thread_count};
 
 /// Characters that are posed together.
 pub struct Crowd {
-    animations: Arc<AnimationSet>,
-    settings: CrowdSettings,
-    pool: WorkerPool,
+    pub(super) animations: Arc<AnimationSet>,
+    pub(super) settings: CrowdSettings,
+    pub(super) pool: WorkerPool,
     /// One for each thread.
-    scratch: Vec<Mutex<Scratch>>,
-    states: Vec<CharacterState>,
-    /// Of each character its group and lane, as one number.
-    slots: Vec<u32>,
-    schedule: Schedule,
-    /// Characters who cannot stay in their groups, or have none.
-    late: Vec<u32>,
-    /// Seconds since the clocks were set back.
-    now: f32,
-    is_sorted: bool,
-    debt: Debt,
-    /// Frames that were posed.
-    frame: usize,
-    /// Whether slices are where they were in the frame before.
-    is_settled: bool,
+    pub(super) scratch: Vec<Mutex<Scratch>>,
+    pub(super) states: Vec<CharacterState>,
+    /// Group and lane of each character, as one number.
+    pub(super) slots: Vec<u32>,
+    pub(super) schedule: Schedule,
+    /// Characters that wait for another group.
+    pub(super) late: Vec<u32>,
+    /// Seconds.
+    time: f64,
+    /// The time at which the groups' clock stands at 0, in seconds.
+    base: f64,
+    pub(super) debt: Debt,
+    /// Number of frames that were posed.
+    pub(super) frame: usize,
+    /// Whether all characters have the places in the output that they had in the frame before.
+    pub(super) is_settled: bool,
+    pub(super) scratch_of_frames: FrameScratch,
 }
 
-/// What the order costs more than a new one would, in fiftieths of what it takes to sort one
-/// character: about a nanosecond.
+/// What the present groups cost more than new ones would, in fiftieths of the time that sorting one character takes: about
+/// a nanosecond.
 #[derive(Clone, Copy, Debug, Default)]
-struct Debt {
-    /// Since the last sorting.
+pub(super) struct Debt {
+    /// Sum since the last sorting.
     owed: usize,
     /// Joints that characters have more than they need, since they stay in their groups.
-    joints: isize,
-    /// Characters in groups of their own.
+    pub(super) joints: isize,
+    /// Work for lanes outside the frustum.
+    pub(super) hidden: usize,
+    /// Number of characters that were moved to other groups.
     late: usize,
 }
 
-/// The clocks are set back when they have run for so long, seconds: a number of eight digits then
-/// still tells a ten-thousandth of a frame.
-const LONGEST_RUN: f32 = 8.0;
+/// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
+const LONGEST_RUN: f64 = 8.0;
 
-/// Sorted anew when one character in so many has come or changed its kind.
+/// The crowd is sorted once one character in so many was moved to another group.
 pub(super) const MOST_LATE: usize = 16;
 
 const MOST_THREADS: usize = 64;
 
-/// What one thread writes.
-struct Part<'a>(Mutex<&'a mut [F32x16]>);
+/// Chunks that each of several threads finds: the more there are, the less a thread is waited for whose core is taken.
+const CHUNKS_OF_A_THREAD: usize = 8;
 
-impl Part<'_> {
-    fn none() -> Self {
-        Self(Mutex::new(&mut []))
-    }
-}
+pub(super) const MOST_CHUNKS: usize = 256;
 
 impl Debt {
     /// Sorting a character.
     const CHARACTER: usize = 50;
-    /// A group in a frame that is no longer near in time: it is read row by row.
+    /// A group in a frame whose characters are no longer near each other in time.
     const APART: usize = 100;
-    /// A character in a group of its own, which is not full.
+    /// A moved character in a frame: its group is not full.
     const LATE: usize = 4;
 
-    fn of_a_frame(&mut self, apart: usize) {
+    pub(super) fn of_a_frame(&mut self, apart: usize) {
         let joints = self.joints.max(0) as usize;
-        self.owed += Self::APART * apart + Self::LATE * self.late + joints;
+        self.owed += Self::APART * apart + Self::LATE * self.late + joints + self.hidden;
     }
 
     fn is_due(&self, characters: usize) -> bool {
@@ -82,9 +83,10 @@ impl Debt {
 }
 
 impl Crowd {
-    /// Nobody yet.
+    /// A crowd without characters.
     #[must_use]
-    pub fn new(animations: Arc<AnimationSet>, settings: CrowdSettings) -> Self {
+    pub fn new(animations: Arc<AnimationSet>, mut settings: CrowdSettings) -> Self {
+        settings.isa = settings.isa.or_best();
         let pool = WorkerPool::new(thread_count(settings.threads).min(MOST_THREADS));
         let scratch = |_| Mutex::new(Scratch::of(&animations));
         Self {
@@ -96,41 +98,64 @@ impl Crowd {
             slots: Vec::new(),
             schedule: Schedule::default(),
             late: Vec::new(),
-            now: 0.0,
-            is_sorted: true,
+            time: 0.0,
+            base: 0.0,
             debt: Debt::default(),
             frame: 0,
             is_settled: false,
+            scratch_of_frames: FrameScratch::default(),
         }
     }
 
-    /// What its characters can play.
+    /// The same with memory for so many characters.
+    #[must_use]
+    pub fn with_capacity(
+        animations: Arc<AnimationSet>,
+        settings: CrowdSettings,
+        characters: usize,
+    ) -> Self {
+        let mut crowd = Self::new(animations, settings);
+        crowd.states.reserve(characters);
+        crowd.slots.reserve(characters);
+        crowd.late.reserve(characters);
+        crowd.schedule.reserve(characters, MOST_CHUNKS);
+        crowd
+    }
+
+    /// The clips that its characters can play.
     #[must_use]
     pub fn animations(&self) -> &AnimationSet {
         &self.animations
     }
 
-    /// How many characters, those who are [out](Crowd::deactivate) counted in.
+    /// How it is posed. The instruction set is the one that is used: see [`Isa::or_best`](crate::math::Isa::or_best).
+    #[must_use]
+    pub fn settings(&self) -> &CrowdSettings {
+        &self.settings
+    }
+
+    /// Number of characters, [inactive](Crowd::deactivate) ones included.
     #[must_use]
     pub fn len(&self) -> usize {
         self.states.len()
     }
 
-    /// Whether nobody is there.
+    /// Whether there is no character.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.states.is_empty()
     }
 
-    /// One more character.
+    /// Adds a character.
     ///
     /// # Errors
-    /// A clip that is not there; a crowd that is full.
+    /// A clip that does not exist; a crowd that is full.
     pub fn add(&mut self, character: &Character) -> Result<CharacterId, CrowdError> {
         if self.states.len() >= schedule::MOST {
             return Err(CrowdError::Full);
         }
-        let state = self.state(character)?;
+        let mut state = self.state(character)?;
+        state.is_late = true;
         let id = self.states.len() as u32;
         self.states.push(state);
         self.slots.push(NOWHERE);
@@ -138,40 +163,43 @@ impl Crowd {
         Ok(CharacterId(id))
     }
 
-    /// Makes a character another one, and lets it in again where it was out.
+    /// Replaces everything about a character, and activates it.
     ///
     /// # Errors
-    /// A clip or a character that is not there.
+    /// A clip or a character that does not exist.
     pub fn set(&mut self, id: CharacterId, character: &Character) -> Result<(), CrowdError> {
         self.check(id)?;
         let state = self.state(character)?;
-        self.change(id, |old| *old = state);
+        self.change(id, |old| {
+            let is_late = old.is_late;
+            *old = CharacterState { is_late, ..state };
+        });
         Ok(())
     }
 
-    /// Puts a character somewhere else.
+    /// Moves a character. [`Crowd::place_all`] is faster for many.
     ///
     /// # Errors
-    /// A character that is not there.
+    /// A character that does not exist.
     pub fn place(&mut self, id: CharacterId, placement: &Placement) -> Result<(), CrowdError> {
         self.check(id)?;
         self.change(id, |state| state.place(placement));
         Ok(())
     }
 
-    /// Lets a character go on with more joints or fewer; its motion goes on where it is.
+    /// Changes a character's level; its motion goes on.
     ///
     /// # Errors
-    /// A character that is not there.
+    /// A character that does not exist.
     pub fn set_level(&mut self, id: CharacterId, level: LevelId) -> Result<(), CrowdError> {
         self.set_detail(id, level, 0.0)
     }
 
-    /// The same, on the way to the next level: see [`Character::blend`]. Level and blend of a
-    /// [`Choice`](crate::lod::Choice) go here each frame; a crowd is seldom sorted anew for it.
+    /// The same with progress towards the next level: see [`Character::blend`]. [`Crowd::frame`] does it for all characters
+    /// at once.
     ///
     /// # Errors
-    /// A character that is not there.
+    /// A character that does not exist.
     pub fn set_detail(
         &mut self,
         id: CharacterId,
@@ -187,125 +215,117 @@ impl Crowd {
     /// A character is not posed until it is [set](Crowd::set) again.
     ///
     /// # Errors
-    /// A character that is not there.
+    /// A character that does not exist.
     pub fn deactivate(&mut self, id: CharacterId) -> Result<(), CrowdError> {
         self.check(id)?;
         self.change(id, |state| state.is_inactive = true);
         Ok(())
     }
 
-    /// What a character does now: its time is that of this moment.
+    /// What a character plays now: its time is that of this moment, its level that of the last frame.
     ///
     /// # Errors
-    /// A character that is not there.
+    /// A character that does not exist.
     pub fn character(&self, id: CharacterId) -> Result<Character, CrowdError> {
         self.check(id)?;
-        let state = &self.states[id.index()];
+        let mut state = self.states[id.index()];
+        self.store_detail(id, &mut state);
         let ranges = [state.clip, state.second].map(|clip| self.animations.range(clip));
-        Ok(state.character(ranges, self.now))
+        Ok(state.character(ranges, self.time))
     }
 
-    /// Time goes on, seconds. Negative or not finite: it stands still.
-    pub fn advance(&mut self, seconds: f32) {
-        if seconds > 0.0 && seconds.is_finite() {
-            self.now += seconds;
-        }
-        if self.now > LONGEST_RUN {
-            for state in &mut self.states {
-                let ranges = [state.clip, state.second].map(|clip| self.animations.range(clip));
-                state.set_back(self.now, ranges);
-            }
-            self.now = 0.0;
-            self.is_sorted = false;
+    /// The crowd's time, in seconds; 0 at first.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Advances the crowd's time, in seconds. Negative and not finite values are ignored.
+    pub fn advance(&mut self, seconds: f64) {
+        if seconds > 0.0 {
+            self.set_time(self.time + seconds);
         }
     }
 
-    /// How many lines [`Crowd::pose`] writes now. Sorts the crowd where that is due.
+    /// Sets the crowd's time, in seconds: each character is where it comes to at that time. Not finite values are ignored.
+    pub fn set_time(&mut self, seconds: f64) {
+        if !seconds.is_finite() {
+            return;
+        }
+        self.time = seconds;
+        if !(0.0..=LONGEST_RUN).contains(&(self.time - self.base)) {
+            self.base = self.time;
+            let (schedule, sorting) = self.sorting();
+            schedule.rebase(&sorting);
+        }
+    }
+
+    /// The groups' clock, in seconds.
+    pub(super) fn now(&self) -> f32 {
+        (self.time - self.base) as f32
+    }
+
+    /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
     pub fn output_len(&mut self) -> usize {
+        self.prepare();
+        self.schedule.lines
+    }
+
+    /// A length that [`Crowd::output_len`] never exceeds for so many characters, however their levels change: the size to
+    /// allocate.
+    #[must_use]
+    pub fn max_output_len(&self, characters: usize) -> usize {
+        let group = self
+            .settings
+            .output
+            .group_len(self.animations.joints(LevelId(0)));
+        // Full groups, one more for each kind of rest, and those of moved characters: `fill` and `move_late`.
+        (characters.div_ceil(16) + 2 + characters / MOST_LATE + 1) * group
+    }
+
+    /// Brings all characters into groups.
+    pub(super) fn prepare(&mut self) -> FrameReport {
         let characters = self.states.len();
+        let moved = self.late.len();
+        let many = MOST_LATE * (moved + self.debt.late) > characters;
+        let sorted = many || self.debt.is_due(characters);
+        if sorted {
+            self.schedule.store_details(&mut self.states);
+            let (schedule, sorting) = self.sorting();
+            schedule.sort(sorting);
+            self.debt = Debt::default();
+            self.is_settled = false;
+            let spare = characters.saturating_sub(self.late.len());
+            self.late.reserve(spare);
+        } else if moved > 0 {
+            let late = std::mem::take(&mut self.late);
+            let (schedule, sorting) = self.sorting();
+            schedule.move_late(&late, sorting);
+            self.late = late;
+            self.debt.late += moved;
+            self.is_settled = false;
+        }
+        for &id in &self.late {
+            self.states[id as usize].is_late = false;
+        }
+        self.late.clear();
+        FrameReport { moved, sorted }
+    }
+
+    fn sorting(&mut self) -> (&mut Schedule, Sorting<'_>) {
         let sorting = Sorting {
             animations: &self.animations,
             states: &self.states,
             slots: &mut self.slots,
-            now: self.now,
+            now: self.time,
+            base: self.base,
             output: self.settings.output,
-            threads: self.pool.threads(),
+            chunks: match self.pool.threads() {
+                1 => 1,
+                threads => (threads * CHUNKS_OF_A_THREAD).min(MOST_CHUNKS),
+            },
         };
-        let many = MOST_LATE * (self.late.len() + self.debt.late) > characters;
-        if !self.is_sorted || many || self.debt.is_due(characters) {
-            self.schedule.sort(sorting);
-            self.debt = Debt::default();
-            self.is_sorted = true;
-            self.late
-                .reserve(characters.saturating_sub(self.late.len()));
-        } else if !self.late.is_empty() {
-            self.schedule.move_late(&self.late, sorting);
-            self.debt.late += self.late.len();
-            self.is_settled = false;
-        }
-        self.late.clear();
-        self.schedule.lines
-    }
-
-    /// Poses everybody into the beginning of `out`. After it has been called a few times for a crowd
-    /// that has not grown, it allocates nothing.
-    ///
-    /// # Errors
-    /// WriteMode that is too small.
-    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
-        let needed = self.output_len();
-        let found = out.len();
-        if found < needed {
-            return Err(PoseError::TooSmall { needed, found });
-        }
-        let mut parts = [(); MOST_THREADS].map(|()| Part::none());
-        let mut rest = out;
-        for (part, pieces) in parts.iter_mut().zip(self.schedule.parts()) {
-            let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
-            let (out, others) = rest.split_at_mut(lines);
-            *part = Part(Mutex::new(out));
-            rest = others;
-        }
-        let apart = AtomicUsize::new(0);
-        let (schedule, now) = (&self.schedule, self.now);
-        let (animations, settings) = (&*self.animations, &self.settings);
-        let scratch = &self.scratch;
-        let (frame, is_settled) = (self.frame, self.is_settled);
-        self.pool.run(&|thread: usize| {
-            let mut out: &mut [F32x16] = &mut lock(&parts[thread].0);
-            for piece in schedule.part(thread) {
-                let (own, others) = out.split_at_mut(piece.lines.len());
-                out = others;
-                let level = piece.kind.level;
-                let run = Run {
-                    bank: &animations.banks[level.index()],
-                    level: Level {
-                        number: f32::from(level.0),
-                        steps: &animations.steps[level.index()],
-                    },
-                    turn: match settings.hold {
-                        hold if is_settled && level >= hold.from => {
-                            let step = usize::from(hold.frames) + 1;
-                            ((frame + step - piece.groups.start % step) % step, step)
-                        }
-                        _ => (0, 1),
-                    },
-                    near: piece.kind.near.map(|clip| animations.range(clip)),
-                    fading: piece.kind.is_fading,
-                    groups: &schedule.groups[piece.groups.clone()],
-                    cold: &schedule.cold[piece.groups.clone()],
-                    now,
-                    output: settings.output,
-                    out: own,
-                    scratch: &mut lock(&scratch[thread]),
-                };
-                apart.fetch_add(run.on(settings.isa), Ordering::Relaxed);
-            }
-        });
-        self.debt.of_a_frame(apart.into_inner());
-        self.frame = self.frame.wrapping_add(1);
-        self.is_settled = true;
-        Ok(())
+        (&mut self.schedule, sorting)
     }
 
     /// Where the pose of a character is, as [`Crowd::pose`] wrote it last.
@@ -318,15 +338,18 @@ impl Crowd {
         if slot == NOWHERE {
             return Err(self.no_such(id));
         }
+        if slot & PARKED != 0 {
+            return Err(CrowdError::NotVisible { id: id.0 });
+        }
         let (group, lane) = split(slot);
         let cold = &self.schedule.cold[group];
-        Ok(PoseSlice {
-            offset: cold.offset,
-            lane,
-            joints: self.animations.joints(cold.kind.level),
-            level: cold.kind.level,
-            output: self.settings.output,
-        })
+        let joints = self.animations.joints(cold.kind.level);
+        let output = self.settings.output;
+        Ok(PoseSlice::new(
+            output,
+            (cold.kind.level, joints),
+            (cold.offset, lane),
+        ))
     }
 
     fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
@@ -344,24 +367,45 @@ impl Crowd {
         }
     }
 
-    /// Changes a character who is there, and what its lane shows, or its group.
-    fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut CharacterState)) {
-        let state = &mut self.states[id.index()];
+    /// Changes a character that exists, and its lane or its group.
+    pub(super) fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut CharacterState)) {
+        let mut state = self.states[id.index()];
+        self.store_detail(id, &mut state);
         let before = state.level();
-        change(state);
+        change(&mut state);
         let slot = self.slots[id.index()];
-        if slot == NOWHERE {
-            self.late.push(id.0);
+        if state.is_late {
+            self.states[id.index()] = state;
             return;
         }
-        let (group, lane) = split(slot);
-        if !state.is_inactive && self.schedule.cold[group].kind.takes(state) {
+        if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
+            let (parked, lane) = split(slot & !PARKED);
+            self.schedule.parked[parked].move_to(lane, &state);
+            state.is_culled = true;
+        } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.debt.joints += before as isize - after as isize;
-            self.schedule.write((group, lane), state, &self.animations);
+            let to = split(slot);
+            self.schedule
+                .write(to, &state, (&self.animations, self.base));
         } else {
+            state.is_late = true;
             self.late.push(id.0);
+        }
+        self.states[id.index()] = state;
+    }
+
+    fn fits(&self, slot: u32, state: &CharacterState) -> bool {
+        !state.is_inactive && self.schedule.cold[split(slot).0].kind.takes(state)
+    }
+
+    /// Takes the level that a frame has chosen from the character's lane.
+    fn store_detail(&self, id: CharacterId, state: &mut CharacterState) {
+        let slot = self.slots[id.index()];
+        if slot & PARKED == 0 && !state.is_late {
+            let (group, lane) = split(slot);
+            state.detail = self.schedule.groups[group].detail.0[lane];
         }
     }
 
@@ -380,11 +424,7 @@ impl Crowd {
         Ok(CharacterState::new(
             character,
             range,
-            (self.animations.last(), self.now),
+            (self.animations.last(), self.time),
         ))
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -29,6 +29,8 @@ pub(super) struct Run<'a> {
     /// Whether some of them have a second clip; they are then not near.
     pub(super) fading: bool,
     pub(super) groups: &'a [Group],
+    /// Lanes of each group that are inside the frustum.
+    pub(super) visible: &'a [u16],
     pub(super) cold: &'a [GroupCold],
     /// The first group that is posed, and the step to the next.
     pub(super) turn: (usize, usize),
@@ -96,6 +98,8 @@ struct Moments<L: Lanes> {
     all_near: bool,
     /// Nobody is on the way to another level.
     is_posed: bool,
+    /// Some character is inside the frustum.
+    is_visible: bool,
 }
 
 /// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
@@ -116,6 +120,7 @@ impl<L: Lanes> Moments<L> {
             near: L::parts(None),
             all_near: false,
             is_posed: false,
+            is_visible: true,
         }
     }
 }
@@ -136,13 +141,18 @@ impl Run<'_> {
         for begun in (0..turns).step_by(AHEAD) {
             let ahead = &mut ahead[..AHEAD.min(turns - begun)];
             for (turn, moments) in (begun..).zip(ahead.iter_mut()) {
-                *moments = self.moments(first + turn * step, cycle);
+                let index = first + turn * step;
+                *moments = self.moments(index, cycle);
+                moments.is_visible = self.visible[index] != 0;
             }
             // In loops of their own: the first is short then.
             let mut far = 0;
             for (turn, moments) in (begun..).zip(&*ahead) {
                 if !moments.all_near {
                     far += 1;
+                    continue;
+                }
+                if !moments.is_visible {
                     continue;
                 }
                 let index = first + turn * step;
@@ -153,7 +163,7 @@ impl Run<'_> {
                 continue;
             }
             for (turn, moments) in (begun..).zip(&*ahead) {
-                if moments.all_near {
+                if moments.all_near || !moments.is_visible {
                     continue;
                 }
                 let index = first + turn * step;

@@ -65,12 +65,16 @@ pub(super) struct ClipRange {
     /// Pieces between keys; at least one.
     pub(super) intervals: usize,
     /// Intervals per second.
-    pub(super) rate: f32,
+    pub(super) rate: f64,
 }
 
 impl ClipRange {
-    /// The clip after `before`, of so many keys per frame.
-    pub(super) fn after(before: Option<&Self>, motion: &LevelMotion, per_frame: usize) -> Self {
+    /// The clip after `before`, with so many frames per second and keys per frame.
+    pub(super) fn after(
+        before: Option<&Self>,
+        motion: &LevelMotion,
+        (frame_rate, per_frame): (f64, usize),
+    ) -> Self {
         let end = |range: &Self| {
             let (row, word) = (range.row + range.intervals, range.word + range.stride());
             (row, word)
@@ -80,7 +84,28 @@ impl ClipRange {
             row,
             word,
             intervals: ((motion.frames - 1) * per_frame).max(1),
-            rate: motion.frame_rate * per_frame as f32,
+            rate: frame_rate * per_frame as f64,
+        }
+    }
+
+    /// Intervals in so many seconds.
+    pub(super) fn per_second(&self, seconds: f32) -> f64 {
+        f64::from(seconds) * self.rate
+    }
+
+    /// A position in intervals as a time, in seconds.
+    pub(super) fn seconds(&self, at: f32) -> f32 {
+        (f64::from(at) / self.rate) as f32
+    }
+
+    /// A position in intervals, wrapped into the clip; 0 for what is not finite.
+    pub(super) fn wrapped(&self, at: f64) -> f32 {
+        let length = self.intervals as f64;
+        let rest = at - (at / length).floor() * length;
+        if rest > 0.0 {
+            rest.min(length) as f32
+        } else {
+            0.0
         }
     }
 

@@ -13,6 +13,17 @@ pub enum Form {
     Rotations,
 }
 
+impl Form {
+    /// Numbers of a joint: 12 or 7.
+    #[must_use]
+    pub fn numbers(self) -> usize {
+        match self {
+            Self::Matrices => Matrices::NUMBERS,
+            Self::Rotations => Rotations::NUMBERS,
+        }
+    }
+}
+
 /// How the numbers of a group of sixteen characters stand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
@@ -59,9 +70,14 @@ impl Output {
     /// Numbers of a joint: 12 or 7.
     #[must_use]
     pub fn numbers(self) -> usize {
+        self.form.numbers()
+    }
+
+    /// Numbers of a joint in a row: 12 or 8.
+    pub(super) fn row_numbers(self) -> usize {
         match self.form {
-            Form::Matrices => Matrices::NUMBERS,
-            Form::Rotations => Rotations::NUMBERS,
+            Form::Matrices => Matrices::ROW,
+            Form::Rotations => Rotations::ROW,
         }
     }
 
@@ -95,50 +111,101 @@ pub(super) fn row_lines<P: JointMath>(joints: usize) -> usize {
 /// Where the pose of a character is in the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseSlice {
-    /// The first line of its group of sixteen.
-    pub offset: usize,
-    /// Which one of them it is.
-    pub lane: usize,
-    /// The level whose joints it is posed with: the one that it was given, or a finer one, on which
-    /// it looks as on its own.
-    pub level: LevelId,
-    /// How many joints it is posed with.
+    /// Position of the first joint's first number, counted in numbers from the start of the output.
+    pub start: usize,
+    /// Numbers from one joint to the next.
+    pub joint_stride: usize,
+    /// Numbers from one number of a joint to the next: 1 in [`Layout::Rows`], 16 in [`Layout::Blocks`].
+    pub number_stride: usize,
+    /// Number of joints, in the order of [`Level::kept`](crate::lod::Level::kept) of `level`: not in the order of the
+    /// skeleton. See [`PoseSlice::copy_joints`].
     pub joints: usize,
-    pub(super) output: Output,
+    /// The level whose joints are written: the character's own or a finer one, on which it looks as on its own.
+    pub level: LevelId,
+    pub(super) form: Form,
 }
 
 impl PoseSlice {
-    /// Where a number of a joint stands, counted in numbers from the start of the output.
-    #[must_use]
-    pub fn position(&self, joint: usize, number: usize) -> usize {
-        let lines = F32x16::LANES * self.offset;
-        match self.output.layout {
-            Layout::Blocks => {
-                lines + F32x16::LANES * (joint * self.output.numbers() + number) + self.lane
-            }
+    /// The lane of a group that is written from `offset` on.
+    pub(super) fn new(
+        output: Output,
+        (level, joints): (LevelId, usize),
+        (offset, lane): (usize, usize),
+    ) -> Self {
+        let first = F32x16::LANES * offset;
+        let numbers = output.numbers();
+        let (start, joint_stride, number_stride) = match output.layout {
+            Layout::Blocks => (first + lane, F32x16::LANES * numbers, F32x16::LANES),
             Layout::Rows => {
-                let row = match self.output.form {
-                    Form::Matrices => Matrices::ROW,
-                    Form::Rotations => Rotations::ROW,
-                };
-                let rows = F32x16::LANES * self.output.row_lines(self.joints) * self.lane;
-                lines + rows + joint * row + number
+                let row = F32x16::LANES * output.row_lines(joints) * lane;
+                (first + row, output.row_numbers(), 1)
             }
+        };
+        Self {
+            start,
+            joint_stride,
+            number_stride,
+            joints,
+            level,
+            form: output.form,
         }
     }
 
-    /// A number of a joint.
+    /// Where a number of a joint stands, counted in numbers from the start of the output.
     #[must_use]
+    #[inline]
+    pub fn position(&self, joint: usize, number: usize) -> usize {
+        self.start + joint * self.joint_stride + number * self.number_stride
+    }
+
+    /// A number of a joint.
+    ///
+    /// # Panics
+    /// If it is not within `out`.
+    #[must_use]
+    #[inline]
     pub fn number(&self, out: &[F32x16], joint: usize, number: usize) -> f32 {
-        let position = self.position(joint, number);
-        out[position / F32x16::LANES].0[position % F32x16::LANES]
+        bytemuck::cast_slice::<F32x16, f32>(out)[self.position(joint, number)]
+    }
+
+    /// All numbers of the character as one slice, [`PoseSlice::joint_stride`] for each joint; `None` in
+    /// [`Layout::Blocks`], and where it is not within `out`.
+    #[must_use]
+    #[inline]
+    pub fn row<'a>(&self, out: &'a [F32x16]) -> Option<&'a [f32]> {
+        let row = self.start..self.start + self.joints * self.joint_stride;
+        match self.number_stride {
+            1 => bytemuck::cast_slice::<F32x16, f32>(out).get(row),
+            _ => None,
+        }
+    }
+
+    /// Copies the numbers of joints, 12 or 7 for each, in the order of `joints`: indices into the level's joints, such as
+    /// [`AnimationSet::skeleton_order`](super::AnimationSet::skeleton_order) gives.
+    ///
+    /// # Panics
+    /// If a joint is not within `out`, or `to` is too short.
+    pub fn copy_joints(&self, out: &[F32x16], joints: &[u16], to: &mut [f32]) {
+        let out = bytemuck::cast_slice::<F32x16, f32>(out);
+        let to = &mut to[..joints.len() * self.form.numbers()];
+        for (&joint, to) in joints.iter().zip(to.chunks_exact_mut(self.form.numbers())) {
+            let first = self.start + usize::from(joint) * self.joint_stride;
+            if self.number_stride == 1 {
+                to.copy_from_slice(&out[first..first + to.len()]);
+            } else {
+                let numbers = out[first..].iter().step_by(self.number_stride);
+                for (to, number) in to.iter_mut().zip(numbers) {
+                    *to = *number;
+                }
+            }
+        }
     }
 
     /// Writes numbers of a joint, the first of them at `number`.
     pub(super) fn set(&self, out: &mut [F32x16], (joint, number): (usize, usize), numbers: &[f32]) {
         for (index, &value) in numbers.iter().enumerate() {
             let position = self.position(joint, number + index);
-            out[position / F32x16::LANES].0[position % F32x16::LANES] = value;
+            bytemuck::cast_slice_mut::<F32x16, f32>(out)[position] = value;
         }
     }
 }

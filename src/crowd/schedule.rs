@@ -37,7 +37,17 @@ pub(super) struct Bucket {
     pub(super) lines: usize,
 }
 
-/// Groups of one bucket that one thread poses.
+/// Sixteen characters outside the frustum, which are not posed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parked {
+    pub(super) x: F32x16,
+    pub(super) y: F32x16,
+    pub(super) z: F32x16,
+    /// [`Group::NOBODY`] for lanes that are not used.
+    pub(super) ids: [u32; F32x16::LANES],
+}
+
+/// Groups of one bucket in one chunk.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub(super) kind: GroupKind,
@@ -50,9 +60,12 @@ pub(super) struct Piece {
 pub(super) struct Schedule {
     pub(super) groups: Vec<Group>,
     pub(super) cold: Vec<GroupCold>,
-    buckets: Vec<Bucket>,
+    /// Lanes of each group that are inside the frustum, a bit each. A group without any is not posed.
+    pub(super) visible: Vec<u16>,
+    pub(super) parked: Vec<Parked>,
+    pub(super) buckets: Vec<Bucket>,
     pieces: Vec<Piece>,
-    /// Where the pieces of each thread end.
+    /// Where the pieces of each chunk end.
     ends: Vec<usize>,
     /// Of the whole output.
     pub(super) lines: usize,
@@ -75,8 +88,11 @@ const NEAR: u64 = 12;
 /// A crowd may not have more characters.
 pub(super) const MOST: usize = (1 << ID_BITS) - 1;
 
-/// Of a character who is in no group.
+/// The slot of a character that is in no group.
 pub(super) const NOWHERE: u32 = u32::MAX;
+
+/// Set in the slots of parked characters.
+pub(super) const PARKED: u32 = 1 << 31;
 
 /// What the order follows from.
 pub(super) struct Sorting<'a> {
@@ -84,9 +100,13 @@ pub(super) struct Sorting<'a> {
     pub(super) states: &'a [CharacterState],
     /// Of each character its group and lane, as one number.
     pub(super) slots: &'a mut [u32],
-    pub(super) now: f32,
+    /// The crowd's time, in seconds.
+    pub(super) now: f64,
+    /// The time at which the groups' clock stands at 0.
+    pub(super) base: f64,
     pub(super) output: Output,
-    pub(super) threads: usize,
+    /// Number of chunks that the groups are cut into, for threads to take.
+    pub(super) chunks: usize,
 }
 
 impl Schedule {
@@ -94,7 +114,7 @@ impl Schedule {
     pub(super) fn sort(&mut self, mut sorting: Sorting<'_>) {
         self.order(&sorting);
         self.fill(&mut sorting);
-        self.share_out(sorting.threads);
+        self.share_out(sorting.chunks);
     }
 
     fn order(&mut self, sorting: &Sorting<'_>) {
@@ -104,11 +124,11 @@ impl Schedule {
         let clips = animations.clips();
         self.keys.clear();
         let present = sorting.states.iter().enumerate();
-        let present = present.filter(|(_, state)| !state.is_inactive);
+        let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
         self.keys.extend(present.map(|(id, state)| {
-            let at = state.at(now) / animations.range(state.clip).intervals as f32;
-            // What is no number becomes 0, as where it is played.
-            let time = ((at - at.floor()) * (1 << TIME_BITS) as f32) as u64;
+            let range = animations.range(state.clip);
+            let at = state.start(range, now) / range.intervals as f32;
+            let time = (at * (1 << TIME_BITS) as f32) as u64;
             let time = time.min((1 << TIME_BITS) - 1);
             let kind = 2 * state.level().index() + usize::from(state.is_fading);
             let plays = (kind * clips + state.clip.index()) as u64;
@@ -123,9 +143,11 @@ impl Schedule {
     fn fill(&mut self, sorting: &mut Sorting<'_>) {
         self.groups.clear();
         self.cold.clear();
+        self.visible.clear();
+        self.parked.clear();
         self.buckets.clear();
         self.lines = 0;
-        self.reserve(sorting.states.len(), sorting.threads);
+        self.reserve(sorting.states.len(), sorting.chunks);
         sorting.slots.fill(NOWHERE);
         let keys = std::mem::take(&mut self.keys);
         let level = |key: &u64| sorting.states[who(*key)].level();
@@ -137,17 +159,47 @@ impl Schedule {
             self.push_rest(is_fading, sorting);
         }
         self.first_late = self.groups.len();
+        for (id, state) in sorting.states.iter().enumerate() {
+            if state.is_culled && !state.is_inactive {
+                self.park(id as u32, sorting.states, sorting.slots);
+            }
+        }
+    }
+
+    /// Puts a character that is in no group among those that are not posed.
+    fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
+        let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
+        let lane = match self.parked.last().and_then(free) {
+            Some(lane) => lane,
+            None => {
+                self.parked.push(Parked {
+                    x: F32x16::ZERO,
+                    y: F32x16::ZERO,
+                    z: F32x16::ZERO,
+                    ids: [Group::NOBODY; F32x16::LANES],
+                });
+                0
+            }
+        };
+        let index = self.parked.len() - 1;
+        let state = &states[id as usize];
+        let parked = &mut self.parked[index];
+        parked.ids[lane] = id;
+        parked.move_to(lane, state);
+        slots[id as usize] = PARKED | (index * F32x16::LANES + lane) as u32;
     }
 
     /// For any order of so many characters, and for those who come late.
-    fn reserve(&mut self, characters: usize, threads: usize) {
+    pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
         let full = characters / F32x16::LANES + 2;
         let groups = full + characters / MOST_LATE + 2;
         self.groups.reserve(groups);
         self.cold.reserve(groups);
+        self.visible.reserve(groups);
+        self.parked.reserve(groups);
         self.buckets.reserve(groups);
         self.pieces
-            .reserve((groups + threads).saturating_sub(self.pieces.len()));
+            .reserve((groups + chunks).saturating_sub(self.pieces.len()));
         for rest in &mut self.rest {
             rest.reserve(characters);
         }
@@ -226,6 +278,7 @@ impl Schedule {
             }),
         }
         self.groups.push(Group::EMPTY);
+        self.visible.push(u16::MAX);
         self.cold.push(GroupCold {
             kind,
             offset: self.lines,
@@ -236,7 +289,7 @@ impl Schedule {
             // Lanes that nobody uses repeat the first.
             let shown = if id == Group::NOBODY { ids[0] } else { id };
             if let Some(state) = sorting.states.get(shown as usize) {
-                self.write((index, lane), state, sorting.animations);
+                self.write((index, lane), state, (sorting.animations, sorting.base));
             }
             if id != Group::NOBODY {
                 self.cold[index].ids[lane] = id;
@@ -245,19 +298,53 @@ impl Schedule {
         }
     }
 
-    /// All that a lane shows of a character.
+    /// Writes a character into a lane. `base` is the time at which the groups' clock stands at 0.
     pub(super) fn write(
         &mut self,
         (group, lane): (usize, usize),
         state: &CharacterState,
-        animations: &AnimationSet,
+        (animations, base): (&AnimationSet, f64),
     ) {
-        let ranges = [state.clip, state.second].map(|clip| {
-            let range = animations.range(clip);
-            (range.row, range.intervals)
-        });
-        self.groups[group].write(lane, state);
-        self.cold[group].write(lane, state, ranges);
+        let ranges = [state.clip, state.second].map(|clip| animations.range(clip));
+        let first = (ranges[0], state.start(ranges[0], base));
+        self.groups[group].write(lane, state, first);
+        let fade_start = if state.is_fading {
+            state.fade_start(ranges[1], base)
+        } else {
+            0.0
+        };
+        self.cold[group].write(lane, state, (ranges, fade_start));
+    }
+
+    /// Lets the groups' clock start at 0 again.
+    pub(super) fn rebase(&mut self, sorting: &Sorting<'_>) {
+        for group in 0..self.groups.len() {
+            let ids = self.cold[group].ids;
+            let Some(&any) = ids.iter().find(|&&id| id != Group::NOBODY) else {
+                continue;
+            };
+            let detail = self.groups[group].detail;
+            for (lane, id) in ids.into_iter().enumerate() {
+                let shown = if id == Group::NOBODY { any } else { id };
+                let state = &sorting.states[shown as usize];
+                self.write((group, lane), state, (sorting.animations, sorting.base));
+            }
+            self.groups[group].detail = detail;
+        }
+    }
+
+    /// Takes the levels that frames have chosen from the groups to the characters.
+    pub(super) fn store_details(&self, states: &mut [CharacterState]) {
+        for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
+            for (lane, &id) in cold.ids.iter().enumerate() {
+                if let Some(state) = states.get_mut(id as usize)
+                    && !state.is_late
+                {
+                    state.detail = group.detail.0[lane];
+                    state.is_culled = visible >> lane & 1 == 0;
+                }
+            }
+        }
     }
 
     /// Puts those who cannot stay where they are, or have just come, into groups of their own at the
@@ -267,6 +354,10 @@ impl Schedule {
             self.vacate(id, &mut sorting);
             let state = &sorting.states[id as usize];
             if state.is_inactive {
+                continue;
+            }
+            if state.is_culled {
+                self.park(id, sorting.states, sorting.slots);
                 continue;
             }
             let own = GroupKind {
@@ -285,7 +376,8 @@ impl Schedule {
                 Some((group, lane)) => {
                     self.cold[group].ids[lane] = id;
                     sorting.slots[id as usize] = (group * F32x16::LANES + lane) as u32;
-                    self.write((group, lane), state, sorting.animations);
+                    self.write((group, lane), state, (sorting.animations, sorting.base));
+                    self.visible[group] |= 1 << lane;
                 }
                 None => {
                     let mut ids = [Group::NOBODY; F32x16::LANES];
@@ -294,7 +386,7 @@ impl Schedule {
                 }
             }
         }
-        self.share_out(sorting.threads);
+        self.share_out(sorting.chunks);
     }
 
     fn vacate(&mut self, id: u32, sorting: &mut Sorting<'_>) {
@@ -302,24 +394,31 @@ impl Schedule {
         if slot == NOWHERE {
             return;
         }
+        if slot & PARKED != 0 {
+            let (parked, lane) = split(slot & !PARKED);
+            self.parked[parked].ids[lane] = Group::NOBODY;
+            return;
+        }
         let (group, lane) = split(slot);
         self.cold[group].ids[lane] = Group::NOBODY;
-        let stays = |&&id: &&u32| id != Group::NOBODY;
-        if let Some(&other) = self.cold[group].ids.iter().find(stays) {
-            let state = &sorting.states[other as usize];
-            self.write((group, lane), state, sorting.animations);
+        let stays = |&id: &u32| id != Group::NOBODY;
+        if let Some(other) = self.cold[group].ids.iter().position(stays) {
+            self.groups[group].copy_lane(other, lane);
+            self.cold[group].copy_lane(other, lane);
+        } else {
+            self.visible[group] = 0;
         }
     }
 
-    /// Fixed parts for the threads, of equal lengths in the output.
-    fn share_out(&mut self, threads: usize) {
+    /// Cuts the groups into chunks of equal lengths in the output.
+    fn share_out(&mut self, chunks: usize) {
         self.pieces.clear();
         self.ends.clear();
-        for thread in 0..threads {
-            let start = self.lines * thread / threads;
-            let end = self.lines * (thread + 1) / threads;
+        for chunk in 0..chunks {
+            let start = self.lines * chunk / chunks;
+            let end = self.lines * (chunk + 1) / chunks;
             for bucket in &self.buckets {
-                // A group goes to the thread in whose part it starts.
+                // A group belongs to the chunk in which it starts.
                 let up_to = |line: usize| {
                     let groups = line.saturating_sub(bucket.offset).div_ceil(bucket.lines);
                     groups.min(bucket.groups.len())
@@ -338,15 +437,28 @@ impl Schedule {
         }
     }
 
-    /// What each thread poses.
+    /// All chunks.
     pub(super) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
-        (0..self.ends.len()).map(|thread| self.part(thread))
+        (0..self.ends.len()).map(|chunk| self.part(chunk))
     }
 
-    /// What one thread poses, in the order of the output.
-    pub(super) fn part(&self, thread: usize) -> &[Piece] {
-        let start = thread.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.pieces[start..self.ends[thread]]
+    /// Number of chunks.
+    pub(super) fn chunks(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// One chunk, in the order of the output.
+    pub(super) fn part(&self, chunk: usize) -> &[Piece] {
+        let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.pieces[start..self.ends[chunk]]
+    }
+}
+
+impl Parked {
+    pub(super) fn move_to(&mut self, lane: usize, state: &CharacterState) {
+        self.x.0[lane] = state.x;
+        self.y.0[lane] = state.y;
+        self.z.0[lane] = state.z;
     }
 }
 

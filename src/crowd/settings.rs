@@ -63,6 +63,12 @@ pub enum CrowdError {
         /// How many there are.
         characters: usize,
     },
+    /// A character that the last frame found outside the frustum.
+    #[error("character {id} is outside the frustum and was not posed")]
+    NotVisible {
+        /// The character.
+        id: u32,
+    },
     /// No more can be told apart.
     #[error("a crowd has {max} characters at most", max = schedule::MOST)]
     Full,

@@ -37,7 +37,7 @@ fn stream_block<L: Lanes, P: JointMath>(from: &P::Model, to: &mut [F32x16]) {
 fn write_rows<L: Lanes, P: JointMath>(
     models: &[P::Model],
     joint: usize,
-    (out, memory): (&mut [F32x16], WriteMode),
+    (out, write): (&mut [F32x16], WriteMode),
 ) {
     let (of_turn, lines) = (turn_joints::<P>(), turn_lines::<P>());
     if !(joint + 1).is_multiple_of(of_turn) && joint + 1 != models.len() {
@@ -55,15 +55,18 @@ fn write_rows<L: Lanes, P: JointMath>(
                 *number = found;
             }
         }
-        let turned = L::transpose(numbers);
-        let to = out[turn * lines + line..].iter_mut().step_by(row);
-        for (from, to) in turned.iter().zip(to) {
-            for part in 0..L::PARTS {
-                match memory {
-                    WriteMode::Cached => L::load(from, part).store(to, part),
-                    WriteMode::Streamed => L::load(from, part).stream(to, part),
-                }
-            }
+        let out = &mut out[turn * lines + line..];
+        match write {
+            WriteMode::Cached => L::transpose_with(
+                numbers,
+                #[inline(always)]
+                |lane, part, numbers| numbers.store(&mut out[lane * row], part),
+            ),
+            WriteMode::Streamed => L::transpose_with(
+                numbers,
+                #[inline(always)]
+                |lane, part, numbers| numbers.stream(&mut out[lane * row], part),
+            ),
         }
     }
 }

@@ -230,6 +230,11 @@ impl Switching {
         &self.bands
     }
 
+    /// Whether one level is blended into the next.
+    pub(crate) fn blends(&self) -> bool {
+        self.blends
+    }
+
     /// The distance beyond which the coarsest level is drawn, metres: the paper's L, unless bands had to be moved outwards.
     #[must_use]
     pub fn furthest(&self) -> f32 {

@@ -62,6 +62,17 @@ impl Isa {
         }
     }
 
+    /// This instruction set, or the widest narrower one that this machine has; the second case is logged as a warning.
+    #[must_use]
+    pub fn or_best(self) -> Self {
+        let best = Self::available().filter(|&isa| isa <= self).last();
+        let best = best.unwrap_or(Self::Portable);
+        if best != self {
+            tracing::warn!("this machine has no {self:?}: {best:?} is used");
+        }
+        best
+    }
+
     /// Runs a kernel compiled for this instruction set; for [`Isa::Portable`] where the machine has
     /// it not. What the kernel calls must be `#[inline(always)]`, or it stays as the program was
     /// built.

@@ -72,13 +72,16 @@ impl Workers {
             .get_or_insert_with(|| (threads, WorkerPool::new(threads)));
         self.workers
             .resize_with(pool.threads().max(self.workers.len()), Mutex::default);
+        // Here and not by the workers: one that wakes late takes no part. Any of them may run all tests.
+        for worker in &self.workers {
+            let results = &mut lock(worker).results;
+            results.clear();
+            results.reserve(batch.count);
+        }
         let (next, end) = (AtomicUsize::new(0), AtomicUsize::new(batch.count));
         pool.run(&|thread: usize| {
             let mut worker = lock(&self.workers[thread]);
             let Worker { body, results } = &mut *worker;
-            results.clear();
-            // One thread may run all tests.
-            results.reserve(batch.count);
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 if index >= end.load(Ordering::Relaxed) {

@@ -1,2 +1,3 @@
 //! Tests of `sabaki::crowd`.
+mod frame;
 mod pose;

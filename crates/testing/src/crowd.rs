@@ -274,7 +274,7 @@ pub fn furthest(
     seconds: f32,
 ) -> f64 {
     let (mut crowd, ids) = crowd_of(stage, characters, settings);
-    crowd.advance(seconds);
+    crowd.advance(f64::from(seconds));
     let out = posed(&mut crowd);
     let mut furthest: f64 = 0.0;
     for (&id, character) in ids.iter().zip(characters) {

@@ -155,6 +155,15 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn mask_below(self, bound: f32) -> u32 {
+        // SAFETY: the machine has AVX.
+        unsafe {
+            let below = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_set1_ps(bound));
+            _mm256_movemask_ps(below) as u32
+        }
+    }
+
+    #[inline(always)]
     fn splat_words(word: u32) -> __m256i {
         // SAFETY: the machine has AVX.
         unsafe { _mm256_set1_epi32(word as i32) }
@@ -212,20 +221,19 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
-        let mut out = [F32x16::ZERO; F32x16::LANES];
-        for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
-            for column in 0..Self::PARTS {
+    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
+        // Both halves of a line are written close together: stores past the caches are then joined.
+        for column in 0..Self::PARTS {
+            for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
                 let mut block = [Self::splat(0.0); 8];
                 for (row, line) in block.iter_mut().zip(lines) {
                     *row = Self::load(line, column);
                 }
                 for (index, turned) in transposed(block).into_iter().enumerate() {
-                    turned.store(&mut out[column * Self::COUNT + index], row);
+                    put(column * Self::COUNT + index, row, turned);
                 }
             }
         }
-        out
     }
 }
 

@@ -138,6 +138,17 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn mask_below(self, bound: f32) -> u32 {
+        // SAFETY: the machine has AVX-512F.
+        unsafe {
+            u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(
+                self.0,
+                _mm512_set1_ps(bound),
+            ))
+        }
+    }
+
+    #[inline(always)]
     fn splat_words(word: u32) -> __m512i {
         // SAFETY: the machine has AVX-512F.
         unsafe { _mm512_set1_epi32(word as i32) }
@@ -196,8 +207,7 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
-        let mut out = [F32x16::ZERO; F32x16::LANES];
+    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
         // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
         unsafe {
             // Blocks of 4 x 4 within the four 128-bit quarters, first.
@@ -240,10 +250,9 @@ impl Lanes for Avx512 {
                     _mm512_shuffle_f32x4::<0b11_01_11_01>(odd[0], odd[1]),
                 ];
                 for (quarter, column) in quarters.into_iter().enumerate() {
-                    Self(column).store(&mut out[4 * quarter + c], 0);
+                    put(4 * quarter + c, 0, Self(column));
                 }
             }
         }
-        out
     }
 }

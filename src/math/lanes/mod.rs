@@ -85,6 +85,8 @@ pub(crate) trait Lanes:
     fn least(self) -> f32;
     /// Whether every lane is below `bound`; false where one is NaN.
     fn all_below(self, bound: f32) -> bool;
+    /// A bit for each lane, the first lane's lowest: set where the number is below `bound`, clear for NaN.
+    fn mask_below(self, bound: f32) -> u32;
 
     /// The same word in all lanes.
     fn splat_words(word: u32) -> Self::Words;
@@ -111,8 +113,20 @@ pub(crate) trait Lanes:
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
-    /// Rows become columns.
-    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES];
+    /// Hands out the columns of sixteen rows: `put` is given the column's index, a part of it, and that part's numbers.
+    fn transpose_with(lines: [&F32x16; F32x16::LANES], put: impl FnMut(usize, usize, Self));
+
+    /// The columns of sixteen rows.
+    #[inline(always)]
+    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
+        let mut out = [F32x16::ZERO; F32x16::LANES];
+        Self::transpose_with(
+            lines,
+            #[inline(always)]
+            |column, part, numbers| numbers.store(&mut out[column], part),
+        );
+        out
+    }
 }
 
 /// How far beyond a window's first word others are asked for: the second line from there, which is needed when windows

@@ -145,6 +145,14 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn mask_below(self, bound: f32) -> u32 {
+        let lanes = self.0.iter().enumerate();
+        lanes.fold(0, |mask, (lane, &value)| {
+            mask | u32::from(value < bound) << lane
+        })
+    }
+
+    #[inline(always)]
     fn splat_words(word: u32) -> [u32; COUNT] {
         [word; COUNT]
     }
@@ -199,7 +207,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
-        from_fn(|column| F32x16(from_fn(|row| lines[row].0[column])))
+    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
+        for column in 0..F32x16::LANES {
+            for part in 0..Self::PARTS {
+                let numbers = from_fn(|row| lines[part * COUNT + row].0[column]);
+                put(column, part, Self(numbers));
+            }
+        }
     }
 }

@@ -52,6 +52,12 @@ impl Kernel for Everything<'_> {
         let some_above = (0..L::PARTS).all(|part| a(part).all_below(3.0));
         keep(&|_| L::splat(f32::from(u8::from(all_below) + 2 * u8::from(some_above))));
         keep(&|_| L::splat(a(0).first()));
+        for bound in [-1.0, 0.0, 2.5] {
+            let mask = (0..L::PARTS).fold(0, |mask, part| {
+                mask | a(part).mask_below(bound) << (part * L::COUNT)
+            });
+            keep(&|_| L::splat(mask as f32));
+        }
         let least = (0..L::PARTS)
             .map(|part| a(part).least())
             .fold(f32::INFINITY, f32::min);

@@ -265,7 +265,7 @@ impl Crowd {
 
     /// Time goes on, seconds.
     pub fn advance(&mut self, seconds: f32) {
-        self.crowd.advance(seconds);
+        self.crowd.advance(f64::from(seconds));
     }
 
     /// From before the head of the column, above it.

@@ -1,0 +1,221 @@
+//! One call a frame: time, culling, levels of detail and poses of all characters.
+//!
+//! Source: the levels are those of [`Switching`]. Differs in how they are found: sixteen characters at a time, in the order
+//! of the groups (see `level_pass`). Only characters that need a finer level than their group has, or that enter the frustum,
+//! are put into other groups.
+
+use glam::{Vec3, Vec4};
+
+use super::character::{CharacterId, Placement};
+use super::instances::Crowd;
+use super::level_pass::{LevelPass, LevelRamps};
+use super::schedule::{NOWHERE, PARKED, split};
+use super::settings::PoseError;
+use crate::lod::{LevelId, Switching};
+use crate::math::F32x16;
+
+/// What changes from one frame to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Frame<'a> {
+    /// Seconds since the frame before. 0 by default.
+    pub seconds: f64,
+    /// Where levels of detail come from. `None`, the default: characters keep their levels.
+    pub levels: Option<LevelView<'a>>,
+    /// The camera's frustum. `None`, the default: all characters are posed.
+    pub frustum: Option<Frustum>,
+    /// World positions by [`CharacterId`], in metres, that distances and culling are measured from. `None`, the default:
+    /// the characters' placements.
+    pub positions: Option<&'a [Vec3]>,
+}
+
+/// Chooses levels by the distance from a camera.
+#[derive(Clone, Copy, Debug)]
+pub struct LevelView<'a> {
+    /// The distances at which levels change.
+    pub switching: &'a Switching,
+    /// The camera's position in the world, in metres.
+    pub eye: Vec3,
+}
+
+/// The volume that a camera sees. Characters outside it are neither given levels nor posed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    /// Planes (normal, offset): a point p is inside where `normal · p + offset >= 0`. Normals have length 1.
+    pub planes: [Vec4; 6],
+    /// Radius of a sphere around each character, in metres.
+    pub radius: f32,
+    /// Height of that sphere's centre above the character's position, in metres.
+    pub centre: f32,
+}
+
+/// What a frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameReport {
+    /// Characters that were given another place in the output.
+    pub moved: usize,
+    /// Whether all characters were sorted anew.
+    pub sorted: bool,
+}
+
+/// Buffers that are kept between frames.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FrameScratch {
+    ramps: LevelRamps,
+    /// Groups with characters that need a finer level, and parked groups with visible characters.
+    groups: Vec<u32>,
+    /// Sum of all characters' levels at the last sorting.
+    sorted_levels: Option<f64>,
+}
+
+impl Frustum {
+    /// Signed distance of the sphere's centre from the plane that it is furthest outside of, in metres.
+    fn depth(&self, position: Vec3) -> f32 {
+        let centre = (position + Vec3::Y * self.centre).extend(1.0);
+        let planes = self.planes.iter();
+        planes.fold(f32::INFINITY, |least, plane| least.min(plane.dot(centre)))
+    }
+
+    fn contains(&self, position: Vec3) -> bool {
+        // A position that is no number is inside, as in the kernel.
+        !(self.depth(position) < -self.radius)
+    }
+}
+
+impl Crowd {
+    /// Advances time, chooses levels, culls, and poses all visible characters into the beginning of `out`. Allocates nothing
+    /// once it has been called a few times for a crowd that has not grown.
+    ///
+    /// # Errors
+    /// `out` is shorter than [`Crowd::output_len`], which this call may have changed; nothing was written then, and
+    /// [`Crowd::pose`] can be called with more. It is never longer than [`Crowd::max_output_len`].
+    pub fn frame(
+        &mut self,
+        frame: &Frame<'_>,
+        out: &mut [F32x16],
+    ) -> Result<FrameReport, PoseError> {
+        self.advance(frame.seconds);
+        self.choose(frame);
+        let report = self.prepare();
+        if report.sorted {
+            self.scratch_of_frames.sorted_levels = None;
+        }
+        self.pose_prepared(out)?;
+        Ok(report)
+    }
+
+    /// Moves all characters: one placement for each, in the order of their numbers. Missing ones stay where they are.
+    pub fn place_all(&mut self, placements: &[Placement]) {
+        for (id, placement) in (0..self.len() as u32).zip(placements) {
+            self.change(CharacterId(id), |state| state.place(placement));
+        }
+    }
+
+    /// Levels and visibility of all characters.
+    fn choose(&mut self, frame: &Frame<'_>) {
+        let mut scratch = std::mem::take(&mut self.scratch_of_frames);
+        if let Some(view) = &frame.levels {
+            scratch.ramps.update(view.switching);
+        }
+        self.choose_late(frame);
+        if frame.levels.is_some() || frame.frustum.is_some() || !self.schedule.parked.is_empty() {
+            self.choose_in_groups(frame, &mut scratch);
+            self.unpark(frame, &mut scratch);
+        }
+        self.scratch_of_frames = scratch;
+    }
+
+    fn choose_in_groups(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
+        scratch.groups.clear();
+        let last = self.animations().last();
+        let found = self.settings().isa.on_lanes(LevelPass {
+            schedule: &mut self.schedule,
+            frame,
+            ramps: &scratch.ramps,
+            last: f32::from(last.0),
+            finer: &mut scratch.groups,
+        });
+        for &group in &scratch.groups {
+            let (cold, detail) = (
+                &self.schedule.cold[group as usize],
+                self.schedule.groups[group as usize].detail,
+            );
+            let own = f32::from(cold.kind.level.0);
+            let visible = self.schedule.visible[group as usize];
+            for (lane, &id) in cold.ids.iter().enumerate() {
+                let Some(state) = self.states.get_mut(id as usize) else {
+                    continue;
+                };
+                if visible >> lane & 1 == 1 && detail.0[lane] < own && !state.is_late {
+                    state.detail = detail.0[lane];
+                    state.is_late = true;
+                    self.late.push(id);
+                }
+            }
+        }
+        let levels = scratch.sorted_levels.get_or_insert(found.levels);
+        self.debt.joints = (found.levels - *levels) as isize;
+        self.debt.hidden = found.hidden;
+    }
+
+    /// Characters that wait for a group.
+    fn choose_late(&mut self, frame: &Frame<'_>) {
+        for index in 0..self.late.len() {
+            let id = self.late[index] as usize;
+            self.choose_one(frame, id);
+        }
+    }
+
+    fn choose_one(&mut self, frame: &Frame<'_>, id: usize) {
+        let last = self.animations().last();
+        let state = &mut self.states[id];
+        let own = Vec3::new(state.x, state.y, state.z);
+        let position = frame.positions.and_then(|positions| positions.get(id));
+        let position = position.copied().unwrap_or(own);
+        state.is_culled = { frame.frustum }.is_some_and(|frustum| !frustum.contains(position));
+        if let Some(view) = &frame.levels {
+            let before = LevelId(state.detail as u16);
+            let choice = view
+                .switching
+                .choose(position.distance(view.eye), Some(before));
+            state.set_detail((choice.level, choice.blend), last);
+        }
+    }
+
+    /// Takes parked characters that are visible to those that wait for a group.
+    fn unpark(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
+        scratch.groups.clear();
+        let isa = self.settings().isa;
+        isa.on_lanes(super::level_pass::ParkedPass {
+            parked: &self.schedule.parked,
+            frame,
+            visible: &mut scratch.groups,
+        });
+        for index in 0..scratch.groups.len() {
+            let parked = scratch.groups[index] as usize;
+            for lane in 0..F32x16::LANES {
+                let id = self.schedule.parked[parked].ids[lane] as usize;
+                if id >= self.states.len() || self.states[id].is_late {
+                    continue;
+                }
+                self.choose_one(frame, id);
+                if !self.states[id].is_culled {
+                    self.states[id].is_late = true;
+                    self.late.push(id as u32);
+                }
+            }
+        }
+    }
+
+    /// Whether the last frame posed a character: not where it was outside the frustum or inactive.
+    #[must_use]
+    pub fn is_posed(&self, id: CharacterId) -> bool {
+        match self.slots.get(id.index()) {
+            None | Some(&NOWHERE) => false,
+            Some(&slot) if slot & PARKED != 0 => false,
+            Some(&slot) => {
+                let (group, lane) = split(slot);
+                self.schedule.visible[group] >> lane & 1 == 1
+            }
+        }
+    }
+}

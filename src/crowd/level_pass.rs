@@ -1,0 +1,260 @@
+//! Levels of detail and culling of all characters, sixteen at a time.
+//!
+//! Source: Hasegawa, Nishio & Kobori, 3.2 (levels by distance); the bands are those of [`Switching`]. Level plus blend is a
+//! continuous, piecewise linear function of the distance: a sum of ramps from 0 to 1, one for each level. The characters of a
+//! group have similar distances, so that few ramps are neither 0 nor 1 for all of them: only those are evaluated.
+//!
+//! No step is fused, so that every instruction set gives the same levels, which are those of [`Switching::choose`].
+
+use glam::Vec3;
+
+use super::frame::{Frame, Frustum};
+use super::group::{Group, GroupCold};
+use super::schedule::{Parked, Schedule};
+use crate::lod::Switching;
+use crate::math::{F32x16, Kernel, Lanes};
+
+/// The ramps of a [`Switching`].
+#[derive(Clone, Debug, Default)]
+pub(super) struct LevelRamps {
+    /// To the coarsest level that is allowed.
+    coarsest: Ramps,
+    /// To the finest level that is allowed; empty where levels are blended, since hysteresis is not visible then.
+    finest: Ramps,
+    has_hysteresis: bool,
+}
+
+/// Ramps that do not overlap, nearest first.
+#[derive(Clone, Debug, Default)]
+struct Ramps {
+    start: Vec<f32>,
+    full: Vec<f32>,
+}
+
+impl Ramps {
+    fn update(&mut self, ramps: impl Iterator<Item = (f32, f32)>) {
+        self.start.clear();
+        self.full.clear();
+        for (start, full) in ramps {
+            // A step is a ramp from the float just below it.
+            self.start.push(start.min(full.next_down()));
+            self.full.push(full);
+        }
+    }
+
+    /// The ramps that are neither 0 nor 1 for all distances from `near` to `far`; `hint` is where the search begins.
+    #[inline(always)]
+    fn between(&self, (near, far): (f32, f32), hint: &mut usize) -> (usize, usize) {
+        let count = self.full.len();
+        let mut low = (*hint).min(count);
+        while low > 0 && self.full[low - 1] > near {
+            low -= 1;
+        }
+        while low < count && self.full[low] <= near {
+            low += 1;
+        }
+        *hint = low;
+        let mut high = low;
+        while high < count && self.start[high] < far {
+            high += 1;
+        }
+        (low, high)
+    }
+
+    #[inline(always)]
+    fn sum<L: Lanes>(&self, distance: L, (low, high): (usize, usize)) -> L {
+        let mut sum = L::splat(low as f32);
+        for (&start, &full) in self.start[low..high].iter().zip(&self.full[low..high]) {
+            let gone = (distance - L::splat(start)) / L::splat(full - start);
+            sum = sum + gone.max(L::splat(0.0)).min(L::splat(1.0));
+        }
+        sum
+    }
+}
+
+impl LevelRamps {
+    /// The ramps of these bands. Allocates nothing once there were as many.
+    pub(super) fn update(&mut self, switching: &Switching) {
+        let bands = switching.bands();
+        self.has_hysteresis = !switching.blends();
+        if self.has_hysteresis {
+            self.coarsest
+                .update(bands.iter().map(|band| (band.full, band.full)));
+            self.finest
+                .update(bands.iter().map(|band| (band.end, band.end)));
+        } else {
+            self.coarsest
+                .update(bands.iter().map(|band| (band.start, band.full)));
+        }
+    }
+}
+
+/// Finds the levels and the visible lanes of all groups.
+pub(super) struct LevelPass<'a> {
+    pub(super) schedule: &'a mut Schedule,
+    pub(super) frame: &'a Frame<'a>,
+    pub(super) ramps: &'a LevelRamps,
+    /// The coarsest level.
+    pub(super) last: f32,
+    /// Receives the groups with characters that need a finer level than the group has.
+    pub(super) finer: &'a mut Vec<u32>,
+}
+
+/// What a [`LevelPass`] counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LevelSum {
+    /// Sum of all lanes' levels.
+    pub(super) levels: f64,
+    /// Joints of lanes that are posed though they are outside the frustum.
+    pub(super) hidden: usize,
+}
+
+impl Kernel for LevelPass<'_> {
+    type Out = LevelSum;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> LevelSum {
+        let Self {
+            schedule,
+            frame,
+            ramps,
+            last,
+            finer,
+        } = self;
+        let mut found = LevelSum::default();
+        let mut hints = [0; 2];
+        for bucket in &schedule.buckets {
+            let own = f32::from(bucket.kind.level.0);
+            let mut sums = L::parts(L::splat(0.0));
+            for index in bucket.groups.clone() {
+                let group = &mut schedule.groups[index];
+                let at = positions(group, &schedule.cold[index], frame.positions);
+                let visible = visible_lanes::<L>(&at, frame.frustum.as_ref());
+                schedule.visible[index] = visible;
+                if visible == 0 {
+                    continue;
+                }
+                found.hidden += visible.count_zeros() as usize * bucket.lines / F32x16::LANES;
+                let Some(view) = &frame.levels else {
+                    continue;
+                };
+                let (distance, reach) = distances::<L>(&at, view.eye);
+                let (ends, mut is_finer) = (ramps.coarsest.between(reach, &mut hints[0]), false);
+                let sticky = match ramps.has_hysteresis {
+                    true => Some(ramps.finest.between(reach, &mut hints[1])),
+                    false => None,
+                };
+                for part in 0..L::PARTS {
+                    let distance = L::load(&distance, part);
+                    let mut detail = ramps.coarsest.sum(distance, ends);
+                    if let Some(sticky) = sticky {
+                        let before = L::load(&group.detail, part).floor();
+                        detail = before.max(ramps.finest.sum(distance, sticky)).min(detail);
+                    }
+                    let detail = detail.min(L::splat(last));
+                    detail.store(&mut group.detail, part);
+                    sums[part] = sums[part] + detail.floor();
+                    is_finer |= !(L::splat(own) - detail).all_below(f32::MIN_POSITIVE);
+                }
+                if is_finer {
+                    finer.push(index as u32);
+                }
+            }
+            for part in 0..L::PARTS {
+                let mut lanes = F32x16::ZERO;
+                sums[part].store(&mut lanes, part);
+                found.levels += lanes.0.iter().map(|&sum| f64::from(sum)).sum::<f64>();
+            }
+        }
+        found
+    }
+}
+
+/// Finds the parked groups with visible characters.
+pub(super) struct ParkedPass<'a> {
+    pub(super) parked: &'a [Parked],
+    pub(super) frame: &'a Frame<'a>,
+    pub(super) visible: &'a mut Vec<u32>,
+}
+
+impl Kernel for ParkedPass<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (index, parked) in self.parked.iter().enumerate() {
+            let at = match self.frame.positions {
+                None => [parked.x, parked.y, parked.z],
+                Some(positions) => gathered([parked.x, parked.y, parked.z], &parked.ids, positions),
+            };
+            if visible_lanes::<L>(&at, self.frame.frustum.as_ref()) != 0 {
+                self.visible.push(index as u32);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn positions(group: &Group, cold: &GroupCold, positions: Option<&[Vec3]>) -> [F32x16; 3] {
+    let own = [group.x, group.y, group.z];
+    match positions {
+        None => own,
+        Some(positions) => gathered(own, &cold.ids, positions),
+    }
+}
+
+/// The positions of sixteen characters; unused lanes repeat a used one.
+#[inline(always)]
+fn gathered(own: [F32x16; 3], ids: &[u32; F32x16::LANES], positions: &[Vec3]) -> [F32x16; 3] {
+    let mut at = own;
+    let used = ids.iter().find(|&&id| id != Group::NOBODY);
+    for (lane, &id) in ids.iter().enumerate() {
+        let shown = if id == Group::NOBODY { used } else { Some(&id) };
+        if let Some(position) = shown.and_then(|&id| positions.get(id as usize)) {
+            for axis in 0..3 {
+                at[axis].0[lane] = position[axis];
+            }
+        }
+    }
+    at
+}
+
+/// Distances from `eye`, and the least and the greatest of them. What is not a number becomes 0.
+#[inline(always)]
+fn distances<L: Lanes>(at: &[F32x16; 3], eye: Vec3) -> (F32x16, (f32, f32)) {
+    let mut distances = F32x16::ZERO;
+    let (mut near, mut minus_far) = (f32::INFINITY, f32::INFINITY);
+    for part in 0..L::PARTS {
+        let x = L::load(&at[0], part) - L::splat(eye.x);
+        let y = L::load(&at[1], part) - L::splat(eye.y);
+        let z = L::load(&at[2], part) - L::splat(eye.z);
+        let distance = (x * x + y * y + z * z).sqrt().max(L::splat(0.0));
+        distance.store(&mut distances, part);
+        near = near.min(distance.least());
+        minus_far = minus_far.min((L::splat(0.0) - distance).least());
+    }
+    (distances, (near, -minus_far))
+}
+
+/// A bit for each lane whose sphere is not outside one of the planes.
+#[inline(always)]
+fn visible_lanes<L: Lanes>(at: &[F32x16; 3], frustum: Option<&Frustum>) -> u16 {
+    let Some(frustum) = frustum else {
+        return u16::MAX;
+    };
+    let mut outside = 0;
+    for part in 0..L::PARTS {
+        let (x, z) = (L::load(&at[0], part), L::load(&at[2], part));
+        let y = L::load(&at[1], part) + L::splat(frustum.centre);
+        let mut depth = L::splat(f32::INFINITY);
+        for plane in &frustum.planes {
+            let signed = L::splat(plane.x) * x
+                + L::splat(plane.y) * y
+                + L::splat(plane.z) * z
+                + L::splat(plane.w);
+            depth = signed.min(depth);
+        }
+        outside |= depth.mask_below(-frustum.radius) << (part * L::COUNT);
+    }
+    !(outside as u16)
+}
