@@ -1,4 +1,4 @@
-//! An image to draw into where there is no window, and its pixels.
+//! An image to draw into if there is no window, with access to its pixels.
 
 use ash::vk;
 
@@ -8,7 +8,7 @@ use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::internal::{Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
-/// A target with a way to read it.
+/// A render target whose pixels the host can read.
 #[derive(Debug)]
 pub struct Offscreen {
     context: Context,
@@ -18,13 +18,13 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// Of the images: four bytes a pixel, red, green, blue (sRGB) and alpha.
+    /// Format of the image: red, green, blue (sRGB) and alpha, one byte each.
     pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 
-    /// Makes the image. Leaves nothing behind when it fails.
+    /// Creates the image. On failure, all resources are freed.
     ///
     /// # Errors
-    /// A Vulkan call's, or the allocator's.
+    /// An error of a Vulkan call or of the allocator.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -61,7 +61,8 @@ impl Offscreen {
         })
     }
 
-    /// What a stage draws into between [`Offscreen::record_start`] and [`Offscreen::record_end`].
+    /// Target for a stage, to use between [`Offscreen::record_start`] and
+    /// [`Offscreen::record_end`].
     #[must_use]
     pub fn target(&self) -> Target {
         Target {
@@ -70,10 +71,10 @@ impl Offscreen {
         }
     }
 
-    /// Makes the image one to draw into; what it held is gone.
+    /// Records the transition of the image to a colour attachment. Its contents are discarded.
     ///
     /// # Safety
-    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family.
+    /// `cmd` is in the recording state, outside of rendering, for a queue of the context's family.
     pub unsafe fn record_start(&self, cmd: vk::CommandBuffer) {
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
         let copied = (Stages::COPY, Access::NONE, Layout::UNDEFINED);
@@ -82,10 +83,10 @@ impl Offscreen {
         unsafe { turn(&self.context, cmd, colour, (copied, DRAWN)) };
     }
 
-    /// Copies the image to where [`Offscreen::pixels`] reads it.
+    /// Records the copy of the image to the buffer that [`Offscreen::pixels`] reads.
     ///
     /// # Safety
-    /// As for [`Offscreen::record_start`], which comes before it.
+    /// As for [`Offscreen::record_start`], which must have been recorded before.
     pub unsafe fn record_end(&self, cmd: vk::CommandBuffer) {
         let (image, buffer) = (self.image.handle, self.pixels.handle);
         let colour = (image, vk::ImageAspectFlags::COLOR);
@@ -96,10 +97,10 @@ impl Offscreen {
         }
     }
 
-    /// Four bytes of each pixel, row by row from the upper left.
+    /// Pixels of four bytes, row by row from the top left.
     ///
     /// # Errors
-    /// An invalidate that failed.
+    /// The memory cannot be invalidated.
     ///
     /// # Safety
     /// The commands with [`Offscreen::record_end`] have finished.
@@ -109,7 +110,7 @@ impl Offscreen {
         unsafe { self.pixels.bytes(bytes(self.image.side)) }
     }
 
-    /// Frees everything. The device must be done with it.
+    /// Frees all resources. The device must not use them any more.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.image.destroy(&self.context, memory);
         self.pixels.destroy(&self.context, memory);

@@ -15,7 +15,7 @@ pub(super) use table::{
     VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
 
-/// Camera and light: a uniform buffer.
+/// Uniform buffer with camera and light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct FrameData {
@@ -34,7 +34,7 @@ pub(super) struct FrameData {
     pub(super) counts: [u32; 4],
 }
 
-/// Push constants where bodies are drawn.
+/// Push constants for bodies.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct DrawBodies {
@@ -46,7 +46,7 @@ pub(super) struct DrawBodies {
     pub(super) parts: u32,
 }
 
-/// Push constants where a map is drawn.
+/// Push constants for maps.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct DrawLayer {
@@ -56,7 +56,7 @@ pub(super) struct DrawLayer {
     pub(super) extent: [u32; 4],
 }
 
-/// A member of a crowd, as the device reads it.
+/// A member of a crowd in the layout of the shaders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct CrowdCharacter {
@@ -64,7 +64,7 @@ pub(super) struct CrowdCharacter {
     pub(super) tint: [f32; 4],
 }
 
-/// A part of the members of a crowd, as the device reads it.
+/// A part of a figure in the layout of the shaders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct CrowdPart {
@@ -93,7 +93,7 @@ const _: () = {
         assert!(runs_anywhere(shaders[index]) && has_one_set(shaders[index]));
         index += 1;
     }
-    // All storage buffers of a stage are in its layout, whichever shader reads them.
+    // The stage's descriptor set contains all storage buffers, for all shaders.
     assert!(VIEW_BODY_VERT.storage_buffers + VIEW_CROWD_VERT.storage_buffers <= 4);
     assert!(VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers <= 4);
 

@@ -1,4 +1,5 @@
-//! Promise: pictures are the same each time, show things where the camera sees them, and leave validation nothing to say.
+//! Pictures are deterministic, show objects where the camera sees them, and cause no validation
+//! messages.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

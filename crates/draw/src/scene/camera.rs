@@ -1,22 +1,23 @@
 use glam::camera::rh;
 use glam::{Mat4, Vec2, Vec3};
 
-/// Where a picture is taken from.
+/// A perspective camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Metres, in the world.
+    /// Position in the world, in metres.
     pub eye: Vec3,
-    /// What is in the middle of the picture.
+    /// Point at the centre of the picture.
     pub target: Vec3,
-    /// Vertical field of view, radians.
+    /// Vertical field of view, in radians.
     pub field: f32,
 }
 
 impl Camera {
-    /// Nothing nearer is drawn, metres.
+    /// Distance of the near plane, in metres.
     pub const NEAR: f32 = 0.05;
 
-    /// Looks at `target` from so far away: `around` radians from +Z towards +X, `up` radians above the horizon.
+    /// Camera at `distance` metres from `target`, `around` radians from +Z towards +X and `up`
+    /// radians above the horizon.
     #[must_use]
     pub fn orbit(target: Vec3, (around, up): (f32, f32), distance: f32) -> Self {
         let out = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
@@ -27,8 +28,8 @@ impl Camera {
         }
     }
 
-    /// World to clip space as Vulkan has it: y down, depth 1 at [`Camera::NEAR`] and 0 infinitely far away. `aspect` is width over
-    /// height.
+    /// Transform from world to Vulkan's clip space: y points down, depth is 1 at [`Camera::NEAR`]
+    /// and 0 at infinity. `aspect` is width divided by height.
     #[must_use]
     pub fn clip(&self, aspect: f32) -> Mat4 {
         let ahead = self.target - self.eye;
@@ -41,7 +42,8 @@ impl Camera {
         rh::proj::vulkan::perspective_infinite_reverse(self.field, aspect, Self::NEAR) * view
     }
 
-    /// Where a place is seen in a picture of that many pixels, from its left upper corner; `None` behind the camera.
+    /// Pixel at which a place appears in a picture of `size` pixels, from the top left corner.
+    /// Returns `None` for places behind the camera.
     #[must_use]
     pub fn pixel(&self, place: Vec3, size: [u32; 2]) -> Option<Vec2> {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
@@ -50,7 +52,7 @@ impl Camera {
         (clip.w > Self::NEAR).then(|| (at * 0.5 + 0.5) * size)
     }
 
-    /// The direction in which a pixel of a picture is seen, of unit length.
+    /// Unit direction from the camera through a pixel.
     #[must_use]
     pub fn ray(&self, pixel: Vec2, size: [u32; 2]) -> Vec3 {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
@@ -75,7 +77,7 @@ mod tests {
         let ray = camera.ray(pixel, size);
         let along = (place - camera.eye).dot(ray);
         assert!((camera.eye + along * ray).distance(place) < 1e-3);
-        // Higher up is nearer to the picture's upper edge; what is behind is not seen.
+        // Higher places are closer to the top edge, and places behind the camera are not visible.
         assert!(camera.pixel(place + Vec3::Y, size).unwrap().y < pixel.y);
         assert_eq!(camera.pixel(2.0 * camera.eye - camera.target, size), None);
     }

@@ -1,6 +1,7 @@
-//! The paper's formation: a column of characters, seen from its head.
+//! The formation of the paper: a column of characters, seen from its front.
 //!
-//! Source: Hasegawa, Nishio and Kobori, their last section: 10,000 characters, each with a level of detail by its distance.
+//! Source: Hasegawa, Nishio and Kobori, last section: 10,000 characters, each with a level of
+//! detail that depends on its distance.
 
 use std::sync::Arc;
 
@@ -21,20 +22,20 @@ use sabaki::lod::{
 use sabaki::maps::Body;
 use sabaki::math::{F32x16, Rigid2};
 
-/// Who stands where, and what they do.
+/// Settings of a formation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FormationSettings {
-    /// How many. Default 10,000.
+    /// Number of characters. Default 10,000.
     pub count: u32,
-    /// Side by side. Default 10.
+    /// Number of characters in a row. Default 10.
     pub abreast: u32,
-    /// From one to the next, metres. Default 1.3.
+    /// Distance between neighbours, in metres. Default 1.3.
     pub apart: f32,
-    /// Seconds by which each row begins after the one before it. Default 0.09.
+    /// Delay between two rows, in seconds. Default 0.09.
     pub delay: f32,
-    /// Pixels of error on the screen that a level may make. Default 2.
+    /// Maximum error of a level on the screen, in pixels. Default 2.
     pub error: f32,
-    /// Threads that pose; 0 for as many as the machine has.
+    /// Number of threads that evaluate poses, or 0 for one thread per CPU core. Default 0.
     pub threads: usize,
     /// Colours of the characters.
     pub look: Look,
@@ -54,34 +55,35 @@ impl Default for FormationSettings {
     }
 }
 
-/// Why there is no formation.
+/// Reason why a formation cannot be created.
 #[derive(Debug, Error)]
 pub enum FormationError {
-    /// Levels could not be built, or switched.
+    /// Levels cannot be built or switched.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// The clips make no animations.
+    /// The clips cannot be converted to animations.
     #[error(transparent)]
     AnimationSet(#[from] AnimationSetError),
-    /// Too many characters.
+    /// There are too many characters.
     #[error(transparent)]
     Crowd(#[from] CrowdError),
 }
 
-/// A column of characters who all do the same, each row a moment after the one before it.
+/// A column of characters that play the same clip, each row later than the row in front of it.
 pub struct Crowd {
     crowd: crowd::Crowd,
     levels: Levels,
     settings: FormationSettings,
     characters: Vec<Standing>,
-    /// Of each level a whole figure, one of its largest parts, and one of even fewer.
+    /// For each level a complete figure, a figure of its largest parts, and one of even fewer
+    /// parts.
     figures: Vec<Figure>,
-    /// Seconds of the clip that is played.
+    /// Duration of the clip, in seconds.
     period: f32,
     most_lines: usize,
-    /// Whether levels go by distance.
+    /// Whether levels depend on distance.
     lod: bool,
-    /// Whether levels are shown by colours.
+    /// Whether colours show the levels.
     tinted: bool,
 }
 
@@ -91,25 +93,25 @@ struct Standing {
     level: LevelId,
 }
 
-/// Parts of a figure that is seen from afar.
-const PARTS_AFAR: usize = 12;
-/// And of one that is a speck.
-const PARTS_OF_SPECK: usize = 4;
-/// Characters of fewer pixels are drawn with these; then with fewer triangles.
-const AFAR: f32 = 26.0;
-const SPECK: f32 = 8.0;
+/// Number of parts of a figure at a distance.
+const DISTANT_PARTS: usize = 12;
+/// Number of parts of a figure of a few pixels.
+const TINY_PARTS: usize = 4;
+/// Heights on the screen below which figures have fewer parts, then fewer triangles, in pixels.
+const DISTANT: f32 = 26.0;
+const TINY: f32 = 8.0;
 const MIDDLE: f32 = 48.0;
 const NEAR: f32 = 170.0;
-/// Roughly, metres.
+/// Approximate height of a character, in metres.
 const HEIGHT: f32 = 1.7;
-/// How far from their middle there are shadows, metres.
+/// Radius of the area with shadows, in metres.
 const SHADOWS: f32 = 24.0;
 
 impl Crowd {
-    /// Everybody plays `clip`, over and over.
+    /// Creates a formation in which all characters repeat `clip`.
     ///
     /// # Errors
-    /// What makes no levels, no animations or no crowd.
+    /// The levels, the animations or the crowd cannot be created.
     pub fn new(
         (skeleton, body): (&Skeleton, &Body),
         clip: &Clip,
@@ -120,9 +122,9 @@ impl Crowd {
         let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
         let whole = Figure::of(skeleton, body, &settings.look);
         let figures = levels.levels.iter().flat_map(|level| {
-            let seated = seated(&whole, level);
-            let afar = largest(&seated, PARTS_AFAR);
-            let speck = largest(&seated, PARTS_OF_SPECK);
+            let seated = attached(&whole, level);
+            let afar = largest(&seated, DISTANT_PARTS);
+            let speck = largest(&seated, TINY_PARTS);
             [seated, afar, speck]
         });
         let output = Output {
@@ -186,74 +188,76 @@ impl Crowd {
         Ok(())
     }
 
-    /// Seconds after which everything is as it was.
+    /// Time after which the formation repeats, in seconds.
     #[must_use]
     pub fn period(&self) -> f32 {
         self.period
     }
 
-    /// How many levels there are.
+    /// Number of levels.
     #[must_use]
     pub fn levels(&self) -> usize {
         self.levels.levels.len()
     }
 
-    /// How many characters.
+    /// Number of characters.
     #[must_use]
     pub fn len(&self) -> usize {
         self.characters.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no characters.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.characters.is_empty()
     }
 
-    /// From the first row to the last, metres.
+    /// Length of the column, in metres.
     #[must_use]
     pub fn long(&self) -> f32 {
         let rows = self.settings.count.div_ceil(self.settings.abreast.max(1));
         rows.saturating_sub(1) as f32 * self.settings.apart
     }
 
-    /// Lines of memory that the poses take at most: when all have all joints.
+    /// Maximum memory of the poses, in lines: all characters with all joints.
     #[must_use]
     pub fn most_lines(&self) -> usize {
-        // Those who change their kind stand in groups of their own for a while: one in sixteen at most.
+        // Characters that change their level stand in groups of their own for a while: at most one
+        // in sixteen.
         let groups = 2 * (self.characters.len().div_ceil(F32x16::LANES) + 2);
         let group = Output::default().group_len(self.levels.levels[0].kept.len());
         self.most_lines.max(groups * group)
     }
 
-    /// Parts of all figures together.
+    /// Number of parts of all figures.
     #[must_use]
     pub fn parts(&self) -> usize {
         self.figures.iter().map(|figure| figure.parts.len()).sum()
     }
 
-    /// Levels by distance, or all joints for everybody.
+    /// Selects levels by distance, or all joints for every character.
     pub fn use_levels(&mut self, lod: bool) {
         self.lod = lod;
     }
 
-    /// Pixels of error on the screen that a level may make: [`FormationSettings::error`].
+    /// Maximum error of a level on the screen, in pixels ([`FormationSettings::error`]).
     #[must_use]
     pub fn error(&self) -> f32 {
         self.settings.error
     }
 
-    /// Another such error from the next [`Crowd::look_from`] on.
+    /// Sets the maximum error of a level, in pixels. It takes effect with the next
+    /// [`Crowd::look_from`].
     pub fn set_error(&mut self, pixels: f32) {
         self.settings.error = pixels;
     }
 
-    /// Characters in the colours of their levels, or in their own.
+    /// Shows the characters in the colours of their levels or in their own colours.
     pub fn show_levels(&mut self, tinted: bool) {
         self.tinted = tinted;
     }
 
-    /// How many characters are on each level.
+    /// Number of characters on each level.
     #[must_use]
     pub fn census(&self) -> Vec<usize> {
         let mut census = vec![0; self.levels()];
@@ -263,12 +267,12 @@ impl Crowd {
         census
     }
 
-    /// Time goes on, seconds.
+    /// Advances the time by `seconds`.
     pub fn advance(&mut self, seconds: f32) {
         self.crowd.advance(f64::from(seconds));
     }
 
-    /// From before the head of the column, above it.
+    /// Camera above the front of the column.
     #[must_use]
     pub fn camera(&self) -> Camera {
         let wide = 0.5 * self.settings.abreast as f32 * self.settings.apart;
@@ -279,10 +283,10 @@ impl Crowd {
         }
     }
 
-    /// Gives everybody the level that a camera asks for.
+    /// Assigns each character the level for a camera.
     ///
     /// # Errors
-    /// A field of view or a size that is none.
+    /// The field of view or the size is invalid.
     pub fn look_from(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), FormationError> {
         let settings = SwitchSettings {
             view: View {
@@ -310,24 +314,24 @@ impl Crowd {
         Ok(())
     }
 
-    /// Poses everybody straight into the memory that is drawn from.
+    /// Evaluates all poses directly into the memory that is drawn from.
     ///
     /// # Errors
-    /// Less memory than [`Crowd::most_lines`].
+    /// `out` is smaller than [`Crowd::most_lines`].
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         self.crowd.pose(out)
     }
 
-    /// What a camera sees of the crowd as it was posed last.
+    /// Shot of the crowd with the poses of the last [`Crowd::pose`].
     ///
     /// # Errors
-    /// None after [`Crowd::pose`].
+    /// [`Crowd::pose`] has not been called.
     pub fn shot(
         &self,
         camera: Camera,
         size: [u32; 2],
     ) -> Result<(Shot, CrowdShot), FormationError> {
-        // Shadows lie where one sees them best: before the camera.
+        // Shadows are placed in front of the camera, where they are most visible.
         let ahead = camera.target - camera.eye;
         let ahead = Vec3::new(ahead.x, 0.0, ahead.z).normalize_or(Vec3::NEG_Z);
         let middle = Vec3::new(camera.eye.x, 0.0, camera.eye.z) + ahead * 20.5;
@@ -349,14 +353,14 @@ impl Crowd {
         {
             let pixels = view.pixels(HEIGHT, camera.eye.distance(character.place).max(0.1));
             let (detail, afar) = match pixels {
-                few if few < SPECK => (Detail::Coarse, 2),
-                few if few < AFAR => (Detail::Coarse, 1),
+                few if few < TINY => (Detail::Coarse, 2),
+                few if few < DISTANT => (Detail::Coarse, 1),
                 few if few < MIDDLE => (Detail::Coarse, 0),
                 many if many > NEAR => (Detail::Fine, 0),
                 _ => (Detail::Medium, 0),
             };
             let slice = self.crowd.pose_slice(character.id)?;
-            // It may be posed on a finer level than its own, on which it looks alike.
+            // The slice may have a finer level than the character's, with the same appearance.
             let level = usize::from(slice.level.0);
             let first = slice.position(0, 0);
             let member = CrowdMember {
@@ -388,7 +392,7 @@ impl Crowd {
         Ok((Shot::new(camera, light), shown))
     }
 
-    /// From warm at all joints to cold at the fewest.
+    /// Colour of a level, from warm with all joints to cold with the fewest.
     fn tint(&self, level: usize) -> [f32; 4] {
         if !self.tinted {
             return [0.0; 4];
@@ -397,7 +401,7 @@ impl Crowd {
     }
 }
 
-/// The colour of a level, linear: red with all joints, over yellow and green to blue with the fewest.
+/// Linear colour of a level: red with all joints, then yellow and green, blue with the fewest.
 #[must_use]
 pub fn level_colour(level: usize, levels: usize) -> Vec3 {
     const STOPS: [Vec3; 4] = [
@@ -411,7 +415,7 @@ pub fn level_colour(level: usize, levels: usize) -> Vec3 {
     STOPS[stop].lerp(STOPS[stop + 1], along - stop as f32)
 }
 
-/// Whether somebody there may be in the picture.
+/// Whether a character at a place may be visible.
 fn is_seen(camera: &Camera, size: [u32; 2], place: Vec3) -> bool {
     let middle = place + Vec3::Y;
     let ahead = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
@@ -424,8 +428,8 @@ fn is_seen(camera: &Camera, size: [u32; 2], place: Vec3) -> bool {
     within(at.x, size[0]) && within(at.y, size[1])
 }
 
-/// A figure whose parts ride on the joints that a level keeps.
-fn seated(figure: &Figure, level: &Level) -> Figure {
+/// Returns a figure whose parts are attached to the joints that a level keeps.
+fn attached(figure: &Figure, level: &Level) -> Figure {
     let parts = figure.parts.iter().map(|part| {
         let seats = part.joints.map(|joint| &level.seats[joint.index()]);
         FigurePart {
@@ -439,7 +443,7 @@ fn seated(figure: &Figure, level: &Level) -> Figure {
     }
 }
 
-/// The parts of a figure that take up most room.
+/// Returns the largest parts of a figure.
 fn largest(figure: &Figure, parts_left: usize) -> Figure {
     let size = |part: &FigurePart| {
         let radius = part.radii[0].max(part.radii[1]);

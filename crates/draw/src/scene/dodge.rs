@@ -1,4 +1,5 @@
-//! A fighter who walks the graph, a throw at a given moment, and the answer played back.
+//! Plays back a dodge: a fighter walks the graph, an attack is thrown at a given time, and the
+//! answer follows.
 
 use glam::{Vec2, Vec3};
 
@@ -10,16 +11,16 @@ use sabaki::maps::{BakedGraph, MovingSphere};
 use sabaki::query::clearance::Clearance;
 use sabaki::query::{Answer, Attack};
 
-/// How a dodge is shown.
+/// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DodgeSettings {
-    /// Seconds that are shown before the query. Default 0.5.
+    /// Duration before the query, in seconds. Default 0.5.
     pub before: f32,
-    /// Seconds that are shown after the attack's end. Default 0.7.
+    /// Duration after the attack's end, in seconds. Default 0.7.
     pub after: f32,
-    /// How fast time goes about the moment at which the attack is nearest; 1 is as everywhere else. Default 0.12.
+    /// Playback speed when the attack is nearest, relative to real time. Default 0.12.
     pub slowest: f32,
-    /// Whether it is shown what would have been without the dodge. Default yes.
+    /// Whether the motion without the dodge is shown as a ghost. Default true.
     pub ghost: bool,
     /// Colours of the fighter.
     pub look: Look,
@@ -37,44 +38,44 @@ impl Default for DodgeSettings {
     }
 }
 
-/// One dodge. Its clock stands at 0 at the moment of the query.
+/// A dodge. Time 0 is the query.
 #[derive(Clone, Debug)]
 pub struct Dodge<'a> {
     baked: &'a BakedGraph,
     settings: DodgeSettings,
     figure: Figure,
     ghost: Figure,
-    /// Up to the query, and how long it lasts, seconds.
+    /// Motion before the query, and its duration in seconds.
     before: (Motion, f32),
-    /// From the query on.
+    /// Motion from the query on.
     answer: Motion,
-    /// What would have been.
+    /// Motion that would play without the dodge.
     idle: Motion,
     attack: Attack,
     clearance: Clearance,
-    /// Where an evasion answers.
+    /// Maps of the evasion, or `None` if the answer has no evasion.
     maps: Option<DodgeMaps>,
 }
 
-/// Where a body and an attack are nearest to each other.
+/// Nearest points of a body and an attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
-    /// Between their surfaces, metres; negative where they meet.
+    /// Distance between the surfaces, in metres, negative if they intersect.
     pub metres: f32,
-    /// On the surface of the body's spheres, in the world.
+    /// Point on the surface of the body's spheres, in the world.
     pub body: Vec3,
-    /// On the surface of the attack.
+    /// Point on the surface of the attack, in the world.
     pub attack: Vec3,
 }
 
-/// Seconds that the trail of a ball shows.
+/// Duration of the trail behind a ball, in seconds.
 const TRAIL: f32 = 0.22;
 const TRAIL_PIECES: usize = 14;
 const BALL: Vec3 = Vec3::new(0.93, 0.16, 0.05);
 const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
 
 impl<'a> Dodge<'a> {
-    /// What became of an attack on a character at `playhead`.
+    /// Creates the playback of an attack on a character at `playhead`.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
@@ -108,7 +109,7 @@ impl<'a> Dodge<'a> {
         }
     }
 
-    /// First and last moment that can be shown, seconds.
+    /// First and last time that can be shown, in seconds.
     #[must_use]
     pub fn span(&self) -> (f32, f32) {
         (
@@ -117,19 +118,20 @@ impl<'a> Dodge<'a> {
         )
     }
 
-    /// When the attack starts and when it ends, seconds.
+    /// Start and end of the attack, in seconds.
     #[must_use]
     pub fn flight(&self) -> (f32, f32) {
         (self.attack.start(), self.attack.end())
     }
 
-    /// The smallest distance of body and attack, and when that is.
+    /// Minimum distance of body and attack, and its time.
     #[must_use]
     pub fn clearance(&self) -> Clearance {
         self.clearance
     }
 
-    /// The moments of a film with so many pictures a second: slow where the attack is nearest.
+    /// Times of the pictures of a film with `rate` pictures per second. Playback slows down when
+    /// the attack is nearest.
     #[must_use]
     pub fn moments(&self, rate: f32) -> Vec<f32> {
         let (start, end) = self.span();
@@ -144,7 +146,7 @@ impl<'a> Dodge<'a> {
         moments
     }
 
-    /// The joints at a moment, in the world.
+    /// Frames of the joints at a time, in the world.
     pub fn joints(&self, t: f32, out: &mut Vec<JointTransform>) {
         let (graph, mut pose) = (self.baked.graph(), Pose::default());
         if t < 0.0 {
@@ -156,14 +158,15 @@ impl<'a> Dodge<'a> {
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
-    /// Adds the maps of the chosen evasion and of the attack; nothing where the answer only moves.
+    /// Adds the maps of the chosen evasion and of the attack to a shot. It does nothing if the
+    /// answer has no evasion.
     pub fn add_maps(&self, t: f32, style: MapStyle, shot: &mut Shot) {
         if let Some(maps) = &self.maps {
             maps.add(t, style, shot);
         }
     }
 
-    /// The maps of the slabs that the attack passes through, at a moment; none where the answer only moves.
+    /// Maps of the slabs that the attack passes at a time. Empty if the answer has no evasion.
     #[must_use]
     pub fn slabs(&self, t: f32) -> Vec<SlabPicture> {
         self.maps
@@ -171,7 +174,7 @@ impl<'a> Dodge<'a> {
             .map_or_else(Vec::new, |maps| maps.pictures(t))
     }
 
-    /// Where body and attack are nearest to each other at a moment; `None` while nothing flies.
+    /// Nearest points of body and attack at a time, or `None` if there is no attack at that time.
     #[must_use]
     pub fn nearest(&self, t: f32) -> Option<Nearest> {
         let (mut joints, mut centres) = (Vec::new(), Vec::new());
@@ -198,7 +201,8 @@ impl<'a> Dodge<'a> {
         apart.min_by(|a, b| a.metres.total_cmp(&b.metres))
     }
 
-    /// Where the first sphere of the attack is, and its radius, metres; before its start and after its end as it would go on.
+    /// Position and radius of the attack's first sphere, in metres. It is extrapolated before its
+    /// start and after its end.
     #[must_use]
     pub fn ball(&self, t: f32) -> (Vec3, f32) {
         let Some(sphere) = self.attack.spheres().first() else {
@@ -207,14 +211,16 @@ impl<'a> Dodge<'a> {
         flying(sphere, t)
     }
 
-    /// From the side of the flight, a little from above, so that all of the dodge is in the picture and the attack as it comes and goes.
+    /// Camera beside the attack's path, slightly above it, that shows the whole dodge and the
+    /// attack.
     #[must_use]
     pub fn camera(&self, aspect: f32) -> Camera {
         let near = self.clearance.time;
         let flight = self.ball(near + 0.01).0 - self.ball(near).0;
         let mut joints = Vec::new();
         self.joints(near, &mut joints);
-        // Rather the front of the body than its back, and rather ahead of the flight than behind it.
+        // Prefer the front of the body to its back, and a place ahead of the attack to one behind
+        // it.
         let facing = joints[0].rotation * Vec3::Z;
         let across = Vec3::new(flight.z, 0.0, -flight.x).normalize_or(Vec3::X);
         let across = if across.dot(facing) < 0.0 {
@@ -234,7 +240,7 @@ impl<'a> Dodge<'a> {
         let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
         let aside = 0.5 * (low.x + high.x) - middle.dot(right);
         let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
-        // What is nearer than the middle looks larger.
+        // Objects in front of the centre appear larger.
         let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
         let field = 30f32.to_radians();
         Camera {
@@ -247,9 +253,9 @@ impl<'a> Dodge<'a> {
         }
     }
 
-    /// How far to the right and how high everything goes that should be in a picture.
+    /// Horizontal and vertical extent of everything that should be visible.
     fn extent(&self, right: Vec3) -> (Vec2, Vec2) {
-        /// Of the attack, seconds before and after it is nearest.
+        /// Time before and after the attack is nearest that should be visible, in seconds.
         const AROUND: f32 = 0.13;
         let (start, end) = self.span();
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -264,7 +270,8 @@ impl<'a> Dodge<'a> {
             joints.iter().for_each(|joint| add(joint.translation, 0.1));
         }
         let near = self.clearance.time;
-        // From where it is thrown, too, unless that is so far away that the body would be small.
+        // Include the place where the attack starts, unless it is so far away that the body would
+        // be small.
         let from = self.attack.start().max(near - 2.0 * AROUND);
         for t in [from, near - AROUND, near + AROUND] {
             let (place, radius) = self.ball(t);
@@ -273,7 +280,7 @@ impl<'a> Dodge<'a> {
         (low, high)
     }
 
-    /// The picture of a moment.
+    /// Shot of a time.
     #[must_use]
     pub fn shot(&self, t: f32, camera: Camera) -> Shot {
         let mut joints = Vec::new();
@@ -299,7 +306,7 @@ impl<'a> Dodge<'a> {
         if t < 0.0 {
             return;
         }
-        // It grows where it will be thrown from, so that one sees it coming.
+        // The ball grows at its start, so that it is visible before it moves.
         let grown = smooth((t + 0.02) / start.clamp(0.05, 0.35));
         let gone = 1.0 - smooth((t - end - 0.45) / 0.2);
         let (place, radius) = flying(sphere, t.max(start));
@@ -326,7 +333,8 @@ impl<'a> Dodge<'a> {
         }
     }
 
-    /// Adds who did nothing, about the time at which that would have mattered; [`DodgeSettings::ghost`] does it in every shot.
+    /// Adds the ghost of the motion without the dodge, around the time of the hit. Every shot
+    /// includes it if [`DodgeSettings::ghost`] is set.
     pub fn add_ghost(&self, t: f32, shot: &mut Shot) {
         let from = self
             .attack
@@ -345,7 +353,7 @@ impl<'a> Dodge<'a> {
     }
 }
 
-/// On beyond the sphere's keys as between its last two.
+/// Position and radius of a sphere. They are extrapolated from the last two keys.
 fn flying(sphere: &MovingSphere, t: f32) -> (Vec3, f32) {
     let at = sphere.at(t);
     let keys = sphere.keys();
@@ -363,7 +371,7 @@ fn smooth(x: f32) -> f32 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// A motion that arrives at `playhead` after at least so many seconds, and how many.
+/// Motion that ends at `playhead` after at least `seconds`, and its duration.
 fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f32) {
     let rate = graph.frame_rate() as f32;
     let (mut edges, mut first) = (Vec::new(), playhead);
@@ -374,7 +382,7 @@ fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f3
         };
         edges.push(first.edge);
         lasts += before.frames as f32 / rate;
-        // The clip's space at the end of the edge before is the one in which this one starts.
+        // The space of the previous edge's end is the space of this edge's start.
         let change = graph.clip_change(edge);
         first = Playhead {
             edge,
@@ -395,7 +403,8 @@ fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f3
     (motion, lasts)
 }
 
-/// What leads to an edge: the clip's own frames before the closest transition.
+/// An edge that leads to `edge`: the clip's previous frames if possible, otherwise the closest
+/// transition.
 fn edge_before(graph: &MotionGraph, edge: EdgeId) -> Option<(EdgeId, &Edge)> {
     let from = graph.edge(edge).from;
     let cost = |edge: &Edge| match edge.motion {

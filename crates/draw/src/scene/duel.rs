@@ -1,4 +1,4 @@
-//! A duel played back: of each exchange the attack and the answer, from a place of its own.
+//! Plays back a duel: the attack and the answer of each exchange, from a separate camera.
 
 use glam::{Vec2, Vec3};
 
@@ -7,14 +7,14 @@ use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
 
-/// How a duel is shown.
+/// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoutSettings {
-    /// Seconds that are shown before an attack's start. Default 0.75.
+    /// Duration before an attack's start, in seconds. Default 0.75.
     pub before: f32,
-    /// Seconds that are shown after its end. Default 0.45.
+    /// Duration after an attack's end, in seconds. Default 0.45.
     pub after: f32,
-    /// How fast time goes about the moment at which an attack is nearest; 1 is as everywhere else. Default 0.3.
+    /// Playback speed when an attack is nearest, relative to real time. Default 0.3.
     pub slowest: f32,
     /// Colours of the fighters.
     pub looks: [Look; 2],
@@ -35,7 +35,7 @@ impl Default for BoutSettings {
     }
 }
 
-/// A duel that has been fought.
+/// A finished duel.
 #[derive(Clone, Debug)]
 pub struct Bout<'a> {
     baked: &'a BakedGraph,
@@ -45,21 +45,21 @@ pub struct Bout<'a> {
     settings: BoutSettings,
 }
 
-/// What is shown of an exchange, and from where.
+/// The part of an exchange that is shown, with its camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// Which exchange.
+    /// Index of the exchange.
     pub exchange: usize,
-    /// First and last moment, seconds since the duel's start.
+    /// First and last time, in seconds since the duel's start.
     pub span: (f32, f32),
-    /// It does not move.
+    /// Camera, which does not move.
     pub camera: Camera,
 }
 
-const STRIKE: Vec3 = Vec3::new(0.93, 0.10, 0.03);
+const ATTACK: Vec3 = Vec3::new(0.93, 0.10, 0.03);
 
 impl<'a> Bout<'a> {
-    /// Of fighters and what they did to each other.
+    /// Creates the playback of fighters and their exchanges.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
@@ -78,7 +78,7 @@ impl<'a> Bout<'a> {
         }
     }
 
-    /// One cut for each exchange, none of which shows what the one before has shown.
+    /// One cut for each exchange. Cuts do not overlap.
     #[must_use]
     pub fn cuts(&self, aspect: f32) -> Vec<Cut> {
         let mut shown = 0.0;
@@ -96,14 +96,16 @@ impl<'a> Bout<'a> {
         cuts
     }
 
-    /// When an exchange's attack is nearest to who avoids it, seconds since the duel's start.
+    /// Time at which an exchange's attack is nearest to the defender, in seconds since the duel's
+    /// start.
     #[must_use]
     pub fn nearest_at(&self, cut: &Cut) -> f32 {
         let exchange = &self.exchanges[cut.exchange];
         exchange.announced + exchange.clearance.time
     }
 
-    /// The moments of a film of a cut, with so many pictures a second: slow where the attack is nearest.
+    /// Times of the pictures of a cut's film with `rate` pictures per second. Playback slows down
+    /// when the attack is nearest.
     #[must_use]
     pub fn moments(&self, cut: &Cut, rate: f32) -> Vec<f32> {
         let (mut moments, mut t) = (Vec::new(), cut.span.0);
@@ -114,21 +116,22 @@ impl<'a> Bout<'a> {
         moments
     }
 
-    /// How fast time goes at a moment: slowly where the attack is nearest.
+    /// Playback speed at a time. It is lower when the attack is nearest.
     #[must_use]
     pub fn pace(&self, cut: &Cut, t: f32) -> f32 {
         let eased = smooth(((t - self.nearest_at(cut)).abs() - 0.05) / 0.25);
         self.settings.slowest + (1.0 - self.settings.slowest) * eased
     }
 
-    /// The joints of a fighter at a moment, in the world.
+    /// Frames of a fighter's joints at a time, in the world.
     pub fn joints(&self, side: Side, t: f32, out: &mut Vec<JointTransform>) {
         let (graph, mut pose) = (self.baked.graph(), Pose::default());
         self.fighters[side.index()].pose(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, out);
     }
 
-    /// From the side, where the limb that strikes is not hidden, so that both are in the picture all through.
+    /// Camera beside the fighters, on the side of the attacking limb, that shows both during the
+    /// whole cut.
     fn camera(&self, exchange: &Exchange, span: (f32, f32), aspect: f32) -> Camera {
         let (mut a, mut b) = (Vec::new(), Vec::new());
         let near = exchange.announced + exchange.clearance.time;
@@ -137,10 +140,10 @@ impl<'a> Bout<'a> {
         let along = b[0].translation - a[0].translation;
         let along = Vec3::new(along.x, 0.0, along.z).normalize_or(Vec3::Z);
         let across = Vec3::new(along.z, 0.0, -along.x);
-        let limb = striking(exchange, exchange.clearance.time);
+        let limb = attacking_limb(exchange, exchange.clearance.time);
         let side = (limb - a[0].translation).dot(across);
         let across = if side < 0.0 { -across } else { across };
-        // A little from behind who strikes: the answer is what one wants to see.
+        // Slightly behind the attacker, because the defender's answer is of interest.
         let out = (across - 0.22 * along).normalize_or(Vec3::Z);
         let right = Vec3::Y.cross(out);
         let (low, high) = self.extent(span, right);
@@ -148,7 +151,7 @@ impl<'a> Bout<'a> {
         let middle = Vec3::new(middle.x, 0.0, middle.z);
         let aside = 0.5 * (low.x + high.x) - middle.dot(right);
         let target = middle + right * aside + Vec3::Y * (0.5 * high.y + 0.06);
-        // With room above for what is written there.
+        // Leave space for text at the top.
         let half = (0.54 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.25;
         let field = 30f32.to_radians();
         let orbit = Camera::orbit(
@@ -159,7 +162,7 @@ impl<'a> Bout<'a> {
         Camera { field, ..orbit }
     }
 
-    /// How far to the right and how high both fighters go.
+    /// Horizontal and vertical extent of both fighters.
     fn extent(&self, (start, end): (f32, f32), right: Vec3) -> (Vec2, Vec2) {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         let mut joints = Vec::new();
@@ -177,7 +180,7 @@ impl<'a> Bout<'a> {
         (low, high)
     }
 
-    /// The picture of a moment of a cut.
+    /// Shot of a time in a cut.
     #[must_use]
     pub fn shot(&self, cut: &Cut, t: f32) -> Shot {
         let exchange = &self.exchanges[cut.exchange];
@@ -190,7 +193,7 @@ impl<'a> Bout<'a> {
             let figure = &self.figures[side.index()];
             if side == exchange.attacker {
                 let heat = heat(exchange, local);
-                let figure = self.struck_with(figure, exchange, heat);
+                let figure = self.with_attack_colour(figure, exchange, heat);
                 figure.capsules(&joints, 1.0, &mut shot.solids);
             } else {
                 figure.capsules(&joints, 1.0, &mut shot.solids);
@@ -201,42 +204,43 @@ impl<'a> Bout<'a> {
         shot
     }
 
-    /// The figure with the striking limb in the colour of the attack.
-    fn struck_with(&self, figure: &Figure, exchange: &Exchange, heat: f32) -> Figure {
+    /// Returns the figure with the attacking limb in the attack's colour.
+    fn with_attack_colour(&self, figure: &Figure, exchange: &Exchange, heat: f32) -> Figure {
         let graph = self.baked.graph();
         let joints: &[JointId] = match graph.edge(exchange.strike).event {
             Some(event) => &graph.event(event).joints,
             None => &[],
         };
         let skeleton = graph.skeleton();
-        let strikes = |joint: JointId| {
+        let attacks = |joint: JointId| {
             skeleton
                 .ancestry(joint)
                 .any(|above| joints.contains(&above))
         };
         let mut figure = figure.clone();
         let parts = figure.parts.iter_mut();
-        for part in parts.filter(|part| strikes(part.joints[0])) {
-            part.colour = part.colour.lerp(STRIKE, heat);
+        for part in parts.filter(|part| attacks(part.joints[0])) {
+            part.colour = part.colour.lerp(ATTACK, heat);
         }
         figure
     }
 }
 
-/// How much of the attack's colour its limb has: from a moment before it starts until it ends.
+/// Weight of the attack's colour on the limb. It rises shortly before the attack's start and falls
+/// at its end.
 fn heat(exchange: &Exchange, t: f32) -> f32 {
     let (start, end) = (exchange.attack.start(), exchange.attack.end());
     smooth((t - start + 0.2) / 0.2) * (1.0 - smooth((t - end + 0.05) / 0.2))
 }
 
-/// Where the attack passes: seen from its announcement on, and gone after it.
+/// Adds the attack's path, visible from its announcement until its end.
 fn add_region(exchange: &Exchange, t: f32, shot: &mut Shot) {
     let (start, end) = (exchange.attack.start(), exchange.attack.end());
     let shown = smooth(t / start.clamp(0.05, 0.4)) * (1.0 - smooth((t - end + 0.1) / 0.25));
     if t < 0.0 || shown <= 0.0 {
         return;
     }
-    let colour = STRIKE.extend(0.30 * shown).to_array();
+    let colour = ATTACK.extend(0.30 * shown).to_array();
     let sphere = |key: &SphereKey| (key.center, key.radius);
     for moving in exchange.attack.spheres() {
         for pair in moving.keys().windows(2) {
@@ -246,8 +250,8 @@ fn add_region(exchange: &Exchange, t: f32, shot: &mut Shot) {
     }
 }
 
-/// About where the limb that strikes is at a moment.
-fn striking(exchange: &Exchange, t: f32) -> Vec3 {
+/// Approximate position of the attacking limb at a time.
+fn attacking_limb(exchange: &Exchange, t: f32) -> Vec3 {
     let spheres = exchange.attack.spheres();
     let all: Vec3 = spheres
         .iter()

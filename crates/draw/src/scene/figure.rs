@@ -1,4 +1,5 @@
-//! What a body looks like: capsules on its bones, a little inside of the spheres that attacks are held against.
+//! Appearance of a body: capsules on its bones, slightly inside the spheres that attacks are tested
+//! against.
 
 use glam::Vec3;
 
@@ -6,16 +7,16 @@ use super::Capsule;
 use sabaki::anim::{JointId, JointKind, JointTransform, Skeleton};
 use sabaki::maps::Body;
 
-/// Colours of a body, linear.
+/// Linear colours of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
-    /// Trunk, and the upper parts of arms and legs.
+    /// Colour of the trunk and of the upper arms and legs.
     pub clothes: Vec3,
-    /// Head, hands and feet.
+    /// Colour of head, hands and feet.
     pub skin: Vec3,
-    /// On the head, and around the hips.
+    /// Colour of the hair and the belt.
     pub dark: Vec3,
-    /// What is held.
+    /// Colour of props.
     pub held: Vec3,
 }
 
@@ -33,24 +34,24 @@ impl Default for Look {
 /// A capsule between two joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FigurePart {
-    /// The joints of its ends.
+    /// Joints at the ends.
     pub joints: [JointId; 2],
-    /// The ends in their joints' frames, metres.
+    /// Positions of the ends in their joints' frames, in metres.
     pub ends: [Vec3; 2],
-    /// Radii of the ends, metres.
+    /// Radii of the ends, in metres.
     pub radii: [f32; 2],
-    /// Linear.
+    /// Linear colour.
     pub colour: Vec3,
 }
 
-/// A body as it is drawn.
+/// Parts of a body that are drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure {
-    /// In the order of their bones.
+    /// Parts, in the order of their bones.
     pub parts: Vec<FigurePart>,
 }
 
-/// Which part of a body a bone is.
+/// Part of the body that a bone belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Head,
@@ -58,14 +59,15 @@ enum Kind {
     Trunk,
     Girdle,
     Limb,
-    /// The last bone but one of a limb: forearm or shin.
+    /// Second-to-last bone of a limb: forearm or shin.
     Lower,
     /// Hand or foot.
     End,
 }
 
 impl Figure {
-    /// A body's capsules. No part sticks out of the body's own spheres by more than what lies between two of them.
+    /// Creates a body's capsules. A part extends beyond the body's spheres only by the gap between
+    /// two of them.
     #[must_use]
     pub fn of(skeleton: &Skeleton, body: &Body, look: &Look) -> Self {
         let mut parts = Vec::new();
@@ -99,7 +101,7 @@ impl Figure {
         Self { parts }
     }
 
-    /// The capsules of a posture.
+    /// Adds the capsules of a pose to `out`.
     pub fn capsules(&self, joints: &[JointTransform], alpha: f32, out: &mut Vec<Capsule>) {
         out.extend(self.parts.iter().map(|part| {
             let end = |side: usize| {
@@ -110,7 +112,7 @@ impl Figure {
         }));
     }
 
-    /// The same in one colour.
+    /// Returns the figure in one colour.
     #[must_use]
     pub fn coloured(mut self, colour: Vec3) -> Self {
         self.parts.iter_mut().for_each(|part| part.colour = colour);
@@ -125,7 +127,7 @@ struct Bone<'a> {
     radius: f32,
 }
 
-/// The radius of the body around a bone: that of the sphere nearest to its middle.
+/// Radius of the body around a bone: that of the sphere nearest to the bone's middle.
 fn radius(body: &Body, joint: JointId, bone: Vec3) -> f32 {
     let of_joint = body.spheres.iter().filter(|sphere| sphere.joint == joint);
     let nearest = of_joint.min_by(|a, b| {

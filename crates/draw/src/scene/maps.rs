@@ -1,5 +1,5 @@
-//! The maps of a dodge as layers: where the body is all through a slice of time, where it was and no longer is, and where the
-//! attack passes.
+//! Draws the maps of a dodge as layers: the texels that the body covers during a whole slice of
+//! time, the texels that it has left, and the texels that the attack passes.
 //!
 //! Source: Masaoka & Oshita, section 3.2, in the colours of their figures: body green, attack red, evasion blue.
 
@@ -11,35 +11,36 @@ use sabaki::maps::{
 use sabaki::math::Rigid2;
 use sabaki::query::Attack;
 
-/// How maps lie in the scene.
+/// Placement of maps in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapStyle {
     /// Each slab at its own height.
     Heights,
-    /// All slabs together on the ground.
+    /// All slabs merged on the ground.
     Ground,
 }
 
-/// The maps of one slab at a moment, in the frame of the evasion: rectangles of texels that count from its origin.
+/// Maps of one slab at a time, in the frame of the evasion. Their rectangles are relative to the
+/// origin of that frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlabPicture {
-    /// The slab's middle above the ground, metres.
+    /// Height of the slab's middle above the ground, in metres.
     pub height: f32,
-    /// Where the body is all through the slice of time.
+    /// Texels that the body covers during the whole slice of time.
     pub body: BitMap,
-    /// Where it was when the evasion began, and no longer is.
+    /// Texels that the body covers at the evasion's start but not during the whole evasion.
     pub evasion: BitMap,
-    /// Where the attack passes.
+    /// Texels that the attack passes.
     pub attack: BitMap,
 }
 
-/// The maps of one evasion, in place, and of the attack that it answers.
+/// Maps of one evasion and of the attack that it avoids.
 #[derive(Clone, Debug)]
 pub(super) struct DodgeMaps {
     grid: MapGrid,
-    /// The evasion's frame in the world.
+    /// Transform from the evasion's frame to the world.
     placement: Rigid2,
-    /// When it starts, seconds since the query.
+    /// Start of the evasion, in seconds since the query.
     start: f32,
     slabs: Vec<SlabLayers>,
 }
@@ -57,7 +58,7 @@ const EVASION: [f32; 4] = [0.05, 0.20, 0.85, 0.42];
 const ATTACK: [f32; 4] = [0.85, 0.05, 0.03, 0.60];
 
 impl DodgeMaps {
-    /// Of the evasion that `motion` performs; `None` where it only moves.
+    /// Maps of the evasion that `motion` plays, or `None` if it plays none.
     pub(super) fn of(
         baked: &BakedGraph,
         (motion, evasion): (&Motion, EdgeId),
@@ -86,7 +87,7 @@ impl DodgeMaps {
         })
     }
 
-    /// The slice of a moment, seconds since the query.
+    /// Slice of a time, in seconds since the query.
     fn slice(&self, t: f32) -> u32 {
         let slice = match self.grid.is_timed() {
             true => ((t - self.start) / self.grid.slice_seconds).floor(),
@@ -95,7 +96,7 @@ impl DodgeMaps {
         slice.clamp(0.0, self.grid.slices as f32 - 1.0) as u32
     }
 
-    /// The slabs that the attack passes through, at a moment, the lowest first.
+    /// Slabs that the attack passes, lowest first, at a time.
     pub(super) fn pictures(&self, t: f32) -> Vec<SlabPicture> {
         let slice = self.slice(t);
         let met = self.slabs.iter().filter(|slab| slab.attack.count() > 0);
@@ -108,7 +109,7 @@ impl DodgeMaps {
         met.map(picture).collect()
     }
 
-    /// Adds the layers of a moment, seconds since the query.
+    /// Adds the layers of a time, in seconds since the query, to a shot.
     pub(super) fn add(&self, t: f32, style: MapStyle, shot: &mut Shot) {
         let slice = self.slice(t);
         let body = |slab: &SlabLayers| of_slice(&slab.body, slice);
@@ -122,7 +123,7 @@ impl DodgeMaps {
         match style {
             MapStyle::Heights => {
                 for slab in &self.slabs {
-                    // Where nothing of the attack passes there is nothing to see.
+                    // Slabs that the attack does not pass are left out.
                     if slab.attack.count() > 0 {
                         shot.layers
                             .push(layer(slab.evasion.clone(), slab.height, EVASION));
@@ -145,7 +146,7 @@ impl DodgeMaps {
     }
 }
 
-/// When an edge starts to be played, seconds since the motion's start.
+/// Start of an edge in a motion, in seconds since the motion's start.
 fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32> {
     let first = motion.playhead(graph, 0.0);
     let mut start = first.seconds_to_next_node(graph);
@@ -158,7 +159,7 @@ fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32>
     None
 }
 
-/// Everywhere that the attack passes in a slab, in the attack's own frame.
+/// Texels that the attack passes in a slab at any time, in the attack's frame.
 fn attack_map(attack: &Attack, grid: MapGrid, slab: Slab) -> BitMap {
     let mut discs = Vec::new();
     for sphere in attack.spheres() {

@@ -1,23 +1,23 @@
 use glam::Vec3;
 
-use super::{Camera, Figure};
+use super::Camera;
 use sabaki::maps::BitMap;
 use sabaki::math::Rigid2;
 
-/// Two spheres and everything between them, or one sphere, where both ends are the same.
+/// The convex hull of two spheres. If both are equal, it is a sphere.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Capsule {
-    /// Centre and radius of one end, metres.
+    /// Centre and radius of one end, in metres.
     pub a: [f32; 4],
-    /// Of the other.
+    /// Centre and radius of the other end, in metres.
     pub b: [f32; 4],
-    /// Linear red, green, blue, and alpha: below 1 only among ghosts.
+    /// Linear red, green, blue, and alpha. Alpha may be below 1 only for ghosts.
     pub colour: [f32; 4],
 }
 
 impl Capsule {
-    /// Between two spheres, each its centre and radius.
+    /// Creates a capsule from two spheres, each given by centre and radius.
     #[must_use]
     pub fn new((a, radius_a): (Vec3, f32), (b, radius_b): (Vec3, f32), colour: [f32; 4]) -> Self {
         Self {
@@ -27,40 +27,40 @@ impl Capsule {
         }
     }
 
-    /// One sphere.
+    /// Creates a sphere.
     #[must_use]
     pub fn ball(centre: Vec3, radius: f32, colour: [f32; 4]) -> Self {
         Self::new((centre, radius), (centre, radius), colour)
     }
 }
 
-/// Sun and sky, and what the distance fades into. Colours are linear.
+/// Sun, sky and fog. Colours are linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Towards the sun.
+    /// Direction towards the sun.
     pub sunward: Vec3,
-    /// Of the sun.
+    /// Colour of the sun.
     pub sun: Vec3,
-    /// From above.
+    /// Colour of the ambient light from above.
     pub above: Vec3,
-    /// From below.
+    /// Colour of the ambient light from below.
     pub below: Vec3,
-    /// What the distance fades into.
+    /// Colour of the horizon and the fog.
     pub horizon: Vec3,
-    /// The sky high up.
+    /// Colour of the zenith.
     pub zenith: Vec3,
-    /// Of the floor.
+    /// Colour of the floor.
     pub floor: Vec3,
-    /// How dark the lines of its grid are, from 0 to 1.
+    /// Strength of the floor's grid lines, from 0 to 1.
     pub grid: f32,
-    /// Metres at which things have faded to 1/e.
+    /// Distance at which the fog has reduced contrast to 1/e, in metres.
     pub fade: f32,
-    /// The middle of where shadows fall, on the ground, and how far from there, metres.
+    /// Centre and radius of the area with shadows, in metres.
     pub shadow: (Vec3, f32),
 }
 
 impl Default for Light {
-    /// A light room around the origin.
+    /// Bright light around the origin.
     fn default() -> Self {
         Self {
             sunward: Vec3::new(0.45, 1.0, 0.55),
@@ -77,84 +77,38 @@ impl Default for Light {
     }
 }
 
-/// A map of texels that lies in the scene.
+/// A map that is drawn in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// The texels; their rectangle counts them from the frame's origin.
+    /// Texels of the map. The rectangle is relative to the origin of the map's frame.
     pub map: BitMap,
-    /// Side of a texel, metres.
+    /// Side of a texel, in metres.
     pub texel: f32,
-    /// Takes the map's frame to the world.
+    /// Transform from the map's frame to the world.
     pub placement: Rigid2,
-    /// Above the ground, metres.
+    /// Height above the ground, in metres.
     pub height: f32,
     /// Linear red, green, blue, and alpha.
     pub colour: [f32; 4],
 }
 
-/// How finely bodies of a crowd are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
-    /// As a single fighter is.
-    Fine,
-    /// For some tens of pixels.
-    Medium,
-    /// For a few pixels.
-    Coarse,
-}
-
-/// One character of a crowd.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CrowdMember {
-    /// Where the first number of its pose stands in the crowd's output.
-    pub first: u32,
-    /// How far apart its numbers stand.
-    pub stride: u32,
-    /// A colour, and how much of it shows, from 0 to 1.
-    pub tint: [f32; 4],
-}
-
-/// Members of a crowd that are drawn alike.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MemberGroup {
-    /// Which of [`CrowdShot::figures`] they have.
-    pub figure: usize,
-    /// Positions among the members.
-    pub members: std::ops::Range<u32>,
-    /// How finely.
-    pub detail: Detail,
-    /// Whether they cast shadows.
-    pub casts: bool,
-}
-
-/// A crowd whose poses are where the device reads them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CrowdShot {
-    /// What bodies are made of: one for each level of detail.
-    pub figures: Vec<Figure>,
-    /// Everybody.
-    pub members: Vec<CrowdMember>,
-    /// Those that are drawn.
-    pub groups: Vec<MemberGroup>,
-}
-
-/// One picture.
+/// Description of one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
-    /// From where.
+    /// Camera of the picture.
     pub camera: Camera,
-    /// In which light.
+    /// Light of the picture.
     pub light: Light,
-    /// Bodies and balls.
+    /// Opaque bodies and balls.
     pub solids: Vec<Capsule>,
-    /// What one can look through, before which nothing of its own kind is seen.
+    /// Translucent bodies. Only the front surface of ghosts is visible.
     pub ghosts: Vec<Capsule>,
-    /// Maps, the lowest first.
+    /// Maps, lowest first.
     pub layers: Vec<Layer>,
 }
 
 impl Shot {
-    /// An empty floor.
+    /// Shot of an empty floor.
     #[must_use]
     pub fn new(camera: Camera, light: Light) -> Self {
         Self {

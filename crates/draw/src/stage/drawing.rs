@@ -1,4 +1,4 @@
-//! One shot into a command buffer: shadows, then everything solid, then what one sees through.
+//! Records one shot: shadows, then opaque objects, then translucent objects.
 
 use ash::vk;
 
@@ -52,7 +52,7 @@ impl Stage {
         let shadow = &self.parts.targets.shadow;
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
         let tests = Stages::EARLY_FRAGMENT_TESTS | Stages::LATE_FRAGMENT_TESTS;
-        // Of the shot before.
+        // The previous shot has read the shadow map.
         let read = (Stages::FRAGMENT_SHADER, Access::NONE, Layout::UNDEFINED);
         let written = (
             tests,
@@ -78,7 +78,7 @@ impl Stage {
                 (read, written),
             );
             self.context.device().cmd_begin_rendering(cmd, &info);
-            self.whole(cmd, shadow.side);
+            self.full_viewport(cmd, shadow.side);
         }
     }
 
@@ -94,14 +94,15 @@ impl Stage {
         let fresh = (tests, depth_access, Layout::UNDEFINED);
         let shadow = (
             Stages::FRAGMENT_SHADER,
-            // Not the narrower SHADER_SAMPLED_READ, which best-practices validation does not know with this layout.
+            // SHADER_SAMPLED_READ would be narrower, but best-practices validation does not accept
+            // it with this layout.
             Access::SHADER_READ,
             Layout::SHADER_READ_ONLY_OPTIMAL,
         );
         let is_single = self.samples == vk::SampleCountFlags::TYPE_1;
         let mut colour = vk::RenderingAttachmentInfo::default()
             .image_layout(Layout::COLOR_ATTACHMENT_OPTIMAL)
-            // All of it is drawn over, but tiles are filled faster by a clear than by what was there.
+            // Every pixel is overwritten, but on tiled GPUs a clear is faster than a load.
             .load_op(vk::AttachmentLoadOp::CLEAR)
             .store_op(vk::AttachmentStoreOp::STORE)
             .image_view(target.view);
@@ -149,7 +150,7 @@ impl Stage {
                 turn(&self.context, cmd, image, (fresh, drawn));
             }
             self.context.device().cmd_begin_rendering(cmd, &info);
-            self.whole(cmd, target.size);
+            self.full_viewport(cmd, target.size);
         }
     }
 
@@ -213,7 +214,7 @@ impl Stage {
         let drawn = crowd.iter().filter(|group| group.casts || !is_shadow);
         let mut is_bound = false;
         for group in drawn {
-            // Shadows need no finer mesh than a picture of them shows.
+            // Shadows use a coarser mesh, because the difference is not visible.
             let detail = match group.detail {
                 Detail::Fine if is_shadow => Detail::Medium,
                 _ if is_shadow => Detail::Coarse,
@@ -261,7 +262,7 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`].
-    unsafe fn whole(&self, cmd: vk::CommandBuffer, side: [u32; 2]) {
+    unsafe fn full_viewport(&self, cmd: vk::CommandBuffer, side: [u32; 2]) {
         let device = self.context.device();
         let viewport = [vk::Viewport {
             width: side[0] as f32,

@@ -1,4 +1,4 @@
-//! Camera and light in the numbers that the shaders read.
+//! Converts camera and light to the uniform buffer of the shaders.
 
 use glam::camera::rh;
 use glam::{Mat4, Vec3, Vec4};
@@ -6,17 +6,17 @@ use glam::{Mat4, Vec3, Vec4};
 use crate::scene::{Light, Shot};
 use crate::shaders::FrameData;
 
-/// What a stage knows of itself.
+/// Properties of the stage that shaders need.
 #[derive(Clone, Copy)]
 pub(super) struct FrameSettings {
-    /// Columns and rows of the target.
+    /// Width and height of the target, in pixels.
     pub(super) side: [u32; 2],
-    /// Whether colours must be encoded by the shaders.
+    /// Whether the shaders must encode sRGB.
     pub(super) encodes: bool,
     pub(super) shadow_side: u32,
 }
 
-/// Capsules that darken the floor beneath them, at most: what one fighter and a ball need.
+/// Maximum number of capsules that darken the floor beneath them: enough for a fighter and a ball.
 const MOST_OCCLUDERS: usize = 48;
 
 pub(super) fn frame_data(shot: &Shot, settings: FrameSettings) -> FrameData {
@@ -47,14 +47,14 @@ pub(super) fn frame_data(shot: &Shot, settings: FrameSettings) -> FrameData {
     }
 }
 
-/// World to the clip space of the shadow map: a box along the sun's rays.
+/// Transform from world to the clip space of the shadow map: a box along the sun's rays.
 fn sun(sunward: Vec3, (middle, radius): (Vec3, f32)) -> Mat4 {
     let up = if sunward.y.abs() > 0.99 {
         Vec3::Z
     } else {
         Vec3::Y
     };
-    // Bodies stand above the ground by so much at most, and the box may be cut by the ground at a slant.
+    // Height that the box covers above the ground, with a margin for rays at a low angle.
     let deep = 2.0 * radius + 4.0;
     let view = rh::view::look_at_mat4(middle + sunward * deep, middle, up);
     rh::proj::vulkan::orthographic(-radius, radius, -radius, radius, 0.0, 2.0 * deep) * view

@@ -1,30 +1,31 @@
-//! Images from one use to the next, and their way to the host.
+//! Image layout transitions, and the copy of an image to the host.
 
 use ash::vk;
 
 use sabaki::gpu::Context;
 
-/// Where, how, and in which layout an image is used.
+/// Pipeline stage, access and layout of an image.
 pub type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
 
-/// As the source of a copy.
+/// Source of a copy.
 pub const COPIED: Use = (
     vk::PipelineStageFlags2::COPY,
     vk::AccessFlags2::TRANSFER_READ,
     vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
 );
 
-/// As a colour attachment.
+/// Colour attachment.
 pub const DRAWN: Use = (
     vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
     vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
     vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
 );
 
-/// Takes an image, which has one level and layer, from one use to the next.
+/// Records the transition of an image with one level and layer between two uses.
 ///
 /// # Safety
-/// `cmd` is being recorded, outside of rendering, for the context's device; the image is of that device, and used as `before` says.
+/// `cmd` is in the recording state, outside of rendering, for the context's device. The image
+/// belongs to that device and is in the state `before`.
 pub unsafe fn turn(
     context: &Context,
     cmd: vk::CommandBuffer,
@@ -51,10 +52,11 @@ pub unsafe fn turn(
     unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
 }
 
-/// Copies all pixels of a colour image, which is [`COPIED`], for the host to read.
+/// Records the copy of all pixels of a colour image in the state [`COPIED`] to a host-visible
+/// buffer.
 ///
 /// # Safety
-/// As for [`turn`]; the buffer has room for four bytes of each pixel.
+/// As for [`turn`]. The buffer has space for four bytes for each pixel.
 pub unsafe fn copy_to_host(
     context: &Context,
     cmd: vk::CommandBuffer,

@@ -1,21 +1,21 @@
-//! Meshes of capsules: triangles between the rings that `view_capsule.glsl` makes of vertex numbers.
+//! Index buffers of capsule meshes. `view_capsule.glsl` computes the vertices from their numbers.
 
 use crate::scene::Detail;
 
-/// How fine a mesh is, and where its triangles are.
+/// Resolution of a mesh, and its range of indices.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mesh {
     pub(super) segments: u32,
-    /// From a pole to where the two ends' common tangents touch.
+    /// Number of rings from a pole to the cylinder part.
     pub(super) rings: u32,
     pub(super) first_index: u32,
     pub(super) indices: u32,
 }
 
-/// Segments and rings of each [`Detail`].
+/// Segments and rings for each [`Detail`].
 const SIZES: [(u32, u32); 3] = [(24, 7), (10, 3), (5, 1)];
 
-/// All meshes and their common index buffer.
+/// All meshes and their shared index buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meshes {
     meshes: Vec<Mesh>,
@@ -27,7 +27,8 @@ impl Meshes {
         let mut all = Self::default();
         for (segments, rings) in SIZES {
             let first_index = all.indices.len() as u32;
-            // Two triangles between each pair of rings and segments, counter-clockwise as seen from outside.
+            // Two triangles between each pair of rings and segments, counter-clockwise seen from
+            // outside.
             for ring in 0..2 * rings + 1 {
                 for segment in 0..segments {
                     let next = (segment + 1) % segments;

@@ -1,5 +1,6 @@
-//! Draws shots.
+//! Records shots into command buffers.
 
+mod desc;
 mod drawing;
 mod frame;
 pub(crate) mod image_use;
@@ -11,6 +12,7 @@ mod upload;
 
 use ash::vk;
 
+pub use desc::StageDesc;
 use mesh::Meshes;
 use pipelines::Pipelines;
 use sabaki::gpu::internal::within;
@@ -22,61 +24,17 @@ use targets::Targets;
 
 use super::scene::{CrowdShot, Shot};
 
-/// How a [`Stage`] is made.
-#[derive(Clone, Copy, Debug)]
-pub struct StageDesc<'a> {
-    /// For debuggers and validation.
-    pub name: &'a str,
-    /// Of the targets. Default `R8G8B8A8_SRGB`. One that does not encode sRGB by itself gets encoded colours.
-    pub format: vk::Format,
-    /// Columns and rows of the targets, at most; [`Stage::resize`] makes it others. Default 1,280 × 720.
-    pub size: [u32; 2],
-    /// Samples a pixel, where the device has them: 1, 2, 4 or 8. Default 4.
-    pub samples: u32,
-    /// The caller's frames in flight. Default 1.
-    pub frames_in_flight: u32,
-    /// Solids and ghosts of a shot together. Default 4,096.
-    pub max_capsules: u32,
-    /// 32 texels each, of all layers of a shot together; rows end on whole words. Default 262,144 (1 MiB).
-    pub max_map_words: u32,
-    /// Columns and rows of the shadow map. Default 2,048.
-    pub shadow_side: u32,
-    /// Characters of a crowd. Default 0.
-    pub max_members: u32,
-    /// Lines of their poses ([`crowd::Crowd::lines`](sabaki::crowd::Crowd::lines)). Default 0.
-    pub max_crowd_lines: u32,
-    /// Parts of a crowd's figures together. Default 4,096.
-    pub max_parts: u32,
-}
-
-impl Default for StageDesc<'_> {
-    fn default() -> Self {
-        Self {
-            name: "view",
-            format: vk::Format::R8G8B8A8_SRGB,
-            size: [1280, 720],
-            samples: 4,
-            frames_in_flight: 1,
-            max_capsules: 4096,
-            max_map_words: 1 << 18,
-            shadow_side: 2048,
-            max_members: 0,
-            max_crowd_lines: 0,
-            max_parts: 4096,
-        }
-    }
-}
-
-/// What a shot is drawn into.
+/// Image that a shot is drawn into.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Of an image of [`StageDesc::format`] with one sample a pixel, used as a colour attachment.
+    /// View of an image of [`StageDesc::format`] with one sample per pixel and colour-attachment
+    /// usage.
     pub view: vk::ImageView,
-    /// Columns and rows.
+    /// Width and height, in pixels.
     pub size: [u32; 2],
 }
 
-/// Draws shots on a device of the caller's; [the contract](super).
+/// Draws shots on the caller's device. See [the contract](super).
 #[derive(Debug)]
 pub struct Stage {
     context: Context,
@@ -97,11 +55,12 @@ struct Parts {
 }
 
 impl Stage {
-    /// Makes pipelines and memory. Leaves nothing behind when it fails.
+    /// Creates pipelines and memory. On failure, all resources are freed.
     ///
     /// # Errors
-    /// A Vulkan call's, the allocator's, [`GpuError::Limit`] where the device has no such large targets, [`GpuError::Missing`]
-    /// where the context's queue family has no graphics.
+    /// An error of a Vulkan call or of the allocator; [`GpuError::Limit`] if the device does not
+    /// support such large targets; [`GpuError::Missing`] if the context's queue family has no
+    /// graphics.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -168,10 +127,11 @@ impl Stage {
         Ok(())
     }
 
-    /// Makes it for targets of another size, after a window's has changed. The device is done with what was recorded.
+    /// Changes the size of the targets, for example after a window was resized. The device must
+    /// have finished all recorded commands.
     ///
     /// # Errors
-    /// As for [`Stage::new`]; it can then be made for another size again.
+    /// As for [`Stage::new`]. After an error, `resize` can be called again.
     pub fn resize(&mut self, memory: &mut dyn Memory, size: [u32; 2]) -> Result<(), GpuError> {
         let side = size[0].max(size[1]);
         within(
@@ -179,7 +139,7 @@ impl Stage {
             side.into(),
             self.context.max_target_side().into(),
         )?;
-        // Nothing is drawn until it has succeeded.
+        // Nothing can be drawn until the resize has succeeded.
         self.desc.size = [0; 2];
         let (context, targets) = (&self.context, &mut self.parts.targets);
         targets.resize((context, memory), (&self.desc, self.samples), size)?;
@@ -187,29 +147,31 @@ impl Stage {
         Ok(())
     }
 
-    /// Memory that the device reads a crowd's poses from, for [`crowd::Crowd::pose`](sabaki::crowd::Crowd::pose) to write into.
+    /// Memory from which the device reads a crowd's poses.
+    /// [`crowd::Crowd::pose`](sabaki::crowd::Crowd::pose) writes them.
     ///
     /// # Errors
-    /// [`GpuError::Mismatch`] for a slot that does not exist.
+    /// [`GpuError::Mismatch`] if the slot does not exist.
     ///
     /// # Safety
-    /// The commands that were recorded into this slot last have finished, or were never submitted.
+    /// The commands that were last recorded into this slot have finished or were never submitted.
     pub unsafe fn poses(&mut self, slot: u32) -> Result<&mut [F32x16], GpuError> {
         let slot = self.slot_mut(slot)?;
         // SAFETY: the caller knows that the device does not read it.
         unsafe { slot.poses() }
     }
 
-    /// Records the drawing of a shot, and of the crowd whose poses were written into the slot's memory.
+    /// Records a shot, and the crowd whose poses are in the slot's memory.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] for more than the stage was made for, [`GpuError::Mismatch`] for a slot that does not exist; a flush
-    /// that failed.
+    /// [`GpuError::Limit`] if the shot exceeds the stage's sizes; [`GpuError::Mismatch`] if the
+    /// slot does not exist; an error if memory cannot be flushed.
     ///
     /// # Safety
-    /// `cmd` is being recorded, outside of rendering, for a queue of the context's family. The target is as [`Target`] says, in the
-    /// layout of a colour attachment. What was recorded into this slot has finished, or was never submitted; all that a stage has
-    /// recorded runs on one queue in the order of recording.
+    /// `cmd` is in the recording state, outside of rendering, for a queue of the context's family.
+    /// The target meets the requirements of [`Target`] and is in the layout of a colour attachment.
+    /// The commands that were last recorded into this slot have finished or were never submitted.
+    /// All commands of a stage run on one queue in the order of recording.
     pub unsafe fn record(
         &mut self,
         cmd: vk::CommandBuffer,
@@ -234,7 +196,7 @@ impl Stage {
         found.ok_or(Mismatch::Slot { slot, slots }.into())
     }
 
-    /// Frees everything. The device must be done with what was recorded.
+    /// Frees all resources. The device must have finished all recorded commands.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.free(memory);
     }
@@ -261,7 +223,7 @@ impl Drop for Stage {
     }
 }
 
-/// As many samples as are wished for, or the most below that the device has.
+/// The requested number of samples, or the largest smaller number that the device supports.
 fn samples(context: &Context, wished: u32) -> vk::SampleCountFlags {
     let limits = context.limits();
     let both = limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts;

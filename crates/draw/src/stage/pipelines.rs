@@ -1,4 +1,4 @@
-//! The pipelines of a stage.
+//! Pipelines of a stage.
 
 use ash::vk;
 
@@ -10,19 +10,19 @@ use sabaki::gpu::internal::Named;
 use sabaki::gpu::internal::{Shader, Stage as ShaderStage};
 use sabaki::gpu::{Context, GpuError};
 
-/// Of the shadow map and of the depth buffer.
+/// Format of the shadow map and the depth buffer.
 pub(super) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 
-/// What a draw leaves behind.
+/// Attachments that a draw writes.
 #[derive(Clone, Copy, PartialEq)]
-enum Leaves {
+enum Writes {
     /// Colour and depth.
     Solid,
-    /// Depth alone.
+    /// Depth only.
     Depth,
-    /// Colour over what is there.
-    Glass,
-    /// Depth in the shadow map.
+    /// Colour, blended.
+    Blended,
+    /// Depth of the shadow map.
     Shadow,
 }
 
@@ -30,27 +30,27 @@ struct Desc {
     name: &'static str,
     vertex: &'static Shader,
     fragment: Option<&'static Shader>,
-    leaves: Leaves,
-    /// A mesh, not a strip of four vertices that is seen from both sides.
+    writes: Writes,
+    /// Whether the draw is a mesh. Otherwise it is a two-sided strip of four vertices.
     is_mesh: bool,
 }
 
 const fn desc(
     name: &'static str,
     (vertex, fragment): (&'static Shader, Option<&'static Shader>),
-    leaves: Leaves,
+    writes: Writes,
     is_mesh: bool,
 ) -> Desc {
     Desc {
         name,
         vertex,
         fragment,
-        leaves,
+        writes,
         is_mesh,
     }
 }
 
-/// Which pipeline.
+/// Kind of a draw.
 #[derive(Clone, Copy)]
 pub(super) enum Draw {
     Body,
@@ -64,9 +64,9 @@ pub(super) enum Draw {
     CrowdShadow,
 }
 
-/// In the order of [`Draw`].
+/// Descriptions, in the order of [`Draw`].
 const ALL: [Desc; 9] = {
-    use Leaves::{Depth, Glass, Shadow, Solid};
+    use Writes::{Blended, Depth, Shadow, Solid};
     let body = (&VIEW_BODY_VERT, Some(&VIEW_BODY_FRAG));
     [
         desc("view: body", body, Solid, true),
@@ -91,11 +91,11 @@ const ALL: [Desc; 9] = {
         desc(
             "view: layer",
             (&VIEW_LAYER_VERT, Some(&VIEW_LAYER_FRAG)),
-            Glass,
+            Blended,
             false,
         ),
         desc("view: ghosts' depth", body, Depth, true),
-        desc("view: ghosts", body, Glass, true),
+        desc("view: ghosts", body, Blended, true),
         desc("view: shadow", (&VIEW_BODY_VERT, None), Shadow, true),
         desc(
             "view: crowd's shadow",
@@ -106,7 +106,7 @@ const ALL: [Desc; 9] = {
     ]
 };
 
-/// All pipelines and their common layouts; null handles by default.
+/// All pipelines and their layouts. Handles are null by default.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
     all: Vec<vk::Pipeline>,
@@ -114,14 +114,14 @@ pub(super) struct Pipelines {
     pub(super) set_layout: vk::DescriptorSetLayout,
 }
 
-/// Which stages push constants go to.
+/// Shader stages that receive push constants.
 pub(super) const PUSHED: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
     vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw(),
 );
-/// Bytes of the largest push constants.
+/// Maximum size of push constants, in bytes.
 const MOST_PUSHED: u32 = 64;
 
-/// Type and stages of each binding, by its number.
+/// Type and stages of each binding, by number.
 pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 7] = {
     use vk::{DescriptorType as Type, ShaderStageFlags as Stages};
     [
@@ -136,7 +136,7 @@ pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 7] = {
 };
 
 impl Pipelines {
-    /// Fills default ones. After a failure [`Pipelines::destroy`] frees what there is.
+    /// Creates the pipelines. After a failure, [`Pipelines::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         context: &Context,
@@ -182,7 +182,7 @@ impl Pipelines {
         self.all[draw as usize]
     }
 
-    /// Frees all; the device must be done with them.
+    /// Frees all pipelines. The device must not use them any more.
     pub(super) fn destroy(&mut self, context: &Context) {
         let device = context.device();
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
@@ -240,7 +240,7 @@ fn build_of(
                 .name(c"main")
         })
         .collect();
-    let is_shadow = desc.leaves == Leaves::Shadow;
+    let is_shadow = desc.writes == Writes::Shadow;
     let inputs = vk::PipelineVertexInputStateCreateInfo::default();
     let (topology, cull) = if desc.is_mesh {
         (
@@ -273,22 +273,22 @@ fn build_of(
     let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
     let depth = vk::PipelineDepthStencilStateCreateInfo::default()
         .depth_test_enable(true)
-        .depth_write_enable(desc.leaves != Leaves::Glass)
+        .depth_write_enable(desc.writes != Writes::Blended)
         .depth_compare_op(if is_shadow {
             vk::CompareOp::LESS
         } else {
-            // The nearest is 1.
+            // Depth is reversed: the nearest value is 1.
             vk::CompareOp::GREATER_OR_EQUAL
         });
     let colour = vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(desc.leaves == Leaves::Glass)
+        .blend_enable(desc.writes == Writes::Blended)
         .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
         .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
         .src_alpha_blend_factor(vk::BlendFactor::ZERO)
         .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-        .color_write_mask(match desc.leaves {
-            Leaves::Solid | Leaves::Glass => vk::ColorComponentFlags::RGBA,
-            Leaves::Depth | Leaves::Shadow => vk::ColorComponentFlags::empty(),
+        .color_write_mask(match desc.writes {
+            Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
+            Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
         });
     let (colours, formats) = ([colour], [format]);
     let mut blend = vk::PipelineColorBlendStateCreateInfo::default();

@@ -1,4 +1,4 @@
-//! What one frame in flight reads: camera and light, capsules, maps, the crowd.
+//! Buffers of one frame in flight: camera and light, capsules, maps and the crowd.
 
 use ash::vk;
 use bytemuck::Pod;
@@ -12,7 +12,7 @@ use sabaki::gpu::internal::{Named, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
 
-/// Null handles by default.
+/// Buffers and descriptor set of a slot. Handles are null by default.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
     pub(super) frame: Buffer,
@@ -22,13 +22,13 @@ pub(super) struct Slot {
     pub(super) members: Buffer,
     pub(super) parts: Buffer,
     pub(super) set: vk::DescriptorSet,
-    /// Of the crowd's memory: where its first whole line starts, in numbers.
+    /// Index of the first number of the first aligned line in the crowd's memory.
     pub(super) first_number: u32,
     lines: usize,
 }
 
 impl Slot {
-    /// Fills a default one. After a failure [`Slot::destroy`] frees what there is.
+    /// Creates the buffers. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         (context, memory): (&Context, &mut dyn Memory),
@@ -58,7 +58,7 @@ impl Slot {
             storage,
         )?;
         self.words = buffer("maps", bytes(desc.max_map_words, size_of::<u32>()), storage)?;
-        // One more, since the first may start within a line.
+        // One additional line, because the memory may start within a line.
         let lines = desc.max_crowd_lines + u32::from(desc.max_crowd_lines > 0);
         self.poses = buffer("poses", bytes(lines, size_of::<F32x16>()), storage)?;
         self.members = buffer(
@@ -79,10 +79,10 @@ impl Slot {
         Ok(())
     }
 
-    /// The crowd's memory: whole lines of it.
+    /// Aligned lines of the crowd's memory.
     ///
     /// # Safety
-    /// The device is done with what was recorded into this slot.
+    /// The device has finished the commands that were recorded into this slot.
     pub(super) unsafe fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
         let lines = self.lines;
         // SAFETY: the caller knows that the device does not read it.
@@ -92,12 +92,12 @@ impl Slot {
         Ok(bytemuck::try_cast_slice_mut(&mut bytes[start..end]).unwrap_or(&mut []))
     }
 
-    /// Hands what was written there to the device.
+    /// Flushes the crowd's memory.
     pub(super) fn flush_poses(&self, context: &Context) -> Result<(), GpuError> {
         self.poses.flush(context)
     }
 
-    /// Points the descriptor set at the buffers and the shadow map.
+    /// Writes the buffers and the shadow map to the descriptor set.
     pub(super) fn point(&self, context: &Context, shadow: vk::ImageView) {
         let buffer = |buffer: &Buffer| {
             [vk::DescriptorBufferInfo::default()
@@ -123,7 +123,7 @@ impl Slot {
                     .dst_set(self.set)
                     .dst_binding(number)
                     .descriptor_type(kind);
-                // The image is the second binding.
+                // Binding 1 is the image.
                 match number {
                     1 => write.image_info(&image),
                     0 => write.buffer_info(&infos[0]),
@@ -135,7 +135,7 @@ impl Slot {
         unsafe { context.device().update_descriptor_sets(&writes, &[]) };
     }
 
-    /// Frees all buffers; the device must be done with them.
+    /// Frees all buffers. The device must not use them any more.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         for buffer in [
             &mut self.frame,
@@ -150,7 +150,7 @@ impl Slot {
     }
 }
 
-/// Writes elements into a buffer from its start.
+/// Writes elements to the start of a buffer.
 pub(super) fn write<T: Pod>(
     context: &Context,
     buffer: &Buffer,
@@ -160,7 +160,7 @@ pub(super) fn write<T: Pod>(
     buffer.write(context, 0, bytemuck::cast_slice(elements))
 }
 
-/// One descriptor set for each slot.
+/// Allocates one descriptor set for each slot.
 pub(super) fn sets(
     context: &Context,
     layout: vk::DescriptorSetLayout,

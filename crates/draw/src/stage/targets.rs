@@ -1,4 +1,5 @@
-//! What a stage draws into besides the caller's image: the shadow map, the depth buffer, and samples where there are several.
+//! Internal images of a stage: the shadow map, the depth buffer and, with multisampling, the colour
+//! samples.
 
 use ash::vk;
 
@@ -7,12 +8,12 @@ use super::pipelines::DEPTH;
 use sabaki::gpu::internal::{Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory};
 
-/// Null handles by default.
+/// Internal images. Handles are null by default.
 #[derive(Debug, Default)]
 pub(super) struct Targets {
     pub(super) shadow: Image,
     pub(super) depth: Image,
-    /// Null where there is one sample a pixel.
+    /// Colour samples, or null for one sample per pixel.
     pub(super) samples: Image,
 }
 
@@ -35,7 +36,7 @@ impl Targets {
         Ok(())
     }
 
-    /// Makes depth and samples of a size; frees what there was.
+    /// Creates depth buffer and colour samples of a size, and frees the previous ones.
     pub(super) fn resize(
         &mut self,
         (context, memory): (&Context, &mut dyn Memory),

@@ -1,4 +1,4 @@
-//! A shot into the buffers of a slot.
+//! Writes a shot into the buffers of a slot.
 
 use ash::vk;
 
@@ -10,7 +10,7 @@ use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::internal::within;
 
-/// What of a slot's buffers is drawn, and how.
+/// Contents of a slot's buffers.
 pub(super) struct Draws {
     pub(super) solids: u32,
     pub(super) ghosts: u32,
@@ -18,7 +18,7 @@ pub(super) struct Draws {
     pub(super) crowd: Vec<CrowdDraw>,
 }
 
-/// Members of a crowd that are drawn at once.
+/// A group of crowd members that one draw call draws.
 pub(super) struct CrowdDraw {
     pub(super) detail: Detail,
     pub(super) first_character: u32,
@@ -116,7 +116,7 @@ fn is_srgb(format: vk::Format) -> bool {
     )
 }
 
-/// What is drawn of each layer, and the words of all.
+/// Push constants of each layer, and the words of all layers.
 fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
     let mut words = Vec::new();
     let draws = layers.iter().map(|layer| {
@@ -143,7 +143,7 @@ fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
     (draws, words)
 }
 
-/// The members; `first` is where the first number of their poses stands.
+/// Members in the layout of the shaders. `first` is the index of the first number of their poses.
 fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
     let member = |member: &CrowdMember| CrowdCharacter {
         place: [first + member.first, member.stride, 0, 0],
@@ -152,7 +152,7 @@ fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
     crowd.members.iter().map(member).collect()
 }
 
-/// The parts of all figures, and of each figure the first one and how many.
+/// Parts of all figures, and the first part and number of parts of each figure.
 fn parts(figures: &[Figure]) -> (Vec<CrowdPart>, Vec<(u32, u32)>) {
     let mut parts: Vec<CrowdPart> = Vec::new();
     let ranges = figures.iter().map(|figure| {

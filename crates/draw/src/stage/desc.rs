@@ -1,0 +1,50 @@
+use ash::vk;
+
+/// Settings of a [`Stage`](super::Stage).
+#[derive(Clone, Copy, Debug)]
+pub struct StageDesc<'a> {
+    /// Name for debuggers and validation.
+    pub name: &'a str,
+    /// Format of the targets. Default `R8G8B8A8_SRGB`. For formats without sRGB encoding, the
+    /// shaders encode colours.
+    pub format: vk::Format,
+    /// Maximum width and height of the targets, in pixels. [`Stage::resize`](super::Stage::resize) changes it. Default
+    /// 1,280 × 720.
+    pub size: [u32; 2],
+    /// Samples per pixel: 1, 2, 4 or 8, limited by the device. Default 4.
+    pub samples: u32,
+    /// Number of the caller's frames in flight. Default 1.
+    pub frames_in_flight: u32,
+    /// Maximum number of solids and ghosts in a shot. Default 4,096.
+    pub max_capsules: u32,
+    /// Maximum size of all layers in a shot, in words of 32 texels. Rows are padded to whole words.
+    /// Default 262,144 (1 MiB).
+    pub max_map_words: u32,
+    /// Width and height of the shadow map, in texels. Default 2,048.
+    pub shadow_side: u32,
+    /// Maximum number of characters of a crowd. Default 0.
+    pub max_members: u32,
+    /// Maximum size of their poses, in lines
+    /// ([`crowd::Crowd::lines`](sabaki::crowd::Crowd::lines)). Default 0.
+    pub max_crowd_lines: u32,
+    /// Maximum number of parts of a crowd's figures. Default 4,096.
+    pub max_parts: u32,
+}
+
+impl Default for StageDesc<'_> {
+    fn default() -> Self {
+        Self {
+            name: "view",
+            format: vk::Format::R8G8B8A8_SRGB,
+            size: [1280, 720],
+            samples: 4,
+            frames_in_flight: 1,
+            max_capsules: 4096,
+            max_map_words: 1 << 18,
+            shadow_side: 2048,
+            max_members: 0,
+            max_crowd_lines: 0,
+            max_parts: 4096,
+        }
+    }
+}
