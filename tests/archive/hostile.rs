@@ -1,4 +1,4 @@
-//! Graphs whose numbers and lists somebody has changed, in files that are whole.
+//! Baked files with a valid checksum and manipulated numbers and lists.
 
 use sabaki::archive::to_bytes;
 use sabaki::maps::BakedGraph;

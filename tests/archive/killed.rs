@@ -1,4 +1,4 @@
-//! Whoever writes may be killed at any moment: the file is the old one or the new one.
+//! If a writing process is killed at any time, either the old or the new file remains.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

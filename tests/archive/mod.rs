@@ -1,4 +1,5 @@
-//! Promise: a baked file that is damaged or made to do harm is an error and never a crash; what is accepted can be used.
+//! A damaged or malicious baked file is an error and never a crash. A file that is accepted can be
+//! used.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,5 +1,5 @@
-//! Promise: a graph is strongly connected, keeps events whole, is the same for any number of
-//! threads, and where there is none it says why.
+//! A built graph is strongly connected, keeps events whole and does not depend on the number of
+//! threads. If no graph can be built, the error gives the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,5 +1,4 @@
-//! The sliding-window distance map equals the distance that its definition gives, window pair by
-//! window pair.
+//! The sliding-window distance map equals a naive computation of every pair of windows.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

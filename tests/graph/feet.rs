@@ -1,5 +1,5 @@
-//! Promise: feet that stand are found, and transitions between clips that plant them differently do
-//! not let them slide, without a jump, a stretched bone or a changed end.
+//! Planted feet are found. Transitions between clips that plant them differently do not let them
+//! slide, and cause no jump, no stretched bone and no changed end pose.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

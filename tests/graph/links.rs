@@ -1,5 +1,5 @@
-//! Promise: links bring evasions near to the moments of a graph and keep events that would be
-//! dropped, never cut an event, and where an event cannot be linked the report says why.
+//! Links let more moments of a graph reach evasions, keep events that would be dropped, and never
+//! cut an event. If an event cannot be linked, the report gives the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,5 +1,5 @@
-//! Promise: a node's grid of attacks names for every cell what a search along all edges finds best there; what it names passes
-//! through the cell when it says so; the same for any number of threads.
+//! A node's grid of attacks equals a naive search along all edges. Every entry's attack passes
+//! through its cell at the stated time. The grid does not depend on the number of threads.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

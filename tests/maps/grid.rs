@@ -1,5 +1,5 @@
-//! Promise: a path is filed in the cells that the body vacates, and what is looked up by cells is
-//! what a look at every cell finds; nothing that the grid lacks is lost to a query.
+//! A path is filed in the cells that the body vacates, and look-ups equal a naive search of all
+//! cells. A query loses no result if the grid lacks an entry.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,6 +1,6 @@
-//! Promise: from every node the table has the paths that a search along all edges finds, as far as
-//! they are different; each is connected, as long and as retimable as it says, and ends where it
-//! says; the same ones for any number of threads.
+//! The path table equals a naive search along all edges, up to similar paths. Each path is
+//! connected, has the stated length and retimable share, and ends at the stated place. The table
+//! does not depend on the number of threads.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

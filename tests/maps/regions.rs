@@ -1,4 +1,4 @@
-//! Promise: the CPU's maps are what their definitions say, texel by texel.
+//! The CPU's maps equal their definitions, texel by texel.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,5 +1,5 @@
-//! Promise: inner maps lie within the body all through a slice of time, outer maps hold all that it
-//! touches in it; the same maps come out for any number of threads.
+//! Inner maps lie within the body during a whole slice of time, and outer maps contain everything
+//! that the body touches in it. The maps do not depend on the number of threads.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

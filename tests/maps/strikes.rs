@@ -1,4 +1,4 @@
-//! Promise: the attacks of a graph are baked where their fists and feet pass, and can be answered
+//! The attacks of a graph are baked where their fists and feet pass, and queries can avoid them
 //! like any other attack.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -1,4 +1,4 @@
-//! Promise: ASF skeletons and AMC motions are read as their definition says, and what is wrong with them is named with its line.
+//! ASF skeletons and AMC motions are read according to their definition. Errors name the line.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{DMat3, DVec3, Quat, Vec3};

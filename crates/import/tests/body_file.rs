@@ -1,4 +1,4 @@
-//! Promise: a body is read from a file as it was written, and what is wrong is said with the sphere, its joint and the field.
+//! A body file is read as it was written. Errors name the sphere, its joint and the field.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,5 +1,5 @@
-//! Promise: spheres fitted to a mesh cover it to the error that is reported, stick out of it no further than reported, and are the
-//! same each time.
+//! Spheres that are fitted to a mesh cover it up to the reported error and stick out of it no
+//! farther than reported. The fit is deterministic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,4 +1,4 @@
-//! A damaged BVH file is an error that names line, column and what is wrong.
+//! A damaged BVH file is an error that names the line, the column and the problem.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_import::bvh::{BvhError, BvhFile, BvhProblem};

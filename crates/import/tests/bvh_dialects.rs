@@ -1,5 +1,5 @@
-//! BVH as the programs out there write it is read: white space, case, line ends, names and counts
-//! do not matter.
+//! BVH variants of common programs are read: white space, case, line ends, names and counts do not
+//! matter.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki::anim::JointKind;

@@ -1,5 +1,5 @@
-//! Joint positions of real captures are those of an independent reader, and every file's unit is
-//! found.
+//! Joint positions of real captures equal those of an independent reader, and the unit of every
+//! file is found.
 //!
 //! Reads the folder that `SABAKI_MOCAP` names; where that is unset, says so and tests nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used)]

@@ -1,4 +1,4 @@
-//! A motion that is written as BVH and read again is the same motion; no damage to a file makes the
+//! A motion that is written as BVH and read again is unchanged. No damage to a file makes the
 //! reader panic.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -1,4 +1,5 @@
-//! Promise: a set of captures means the same whatever its joints are called and however its clips begin, and where it cannot be understood, that is said.
+//! The meaning of a set of captures does not depend on joint names or on the start of its clips.
+//! Sets that cannot be interpreted cause a warning.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::PathBuf;

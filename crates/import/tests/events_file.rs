@@ -1,5 +1,5 @@
-//! Events and attack files: what is sound is read, what is not is an error that names the place.
-//! Clip sets likewise.
+//! Valid events files, attack files and clip sets are read. Errors in invalid ones name the
+//! position.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::PathBuf;

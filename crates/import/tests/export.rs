@@ -1,4 +1,5 @@
-//! Promise: an exported answer, read by code that shares nothing with the exporter, says what the query said.
+//! An exported answer equals the query's answer, when it is read by code that is independent of the
+//! exporter.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,4 +1,4 @@
-//! Promise: skinned animation in glTF is read as it is meant, and what is written comes back.
+//! Skinned animations in glTF are read correctly, and written files are read back unchanged.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,4 +1,4 @@
-//! Promise: a damaged or hostile glTF file is an error that says where, never a crash.
+//! A damaged or malicious glTF file is an error that names the position, and never a crash.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

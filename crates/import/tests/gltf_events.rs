@@ -1,4 +1,5 @@
-//! Promise: what is written as glTF comes back: poses to 0.1 mm, and what happens in them exactly, answers to attacks too.
+//! Written glTF files are read back: poses to 0.1 mm, and events exactly. Queries give the same
+//! answers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,4 +1,4 @@
-//! The tests of `sabaki-import`.
+//! Tests of `sabaki-import`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod asf;

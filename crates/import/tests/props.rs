@@ -1,4 +1,4 @@
-//! Promise: what a hand holds strikes as far as it reaches, is hit only where it is said to be part of the body, and is kept in
+//! A prop attacks as far as it reaches, can be hit only if it is part of the body, and is stored in
 //! baked files.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 

@@ -1,4 +1,4 @@
-//! Which joints are legs, and what becomes of feet of which nothing, or nonsense, is known.
+//! Detection of legs, and foot data that is missing or invalid.
 
 use glam::Vec3;
 use sabaki::anim::{Joint, Leg, Pose, Skeleton};

@@ -1,4 +1,4 @@
-//! Somebody who walks, with the frames known in which each foot stands.
+//! A synthetic walking motion with known foot plants.
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};

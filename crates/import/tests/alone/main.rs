@@ -1,5 +1,5 @@
-//! Promise: no bytes that somebody hands over crash a reader, and what is accepted can be used: the corpora of the fuzzers
-//! (`tests/fuzz`), and what becomes of them by random damage.
+//! No input bytes crash a reader, and input that is accepted can be used. The inputs are the
+//! corpora of the fuzzers (`tests/fuzz`) and random damage of them.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;

@@ -1,4 +1,4 @@
-//! What is done with bytes from anywhere: the fuzzers of `tests/fuzz` and the replay of their corpora share it.
+//! Fuzz targets, shared by the fuzzers of `tests/fuzz` and the replay of their corpora.
 //!
 //! A target may refuse its input; it may not panic, hang or fill the memory, and what it accepts must hold what is said of it.
 

@@ -1,4 +1,4 @@
-//! Meshes that nobody would draw: each is an error or a body that can be used, and soon.
+//! Degenerate and malicious meshes: each is an error or gives a usable body, in short time.
 
 use glam::Vec3;
 use sabaki::anim::{JointTransform, Skeleton};
