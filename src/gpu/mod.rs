@@ -36,7 +36,7 @@
 //! [`requirements()`] lists what a device needs, and [`check()`] asks one. The floor is Vulkan 1.1 with the extensions that
 //! [`Report::extensions`] names; 1.3 needs none.
 //!
-//! - Architecture invariant: nothing here but [`Headless`] submits, waits, or owns a device.
+//! - Architecture invariant: nothing here submits, waits, or owns a device.
 //! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and logs an error when it was forgotten.
 //! - Architecture invariant: no map or count depends on a driver's rounding; see `shaders/`.
 

@@ -8,7 +8,7 @@ use crate::math::Isa;
 const LANES: usize = 8;
 
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
-/// of the last sphere to a multiple of [`BodyRows::ROW_LANES`].
+/// of the last sphere to a multiple of [`BodyTrack::LANES`](super::BodyTrack::LANES).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyRows {
     spheres: usize,

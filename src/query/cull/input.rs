@@ -22,6 +22,6 @@ pub struct CullCandidate {
     /// From the attack's maps to the evasion's frame.
     pub turn: FixedTransform2,
     /// Whether the attack may come near where or when the maps know nothing: then an
-    /// [`Overlap::outer`] of 0 proves nothing.
+    /// [`Overlap::outer`](super::Overlap::outer) of 0 proves nothing.
     pub open: bool,
 }

@@ -52,7 +52,7 @@ pub struct Overlap {
     /// sections are planes and maps are timed, one is a hit for certain.
     pub body: u32,
     /// Slices of texels of the attack's outer map that the candidate's outer map has too. 0 is a
-    /// miss for certain, unless the candidate is [`CullCandidate::open`].
+    /// miss for certain, unless the candidate is [`CullCandidate::open`](super::CullCandidate::open).
     pub outer: u32,
     /// Texels of the attack's inner map, of any slice, on the candidate's evasion map: the more,
     /// the more it looks like an avoidance.
