@@ -1,4 +1,4 @@
-//! The parts of the command `sabaki` that tests, benches and examples use as well: embedded motions, random attacks, a headless
+//! The parts of the command `sabaki` that tests, benches and examples use too: embedded motions, random attacks, a headless
 //! Vulkan device, pictures without a window, and the window itself.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 #![warn(unreachable_pub)]

@@ -1,4 +1,4 @@
-//! Shots to pixels on a headless device.
+//! Draws shots to pixels on a headless device.
 
 use crate::headless::Headless;
 use sabaki::gpu::GpuError;
@@ -6,7 +6,7 @@ use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Offscreen, Stage, StageDesc};
 
-/// A stage and a target of one size.
+/// A stage and an offscreen target of one size.
 #[derive(Debug)]
 pub struct Painter {
     stage: Stage,
@@ -15,7 +15,7 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Makes both on the device; format, size and frames in flight are the painter's own.
+    /// Creates both on the device. The painter sets format, size and frames in flight of `desc`.
     ///
     /// # Errors
     /// [`Stage::new`]'s and [`Offscreen::new`]'s.
@@ -44,22 +44,22 @@ impl Painter {
         }
     }
 
-    /// Columns and rows.
+    /// Size of a picture, in pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// Memory for a crowd's poses, which the next picture shows.
+    /// The memory for the crowd's poses of the next picture.
     ///
     /// # Errors
     /// None.
     pub fn poses(&mut self) -> Result<&mut [F32x16], GpuError> {
-        // SAFETY: every picture has been waited for.
+        // SAFETY: `paint` waits for each picture.
         unsafe { self.stage.poses(0) }
     }
 
-    /// Draws a picture and waits for it: four bytes a pixel, row by row from the upper left.
+    /// Draws a picture and waits for it. Returns four bytes per pixel, row by row from the upper left.
     ///
     /// # Errors
     /// [`Stage::record`]'s, or those of [`Headless::run`].

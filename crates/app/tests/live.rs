@@ -8,15 +8,16 @@ use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, CullPath, Query, QueryContext, Request};
 use sabaki_app::live::{
-    AskerDesc, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, Throw, with_asker,
+    Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, QueryWorkerDesc, Throw,
+    with_query_worker,
 };
 
 #[test]
 fn a_candidate_that_was_chosen_plays_the_answers_motion() {
     let baked = embedded();
     let maps = MapChoices::slabs(baked);
-    let (events, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
-        let mut fighter = Fighter::new(&maps, asker, (waiting(), 3));
+    let (events, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
+        let mut fighter = Fighter::new(&maps, worker, (waiting(), 3));
         let mut events = Vec::new();
         for _ in 0..4 {
             fighter.advance(0.4);
@@ -56,12 +57,12 @@ fn a_candidate_that_was_chosen_plays_the_answers_motion() {
 fn slabs_of_another_height_cull_the_next_throw_on_every_path() {
     let baked = embedded();
     let choices = MapChoices::slabs(baked);
-    let desc = AskerDesc {
+    let desc = QueryWorkerDesc {
         validation: true,
-        ..AskerDesc::default()
+        ..QueryWorkerDesc::default()
     };
-    let ((), heard) = with_asker(&choices, &desc, |asker| {
-        let mut fighter = Fighter::new(&choices, asker, (waiting(), 5));
+    let ((), heard) = with_query_worker(&choices, &desc, |worker| {
+        let mut fighter = Fighter::new(&choices, worker, (waiting(), 5));
         let grids: Vec<(MapChoice, MapGrid)> = choices.grids().collect();
         let heights: Vec<f32> = grids.iter().map(|(_, grid)| grid.slab_height).collect();
         assert_eq!(heights, [0.05, 0.10, 0.20, 0.30, 0.30]);
@@ -71,9 +72,9 @@ fn slabs_of_another_height_cull_the_next_throw_on_every_path() {
             fighter.advance(3.0);
             throw_at(&mut fighter);
             let last = fighter.last().unwrap();
-            assert_eq!((last.reply.maps, last.maps), (*choice, *grid));
-            assert_eq!(last.reply.culling, CullPath::ALL[1 + round % 3]);
-            assert_eq!(last.reply.trouble, None);
+            assert_eq!((last.response.maps, last.maps), (*choice, *grid));
+            assert_eq!(last.response.culling, CullPath::ALL[1 + round % 3]);
+            assert_eq!(last.response.trouble, None);
 
             // What maps that were drawn for this alone count, and what is chosen by them.
             let other = baked.with_maps(*grid).unwrap();
@@ -96,8 +97,8 @@ fn maps_that_cannot_be_drawn_are_said_and_the_baked_ones_cull() {
     };
     let choices = MapChoices::new(embedded(), [MapGrid::default(), thin]);
     assert_eq!(choices.grids().count(), 2, "the baked ones only once");
-    let (events, _) = with_asker(&choices, &AskerDesc::default(), |asker| {
-        let mut fighter = Fighter::new(&choices, asker, (waiting(), 1));
+    let (events, _) = with_query_worker(&choices, &QueryWorkerDesc::default(), |worker| {
+        let mut fighter = Fighter::new(&choices, worker, (waiting(), 1));
         fighter.choose_maps(MapChoice(1));
         throw_at(&mut fighter);
         assert_eq!(fighter.last().unwrap().maps, MapGrid::default());

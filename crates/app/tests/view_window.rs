@@ -20,7 +20,8 @@ use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
 use sabaki_app::Painter;
 use sabaki_app::demo;
 use sabaki_app::live::{
-    AskerDesc, Fighter, FighterSettings, MapChoices, March, Orbit, Sparring, with_asker,
+    Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, Orbit, QueryWorkerDesc,
+    with_query_worker,
 };
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Crowd, FormationSettings};
@@ -187,8 +188,8 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
             ..FighterSettings::default()
         };
         let maps = MapChoices::slabs(baked);
-        let (shot, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
-            let mut fighter = Fighter::new(&maps, asker, (settings, 1));
+        let (shot, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
+            let mut fighter = Fighter::new(&maps, worker, (settings, 1));
             let mut orbit = Orbit::around_fighter(fighter.focus());
             let mut thrown = false;
             for picture in 1..=pictures {
@@ -257,13 +258,17 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
-    let mut march = March::new(crowd);
-    march.tinted = true;
+    let mut live_crowd = LiveCrowd::new(crowd);
+    live_crowd.tinted = true;
     let mut last = None;
     for _ in 0..12 {
-        march.advance(0.0625);
-        let camera = march.camera().unwrap();
-        last = Some(march.shot(camera, SIZE, painter.poses().unwrap()).unwrap());
+        live_crowd.advance(0.0625);
+        let camera = live_crowd.camera().unwrap();
+        last = Some(
+            live_crowd
+                .shot(camera, SIZE, painter.poses().unwrap())
+                .unwrap(),
+        );
     }
     let (shot, shown) = last.unwrap();
     let drawn = painter.paint(&mut device, &shot, Some(&shown)).unwrap();
@@ -315,18 +320,18 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         seed: 1,
         ..DuelSettings::default()
     };
-    let mut sparring = Sparring::new((embedded(), &grid), &settings).unwrap();
+    let mut live_duel = LiveDuel::new((embedded(), &grid), &settings).unwrap();
     let mut last = None;
     for _ in 0..120 {
-        sparring.advance(0.05);
-        let camera = sparring.camera().unwrap();
-        last = Some(sparring.shot(camera, 320.0 / 240.0));
+        live_duel.advance(0.05);
+        let camera = live_duel.camera().unwrap();
+        last = Some(live_duel.shot(camera, 320.0 / 240.0));
     }
-    let events = sparring.take_events();
+    let events = live_duel.take_events();
     let line = serde_json::to_string(&events[0]).unwrap();
     assert_eq!(serde_json::from_str::<Value>(&line).unwrap(), first);
-    assert_eq!(sparring.seen().len(), events.len());
-    assert!(sparring.ended().is_none());
+    assert_eq!(live_duel.seen().len(), events.len());
+    assert!(live_duel.ended().is_none());
 
     let mut device = device();
     let desc = StageDesc {

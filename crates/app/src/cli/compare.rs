@@ -12,7 +12,7 @@ use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
-use super::stats::{Asker, Run, Times, percentile};
+use super::stats::{QueryRunner, Run, Times, percentile};
 use super::{Done, Failure, cancel, crossover, map_settings, output};
 
 #[derive(clap::Args)]
@@ -112,7 +112,7 @@ fn measure(
         .iter()
         .flat_map(|&cull| grids.map(|enumerate| Method { cull, enumerate }));
     let mut rows: Vec<Row> = methods.map(Row::new).collect();
-    let mut askers: Vec<Asker<'_>> = rows.iter().map(|_| Asker::new(baked)).collect();
+    let mut askers: Vec<QueryRunner<'_>> = rows.iter().map(|_| QueryRunner::new(baked)).collect();
     let mut regret = Vec::new();
     cancel::listen();
     let bar = output::progress("comparing", throws.len() as u64);
@@ -120,10 +120,10 @@ fn measure(
     for (count, throw) in throws[..1].iter().chain(throws).enumerate() {
         cancel::check()?;
         let mut runs = Vec::new();
-        for (row, asker) in rows.iter().zip(&mut askers) {
-            asker.watches = true;
+        for (row, runner) in rows.iter().zip(&mut askers) {
+            runner.watches = true;
             let settings = row.method.settings();
-            runs.push(asker.ask(&settings, throw, (&mut *culling, row.method.cull))?);
+            runs.push(runner.ask(&settings, throw, (&mut *culling, row.method.cull))?);
         }
         if count == 0 {
             continue;
@@ -131,8 +131,8 @@ fn measure(
         // The first two are exact, without and with the grid.
         let of = |index: usize| (&askers[index].answer, askers[index].rounds.as_slice());
         let truth = Truth::new([of(0), of(1)]);
-        for ((row, asker), run) in rows.iter_mut().zip(&askers).zip(&runs) {
-            truth.judge(&asker.rounds, &mut row.tally);
+        for ((row, runner), run) in rows.iter_mut().zip(&askers).zip(&runs) {
+            truth.judge(&runner.rounds, &mut row.tally);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
             row.runs.push(run.clone());
         }

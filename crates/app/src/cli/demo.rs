@@ -10,7 +10,7 @@ use serde_json::json;
 use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, Pass, PassSettings, pass};
 use super::source::Baked;
-use super::stats::{Asker, Run};
+use super::stats::{QueryRunner, Run};
 use super::summary::{self, Summary};
 use super::{Done, Failure, dodge, sheet, source};
 
@@ -166,9 +166,9 @@ fn write_files(
         list_late: true,
         ..method.settings()
     };
-    let mut asker = Asker::new(baked);
-    asker.ask(&settings, throw, (culling, method.cull))?;
-    let answer = &asker.answer;
+    let mut runner = QueryRunner::new(baked);
+    runner.ask(&settings, throw, (culling, method.cull))?;
+    let answer = &runner.answer;
     let question = dodge::question(dodge::graph_name(baked)?, throw, (&settings, method));
     let mut files =
         sabaki_import::export::write_answer(folder, "dodge", baked, (&question, answer))

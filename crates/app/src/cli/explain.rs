@@ -14,7 +14,7 @@ use serde_json::json;
 
 use super::culling::Culling;
 use super::passes::Method;
-use super::stats::{Asker, Run};
+use super::stats::{QueryRunner, Run};
 use super::{Done, Failure, dodge};
 
 /// Width of a line, in characters.
@@ -57,20 +57,20 @@ pub(crate) fn run(
         list_late: true,
         ..case.method.settings()
     };
-    let mut asker = Asker::new(case.baked);
-    let run = asker.ask(&settings, case.throw, (culling, case.method.cull))?;
+    let mut runner = QueryRunner::new(case.baked);
+    let run = runner.ask(&settings, case.throw, (culling, case.method.cull))?;
     let graph = dodge::graph_name(case.baked)?;
     let question = dodge::question(graph, case.throw, (&settings, case.method));
     if let Some(export) = export {
-        dodge::write(export, (case.baked, case.index), &question, &asker.answer)?;
+        dodge::write(export, (case.baked, case.index), &question, &runner.answer)?;
     }
     let text = if as_json {
-        let mut document = sabaki_import::export::document(case.baked, &question, &asker.answer);
+        let mut document = sabaki_import::export::document(case.baked, &question, &runner.answer);
         document["attack_index"] = json!(case.index);
         document["cull"] = json!(case.method.cull.name());
         Done::json(&document)
     } else {
-        text(case, &question, (&asker.answer, &run))
+        text(case, &question, (&runner.answer, &run))
     };
     Ok(Done {
         text,

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::culling::Culling;
 use super::maps::planes;
 use super::passes::Method;
-use super::stats::Asker;
+use super::stats::QueryRunner;
 use super::{Done, Failure, cancel, output};
 
 /// One setting, measured.
@@ -82,12 +82,12 @@ pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result
 /// For each attack, which candidates of the whole search are hit.
 fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<Truth>, Failure> {
     let mut culling = Culling::without_device(String::new());
-    let mut asker = Asker::new(baked);
-    asker.watches = true;
+    let mut runner = QueryRunner::new(baked);
+    runner.watches = true;
     let truth = |throw: &Throw| {
         let method = Method::EXACT;
-        asker.ask(&method.settings(), throw, (&mut culling, method.cull))?;
-        Ok(Truth::new([(&asker.answer, asker.rounds.as_slice())]))
+        runner.ask(&method.settings(), throw, (&mut culling, method.cull))?;
+        Ok(Truth::new([(&runner.answer, runner.rounds.as_slice())]))
     };
     throws.iter().map(truth).collect()
 }

@@ -7,7 +7,7 @@ use sabaki::query::{Answer, CullPath, Enumerate, Lookup, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 
 use super::culling::{Culling, path_parser};
-use super::stats::{Asker, Run};
+use super::stats::{QueryRunner, Run};
 use super::{Failure, cancel, output};
 
 /// The methods to run.
@@ -145,12 +145,12 @@ pub(crate) fn pass(
     let bar = output::progress(method.cull.name(), throws.len() as u64);
     // Every n-th attack, from the given one on.
     let part = |first: usize, step: usize, culling: &mut Culling| {
-        let mut asker = Asker::new(baked);
+        let mut runner = QueryRunner::new(baked);
         let numbered = throws.iter().enumerate().skip(first).step_by(step);
         let runs = numbered.map(|(index, throw)| {
             cancel::check()?;
-            let run = asker.ask(&query, throw, (&mut *culling, method.cull))?;
-            each(index, &query, &asker.answer)?;
+            let run = runner.ask(&query, throw, (&mut *culling, method.cull))?;
+            each(index, &query, &runner.answer)?;
             bar.inc(1);
             Ok(run)
         });

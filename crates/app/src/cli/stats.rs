@@ -77,7 +77,7 @@ impl Run {
 }
 
 /// Asks one query after the other, in the same memory.
-pub(crate) struct Asker<'a> {
+pub(crate) struct QueryRunner<'a> {
     baked: &'a BakedGraph,
     context: QueryContext,
     /// To the last query.
@@ -88,7 +88,7 @@ pub(crate) struct Asker<'a> {
     pub(crate) watches: bool,
 }
 
-impl<'a> Asker<'a> {
+impl<'a> QueryRunner<'a> {
     pub(crate) fn new(baked: &'a BakedGraph) -> Self {
         Self {
             baked,

@@ -11,10 +11,11 @@ use sabaki::query::{CullPath, Enumerate};
 use sabaki_app::demo;
 use sabaki_app::headless::{DeviceChoice, Message};
 use sabaki_app::live::{
-    AskerDesc, Event, Fighter, FighterSettings, MapChoices, March, Sparring, with_asker,
+    Event, Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, QueryWorkerDesc,
+    with_query_worker,
 };
 use sabaki_app::window::{
-    Click, DuelExhibit, Exhibit, FighterExhibit, MarchExhibit, WindowDesc, WindowError, run as open,
+    Click, CrowdView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
 use sabaki_draw::scene::{Crowd, FormationSettings};
 
@@ -129,8 +130,8 @@ impl From<WindowError> for Failure {
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     if args.crowd.crowd {
-        let mut exhibit = MarchExhibit::new(args.crowd.march()?);
-        args.show(&mut exhibit, device, as_json)?;
+        let mut view = CrowdView::new(args.crowd.live_crowd()?);
+        args.show(&mut view, device, as_json)?;
         return Ok(Done::ok(String::new()));
     }
     let baked = args.graph.load()?.graph;
@@ -145,15 +146,15 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     if args.no_grid {
         settings.query.enumerate = Enumerate::Whole;
     }
-    let desc = AskerDesc {
+    let desc = QueryWorkerDesc {
         device: choice(device),
         validation: device.validation,
         delay: Duration::from_secs_f32(args.delay.unwrap_or(0.0)),
     };
     let maps = MapChoices::slabs(&baked);
-    let (shown, heard) = with_asker(&maps, &desc, |asker| {
-        let fighter = Fighter::new(&maps, asker, (settings, args.seed));
-        args.show(&mut FighterExhibit::new(fighter), device, as_json)
+    let (shown, heard) = with_query_worker(&maps, &desc, |worker| {
+        let fighter = Fighter::new(&maps, worker, (settings, args.seed));
+        args.show(&mut FighterView::new(fighter), device, as_json)
     });
     heard.iter().for_each(complain);
     shown?;
@@ -181,18 +182,13 @@ impl Args {
             seed: self.seed,
             ..DuelSettings::default()
         };
-        let sparring = Sparring::new((baked, &grid), &settings);
-        let sparring = sparring.map_err(|error| Failure::Usage(error.to_string()))?;
-        self.show(&mut DuelExhibit::new(sparring), device, as_json)?;
+        let live_duel = LiveDuel::new((baked, &grid), &settings);
+        let live_duel = live_duel.map_err(|error| Failure::Usage(error.to_string()))?;
+        self.show(&mut DuelView::new(live_duel), device, as_json)?;
         Ok(Done::ok(String::new()))
     }
 
-    fn show(
-        &self,
-        exhibit: &mut dyn Exhibit,
-        device: &DeviceArgs,
-        as_json: bool,
-    ) -> Result<(), Failure> {
+    fn show(&self, view: &mut dyn View, device: &DeviceArgs, as_json: bool) -> Result<(), Failure> {
         let desc = WindowDesc {
             size: self.size,
             device: choice(device),
@@ -208,7 +204,7 @@ impl Args {
             ..WindowDesc::default()
         };
         let mut hear = |event: &Event| hear(event, as_json);
-        Ok(open(exhibit, &desc, &mut hear)?)
+        Ok(open(view, &desc, &mut hear)?)
     }
 }
 
@@ -227,7 +223,7 @@ fn hear(event: &Event, as_json: bool) {
 }
 
 impl CrowdArgs {
-    fn march(&self) -> Result<March, Failure> {
+    fn live_crowd(&self) -> Result<LiveCrowd, Failure> {
         let motions = demo::motions().map_err(GraphError::from)?;
         let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
         let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
@@ -242,8 +238,8 @@ impl CrowdArgs {
         };
         let body = Body::from_bones(&motions.skeleton);
         let crowd = Crowd::new((&motions.skeleton, &body), clip, &settings);
-        let mut march = March::new(crowd.map_err(|error| usage(&error))?);
-        (march.levels, march.tinted) = (!self.no_levels, self.levels);
-        Ok(march)
+        let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);
+        (live_crowd.levels, live_crowd.tinted) = (!self.no_levels, self.levels);
+        Ok(live_crowd)
     }
 }

@@ -1,7 +1,7 @@
-//! From which side, at which height and how soon is an attack avoided?
+//! Share of attacks that is avoided, by direction, height and lead.
 //!
-//! Balls are thrown from every direction at every height with every lead, in each cell at other moments of the graph: what a few
-//! moments happen to allow is then no property of a direction, and the intervals of shares hold for sums of cells too.
+//! Balls are thrown from all directions at all heights with all leads. Each cell uses its own moments of the graph, so that the
+//! cells are independent samples and the intervals hold for sums of cells, too.
 
 use std::f32::consts::TAU;
 
@@ -10,7 +10,7 @@ use super::throw::{Aim, Throw, aimed};
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
 
-/// Parts of the body and how high they are, as a share of its height.
+/// Parts of the body with their heights, as shares of the body's height.
 pub const HEIGHTS: [(&str, f32); 5] = [
     ("ankle", 0.05),
     ("knee", 0.28),
@@ -19,34 +19,34 @@ pub const HEIGHTS: [(&str, f32); 5] = [
     ("head", 0.94),
 ];
 
-/// From the query to the throw, seconds.
+/// Times from the query to the throw, in seconds.
 pub const LEADS: [f32; 7] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5];
 
 /// One kind of attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// Of the report's directions.
+    /// Index of the direction.
     pub direction: usize,
-    /// Of [`HEIGHTS`].
+    /// Index into [`HEIGHTS`].
     pub height: usize,
-    /// Of [`LEADS`].
+    /// Index into [`LEADS`].
     pub lead: usize,
 }
 
-/// How many attacks of each kind were avoided.
+/// Number of avoided attacks of each kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coverage {
     directions: usize,
-    /// Thrown and avoided, by direction, height and lead.
+    /// Numbers of thrown and of avoided attacks, by direction, height and lead.
     counts: Vec<[u32; 2]>,
 }
 
 /// The kind of attack that a new evasion should answer first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// Which kind; of its leads the one at which it is furthest behind the others.
+    /// The kind, with the lead at which it is furthest below the others.
     pub cell: Cell,
-    /// Share of its attacks that is avoided, at any lead.
+    /// Share of its attacks that is avoided, over all leads.
     pub any_lead: f64,
     /// Share that is avoided at that lead.
     pub share: f64,
@@ -57,7 +57,7 @@ pub struct Gap {
 }
 
 impl Coverage {
-    /// Nothing was thrown yet, from so many directions (1 at least).
+    /// Creates an empty table for a number of directions, at least 1.
     #[must_use]
     pub fn new(directions: usize) -> Self {
         let directions = directions.max(1);
@@ -67,25 +67,25 @@ impl Coverage {
         }
     }
 
-    /// How many directions there are.
+    /// Number of directions.
     #[must_use]
     pub fn directions(&self) -> usize {
         self.directions
     }
 
-    /// How many cells there are.
+    /// Number of cells.
     #[must_use]
     pub fn len(&self) -> usize {
         self.counts.len()
     }
 
-    /// Never: there is one cell at least.
+    /// Always false: there is at least one cell.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()
     }
 
-    /// The cell with this number, counted by direction, height and lead, the last one first.
+    /// The cell with this index; the lead varies fastest, then the height, then the direction.
     #[must_use]
     pub fn cell(number: usize) -> Cell {
         Cell {
@@ -100,17 +100,16 @@ impl Coverage {
         (0..self.counts.len()).map(Self::cell)
     }
 
-    /// Where attacks of a direction come from, radians from the way that the character faces, to
-    /// its left.
+    /// Angle of a direction, in radians to the left of where the character faces.
     #[must_use]
     pub fn from(&self, direction: usize) -> f32 {
         direction as f32 / self.directions as f32 * TAU
     }
 
-    /// The `index`th throw of a cell, `speed` metres per second fast.
+    /// The `index`th throw of a cell, with a speed in metres per second.
     ///
     /// # Errors
-    /// A speed that is not above 0.
+    /// The speed is not above 0.
     pub fn throw(
         &self,
         baked: &BakedGraph,
@@ -134,14 +133,14 @@ impl Coverage {
         (cell.direction * HEIGHTS.len() + cell.height) * LEADS.len() + cell.lead
     }
 
-    /// Notes what became of a throw.
+    /// Adds the outcome of a throw.
     pub fn add(&mut self, cell: Cell, avoided: bool) {
         let number = self.number(cell);
         self.counts[number][0] += 1;
         self.counts[number][1] += u32::from(avoided);
     }
 
-    /// How many attacks of the cells that `of` names were thrown and how many of them were avoided.
+    /// Numbers of thrown and of avoided attacks in the cells that `of` selects.
     #[must_use]
     pub fn counts(&self, of: impl Fn(Cell) -> bool) -> [u32; 2] {
         let cells = self.cells().zip(&self.counts);
@@ -149,7 +148,7 @@ impl Coverage {
         chosen.fold([0; 2], |sum, (_, one)| [sum[0] + one[0], sum[1] + one[1]])
     }
 
-    /// Share of the attacks of the cells that `of` names that was avoided; 0 of none.
+    /// Share of avoided attacks in the cells that `of` selects; 0 without attacks.
     #[must_use]
     pub fn share(&self, of: impl Fn(Cell) -> bool) -> f64 {
         let [thrown, avoided] = self.counts(of);
@@ -163,8 +162,8 @@ impl Coverage {
         wilson(avoided, thrown)
     }
 
-    /// Directions and heights, those first that are avoided least. A lead at which hardly anything
-    /// is avoided from anywhere is no fault of one of them.
+    /// Directions and heights, the least avoided first. They are compared with all attacks of the same
+    /// lead, since short leads are hard from everywhere.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let places = (0..self.directions)

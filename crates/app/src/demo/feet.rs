@@ -1,4 +1,4 @@
-//! Where a foot is: planted, stepping, turning on its ball, or in the air for a kick.
+//! Motion of a foot: planted, stepping, turning on its ball, or kicking.
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -9,14 +9,14 @@ use sabaki::math::Rigid2;
 /// A foot flat on the ground.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spot {
-    /// The toes' end in the space of the motion, metres: what stays when the heel rises or the foot turns.
+    /// End of the toes in the space of the motion, in metres; it stays when the heel rises or the foot turns.
     pub(super) toe: Vec2,
-    /// The way that the toes point, radians.
+    /// Heading of the toes, in radians.
     pub(super) yaw: f32,
 }
 
 impl Spot {
-    /// From the ankle's place on the ground.
+    /// The spot of a foot with its ankle above this place.
     pub(super) fn at_ankle(ankle: Vec2, yaw: f32) -> Self {
         let toe = Rigid2::new(yaw, ankle.x, ankle.y).point(toe_offset());
         Self {
@@ -25,7 +25,7 @@ impl Spot {
         }
     }
 
-    /// From a frame on the ground into the space of the motion.
+    /// Transforms the spot from a frame on the ground to the space of the motion.
     pub(super) fn placed(self, place: Rigid2) -> Self {
         let toe = place.point(Vec3::new(self.toe.x, 0.0, self.toe.y));
         Self {
@@ -34,7 +34,7 @@ impl Spot {
         }
     }
 
-    /// The foot standing here, its heel raised by `pitch` radians.
+    /// The foot on this spot, with its heel raised by `pitch` radians.
     fn foot(self, pitch: f32) -> Foot {
         Foot::about_toe(
             Vec3::new(self.toe.x, TOE_HEIGHT, self.toe.y),
@@ -47,17 +47,17 @@ impl Spot {
 /// A foot in the space of the motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foot {
-    /// Metres.
+    /// Position, in metres.
     pub(super) ankle: Vec3,
-    /// The way that the toes point, radians.
+    /// Heading of the toes, in radians.
     pub(super) yaw: f32,
-    /// Heel up about the toes, radians.
+    /// Angle of the raised heel about the toes, in radians.
     pub(super) pitch: f32,
-    /// How much of the following two holds, 0 to 1.
+    /// Weight of the next two fields, 0 to 1.
     pub(super) free: f32,
-    /// How far the foot is stretched from a right angle to the shin, radians.
+    /// Extension of the foot from a right angle to the shin, in radians.
     pub(super) point: f32,
-    /// Where the knee points to.
+    /// Direction of the knee.
     pub(super) knee: Vec3,
 }
 
@@ -85,16 +85,16 @@ pub(super) fn foot_rotation(yaw: f32, pitch: f32) -> Quat {
     Quat::from_rotation_y(yaw) * Quat::from_rotation_x(pitch)
 }
 
-/// One place of a foot in the air, in the frame of home.
+/// A key of a foot in the air, in the frame of home.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Air {
-    /// Seconds from the foot's start.
+    /// Time from the start of the movement, in seconds.
     pub(super) after: f32,
-    /// Metres.
+    /// Position, in metres.
     pub(super) ankle: Vec3,
-    /// How far the foot is stretched, radians.
+    /// Extension of the foot, in radians.
     pub(super) point: f32,
-    /// Where the knee points to.
+    /// Direction of the knee.
     pub(super) knee: Vec3,
 }
 
@@ -105,13 +105,13 @@ pub(super) struct Swing {
     pub(super) start: f32,
     /// Seconds.
     pub(super) end: f32,
-    /// Where the foot stood.
+    /// Spot at the start.
     pub(super) from: Spot,
-    /// Where it will stand.
+    /// Spot at the end.
     pub(super) to: Spot,
-    /// How high the toes go on the way, metres; 0 turns on the ball.
+    /// Height of the toes on the way, in metres; 0 turns on the ball.
     pub(super) lift: f32,
-    /// The way of a kick.
+    /// Track of a kick.
     pub(super) air: Option<Track<4>>,
 }
 
@@ -165,7 +165,7 @@ impl Swing {
         let going = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
         let arc = 16.0 * s * s * (1.0 - s) * (1.0 - s);
         let toe = self.from.toe.lerp(self.to.toe, going);
-        // The heel leads off the ground: the peel is greatest at a third of the way.
+        // The heel leaves the ground first: its angle is greatest at a third of the way.
         let peel = 6.75 * s * (1.0 - s) * (1.0 - s);
         let far = (self.from.toe.distance(self.to.toe) / 0.5).min(1.0);
         let turned = (self.from.yaw - self.to.yaw).abs().min(1.0);
@@ -179,7 +179,7 @@ impl Swing {
         Foot::about_toe(Vec3::new(toe.x, height, toe.y), yaw, heel + pitch * peel)
     }
 
-    /// How much of the weight the other foot has to bear, 0 to 1: it shifts before the foot lifts.
+    /// Share of the weight on the other foot, 0 to 1; the weight shifts before the foot lifts.
     pub(super) fn unweighted(&self, time: f32) -> f32 {
         const BEFORE: f32 = 0.14;
         const AFTER: f32 = 0.16;
@@ -191,7 +191,7 @@ impl Swing {
     }
 }
 
-/// The way of one foot through a clip.
+/// The movements of one foot in a clip.
 #[derive(Clone, Debug)]
 pub(super) struct Way {
     first: Spot,
@@ -199,7 +199,7 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// A foot that stays.
+    /// A foot without movements.
     pub(super) fn new(first: Spot) -> Self {
         Self {
             first,
@@ -207,17 +207,17 @@ impl Way {
         }
     }
 
-    /// Where it stands after all its swings.
+    /// Spot after all movements.
     pub(super) fn spot(&self) -> Spot {
         self.swings.last().map_or(self.first, |swing| swing.to)
     }
 
-    /// When its last swing ends, seconds.
+    /// End of the last movement, in seconds.
     pub(super) fn busy_until(&self) -> f32 {
         self.swings.last().map_or(0.0, |swing| swing.end)
     }
 
-    /// Adds a movement after the others.
+    /// Appends a movement.
     pub(super) fn push(&mut self, swing: Swing) {
         self.swings.push(swing);
     }
@@ -227,7 +227,7 @@ impl Way {
         &self.swings
     }
 
-    /// The foot at a time, its heel raised by `heel` radians where it stands.
+    /// The foot at a time; its heel is raised by `heel` radians while it stands.
     pub(super) fn foot(&self, time: f32, heel: f32) -> Foot {
         let begun = self.swings.partition_point(|swing| swing.start <= time);
         match begun.checked_sub(1).map(|last| &self.swings[last]) {
@@ -237,7 +237,7 @@ impl Way {
         }
     }
 
-    /// Where the foot stands or last stood.
+    /// Spot where the foot stands or last stood.
     pub(super) fn stood(&self, time: f32) -> Spot {
         let begun = self.swings.partition_point(|swing| swing.end <= time);
         begun

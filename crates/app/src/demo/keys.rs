@@ -1,14 +1,14 @@
-//! Key postures and the smooth curve through them.
+//! Key poses and the spline through them.
 //!
 //! The curve is a cubic Hermite spline with the slopes of Fritsch & Carlson 1980, "Monotone piecewise cubic
 //! interpolation": it eases in and out of every extreme and holds, and never overshoots a key.
 
 use glam::Vec3;
 
-/// How many vectors a [`Body`] has.
+/// Number of vectors of a [`Body`].
 pub(super) const ROWS: usize = 12;
 
-/// What the trunk, head and hands are to do. The feet go their own way ([`super::feet`]).
+/// Targets of the trunk, head and hands. The feet are handled by [`super::feet`].
 ///
 /// *Home* is a frame on the ground that the choreography moves: midway between the feet in guard, facing the
 /// opponent along +Z. Turns are (pitch forward, yaw left, roll left) in radians, in the frame of home.
@@ -16,28 +16,28 @@ pub(super) const ROWS: usize = 12;
 pub(super) struct Body {
     /// Home in the space of the motion: x and z in metres, y is the heading in radians.
     pub(super) place: Vec3,
-    /// The hips' place in home, metres.
+    /// Position of the hips in home, in metres.
     pub(super) pelvis: Vec3,
-    /// The hips' turn.
+    /// Rotation of the hips.
     pub(super) hips: Vec3,
-    /// The chest's turn.
+    /// Rotation of the chest.
     pub(super) chest: Vec3,
-    /// The head's turn.
+    /// Rotation of the head.
     pub(super) head: Vec3,
-    /// Wrists in the chest's frame, metres.
+    /// Positions of the wrists in the chest's frame, in metres.
     pub(super) hands: [Vec3; 2],
-    /// Wrists in home, metres: for strikes and for the ground.
+    /// Positions of the wrists in home, in metres, for strikes and for the ground.
     pub(super) reach: [Vec3; 2],
-    /// How much of `reach` holds instead of `hands`, 0 to 1.
+    /// Weight of `reach` against `hands`, 0 to 1.
     pub(super) reaching: [f32; 2],
-    /// How far the elbows are lifted outwards: 0 hangs, π/2 is level, radians.
+    /// Angle by which the elbows are lifted outwards, in radians: 0 hangs, π/2 is horizontal.
     pub(super) elbows: [f32; 2],
-    /// How far the heels are raised about the toes, radians.
+    /// Angle by which the heels are raised about the toes, in radians.
     pub(super) heels: [f32; 2],
 }
 
 impl Body {
-    /// As rows to interpolate.
+    /// The vectors as rows to interpolate.
     pub(super) fn rows(&self) -> [Vec3; ROWS] {
         let pair = |values: [f32; 2]| Vec3::new(values[0], values[1], 0.0);
         [
@@ -73,7 +73,7 @@ impl Body {
         }
     }
 
-    /// Left and right exchanged about home; home stays.
+    /// Mirrors left and right about home.
     pub(super) fn mirrored(&self) -> Self {
         let place = |v: Vec3| Vec3::new(-v.x, v.y, v.z);
         let turn = |v: Vec3| Vec3::new(v.x, -v.y, -v.z);
@@ -94,7 +94,7 @@ impl Body {
     }
 }
 
-/// A C1 curve through keys of `N` vectors. Its ends are at rest; before and after them they hold.
+/// A C1 spline through keys of `N` vectors. It is at rest at both ends and constant beyond them.
 #[derive(Clone, Debug)]
 pub(super) struct Track<const N: usize> {
     times: Vec<f32>,
@@ -103,7 +103,7 @@ pub(super) struct Track<const N: usize> {
 }
 
 impl<const N: usize> Track<N> {
-    /// Keys in rising order of time, seconds.
+    /// Keys in ascending order of time, in seconds.
     pub(super) fn new(keys: Vec<(f32, [Vec3; N])>) -> Self {
         let (times, values): (Vec<f32>, Vec<[Vec3; N]>) = keys.into_iter().unzip();
         let mut slopes = vec![[Vec3::ZERO; N]; times.len()];
@@ -124,7 +124,7 @@ impl<const N: usize> Track<N> {
         }
     }
 
-    /// One row at a time, seconds.
+    /// One row at a time in seconds.
     pub(super) fn row(&self, row: usize, time: f32) -> Vec3 {
         let after = self.times.partition_point(|&key| key <= time);
         let last = self.times.len() - 1;

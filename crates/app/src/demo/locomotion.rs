@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
+use super::choreography::Choreography;
 use super::rhythm::Rhythm;
-use super::score::Score;
 use super::skeleton::{LEFT, RIGHT, sign};
 
 /// All clips of this family.
-pub(super) fn scores(scores: &mut Vec<Score>) {
+pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
     let ways = [
         ("shuffle_forward", 0.0, 0.28),
         ("shuffle_back", 0.0, -0.28),
@@ -15,19 +15,19 @@ pub(super) fn scores(scores: &mut Vec<Score>) {
         ("shuffle_right", -0.28, 0.0),
     ];
     for (number, (name, left, forward)) in (20..).zip(ways) {
-        scores.push(shuffles(name, number, left, forward));
+        choreographies.push(shuffles(name, number, left, forward));
     }
-    scores.push(walk("walk_forward", 24, 0.36));
-    scores.push(walk("walk_back", 25, -0.30));
-    scores.push(turns("turn_left", 26, 0.8));
-    scores.push(turns("turn_right", 27, -0.8));
-    scores.push(circle("circle_left", 28, LEFT));
-    scores.push(circle("circle_right", 29, RIGHT));
-    scores.push(retreat_and_return());
+    choreographies.push(walk("walk_forward", 24, 0.36));
+    choreographies.push(walk("walk_back", 25, -0.30));
+    choreographies.push(turns("turn_left", 26, 0.8));
+    choreographies.push(turns("turn_right", 27, -0.8));
+    choreographies.push(circle("circle_left", 28, LEFT));
+    choreographies.push(circle("circle_right", 29, RIGHT));
+    choreographies.push(retreat_and_return());
 }
 
 /// One shuffle: the foot on the side of the way goes first, the other follows.
-pub(super) fn shuffle(s: &mut Score, left: f32, forward: f32, turn: f32, quick: f32) {
+pub(super) fn shuffle(s: &mut Choreography, left: f32, forward: f32, turn: f32, quick: f32) {
     let leads_left = if left.abs() > forward.abs() {
         left > 0.0
     } else {
@@ -48,8 +48,8 @@ pub(super) fn shuffle(s: &mut Score, left: f32, forward: f32, turn: f32, quick: 
     s.pose(0.24 * quick, |b| b.pelvis.y -= 0.012);
 }
 
-fn shuffles(name: &str, number: u32, left: f32, forward: f32) -> Score {
-    let mut s = Score::new(name, Rhythm::varied(number));
+fn shuffles(name: &str, number: u32, left: f32, forward: f32) -> Choreography {
+    let mut s = Choreography::new(name, Rhythm::varied(number));
     s.guard(0.6);
     for size in [1.0, 1.25, 0.8] {
         shuffle(&mut s, left * size, forward * size, 0.0, 1.0);
@@ -60,9 +60,9 @@ fn shuffles(name: &str, number: u32, left: f32, forward: f32) -> Score {
 }
 
 /// Loose steps, the hands lower, as between two rounds.
-fn walk(name: &str, number: u32, stride: f32) -> Score {
+fn walk(name: &str, number: u32, stride: f32) -> Choreography {
     const STEP: f32 = 0.52;
-    let mut s = Score::new(name, Rhythm::varied(number));
+    let mut s = Choreography::new(name, Rhythm::varied(number));
     s.guard(0.7);
     for step in 0..6_usize {
         // Backwards the front foot goes first.
@@ -98,8 +98,8 @@ fn walk(name: &str, number: u32, stride: f32) -> Score {
 }
 
 /// Two turns in place and a wider one, all to one side.
-fn turns(name: &str, number: u32, angle: f32) -> Score {
-    let mut s = Score::new(name, Rhythm::varied(number));
+fn turns(name: &str, number: u32, angle: f32) -> Choreography {
+    let mut s = Choreography::new(name, Rhythm::varied(number));
     s.guard(0.6);
     let (first, second) = if angle > 0.0 {
         (RIGHT, LEFT)
@@ -122,8 +122,8 @@ fn turns(name: &str, number: u32, angle: f32) -> Score {
 }
 
 /// Round an opponent 1.3 m ahead.
-fn circle(name: &str, number: u32, side: usize) -> Score {
-    let mut s = Score::new(name, Rhythm::varied(number));
+fn circle(name: &str, number: u32, side: usize) -> Choreography {
+    let mut s = Choreography::new(name, Rhythm::varied(number));
     s.guard(0.6);
     let (left, turn) = (0.3 * sign(side), -0.23 * sign(side));
     for quick in [1.0, 0.95, 1.1, 1.0] {
@@ -134,8 +134,8 @@ fn circle(name: &str, number: u32, side: usize) -> Score {
     s
 }
 
-fn retreat_and_return() -> Score {
-    let mut s = Score::new("retreat_and_return", Rhythm::varied(30));
+fn retreat_and_return() -> Choreography {
+    let mut s = Choreography::new("retreat_and_return", Rhythm::varied(30));
     s.guard(0.6);
     for back in [0.3, 0.34] {
         shuffle(&mut s, 0.0, -back, 0.0, 0.85);

@@ -1,13 +1,14 @@
-//! The embedded motions: a humanoid of 24 nodes that stands in guard, moves about, strikes and, above all, evades.
+//! The embedded motions: a humanoid of 24 nodes that stands in guard, moves about, strikes and evades.
 //!
-//! All of it is made by code when asked for: key postures, foot steps and events are
-//! written down as a choreography, curves run through the keys, and a solver turns each instant into joint rotations.
-//! Planted feet stand still, since legs reach for them and not the other way round. The same bits come out every time.
+//! Code generates all clips on demand: a choreography lists key poses, foot steps and events, splines interpolate the
+//! keys, and an inverse-kinematics solver computes the joint rotations of each frame. Planted feet stand still, since
+//! the legs reach for them. The result is the same to the bit every time.
 //!
-//! Every clip starts and ends in nearly the same guard, so that a motion graph can join them all.
+//! All clips start and end in nearly the same guard, so that a motion graph can join them.
 
 mod attacks;
 pub mod by_time;
+mod choreography;
 pub mod coverage;
 mod evasions;
 mod feet;
@@ -15,7 +16,6 @@ pub mod interval;
 mod keys;
 mod locomotion;
 mod rhythm;
-mod score;
 mod skeleton;
 mod solve;
 mod stance;
@@ -26,29 +26,29 @@ use sabaki::anim::{Clip, ClipError, Event, Skeleton};
 /// The embedded motions.
 #[derive(Clone, Debug)]
 pub struct Motions {
-    /// 24 nodes with five end sites, 1.75 m tall, T-pose with identity rotations; left is +X, facing +Z, metres.
+    /// 24 nodes with five end sites, 1.75 m tall, T-pose with identity rotations. Left is +X, forward is +Z. In metres.
     pub skeleton: Skeleton,
-    /// At 30 frames per second, each from guard to guard, starting at the origin; metres, ground at y = 0.
+    /// Clips at 30 frames per second, each from guard to guard, starting at the origin. In metres; ground at y = 0.
     pub clips: Vec<Clip>,
-    /// Every attack and evasion in `clips`, by clip and start.
+    /// The attacks and evasions of `clips`, sorted by clip and start.
     pub events: Vec<Event>,
 }
 
-/// Makes the embedded motions. The same bits each time.
+/// Generates the embedded motions. The result is the same to the bit every time.
 ///
 /// # Errors
-/// None but by a fault in the choreography, which the tests would show.
+/// Only by a fault in the choreography, which the tests would find.
 pub fn motions() -> Result<Motions, ClipError> {
     let skeleton = skeleton::humanoid()?;
-    let mut scores = Vec::new();
-    stance::scores(&mut scores);
-    locomotion::scores(&mut scores);
-    evasions::scores(&mut scores);
-    attacks::scores(&mut scores);
-    let mut clips = Vec::with_capacity(scores.len());
+    let mut choreographies = Vec::new();
+    stance::choreographies(&mut choreographies);
+    locomotion::choreographies(&mut choreographies);
+    evasions::choreographies(&mut choreographies);
+    attacks::choreographies(&mut choreographies);
+    let mut clips = Vec::with_capacity(choreographies.len());
     let mut events = Vec::new();
-    for (index, score) in scores.iter().enumerate() {
-        let (clip, of_clip) = score.play(&skeleton, index)?;
+    for (index, choreography) in choreographies.iter().enumerate() {
+        let (clip, of_clip) = choreography.play(&skeleton, index)?;
         clips.push(clip);
         events.extend(of_clip);
     }

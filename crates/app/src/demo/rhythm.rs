@@ -1,4 +1,4 @@
-//! Breath and bounce: what a living body does between and during all else.
+//! Breathing and bouncing, which overlay all other motion.
 
 use std::f32::consts::TAU;
 
@@ -9,30 +9,30 @@ use super::keys::Body;
 /// A small motion on top of the keys.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rhythm {
-    /// How far the hips go up and down from the middle, metres.
+    /// Amplitude of the hips' vertical motion, in metres.
     pub(super) bob: f32,
-    /// Bobs in a second.
+    /// Bounces per second.
     pub(super) rate: f32,
-    /// How far the hips drift to each side, metres.
+    /// Amplitude of the hips' sideways drift, in metres.
     pub(super) sway: f32,
-    /// How far the heels rise with each bob, radians.
+    /// Angle by which the heels rise with each bounce, in radians.
     pub(super) spring: f32,
-    /// How this clip's guard differs throughout: the hips' place, metres.
+    /// Offset of the hips in this clip's guard, in metres.
     pub(super) stance: Vec3,
-    /// As `stance`, where each foot stands: left, turn left, forward, metres and radians.
+    /// Offset of each foot in this clip's guard: left, turn left, forward, in metres and radians.
     pub(super) feet: [Vec3; 2],
-    /// As `stance`, the chest's turn, radians.
+    /// Offset of the chest's rotation in this clip's guard, in radians.
     pub(super) lean: Vec3,
-    /// As `stance`, both wrists' places, metres.
+    /// Offset of both wrists in this clip's guard, in metres.
     pub(super) hands: [Vec3; 2],
-    /// How far the hands wander, metres.
+    /// Amplitude of the hands' drift, in metres.
     pub(super) wander: f32,
-    /// Where in its cycles it starts; 0 to 1.
+    /// Phase at the start, from 0 to 1.
     pub(super) phase: f32,
 }
 
 impl Rhythm {
-    /// One of many that differ a little; the same for the same number.
+    /// A slightly varied rhythm; equal numbers give equal rhythms.
     pub(super) fn varied(number: u32) -> Self {
         let unit = |part: u32| hashed(number.wrapping_mul(32).wrapping_add(part));
         let spread = |part: u32, x: f32, y: f32, z: f32| {
@@ -53,7 +53,7 @@ impl Rhythm {
         }
     }
 
-    /// The same with another bounce.
+    /// The rhythm with another bounce.
     pub(super) fn bouncing(self, bob: f32, rate: f32, spring: f32) -> Self {
         Self {
             bob,
@@ -63,12 +63,12 @@ impl Rhythm {
         }
     }
 
-    /// The same with another drift.
+    /// The rhythm with another drift.
     pub(super) fn swaying(self, sway: f32) -> Self {
         Self { sway, ..self }
     }
 
-    /// The same in the plain guard.
+    /// The rhythm in the plain guard.
     pub(super) fn plain(self) -> Self {
         Self {
             stance: Vec3::ZERO,
@@ -79,7 +79,7 @@ impl Rhythm {
         }
     }
 
-    /// Adds the motion to a body, seconds from the clip's start.
+    /// Adds the motion to a body, at a time in seconds from the clip's start.
     pub(super) fn apply(&self, time: f32, body: &mut Body) {
         let cycle = |rate: f32, offset: f32| (TAU * (rate * time + self.phase + offset)).sin();
         let bob = cycle(self.rate, 0.0);

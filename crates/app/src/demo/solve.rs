@@ -1,5 +1,5 @@
-//! From what the body is to do to joint rotations: trunk spread over the spine, arms and legs by two-bone inverse
-//! kinematics in closed form (law of cosines, with a pole that the elbow or knee points to).
+//! Solves joint rotations: spreads the trunk's rotation over the spine, and poses arms and legs by two-bone inverse
+//! kinematics in closed form (law of cosines, with a pole for the elbow or knee).
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -12,29 +12,29 @@ use super::skeleton::{
 };
 use sabaki::math::Rigid2;
 
-/// How straight a leg or an arm may become, as a share of its length; it is neared, not run into.
+/// Largest extension of a leg or an arm, as a share of its length; it is approached smoothly.
 const STRAIGHT: f32 = 0.994;
-/// From where on a leg is held back from being straight.
+/// Extension above which a leg is damped.
 const LEG_SOFT: f32 = 0.955;
-/// As `LEG_SOFT`, for an arm.
+/// Extension above which an arm is damped.
 const ARM_SOFT: f32 = 0.93;
-/// How far a heel rises of its own to reach, radians.
+/// Largest angle by which a heel rises to reach, in radians.
 const HEEL_MAX: f32 = 0.75;
-/// How far the head turns from the chest, radians.
+/// Largest rotation of the head against the chest, in radians.
 const NECK_MAX: f32 = 1.05;
 
-/// The root's place and all rotations from the parents, in the skeleton's order.
+/// The root's position and all rotations relative to the parents, in the skeleton's order.
 pub(super) struct Solved {
     pub(super) root: Vec3,
     pub(super) rotations: [Quat; JOINTS],
 }
 
-/// (pitch forward, yaw left, roll left) as a rotation.
+/// The rotation of (pitch forward, yaw left, roll left).
 fn turned(turn: Vec3) -> Quat {
     Quat::from_scaled_axis(Vec3::new(turn.x, 0.0, -turn.z)) * Quat::from_rotation_y(turn.y)
 }
 
-/// Solves one posture. `shift` is added to the hips' place, metres.
+/// Solves one pose. `shift` is added to the hips' position, in metres.
 pub(super) fn solve(body: &Body, feet: [Foot; 2], shift: Vec3) -> Solved {
     let home = Rigid2::new(body.place.y, body.place.x, body.place.z);
     let facing = home.rotation();
@@ -66,7 +66,7 @@ pub(super) fn solve(body: &Body, feet: [Foot; 2], shift: Vec3) -> Solved {
     }
 }
 
-/// `to`, no further from `from` than an angle.
+/// Limits the rotation from `from` to `to` to an angle.
 fn limited(from: Quat, to: Quat, angle: f32) -> Quat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let apart = from.angle_between(to);
@@ -84,7 +84,7 @@ fn highest(root: Vec3, hips: Quat, side: usize, foot: &Foot) -> f32 {
     let away = (root + hip - ankle).with_y(0.0).length();
     let reach = STRAIGHT * (THIGH_LENGTH + SHIN_LENGTH);
     let up = (reach * reach - away * away).max(0.04).sqrt();
-    // A foot in the air comes along instead of holding the body down.
+    // A foot in the air does not limit the body.
     ankle.y + up - hip.y + foot.free * 10.0
 }
 
@@ -99,7 +99,7 @@ fn raised(foot: &Foot, pitch: f32) -> Foot {
     }
 }
 
-/// Raises the heel no more than the leg needs.
+/// Raises the heel only as far as the leg needs.
 fn within_reach(hip: Vec3, foot: &Foot) -> Foot {
     let wanted = hip.distance(foot.ankle);
     let reach = softened(wanted, LEG_SOFT, THIGH_LENGTH + SHIN_LENGTH);
@@ -162,7 +162,7 @@ fn solve_arm(world: &mut [Quat; JOINTS], chest: Vec3, side: usize, wrist: Vec3, 
     }
 }
 
-/// A length that bends from `soft · whole` on to stay below `STRAIGHT · whole` for any wish, without a kink.
+/// Limits a length smoothly: from `soft · whole` on it approaches `STRAIGHT · whole`.
 fn softened(wanted: f32, soft: f32, whole: f32) -> f32 {
     let (from, room) = (soft * whole, (STRAIGHT - soft) * whole);
     if wanted <= from {
@@ -202,7 +202,7 @@ fn basis(x: Vec3, y: Vec3) -> Quat {
     Quat::from_mat3(&Mat3::from_cols(x, y, x.cross(y))).normalize()
 }
 
-/// World rotations to rotations from the parents.
+/// Converts world rotations to rotations relative to the parents.
 fn local(world: &[Quat; JOINTS]) -> [Quat; JOINTS] {
     std::array::from_fn(|index| {
         let parent = match index {

@@ -1,14 +1,14 @@
-//! The guard that everything starts from and returns to, and the clips that hardly leave it.
+//! The guard in which all clips start and end, and the clips that hardly leave it.
 
 use glam::{Vec2, Vec3};
 
+use super::choreography::Choreography;
 use super::feet::Spot;
 use super::keys::Body;
 use super::rhythm::Rhythm;
-use super::score::Score;
 use super::skeleton::{LEFT, RIGHT};
 
-/// The guard at the origin; the left foot in front, or the right one for a southpaw.
+/// The guard at the origin, with the left foot in front, or the right one for a southpaw.
 pub(super) fn guard(southpaw: bool) -> Body {
     let orthodox = Body {
         place: Vec3::ZERO,
@@ -29,7 +29,7 @@ pub(super) fn guard(southpaw: bool) -> Body {
     }
 }
 
-/// Where a foot stands in guard, in home.
+/// Place of a foot in guard, in home.
 pub(super) fn guard_spot(side: usize, southpaw: bool) -> Spot {
     let front = (side == LEFT) != southpaw;
     let orthodox = if front {
@@ -48,19 +48,19 @@ pub(super) fn guard_spot(side: usize, southpaw: bool) -> Spot {
 }
 
 /// Idling in guard.
-pub(super) fn scores(scores: &mut Vec<Score>) {
-    scores.push(idle_calm(Rhythm::varied(1).plain()));
-    scores.push(idle_watchful(Rhythm::varied(2).swaying(0.022)));
-    scores.push(idle_restless(Rhythm::varied(3)));
+pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
+    choreographies.push(idle_calm(Rhythm::varied(1).plain()));
+    choreographies.push(idle_watchful(Rhythm::varied(2).swaying(0.022)));
+    choreographies.push(idle_restless(Rhythm::varied(3)));
     let bounce = Rhythm::varied(4).bouncing(0.016, 1.9, 0.10);
-    scores.push(bounce_in_guard("bounce", bounce));
+    choreographies.push(bounce_in_guard("bounce", bounce));
     let quick = Rhythm::varied(5).bouncing(0.011, 2.5, 0.07).swaying(0.02);
-    scores.push(bounce_in_guard("bounce_quick", quick));
-    scores.push(switch_stance(Rhythm::varied(6)));
+    choreographies.push(bounce_in_guard("bounce_quick", quick));
+    choreographies.push(switch_stance(Rhythm::varied(6)));
 }
 
-fn idle_calm(rhythm: Rhythm) -> Score {
-    let mut s = Score::new("idle_calm", rhythm);
+fn idle_calm(rhythm: Rhythm) -> Choreography {
+    let mut s = Choreography::new("idle_calm", rhythm);
     s.guard(1.6);
     s.pose(0.8, |b| b.pelvis += Vec3::new(0.02, -0.01, 0.03));
     s.pose(1.2, |b| {
@@ -71,9 +71,9 @@ fn idle_calm(rhythm: Rhythm) -> Score {
     s
 }
 
-/// The weight goes from foot to foot, the lead hand measures the distance.
-fn idle_watchful(rhythm: Rhythm) -> Score {
-    let mut s = Score::new("idle_watchful", rhythm);
+/// Shifts the weight from foot to foot while the lead hand measures the distance.
+fn idle_watchful(rhythm: Rhythm) -> Choreography {
+    let mut s = Choreography::new("idle_watchful", rhythm);
     s.guard(0.8);
     s.pose(0.6, |b| {
         b.pelvis += Vec3::new(0.03, -0.015, 0.05);
@@ -92,9 +92,9 @@ fn idle_watchful(rhythm: Rhythm) -> Score {
     s
 }
 
-/// Shoulders roll, feints of the hands, a foot set anew.
-fn idle_restless(rhythm: Rhythm) -> Score {
-    let mut s = Score::new("idle_restless", rhythm);
+/// Rolls the shoulders, feints with the hands and moves a foot.
+fn idle_restless(rhythm: Rhythm) -> Choreography {
+    let mut s = Choreography::new("idle_restless", rhythm);
     s.guard(0.6);
     s.pose(0.25, |b| {
         b.chest += Vec3::new(0.05, -0.16, 0.06);
@@ -123,8 +123,8 @@ fn idle_restless(rhythm: Rhythm) -> Score {
     s
 }
 
-fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Score {
-    let mut s = Score::new(name, rhythm);
+fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Choreography {
+    let mut s = Choreography::new(name, rhythm);
     s.guard(1.5);
     s.pose(0.8, |b| b.pelvis.z += 0.03);
     s.pose(0.9, |b| b.pelvis += Vec3::new(0.02, 0.0, -0.03));
@@ -132,9 +132,9 @@ fn bounce_in_guard(name: &str, rhythm: Rhythm) -> Score {
     s
 }
 
-/// To the other foot in front, a while there, and back.
-fn switch_stance(rhythm: Rhythm) -> Score {
-    let mut s = Score::new("switch_stance", rhythm);
+/// Changes the front foot, stays for a while, and changes back.
+fn switch_stance(rhythm: Rhythm) -> Choreography {
+    let mut s = Choreography::new("switch_stance", rhythm);
     s.guard(0.7);
     hop_over(&mut s);
     s.guard(1.0);
@@ -145,7 +145,7 @@ fn switch_stance(rhythm: Rhythm) -> Score {
     s
 }
 
-fn hop_over(s: &mut Score) {
+fn hop_over(s: &mut Choreography) {
     s.pose(0.16, |b| b.pelvis.y -= 0.05);
     s.switch();
     s.leap(LEFT, 0.0, 0.30, 0.07).leap(RIGHT, 0.03, 0.30, 0.07);

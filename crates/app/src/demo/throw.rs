@@ -1,8 +1,7 @@
 //! Random attacks: thrown balls that would hit a character that does nothing.
 //!
-//! The balls are announced before they are thrown, as by an arm that is seen to swing: the lead is the time from the query
-//! to the throw. A ball is there from the throw on, flies straight at a part of the body as it is at the moment of the
-//! query, and on beyond it.
+//! A ball is announced before it is thrown, as by the swing of an arm: the lead is the time from the query to the throw. From
+//! the throw on the ball flies straight at the place that a part of the body has at the query, and beyond it.
 
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -14,20 +13,20 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Attack, AttackError, Request};
 
-/// What balls are thrown.
+/// Settings of the balls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThrowSettings {
-    /// Seconds from the query to the throw. Default 0.4 to 1.5.
+    /// Time from the query to the throw, in seconds. Default: 0.4 to 1.5.
     pub lead: (f32, f32),
-    /// Metres per second. Default 5 to 15.
+    /// Speed, in metres per second. Default: 5 to 15.
     pub speed: (f32, f32),
-    /// Metres. Default 0.05 to 0.15.
+    /// Radius, in metres. Default: 0.05 to 0.15.
     pub radius: (f32, f32),
-    /// From the thrower to the part of the body that is aimed at, metres. Default 2 to 4.
+    /// Distance from the thrower to the target, in metres. Default: 2 to 4.
     pub distance: (f32, f32),
-    /// How far the ball flies on behind that part, metres. Default 1.
+    /// Distance that the ball flies on behind the target, in metres. Default: 1.
     pub beyond: f32,
-    /// Largest slope of the flight, up or down, radians. Default 20°.
+    /// Largest slope of the flight, up or down, in radians. Default: 20°.
     pub slope: f32,
 }
 
@@ -44,12 +43,12 @@ impl Default for ThrowSettings {
     }
 }
 
-/// A character somewhere in the graph, and a ball that it has to avoid.
+/// A character at a place in the graph, and a ball to avoid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Throw {
-    /// Where the character is. Its frame (root on the ground, facing +Z) is the world.
+    /// Place of the character. Its frame (root on the ground, facing +Z) is the world.
     pub playhead: Playhead,
-    /// In the same world.
+    /// The ball, in the same world.
     pub attack: Attack,
 }
 
@@ -61,10 +60,10 @@ impl Throw {
     }
 }
 
-/// The `index`th throw of a seed: the same for any order in which throws are asked for.
+/// The `index`th throw of a seed; it does not depend on the order of calls.
 ///
 /// # Errors
-/// Settings that make no attack: radii that are not above 0, leads below 0.
+/// The settings make no attack: a radius is not above 0, or a lead is below 0.
 pub fn throw(
     baked: &BakedGraph,
     settings: &ThrowSettings,
@@ -77,31 +76,30 @@ pub fn throw(
     Ok(Throw { playhead, attack })
 }
 
-/// A ball from a side, at a height.
+/// A ball from a given direction at a given height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
-    /// Where it comes from, radians from the way that the character faces: 0 from the front, π/2
-    /// from its left.
+    /// Direction that it comes from, in radians: 0 from the front of the character, π/2 from its
+    /// left.
     pub from: f32,
-    /// At which height it is aimed, as a share of the body's own height in its posture: 0 the
-    /// ground, 1 the top of the head.
+    /// Height of the target, as a share of the body's height in its pose: 0 is the ground, 1 the
+    /// top of the head.
     pub height: f32,
-    /// Seconds from the query to the throw.
+    /// Time from the query to the throw, in seconds.
     pub lead: f32,
-    /// Metres per second.
+    /// Speed, in metres per second.
     pub speed: f32,
-    /// Metres.
+    /// Radius, in metres.
     pub radius: f32,
-    /// From the thrower to the body, and as far behind it, metres.
+    /// Distance from the thrower to the body, and from there to the end of the flight, in metres.
     pub distance: f32,
 }
 
-/// The `index`th throw of a seed that is aimed: at any moment, level, at the part of the body that
-/// is nearest to the middle of the body at the wanted height. Two throws of one index find the
-/// character at the same moment.
+/// The `index`th aimed throw of a seed: at a random moment, horizontally, at the part of the body
+/// nearest to the body's axis at the wanted height. Throws of one index share their moment.
 ///
 /// # Errors
-/// An aim that makes no attack: a radius or a speed that is not above 0.
+/// The aim makes no attack: a radius or a speed is not above 0.
 pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Throw, AttackError> {
     let playhead = random_moment(baked, &mut random_of(seed, index));
     let spheres = &baked.body().spheres;
@@ -141,10 +139,10 @@ fn centres(baked: &BakedGraph, playhead: Playhead) -> Vec<Vec3> {
     centres
 }
 
-/// Any moment of the clips in the graph, each as likely as any other.
+/// A random moment of the graph's clips; all moments are equally likely.
 fn random_moment(baked: &BakedGraph, random: &mut impl Rng) -> Playhead {
     let graph = baked.graph();
-    // A graph of transitions alone is possible; its moments are those of the transitions.
+    // A graph may consist of transitions alone; then the moments are those of the transitions.
     let clips_only = graph
         .edges()
         .iter()

@@ -2,10 +2,10 @@ use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder};
 
 use super::{Film, FilmError};
 
-/// The bytes of a PNG file. `pixels`: red, green and blue (sRGB), row by row from the upper left.
+/// Encodes a PNG file. `pixels`: red, green and blue (sRGB), row by row from the upper left.
 ///
 /// # Errors
-/// The encoder's: as many pixels as the size says are needed.
+/// The encoder's errors: the number of pixels must match the size.
 pub fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, width, height);
@@ -18,7 +18,7 @@ pub fn png([width, height]: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>, FilmErro
     Ok(bytes)
 }
 
-/// Whole pictures, one after the other.
+/// Each picture is stored whole.
 pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, film.size[0], film.size[1]);

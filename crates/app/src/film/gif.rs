@@ -3,10 +3,10 @@ use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use super::palette::{COLOURS, Palette};
 use super::{Film, FilmError};
 
-/// Of pixels that stay as they are.
+/// Palette index of pixels that do not change.
 const STAYS: u8 = COLOURS as u8;
 
-/// Of each picture only the rectangle in which something changes is written, and in it only what changes.
+/// Stores of each picture only the rectangle with changes, and in it only the pixels that change.
 pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
     let [width, height] = film.size.map(|side| side as usize);
     let mut palette = Palette::of(film);
@@ -49,7 +49,7 @@ pub(super) fn encode(film: &Film) -> Result<Vec<u8>, FilmError> {
     Ok(bytes)
 }
 
-/// Columns and rows of a picture.
+/// A rectangle of a picture.
 struct Area {
     left: usize,
     top: usize,
@@ -67,7 +67,7 @@ impl Area {
         }
     }
 
-    /// Around all pixels that differ; one pixel where none does.
+    /// The bounds of all pixels that differ; one pixel if none does.
     fn of_changes(before: &[u8], after: &[u8], width: usize) -> Self {
         let mut area = Self {
             left: width,

@@ -1,4 +1,4 @@
-//! Pictures one after the other, as animated GIF or APNG; one picture, as PNG.
+//! Films as animated GIF or APNG, and pictures as PNG.
 
 mod apng;
 mod gif;
@@ -8,58 +8,58 @@ use thiserror::Error;
 
 pub use apng::png;
 
-/// Pictures of one size.
+/// A sequence of pictures of one size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Film {
-    /// Columns and rows.
+    /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// How long each picture is shown, hundredths of a second.
+    /// Time that each picture is shown, in hundredths of a second.
     pub delay: u16,
-    /// Of each picture three bytes a pixel: red, green and blue (sRGB), row by row from the upper left.
+    /// Pixels of each picture: red, green and blue (sRGB), row by row from the upper left.
     pub pictures: Vec<Vec<u8>>,
 }
 
-/// Why a film was not made.
+/// Why a film could not be encoded.
 #[derive(Debug, Error)]
 pub enum FilmError {
-    /// There is no picture.
+    /// The film has no pictures.
     #[error("a film needs a picture")]
     Empty,
-    /// A picture is not of the film's size.
+    /// A picture has another size than the film.
     #[error("picture {index} has {found} bytes, not {wanted}")]
     Size {
-        /// Zero-based.
+        /// Index of the picture.
         index: usize,
-        /// How many bytes it has.
+        /// Number of bytes that it has.
         found: usize,
-        /// How many it should have.
+        /// Number of bytes that it should have.
         wanted: usize,
     },
-    /// A side of no pixels, or of more than the format can say.
+    /// The width or height is 0, or above the format's limit.
     #[error("{0} by {1} pixels are no picture")]
     Side(u32, u32),
-    /// The PNG encoder's.
+    /// An error of the PNG encoder.
     #[error(transparent)]
     Png(#[from] ::png::EncodingError),
-    /// The GIF encoder's.
+    /// An error of the GIF encoder.
     #[error(transparent)]
     Gif(#[from] ::gif::EncodingError),
 }
 
 impl Film {
-    /// The bytes of an animated GIF that plays for ever. The same bytes each time.
+    /// Encodes an animated GIF that repeats for ever. Equal films give equal bytes.
     ///
     /// # Errors
-    /// No picture, or one of another size.
+    /// The film has no pictures, or pictures of another size.
     pub fn gif(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
         gif::encode(self)
     }
 
-    /// The bytes of an animated PNG that plays for ever. Nothing is lost.
+    /// Encodes an animated PNG that repeats for ever, without loss.
     ///
     /// # Errors
-    /// No picture, or one of another size.
+    /// The film has no pictures, or pictures of another size.
     pub fn apng(&self) -> Result<Vec<u8>, FilmError> {
         self.check()?;
         apng::encode(self)

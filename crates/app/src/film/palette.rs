@@ -1,7 +1,7 @@
-//! One palette for all pictures of a film, and each pixel's place in it.
+//! One palette for all pictures of a film.
 //!
-//! One palette and a dither that stands still keep what does not move the same from picture to picture: it is not written
-//! again.
+//! With one palette and a fixed dither pattern, parts that do not move keep their pixels from picture to picture, so that a GIF
+//! need not store them again.
 
 use std::collections::BTreeMap;
 
@@ -9,28 +9,28 @@ use color_quant::NeuQuant;
 
 use super::Film;
 
-/// Colours; one more place is for pixels that stay as they are.
+/// Number of colours. One more index marks pixels that do not change.
 pub(super) const COLOURS: usize = 255;
 
-/// Bits of a channel that tell colours apart.
+/// Bits of a channel that distinguish colours.
 const BITS: u32 = 6;
 
-/// How far dithering shifts a colour, of 256 steps, either way.
+/// Largest shift of a channel by dithering, in either direction, of 256 steps.
 const SHIFT: i32 = 2;
 
-/// Bayer's matrix.
+/// Bayer's ordered dither matrix.
 const BAYER: [[i32; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
 
 pub(super) struct Palette {
     quantiser: NeuQuant,
-    /// Of each colour of [`BITS`] bits a channel, where it has been looked up.
+    /// Palette index of each colour of [`BITS`] bits per channel that has been looked up.
     known: Vec<u16>,
 }
 
 const UNKNOWN: u16 = u16::MAX;
 
 impl Palette {
-    /// Fits the palette to a film. A colour counts by the root of how often it is there, so that what is small has colours, too.
+    /// Fits the palette to a film. A colour counts by the square root of its pixels, so that small areas get colours, too.
     pub(super) fn of(film: &Film) -> Self {
         let mut counts: BTreeMap<[u8; 3], u32> = BTreeMap::new();
         let keep = !((1u8 << (8 - BITS)) - 1);
@@ -49,7 +49,7 @@ impl Palette {
                 sample.extend([red, green, blue, 255]);
             }
         }
-        // The quantiser needs some hundreds of pixels to learn from.
+        // The quantiser needs some thousands of pixels to learn from.
         let once = sample.clone();
         while sample.len() < 4 * 4096 && !once.is_empty() {
             sample.extend_from_slice(&once);
@@ -65,7 +65,7 @@ impl Palette {
         self.quantiser.color_map_rgb()
     }
 
-    /// The places of a picture's pixels.
+    /// The palette indices of a picture's pixels.
     pub(super) fn places(&mut self, picture: &[u8], width: usize) -> Vec<u8> {
         let pixels = picture.chunks_exact(3).enumerate();
         let place = |(at, pixel): (usize, &[u8])| {

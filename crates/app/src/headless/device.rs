@@ -1,4 +1,4 @@
-//! The instance, and a device chosen by name or kind.
+//! The instance, and the device chosen by name or kind.
 
 use std::ffi::CStr;
 
@@ -8,23 +8,23 @@ use super::HeadlessDesc;
 use super::list::{self, DeviceKind};
 use sabaki::gpu::{GpuError, check, internal::Named};
 
-/// Which device a [`Headless`](super::Headless) is made on.
+/// The device that a [`Headless`](super::Headless) uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum DeviceChoice {
-    /// One that can be used before one that cannot; then discrete before integrated before virtual before software.
+    /// The first usable device; discrete before integrated before virtual before software.
     #[default]
     Best,
-    /// The first whose name contains this, whatever the case.
+    /// The first device whose name contains this text, ignoring case.
     Named(String),
-    /// The first one that runs on the CPU (lavapipe, for instance).
+    /// The first software device (lavapipe, for instance).
     Software,
-    /// The first one that does not.
+    /// The first device that is not a software device.
     Hardware,
 }
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// An instance, with validation's layer if it is wished.
+/// The instance, with the validation layer if it is wanted.
 pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::Instance, GpuError> {
     let validation = desc.validation;
     if validation {
@@ -67,7 +67,7 @@ pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::I
                 names.filter_map(|name| name.to_str().ok()).collect(),
             ))
         }
-        // The loader's way to say that it has found no driver.
+        // The loader's code for finding no driver.
         Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDevice {
             wanted: "present".to_owned(),
             found: Vec::new(),
@@ -76,7 +76,7 @@ pub(super) fn instance(entry: &ash::Entry, desc: &HeadlessDesc) -> Result<ash::I
     }
 }
 
-/// The device, its only queue, and what is known of them.
+/// The device, its only queue, and their properties.
 pub(super) struct DevicePart {
     pub(super) physical: vk::PhysicalDevice,
     pub(super) name: String,
@@ -154,7 +154,7 @@ impl DevicePart {
     }
 }
 
-/// Which of these extensions a device does not have.
+/// The extensions of these that a device does not have.
 ///
 /// # Safety
 /// The physical device is of this instance.

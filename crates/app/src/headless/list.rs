@@ -1,4 +1,4 @@
-//! The devices of this machine.
+//! Lists the Vulkan devices of this machine.
 
 use std::fmt;
 
@@ -7,31 +7,31 @@ use ash::vk;
 use super::{HeadlessDesc, device};
 use sabaki::gpu::{GpuError, Report, Terms, check, internal::Named};
 
-/// A device of this machine.
+/// A Vulkan device of this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
-    /// As its driver names it.
+    /// Name, as its driver gives it.
     pub name: String,
-    /// What it is.
+    /// Kind of the device.
     pub kind: DeviceKind,
-    /// The Vulkan version that it offers: `1.3.230`.
+    /// Vulkan version of the device, such as `1.3.230`.
     pub api: String,
     /// What it offers of [`requirements`](sabaki::gpu::requirements()).
     pub report: Report,
 }
 
-/// What a device is. The order is that of preference.
+/// Kinds of devices, in order of preference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
-    /// A graphics card.
+    /// A discrete graphics card.
     Discrete,
-    /// Part of the processor.
+    /// A graphics unit integrated in the processor.
     Integrated,
-    /// Part of a host that this machine is a guest of.
+    /// A virtual device of a virtual machine's host.
     Virtual,
-    /// Runs on the CPU.
+    /// A software device that runs on the CPU.
     Software,
-    /// Something else.
+    /// Another kind.
     Other,
 }
 
@@ -59,7 +59,7 @@ impl DeviceKind {
     }
 }
 
-/// The devices of this machine, those first that can be used, and among these the most capable.
+/// The devices of this machine: usable ones first, and among these the most capable.
 ///
 /// # Errors
 /// [`GpuError::NoLoader`], or a call's.
@@ -74,7 +74,7 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     Ok(known?.into_iter().map(|(_, info)| info).collect())
 }
 
-/// As [`devices`], with the handles.
+/// The devices in the order of [`devices`], with their handles.
 pub(super) fn all(
     instance: &ash::Instance,
     terms: &Terms,

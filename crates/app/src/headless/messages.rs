@@ -1,4 +1,4 @@
-//! What validation says, and which of it is known.
+//! Validation messages, and the accepted ones.
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Mutex, PoisonError};
@@ -7,33 +7,33 @@ use ash::{ext::debug_utils, vk};
 
 use sabaki::gpu::{GpuError, internal::Named};
 
-/// Something that a validation layer said.
+/// A message of a validation layer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Its identifier, as `VUID-...` or `BestPractices-...`.
+    /// Identifier, such as `VUID-...` or `BestPractices-...`.
     pub id: String,
-    /// The words.
+    /// Text of the message.
     pub text: String,
 }
 
-/// A message that is known, and nothing to be done about.
+/// A known message that cannot be avoided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accepted {
-    /// Part of the device's name.
+    /// A part of the device's name.
     pub device: &'static str,
-    /// Start of [`Message::id`].
+    /// The start of [`Message::id`].
     pub id: &'static str,
-    /// Why nothing is to be done; `vendor-notes/` has more.
+    /// Why it cannot be avoided; `vendor-notes/` has more.
     pub reason: &'static str,
 }
 
-/// All messages that are accepted. There are none: keep it so.
+/// All accepted messages. There are none.
 #[must_use]
 pub fn accepted() -> &'static [Accepted] {
     &[]
 }
 
-/// Collects messages for as long as it lives. Boxed, because Vulkan keeps its address.
+/// Collects messages. Boxed, because Vulkan keeps its address.
 pub(super) struct Collector {
     heard: Box<Mutex<Vec<Message>>>,
     instance: debug_utils::Instance,
@@ -77,7 +77,7 @@ impl Collector {
     }
 
     /// # Safety
-    /// Comes before the instance is destroyed.
+    /// Called before the instance is destroyed.
     pub(super) unsafe fn destroy(self) -> Vec<Message> {
         // SAFETY: the messenger is of this instance, which the caller says still lives.
         unsafe {

@@ -1,4 +1,4 @@
-//! A device of our own, without a window: for the command, tests and benches. A renderer brings its own device instead.
+//! A Vulkan device without a window, for the command, tests and benches. A renderer uses its own device instead.
 
 mod device;
 mod list;
@@ -18,12 +18,12 @@ use messages::Collector;
 use sabaki::gpu::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory, Terms};
 use work::WorkPart;
 
-/// How a [`Headless`] device is made.
+/// Settings of a [`Headless`] device.
 #[derive(Clone, Debug, Default)]
 pub struct HeadlessDesc {
-    /// Which device.
+    /// The device to use.
     pub device: DeviceChoice,
-    /// Listens to core, synchronization and best-practices validation; an error if the layer is not installed.
+    /// Enables core, synchronization and best-practices validation; an error if the layer is not installed.
     pub validation: bool,
     /// The version of Vulkan that is asked for, and what is done without even where the device has it.
     pub terms: Terms,
@@ -33,9 +33,9 @@ pub struct HeadlessDesc {
     pub device_extensions: Vec<&'static CStr>,
 }
 
-/// An instance, a device, a queue, and what is needed to run commands on it and to wait for them.
+/// An instance, a device, a queue, and a command buffer with a fence.
 pub struct Headless {
-    // In the order in which they are made; `teardown` goes back through them.
+    // In order of creation; `teardown` destroys them in reverse.
     entry: ash::Entry,
     instance: ash::Instance,
     collector: Option<Collector>,
@@ -55,7 +55,7 @@ impl std::fmt::Debug for Headless {
 }
 
 impl Headless {
-    /// Makes a device. Leaves nothing behind when it fails.
+    /// Creates a device. Frees everything if it fails.
     ///
     /// # Errors
     /// [`GpuError::NoLoader`], [`GpuError::NoLayer`], [`GpuError::NoDevice`], [`GpuError::Missing`], or a call's.
@@ -67,10 +67,10 @@ impl Headless {
         unsafe { Self::with_loader(entry, desc) }
     }
 
-    /// The same by another loader than the system's: one that wraps it, for instance.
+    /// Creates a device by another loader than the system's, for instance one that wraps it.
     ///
     /// # Errors
-    /// As for [`Headless::new`].
+    /// Those of [`Headless::new`].
     ///
     /// # Safety
     /// The functions that `entry` hands out do what Vulkan says of them, until the device has been destroyed.
@@ -122,7 +122,7 @@ impl Headless {
         Ok(())
     }
 
-    /// What components are made from.
+    /// The context that components are created from.
     ///
     /// # Errors
     /// None while the device lives.
@@ -130,7 +130,7 @@ impl Headless {
         self.context.as_ref().ok_or_else(gone)
     }
 
-    /// Its memory, for making and destroying components.
+    /// The device memory, to create and destroy components.
     ///
     /// # Errors
     /// None while the device lives.
@@ -138,7 +138,7 @@ impl Headless {
         self.memory.as_mut().ok_or_else(gone)
     }
 
-    /// Makes a component: calls `make` with the context and the memory.
+    /// Creates a component: calls `make` with the context and the memory.
     ///
     /// # Errors
     /// Those of `make`.
@@ -152,13 +152,13 @@ impl Headless {
         make(context, memory)
     }
 
-    /// The loader that it was made with.
+    /// The loader of the instance.
     #[must_use]
     pub fn entry(&self) -> &ash::Entry {
         &self.entry
     }
 
-    /// Its only queue, of the [context's](Headless::context) family. [`Headless::run`] uses it, too.
+    /// The device's only queue, of the [context's](Headless::context) family. [`Headless::run`] uses it, too.
     ///
     /// # Errors
     /// None while the device lives.
@@ -169,13 +169,13 @@ impl Headless {
             .ok_or_else(gone)
     }
 
-    /// The device's name.
+    /// Name of the device.
     #[must_use]
     pub fn device_name(&self) -> &str {
         self.device.as_ref().map_or("", |device| &device.name)
     }
 
-    /// What validation has said so far, without what is [`accepted`] for this device.
+    /// The validation messages so far, without those [`accepted`] for this device.
     #[must_use]
     pub fn messages(&self) -> Vec<Message> {
         let heard = self.collector.as_ref().map(Collector::messages);
@@ -206,9 +206,9 @@ impl Headless {
         work.run(device, record)
     }
 
-    /// Destroys the device. Components made from it must have been destroyed.
+    /// Destroys the device. All components created from it must be destroyed before.
     ///
-    /// Returns what validation has said from the beginning to the end, without what is [`accepted`].
+    /// Returns all validation messages, without the [`accepted`] ones.
     #[must_use = "these are the complaints of validation"]
     pub fn destroy(mut self) -> Vec<Message> {
         self.teardown()

@@ -1,4 +1,4 @@
-//! One command buffer, submitted and waited for; and the components' work in one call.
+//! Runs a command buffer and waits for it; the components' work in one call.
 
 use ash::vk;
 
@@ -9,7 +9,7 @@ use sabaki::{
     query::cull::{CullInput, Overlap, cpu},
 };
 
-/// How long a submission may take. Software devices are slow, hung ones are slower.
+/// Longest time of a submission. Software devices are slow; only a hung device takes longer.
 const PATIENCE_SECONDS: u64 = 120;
 
 /// A command pool with one buffer, and a fence.
@@ -17,7 +17,7 @@ pub(super) struct WorkPart {
     pool: vk::CommandPool,
     cmd: vk::CommandBuffer,
     fence: vk::Fence,
-    /// A run timed out: the device may still be at work, and nothing of it may be touched any more.
+    /// A run timed out: the device may still use its objects, so that they must not be touched.
     stuck: bool,
 }
 
@@ -99,7 +99,7 @@ impl WorkPart {
         self.wait(device, queue).map(|()| recorded)
     }
 
-    /// Waits for what was submitted.
+    /// Waits for the submission.
     fn wait(&mut self, device: &ash::Device, queue: vk::Queue) -> Result<(), GpuError> {
         let nanoseconds = PATIENCE_SECONDS * 1_000_000_000;
         // SAFETY: the fence is of this device, and a submission signals it.
@@ -113,14 +113,14 @@ impl WorkPart {
                 seconds: PATIENCE_SECONDS,
             });
         }
-        // It has not been learnt whether the device is done: once more, by other means. A lost one is.
+        // The fence did not tell whether the device is done: waits for the queue. A lost device is done.
         // SAFETY: the queue is of this device, and used by this thread alone.
         let idle = unsafe { device.queue_wait_idle(queue) };
         self.stuck = idle.is_err_and(|result| result != vk::Result::ERROR_DEVICE_LOST);
         Err(result).call("vkWaitForFences")
     }
 
-    /// Whether the device may still be at work.
+    /// Whether the device may still use its objects.
     pub(super) fn is_stuck(&self) -> bool {
         self.stuck
     }
@@ -182,8 +182,8 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Overlaps of any number of candidates: [`cpu::count`](sabaki::query::cull::cpu::count) on the device, of what the
-    /// culler [counts](sabaki::query::cull::Counted).
+    /// Overlaps of any number of candidates: [`cpu::count`](sabaki::query::cull::cpu::count) on the device, as far as
+    /// the culler [counts](sabaki::query::cull::Counted) them.
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
     /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.

@@ -1,4 +1,4 @@
-//! From a click to a ball: the paper's own test program.
+//! Turns a click into a thrown ball, as in the paper's test program.
 //!
 //! Source: Masaoka & Oshita, section 5: the user clicks, and a ball flies there.
 
@@ -10,19 +10,19 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::query::{Attack, AttackError};
 use sabaki_draw::scene::Camera;
 
-/// What balls are thrown.
+/// Settings of the balls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallSettings {
-    /// Seconds from the click to the throw. Default 0.9.
+    /// Time from the click to the throw, in seconds. Default: 0.9.
     pub lead: f32,
-    /// Metres per second. Default 9.
+    /// Speed, in metres per second. Default: 9.
     pub speed: f32,
-    /// Metres. Default 0.09.
+    /// Radius, in metres. Default: 0.09.
     pub radius: f32,
-    /// From where it is thrown to where it is aimed, at most, metres. Default 3.2.
+    /// Largest distance from the thrower to the target, in metres. Default: 3.2.
     pub distance: f32,
-    /// Whether a ball at the body is aimed at where that part of it will be when the ball arrives, if nothing is done.
-    /// Default yes.
+    /// Aims a ball at the place where the clicked part of the body will be on arrival if the character does not dodge.
+    /// Default: true.
     pub ahead: bool,
 }
 
@@ -38,28 +38,28 @@ impl Default for BallSettings {
     }
 }
 
-/// A ball on its way.
+/// A thrown ball.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ball {
-    /// Its clock starts at the click.
+    /// Attack of the ball; its time starts at the click.
     pub attack: Attack,
-    /// Where it is thrown from, in the world, metres.
+    /// Start of the flight in the world, in metres.
     pub from: Vec3,
-    /// What it is aimed at.
+    /// Target in the world, in metres.
     pub target: Vec3,
-    /// When it is there, seconds.
+    /// Time of arrival at the target, in seconds.
     pub arrives: f32,
-    /// Whether the click was on the body.
+    /// The click was on the body.
     pub at_body: bool,
 }
 
-/// It flies on behind its target for so long, metres.
+/// Distance that it flies on behind its target, in metres.
 const BEYOND: f32 = 1.6;
-/// Its hand is beside the eye: so far to the right and below, metres.
+/// Offset of the throwing hand from the eye, to the right and down, in metres.
 const HAND: (f32, f32) = (0.75, 0.35);
 
-/// What a ray from the eye meets: a sphere of the body (with the place on the axis of the ray that is nearest to its middle), or the
-/// plane through the body's root that faces the eye. In the world.
+/// The target of a ray from the eye, in the world: on a sphere of the body the point of the ray nearest to its centre, else
+/// on the plane through the body's root that faces the eye.
 fn picked(
     baked: &BakedGraph,
     joints: &[JointTransform],
@@ -82,13 +82,13 @@ fn picked(
     let slope = ray.dot(across);
     let along = match slope > 0.05 {
         true => (root - eye).dot(across) / slope,
-        // Almost along the plane, as from straight above: as far away as the root is.
+        // The ray is almost parallel to the plane: the point at the root's distance.
         false => root.distance(eye),
     };
     (None, eye + along * ray)
 }
 
-/// The ball that is thrown by a click at what a camera sees in the direction `ray`.
+/// The ball thrown by a click in the direction `ray` of a camera.
 ///
 /// # Errors
 /// Settings that make no attack: a radius or a speed that is not above 0, a lead below 0.
@@ -120,7 +120,7 @@ pub fn aim(
         target.y = target.y.max(settings.radius);
     }
     let flight = (target - from).normalize_or(ray);
-    // Not through the floor.
+    // The ball starts above the floor.
     let beyond = match flight.y < -1e-3 {
         true => BEYOND.min(((target.y - settings.radius) / -flight.y).max(0.05)),
         false => BEYOND,
@@ -140,7 +140,7 @@ pub fn aim(
     })
 }
 
-/// Where the ball is thrown from: beside the eye, or nearer where that is far away.
+/// Start of the flight: beside the eye, or nearer to the target if the eye is far away.
 fn hand(camera: &Camera, (ray, target): (Vec3, Vec3), settings: &BallSettings) -> Vec3 {
     let right = ray.cross(Vec3::Y).normalize_or(Vec3::X);
     let beside = camera.eye + right * HAND.0 - Vec3::Y * HAND.1;

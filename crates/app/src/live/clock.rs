@@ -1,9 +1,9 @@
-/// How time goes on the stage while it goes on outside.
+/// Maps real time to simulated time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    /// Seconds on the stage in a second outside. Default 1.
+    /// Simulated seconds per real second. Default: 1.
     pub speed: f32,
-    /// Whether it stands still.
+    /// Whether simulated time stands still.
     pub paused: bool,
     step: bool,
 }
@@ -19,23 +19,23 @@ impl Default for Clock {
 }
 
 impl Clock {
-    /// A frame that took longer counts as this long, seconds: after a pause outside nothing leaps.
+    /// Longest real time of a frame, in seconds; after a pause nothing leaps.
     pub const LONGEST: f32 = 0.1;
-    /// Of a single step, seconds.
+    /// Duration of a single step, in seconds.
     pub const STEP: f32 = 1.0 / 60.0;
 
-    /// Stands still from now on, but for one step at the next [`Clock::advance`].
+    /// Pauses after one step at the next [`Clock::advance`].
     pub fn step(&mut self) {
         self.paused = true;
         self.step = true;
     }
 
-    /// How far the stage's time goes on while `seconds` go by outside. What is negative or no number is nothing.
+    /// Simulated seconds for real `seconds`. Negative numbers and NaN count as 0.
     pub fn advance(&mut self, seconds: f32) -> f32 {
         if std::mem::take(&mut self.step) {
             return Self::STEP;
         }
-        // So that a NaN is nothing as well.
+        // NaN becomes 0, too.
         match !self.paused && seconds > 0.0 {
             true => seconds.min(Self::LONGEST) * self.speed,
             false => 0.0,

@@ -1,16 +1,16 @@
-//! Who counts the overlaps of a query: the CPU, or a device that is opened when it is first asked for.
+//! The cullers of a worker: on the CPU, or on a device that is opened when it is first needed.
 
 use std::convert::Infallible;
 
-use super::asker::{AskerDesc, Question, Reply};
 use super::map_choices::MapChoice;
+use super::query_worker::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
 use crate::headless::{Headless, HeadlessDesc, Message};
 use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::maps::BakedGraph;
 use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{CullPath, Query, QueryContext, Request};
 
-/// Who counts, each made when it is first asked for.
+/// Cullers, each created when it is first needed.
 pub(super) struct Cullers {
     desc: HeadlessDesc,
     device: Option<Result<Headless, String>>,
@@ -20,7 +20,7 @@ pub(super) struct Cullers {
 }
 
 impl Cullers {
-    pub(super) fn new(desc: &AskerDesc) -> Self {
+    pub(super) fn new(desc: &QueryWorkerDesc) -> Self {
         Self {
             desc: HeadlessDesc {
                 device: desc.device.clone(),
@@ -33,25 +33,25 @@ impl Cullers {
         }
     }
 
-    /// Writes the answer, and who culled.
+    /// Answers a request and stores the answer, the path and the maps in the response.
     pub(super) fn answer(
         &mut self,
         baked: &BakedGraph,
-        question: &Question,
-        (context, reply): (&mut QueryContext, &mut Reply),
+        request: &WorkerRequest,
+        (context, response): (&mut QueryContext, &mut WorkerResponse),
     ) {
-        let query = Query::new(baked, &question.settings);
+        let query = Query::new(baked, &request.settings);
         let request = Request {
-            evaluation: question.culling.evaluation(),
-            ..Request::new(question.playhead, &question.attack)
+            evaluation: request.culling.evaluation(),
+            ..Request::new(request.playhead, &request.attack)
         };
-        let Reply {
+        let WorkerResponse {
             answer,
             culling,
             maps,
             trouble,
             ..
-        } = reply;
+        } = response;
         let mut session = query.start(request, context);
         let Ok(()) = session.run(answer, |input, counts| {
             if let Err(why) = self.count((*culling, *maps), input, counts) {
@@ -91,7 +91,7 @@ impl Cullers {
         Ok(())
     }
 
-    /// What validation has said of the device.
+    /// Destroys the cullers. Returns the validation messages of the device.
     pub(super) fn destroy(self) -> Vec<Message> {
         let Some(Ok(mut device)) = self.device else {
             return Vec::new();

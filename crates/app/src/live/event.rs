@@ -4,125 +4,125 @@ use serde::Serialize;
 
 use sabaki::query::Source;
 
-/// Something that has happened in a window: one line of `sabaki view --json`.
+/// An event of a window: one line of `sabaki view --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// The window is there.
+    /// The window was opened.
     Opened {
-        /// Which device draws.
+        /// Device that draws.
         device: String,
-        /// Columns and rows.
+        /// Size of the picture, in pixels.
         size: [u32; 2],
     },
     /// A ball was thrown.
     Throw {
-        /// Counts from 1.
+        /// Number, counted from 1.
         number: u32,
-        /// Where it is thrown from, in the world, metres.
+        /// Start of the flight in the world, in metres.
         from: [f32; 3],
-        /// What it is aimed at.
+        /// Target in the world, in metres.
         target: [f32; 3],
-        /// Whether that is on the body.
+        /// Whether the target is on the body.
         at_body: bool,
-        /// Seconds until the throw.
+        /// Time until the throw, in seconds.
         lead: f32,
-        /// Metres per second.
+        /// Speed of the ball, in metres per second.
         speed: f32,
-        /// Metres.
+        /// Radius of the ball, in metres.
         radius: f32,
     },
-    /// A click while a ball was on its way: nothing is thrown.
+    /// A click while a ball was flying; it throws nothing.
     Ignored {
-        /// The ball that is on its way.
+        /// Number of the flying ball.
         number: u32,
     },
-    /// What the query answered.
+    /// The answer of a query.
     Answer {
-        /// Which throw.
+        /// Number of the throw.
         number: u32,
         /// Whether the chosen motion avoids the ball.
         avoided: bool,
-        /// `evasion` or `move`: what was chosen.
+        /// What was chosen: `evasion` or `move`.
         chosen: &'static str,
-        /// The smallest distance of body and ball on it, metres.
+        /// Smallest distance of body and ball, in metres.
         clearance: f32,
-        /// When that is, seconds since the click.
+        /// Time of the smallest distance, in seconds since the click.
         nearest_at: f32,
-        /// Where the candidates come from.
+        /// Source of the candidates.
         source: Source,
-        /// How many there were.
+        /// Number of candidates.
         candidates: usize,
-        /// Of these, removed by the maps.
+        /// Number of candidates that the maps removed.
         culled: usize,
-        /// Found to be hit by the exact test.
+        /// Number of candidates that the exact test found hit.
         hits: usize,
-        /// Found to be clean.
+        /// Number of candidates that the exact test found clean.
         clean: usize,
-        /// Who culled: `exact`, `cpu`, `stencil` or `compute`.
+        /// Culling path: `exact`, `cpu`, `stencil` or `compute`.
         cull: &'static str,
-        /// Of the maps that culled, metres.
+        /// Slab height of the maps that culled, in metres.
         slab_height: f32,
         /// Whether the node's grid was used.
         grid: bool,
-        /// How long the query took, milliseconds.
+        /// Time of the query, in milliseconds.
         query_ms: f64,
     },
-    /// An attack of a duel has come, and passed or hit.
+    /// The end of an attack of a duel.
     Exchange {
-        /// Counts from 1.
+        /// Number, counted from 1.
         number: u32,
-        /// `white` or `blue`.
+        /// The attacker: `white` or `blue`.
         attacker: &'static str,
-        /// Its clip.
+        /// Clip of the attack.
         attack: String,
-        /// Whether it missed.
+        /// Whether the attack was avoided.
         avoided: bool,
-        /// The smallest distance of body and attack, metres; negative where it hit.
+        /// Smallest distance of body and attack, in metres; negative for a hit.
         clearance: f32,
-        /// Seconds from its announcement to its start.
+        /// Time from the announcement to the start, in seconds.
         lead: f32,
     },
-    /// A query that was asked for could not be made, and why; the CPU's answer comes instead.
+    /// A query could not be made as requested; the CPU answers it instead.
     Trouble {
-        /// In words.
+        /// Reason, as text.
         why: String,
     },
-    /// The ball has flown past, as it was shown.
+    /// The end of a ball's flight, as shown.
     Passed {
-        /// Which throw.
+        /// Number of the throw.
         number: u32,
-        /// The smallest distance of body and ball in the pictures shown, metres; negative where it hit.
+        /// Smallest distance of body and ball in the shown pictures, in metres; negative for a hit.
         nearest: f32,
-        /// In how many pictures it flew.
+        /// Number of pictures with the ball.
         pictures: u32,
     },
-    /// The window has another size.
+    /// The size of the window changed.
     Resized {
-        /// Columns and rows of what is drawn.
+        /// Size of the drawing, in pixels.
         size: [u32; 2],
     },
-    /// Nobody can see the window.
+    /// The window was hidden.
     Hidden,
-    /// It can be seen again.
+    /// The window is visible again.
     Shown,
-    /// What the window shows was written to a file.
+    /// A screenshot was written.
     Screenshot {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// The window is gone.
+    /// The window was closed.
     Closed {
-        /// Whether a query had not been answered yet.
+        /// Whether a query had no answer yet.
         asking: bool,
-        /// How many pictures were shown.
+        /// Number of pictures shown.
         frames: u64,
-        /// From one picture to the next, milliseconds, the median of the last ones.
+        /// Median time from one picture to the next of the last pictures, in milliseconds.
         median_frame_ms: f64,
-        /// Of that, what the host needed to pose a crowd.
+        /// Median time to pose the crowd, in milliseconds.
         #[serde(skip_serializing_if = "Option::is_none")]
         median_pose_ms: Option<f64>,
-        /// What validation said, where it was listened to.
+        /// Validation messages, if validation was enabled.
         validation: Vec<String>,
     },
 }

@@ -1,4 +1,4 @@
-//! A fighter who walks its graph for ever, and dodges what is thrown.
+//! A fighter who walks its graph for ever and dodges the balls that are thrown.
 //!
 //! Source: Masaoka & Oshita, section 5: their test program.
 
@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 use glam::Vec3;
 
 use super::aim::{Ball, BallSettings, aim};
-use super::asker::{Asker, Question, Reply};
 use super::event::Event;
 use super::map_choices::{MapChoice, MapChoices};
+use super::query_worker::{QueryWorker, WorkerRequest, WorkerResponse};
 use super::throw::Throw;
 use super::walker::Walker;
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
@@ -19,23 +19,22 @@ use sabaki::math::Rigid2;
 use sabaki::query::{AttackError, CullPath, QuerySettings};
 use sabaki_draw::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
 
-/// What can be changed while it goes on.
+/// Settings that may change while the simulation runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FighterSettings {
-    /// What is thrown by a click.
+    /// Settings of the balls that clicks throw.
     pub ball: BallSettings,
-    /// How queries are made.
+    /// Settings of the queries.
     pub query: QuerySettings,
-    /// Who culls.
+    /// Culling path.
     pub culling: CullPath,
-    /// Whether it is shown what would have been without the dodge. Default yes.
+    /// Shows the motion without the dodge, too. Default: true.
     pub ghost: bool,
-    /// Maps of the evasion that was chosen, if they are shown. Default not.
+    /// How the maps of the chosen evasion are shown. Default: `None`, they are not.
     pub maps: Option<MapStyle>,
-    /// How fast time goes about the moment at which the ball is nearest. Default 0.35; 1 is as everywhere else.
+    /// Speed of time while the ball is near. Default: 0.35; 1 is real time.
     pub near_speed: f32,
-    /// Whether an answer is waited for, so that everything happens at the same moment each time. Default no: time goes on as
-    /// far as to the next node.
+    /// Waits for answers, so that every run is the same. Default: false; time goes on up to the next node.
     pub waits: bool,
 }
 
@@ -53,22 +52,22 @@ impl Default for FighterSettings {
     }
 }
 
-/// What it is doing.
+/// The state of the fighter.
 enum Act {
     Walks,
-    /// A ball was thrown, so many seconds ago; the answer is not there yet.
+    /// A ball was thrown this many seconds ago; the answer is missing.
     Asks {
         open: Box<Open>,
         since: f32,
     },
-    /// So many seconds after the click of the last throw.
+    /// Shows the last throw, this many seconds after its click.
     Dodges {
         t: f32,
         seen: Seen,
     },
 }
 
-/// A throw that waits for its answer.
+/// A throw without its answer.
 struct Open {
     number: u32,
     ball: Ball,
@@ -76,7 +75,7 @@ struct Open {
     settings: QuerySettings,
 }
 
-/// What was shown of a ball so far.
+/// What has been shown of a ball.
 #[derive(Clone, Copy)]
 struct Seen {
     nearest: f32,
@@ -84,14 +83,14 @@ struct Seen {
     passed: bool,
 }
 
-/// The fighter, and the last throw.
+/// The fighter and the last throw.
 pub struct Fighter<'a> {
-    /// May be changed at any time; a query takes them as they are when the ball is thrown.
+    /// May change at any time; a query uses the settings of the moment of the throw.
     pub settings: FighterSettings,
     baked: &'a BakedGraph,
     choices: &'a MapChoices<'a>,
     chosen: MapChoice,
-    asker: Asker,
+    worker: QueryWorker,
     figure: Figure,
     other: Figure,
     walker: Walker,
@@ -106,19 +105,19 @@ pub struct Fighter<'a> {
     events: Vec<Event>,
 }
 
-/// So many of the last queries' times are kept.
+/// Number of queries whose times are kept.
 const TIMES: usize = 60;
-/// Of a candidate that was not chosen.
+/// Colour of a candidate that was not chosen.
 const OTHER: Vec3 = Vec3::new(0.95, 0.42, 0.02);
-/// The root is roughly so high, metres.
+/// Approximate height of the root, in metres.
 const HIPS: f32 = 0.92;
 
 impl<'a> Fighter<'a> {
-    /// At the graph's first posture, at the origin. `seed`: which way it walks.
+    /// Creates a fighter in the graph's first pose, at the origin. `seed` determines its walk.
     #[must_use]
     pub fn new(
         choices: &'a MapChoices<'a>,
-        asker: Asker,
+        worker: QueryWorker,
         (settings, seed): (FighterSettings, u64),
     ) -> Self {
         let baked = choices.baked();
@@ -129,7 +128,7 @@ impl<'a> Fighter<'a> {
             baked,
             choices,
             chosen: MapChoice::default(),
-            asker,
+            worker,
             other: figure.clone().coloured(OTHER),
             figure,
             walker: Walker::new(seed),
@@ -144,7 +143,7 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// The graph that it walks.
+    /// The fighter's graph.
     #[must_use]
     pub fn baked(&self) -> &'a BakedGraph {
         self.baked
@@ -156,19 +155,19 @@ impl<'a> Fighter<'a> {
         self.choices
     }
 
-    /// Those that the next query uses.
+    /// The maps of the next query.
     #[must_use]
     pub fn maps(&self) -> MapChoice {
         self.chosen
     }
 
-    /// From the next throw on queries use these maps; they are drawn meanwhile.
+    /// Sets the maps from the next throw on. They are drawn in the background.
     pub fn choose_maps(&mut self, maps: MapChoice) {
         self.chosen = maps;
-        self.asker.draw(maps);
+        self.worker.draw(maps);
     }
 
-    /// The last throw that was answered.
+    /// The last answered throw.
     #[must_use]
     pub fn last(&self) -> Option<&Throw<'a>> {
         self.last.as_ref()
@@ -179,24 +178,24 @@ impl<'a> Fighter<'a> {
         self.times.iter().copied()
     }
 
-    /// What has happened since it was asked last.
+    /// Takes the events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }
 
-    /// Whether a query is not answered yet.
+    /// Whether a query has no answer yet.
     #[must_use]
-    pub fn is_asking(&self) -> bool {
+    pub fn is_waiting(&self) -> bool {
         matches!(self.act, Act::Asks { .. })
     }
 
-    /// Whether the last throw is shown once more.
+    /// Whether the last throw is replayed.
     #[must_use]
     pub fn is_replaying(&self) -> bool {
         self.replay.is_some()
     }
 
-    /// The moment of the last throw that is shown, seconds since its click; `None` while it walks.
+    /// The shown moment of the last throw, in seconds since its click; `None` while the fighter walks.
     #[must_use]
     pub fn moment(&self) -> Option<f32> {
         match (self.replay, &self.act) {
@@ -206,7 +205,7 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// Shows the last throw once more, from its start; or no longer, where it does.
+    /// Starts or stops the replay of the last throw.
     pub fn replay(&mut self) {
         self.replay = match (self.replay, &self.last) {
             (None, Some(last)) => Some(last.dodge.span().0),
@@ -214,13 +213,13 @@ impl<'a> Fighter<'a> {
         };
     }
 
-    /// Which candidate of the last throw is shown beside what was chosen.
+    /// The candidate of the last throw that is shown beside the chosen one.
     #[must_use]
     pub fn picked(&self) -> Option<usize> {
         self.picked.as_ref().map(|(index, _)| *index)
     }
 
-    /// Shows a candidate of the last throw, in a replay that goes on until none is shown; or none.
+    /// Shows a candidate of the last throw in a repeating replay; `None` ends it.
     pub fn pick(&mut self, candidate: Option<usize>) {
         self.picked = candidate.and_then(|index| {
             let last = self.last.as_ref()?;
@@ -235,10 +234,10 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// Throws a ball at what `camera` sees in the direction `ray`, unless one is on its way.
+    /// Throws a ball in the direction `ray` of `camera`, unless one is flying.
     ///
     /// # Errors
-    /// Settings of the ball that make no attack.
+    /// The settings of the ball make no attack.
     pub fn throw(&mut self, camera: &Camera, ray: Vec3) -> Result<(), AttackError> {
         let flies = match (&self.act, &self.last) {
             (Act::Asks { .. }, _) => true,
@@ -272,7 +271,7 @@ impl<'a> Fighter<'a> {
             playhead: self.playhead,
             settings: self.settings.query,
         };
-        self.asker.ask(Question {
+        self.worker.ask(WorkerRequest {
             number: open.number,
             playhead: open.playhead,
             attack: open.ball.attack.clone(),
@@ -285,17 +284,17 @@ impl<'a> Fighter<'a> {
             since: 0.0,
         };
         if self.settings.waits
-            && let Some(reply) = self.asker.wait()
+            && let Some(response) = self.worker.wait()
         {
-            self.hear(reply);
+            self.hear(response);
         }
         Ok(())
     }
 
-    /// Time goes on, seconds.
+    /// Advances the simulation by some seconds.
     pub fn advance(&mut self, seconds: f32) {
-        while let Some(reply) = self.asker.poll() {
-            self.hear(reply);
+        while let Some(response) = self.worker.poll() {
+            self.hear(response);
         }
         let speed = self.speed();
         if let (Some(t), Some(last)) = (&mut self.replay, &self.last) {
@@ -312,7 +311,7 @@ impl<'a> Fighter<'a> {
             Act::Walks => self
                 .walker
                 .advance(graph, &mut self.playhead, (seconds, false)),
-            // Beyond the next node it might have gone another way than the answer.
+            // Beyond the next node the walk might leave the path that the answer starts from.
             Act::Asks { since, .. } => {
                 let before = self.playhead.frame;
                 self.walker
@@ -329,7 +328,7 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// The dodge has come to a moment.
+    /// Advances the dodge to a moment.
     fn go_on(&mut self, t: f32) {
         let graph = self.baked.graph();
         let (Some(last), Act::Dodges { seen, .. }) = (&self.last, &mut self.act) else {
@@ -353,18 +352,18 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// Takes up an answer, unless it is one to something else.
-    fn hear(&mut self, reply: Reply) {
+    /// Starts the dodge of a response, unless it belongs to another throw.
+    fn hear(&mut self, response: WorkerResponse) {
         let Act::Asks { open, since } = &self.act else {
             return;
         };
-        if open.number != reply.number {
+        if open.number != response.number {
             return;
         }
-        if let Some(why) = &reply.trouble {
+        if let Some(why) = &response.trouble {
             self.events.push(Event::Trouble { why: why.clone() });
         }
-        self.times.push_back(1e3 * reply.seconds as f32);
+        self.times.push_back(1e3 * response.seconds as f32);
         if self.times.len() > TIMES {
             self.times.pop_front();
         }
@@ -373,9 +372,9 @@ impl<'a> Fighter<'a> {
             ..DodgeSettings::default()
         };
         let case = (open.ball.clone(), open.playhead);
-        // In the end the baked maps, where those that were chosen cannot be drawn.
-        let baked = self.choices.get(reply.maps).unwrap_or(self.baked);
-        let throw = Throw::new(baked, case, (reply, open.settings), &shown);
+        // The baked maps, if the chosen ones cannot be drawn.
+        let baked = self.choices.get(response.maps).unwrap_or(self.baked);
+        let throw = Throw::new(baked, case, (response, open.settings), &shown);
         let t = *since;
         self.events.push(throw.event());
         self.last = Some(throw);
@@ -389,7 +388,7 @@ impl<'a> Fighter<'a> {
         };
     }
 
-    /// How fast time goes: slower where the ball is near.
+    /// Speed of time: slower while the ball is near.
     fn speed(&self) -> f32 {
         let (Some(t), Some(last)) = (self.moment(), &self.last) else {
             return 1.0;
@@ -399,7 +398,7 @@ impl<'a> Fighter<'a> {
         slow + (1.0 - slow) * away * away * (3.0 - 2.0 * away)
     }
 
-    /// Its joints at the moment that is shown, in the world.
+    /// Joints of the fighter at the shown moment, in the world.
     pub fn joints(&self, out: &mut Vec<JointTransform>) {
         match (self.moment(), &self.last) {
             (Some(t), Some(last)) => last.dodge.joints(t, out),
@@ -411,7 +410,7 @@ impl<'a> Fighter<'a> {
         }
     }
 
-    /// What a camera follows, metres.
+    /// Focus of the camera, in metres.
     #[must_use]
     pub fn focus(&self) -> Vec3 {
         let mut joints = Vec::new();
@@ -420,13 +419,13 @@ impl<'a> Fighter<'a> {
         Vec3::new(root.x, HIPS, root.z)
     }
 
-    /// Where body and ball are nearest to each other in the picture; `None` while nothing flies.
+    /// The nearest points of body and ball at the shown moment; `None` without a ball.
     #[must_use]
     pub fn nearest(&self) -> Option<Nearest> {
         self.last.as_ref()?.dodge.nearest(self.moment()?)
     }
 
-    /// The picture.
+    /// The scene to draw.
     #[must_use]
     pub fn shot(&self, camera: Camera) -> Shot {
         if let (Some(t), Some(last)) = (self.moment(), &self.last) {

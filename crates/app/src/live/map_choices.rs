@@ -1,14 +1,14 @@
-//! Which maps does a query use? The baked ones, or others of the same graph, drawn when they are first asked for.
+//! The maps that queries may use: the baked ones, or others of the same graph, drawn when they are first needed.
 
 use std::sync::OnceLock;
 
 use sabaki::maps::{BakeError, BakedGraph, MapGrid};
 
-/// One of [`MapChoices`]; 0 are the baked ones.
+/// Index into [`MapChoices`]; 0 is the baked maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MapChoice(pub usize);
 
-/// A graph with maps of several kinds. Its motions and the ways through it are the same for all.
+/// A graph with several sets of maps. Motions and paths are the same for all.
 #[derive(Debug)]
 pub struct MapChoices<'a> {
     baked: &'a BakedGraph,
@@ -22,10 +22,10 @@ struct Other {
 }
 
 impl<'a> MapChoices<'a> {
-    /// Heights of slabs, metres, that [`MapChoices::slabs`] offers.
+    /// Heights of slabs that [`MapChoices::slabs`] offers, in metres.
     pub const HEIGHTS: [f32; 4] = [0.05, 0.10, 0.20, 0.30];
 
-    /// The baked maps, and those of other grids.
+    /// The baked maps, and maps of other grids.
     #[must_use]
     pub fn new(baked: &'a BakedGraph, others: impl IntoIterator<Item = MapGrid>) -> Self {
         let own = baked.atlas().grid();
@@ -49,13 +49,13 @@ impl<'a> MapChoices<'a> {
         Self::new(baked, heights.chain([MapGrid::PAPER]))
     }
 
-    /// With the baked maps.
+    /// The graph with the baked maps.
     #[must_use]
     pub fn baked(&self) -> &'a BakedGraph {
         self.baked
     }
 
-    /// Every choice, the baked one first.
+    /// All choices, the baked maps first.
     pub fn grids(&self) -> impl Iterator<Item = (MapChoice, MapGrid)> + '_ {
         let others = self.others.iter().map(|other| other.grid);
         let all = [self.baked.atlas().grid()].into_iter().chain(others);
@@ -63,11 +63,11 @@ impl<'a> MapChoices<'a> {
             .map(|(index, grid)| (MapChoice(index), grid))
     }
 
-    /// The graph with these maps, drawn now if nobody has asked for them before, on all threads; with the baked ones where the
-    /// choice is none.
+    /// The graph with these maps, which the first call draws on all threads. With the baked maps if the choice does not
+    /// exist.
     ///
     /// # Errors
-    /// Why these maps cannot be drawn.
+    /// These maps cannot be drawn.
     pub fn get(&self, choice: MapChoice) -> Result<&BakedGraph, &BakeError> {
         let other = choice
             .0
@@ -81,7 +81,7 @@ impl<'a> MapChoices<'a> {
     }
 }
 
-/// A grid in a word or two: its slabs' height, or "paper".
+/// The name of a grid: the height of its slabs, or "paper".
 #[must_use]
 pub fn map_name(grid: MapGrid) -> String {
     match grid == MapGrid::PAPER {

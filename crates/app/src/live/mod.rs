@@ -1,29 +1,31 @@
-//! What goes on in a window, without the window: a fighter who walks until a ball is thrown, a crowd on the march, the camera, the
-//! clock. [`window`](super::window) shows it; a window of somebody else's can as well, with a [`Stage`](super::Stage).
+//! Interactive simulations without a window: a fighter who walks until a ball is thrown, a duel, a crowd, with camera and clock.
+//! [`window`](super::window) shows them; another window can show them, too, with a [`Stage`](sabaki_draw::Stage).
 //!
-//! Architecture invariant: nothing here knows of a window system, and nothing draws.
+//! Architecture invariant: this module uses no window system and draws nothing.
 
 mod aim;
-mod asker;
 mod clock;
+mod crowd;
 mod cullers;
+mod duel;
 mod event;
 mod fighter;
 mod map_choices;
-mod march;
 mod orbit;
-mod sparring;
+mod query_worker;
 mod throw;
 mod walker;
 
 pub use aim::{Ball, BallSettings, aim};
-pub use asker::{Asker, AskerDesc, Question, Reply, with_asker};
 pub use clock::Clock;
+pub use crowd::{CameraPath, LiveCrowd, LiveCrowdError};
+pub use duel::LiveDuel;
 pub use event::Event;
 pub use fighter::{Fighter, FighterSettings};
 pub use map_choices::{MapChoice, MapChoices, map_name};
-pub use march::{CameraPath, March, MarchError};
 pub use orbit::Orbit;
-pub use sparring::Sparring;
+pub use query_worker::{
+    QueryWorker, QueryWorkerDesc, WorkerRequest, WorkerResponse, with_query_worker,
+};
 pub use throw::Throw;
 pub use walker::Walker;

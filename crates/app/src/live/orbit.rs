@@ -4,28 +4,28 @@ use glam::{Vec2, Vec3};
 
 use sabaki_draw::scene::Camera;
 
-/// A camera that goes around what it looks at, and follows it.
+/// A camera that orbits its focus and follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// From +Z towards +X, radians.
+    /// Angle around the focus, from +Z towards +X, in radians.
     pub around: f32,
-    /// Above the horizon, radians.
+    /// Angle above the horizon, in radians.
     pub up: f32,
-    /// Metres.
+    /// Distance from the focus, in metres.
     pub distance: f32,
-    /// Vertical field of view, radians.
+    /// Vertical field of view, in radians.
     pub field: f32,
-    /// What is in the middle, metres.
+    /// Centre of the picture, in metres.
     pub focus: Vec3,
 }
 
-/// Seconds after which the focus has come nearer by two thirds.
+/// Time constant with which the focus follows, in seconds.
 const SLACK: f32 = 0.35;
 /// Radians per pixel of a drag.
 const TURN: f32 = 0.006;
 
 impl Orbit {
-    /// From before a fighter who faces +Z, a little to the side and from above.
+    /// In front of a fighter who faces +Z, a little to the side and above.
     #[must_use]
     pub fn around_fighter(focus: Vec3) -> Self {
         Self {
@@ -37,24 +37,24 @@ impl Orbit {
         }
     }
 
-    /// Goes around by a drag of so many pixels.
+    /// Orbits by a drag of the mouse, in pixels.
     pub fn drag(&mut self, pixels: Vec2) {
         self.around = (self.around - pixels.x * TURN).rem_euclid(TAU);
         self.up = (self.up + pixels.y * TURN).clamp(-0.05, 1.45);
     }
 
-    /// Goes nearer by so many notches of a wheel.
+    /// Moves nearer by notches of the mouse wheel.
     pub fn zoom(&mut self, notches: f32) {
         self.distance = (self.distance * 0.9f32.powf(notches)).clamp(1.2, 60.0);
     }
 
-    /// Follows what moves; `seconds` since the last time.
+    /// Follows a moving focus; `seconds` have passed since the last call.
     pub fn follow(&mut self, focus: Vec3, seconds: f32) {
         let share = 1.0 - (-seconds.max(0.0) / SLACK).exp();
         self.focus = self.focus.lerp(focus, share);
     }
 
-    /// The camera. It stays above the ground.
+    /// The camera of the orbit. It stays above the ground.
     #[must_use]
     pub fn camera(&self) -> Camera {
         let out = Camera::orbit(self.focus, (self.around, self.up), self.distance);

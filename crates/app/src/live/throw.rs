@@ -1,50 +1,50 @@
 use super::aim::Ball;
-use super::asker::Reply;
 use super::event::Event;
+use super::query_worker::WorkerResponse;
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::{Answer, Enumerate, QuerySettings};
 use sabaki_draw::scene::{Dodge, DodgeSettings};
 
-/// A ball that was thrown, and what was done about it.
+/// A thrown ball with the answer to it.
 #[derive(Clone, Debug)]
 pub struct Throw<'a> {
-    /// Counts from 1.
+    /// Number of the throw, counted from 1.
     pub number: u32,
-    /// The ball; its clock starts at the click.
+    /// Attack of the ball; its time starts at the click.
     pub ball: Ball,
-    /// Where the fighter was then.
+    /// Place of the fighter at the click.
     pub playhead: Playhead,
-    /// What the query found, with every candidate.
-    pub reply: Reply,
-    /// How it was asked.
+    /// Answer of the query, with all candidates.
+    pub response: WorkerResponse,
+    /// Settings of the query.
     pub settings: QuerySettings,
-    /// To be shown.
+    /// Motion and candidates to draw.
     pub dodge: Dodge<'a>,
-    /// What the fighter does, until everything that is shown is over.
+    /// Motion of the fighter, until everything that is shown is over.
     pub motion: Motion,
-    /// The maps that were asked by.
+    /// Maps of the query.
     pub maps: MapGrid,
 }
 
 impl<'a> Throw<'a> {
-    /// From the click to the reply; `baked` with the maps that were asked by.
+    /// From the click to the response; `baked` with the maps that were asked by.
     #[must_use]
     pub fn new(
         baked: &'a BakedGraph,
         (ball, playhead): (Ball, Playhead),
-        (reply, settings): (Reply, QuerySettings),
+        (response, settings): (WorkerResponse, QuerySettings),
         shown: &DodgeSettings,
     ) -> Self {
         let case = (playhead, &ball.attack);
-        let dodge = Dodge::new(baked, case, &reply.answer, shown);
-        let mut motion = reply.answer.motion.clone();
+        let dodge = Dodge::new(baked, case, &response.answer, shown);
+        let mut motion = response.answer.motion.clone();
         motion.extend(baked.graph(), dodge.span().1);
         Self {
-            number: reply.number,
+            number: response.number,
             ball,
             playhead,
-            reply,
+            response,
             settings,
             dodge,
             motion,
@@ -52,13 +52,13 @@ impl<'a> Throw<'a> {
         }
     }
 
-    /// What the query answered.
+    /// The answer as an event.
     #[must_use]
     pub fn answer(&self) -> &Answer {
-        &self.reply.answer
+        &self.response.answer
     }
 
-    /// As a line of the trace.
+    /// The throw as an event.
     #[must_use]
     pub fn event(&self) -> Event {
         let answer = self.answer();
@@ -76,10 +76,10 @@ impl<'a> Throw<'a> {
             culled: counts.culled,
             hits: counts.hits,
             clean: counts.clean,
-            cull: self.reply.culling.name(),
+            cull: self.response.culling.name(),
             slab_height: self.maps.slab_height,
             grid: matches!(self.settings.enumerate, Enumerate::Grid(_)),
-            query_ms: 1e3 * self.reply.seconds,
+            query_ms: 1e3 * self.response.seconds,
         }
     }
 }

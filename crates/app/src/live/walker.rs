@@ -2,25 +2,25 @@ use glam::{Vec2, Vec3};
 
 use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Playhead, Step};
 
-/// Walks a graph for ever: mostly as is natural, now and then another way, and back home from far away.
+/// Walks a graph for ever: mostly along the clips, sometimes along a transition, and back home from far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walker {
-    /// Where it likes to be, in the ground plane (x and z), metres.
+    /// Home in the ground plane (x and z), in metres.
     pub home: Vec2,
-    /// How far away it may be, metres.
+    /// Largest distance from home, in metres.
     pub leash: f32,
     state: u64,
 }
 
-/// Ways that are looked at: the closest transitions.
+/// Number of transitions that are considered: the closest ones.
 const WAYS: usize = 12;
-/// How far ahead, seconds.
+/// Time that is looked ahead, in seconds.
 const AHEAD: f32 = 1.5;
-/// Of a hundred nodes at which it may go on as is natural, at so many it does not.
+/// Percentage of nodes at which it leaves the clip although the clip goes on.
 const WHIMS: u64 = 30;
 
 impl Walker {
-    /// Goes the same way each time for the same seed.
+    /// Creates a walker. Equal seeds walk equal paths.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Walker {
         }
     }
 
-    /// Goes on by so many seconds; `until_node`: no further than to the next node.
+    /// Advances by some seconds; `until_node` stops at the next node.
     pub fn advance(
         &mut self,
         graph: &MotionGraph,
@@ -92,7 +92,7 @@ impl Walker {
         natural
     }
 
-    /// Small and good enough (splitmix64).
+    /// A random number (splitmix64).
     fn random(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;
@@ -102,7 +102,7 @@ impl Walker {
     }
 }
 
-/// The ways on from a node: the clip's own, then the closest transitions.
+/// The edges from a node: the clip's own first, then the closest transitions.
 fn ways(graph: &MotionGraph, node: NodeId) -> Vec<EdgeId> {
     let cost = |edge: &EdgeId| match graph.edge(*edge).motion {
         EdgeMotion::Clip => 0.0,

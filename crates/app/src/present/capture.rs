@@ -1,4 +1,4 @@
-//! What a window shows, read back.
+//! Reads the pixels of a window's image back.
 
 use ash::vk;
 
@@ -6,11 +6,11 @@ use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki_draw::internal::copy_to_host;
 
-/// A buffer that an image was copied to.
+/// A buffer that an image is copied to.
 pub(super) struct Capture {
     pixels: Buffer,
     size: [u32; 2],
-    /// Whether blue comes first.
+    /// Pixels are stored as blue, green, red.
     swapped: bool,
 }
 
@@ -35,7 +35,7 @@ impl Capture {
         })
     }
 
-    /// Copies an image, which is in the layout of a copy's source.
+    /// Records the copy of an image, whose layout is that of a transfer source.
     ///
     /// # Safety
     /// `cmd` is being recorded, outside of rendering; the image is of the size and format of [`Capture::new`].
@@ -49,7 +49,7 @@ impl Capture {
         unsafe { copy_to_host(context, cmd, (image, self.size), self.pixels.handle) };
     }
 
-    /// Red, green and blue of each pixel, row by row from the upper left; then it is freed.
+    /// Returns red, green and blue of each pixel, row by row from the upper left, and frees the buffer.
     ///
     /// # Safety
     /// The commands have finished.
@@ -75,7 +75,7 @@ impl Capture {
         taken
     }
 
-    /// Frees it unread: nothing was submitted.
+    /// Frees the buffer unread; nothing was submitted.
     pub(super) fn destroy(&mut self, (context, memory): (&Context, &mut dyn Memory)) {
         self.pixels.destroy(context, memory);
     }

@@ -1,26 +1,26 @@
-//! Frames in flight: each its commands, and how one knows that they are done.
+//! Frames in flight, each with a command buffer and its synchronization objects.
 
 use ash::vk;
 
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
 
-/// How long a frame may take. Software devices are slow, hung ones are slower.
+/// Longest time of a frame. Software devices are slow; only a hung device takes longer.
 const PATIENCE_SECONDS: u64 = 120;
 
-/// Null handles by default.
+/// A frame in flight. Default: null handles.
 #[derive(Default)]
 pub(super) struct Frame {
     pool: vk::CommandPool,
     pub(super) cmd: vk::CommandBuffer,
-    /// Signalled when the image may be drawn.
+    /// Signalled when the image may be drawn to.
     pub(super) free: vk::Semaphore,
     done: vk::Fence,
     in_flight: bool,
 }
 
 impl Frame {
-    /// Fills a default one. After a failure [`Frame::destroy`] frees what there is.
+    /// Creates the objects of a default frame. After an error, [`Frame::destroy`] frees those that exist.
     pub(super) fn fill(&mut self, context: &Context) -> Result<(), GpuError> {
         let device = context.device();
         let info = vk::CommandPoolCreateInfo::default()
@@ -48,7 +48,7 @@ impl Frame {
         Ok(())
     }
 
-    /// Waits until its commands are done, where there are any.
+    /// Waits until the submitted commands are done, if there are any.
     pub(super) fn wait(&mut self, context: &Context) -> Result<(), GpuError> {
         if !self.in_flight {
             return Ok(());
@@ -71,7 +71,7 @@ impl Frame {
         }
     }
 
-    /// Begins its commands anew. They are done, as [`Frame::wait`] says.
+    /// Begins the command buffer. [`Frame::wait`] must have returned.
     pub(super) fn begin(&self, context: &Context) -> Result<(), GpuError> {
         let device = context.device();
         let info = vk::CommandBufferBeginInfo::default()
@@ -87,7 +87,7 @@ impl Frame {
         }
     }
 
-    /// Ends and submits its commands; `drawn` is signalled with them.
+    /// Ends and submits the commands; they signal `drawn`.
     pub(super) fn submit(
         &mut self,
         context: &Context,

@@ -1,7 +1,7 @@
-//! A stage in a window: swapchain, frames in flight, panels over the picture, pictures of the screen.
+//! Draws a stage into a window: swapchain, frames in flight, panels over the picture, screenshots.
 //!
-//! Whoever has made the window only has to hand it over: nothing here knows which library that was. The presenter owns its
-//! device, as [`Headless`](crate::headless::Headless) does, and is the only one who submits to its queue.
+//! The window comes from any library that gives raw window handles. The presenter owns its device, as
+//! [`Headless`](crate::headless::Headless) does, and alone submits to its queue.
 
 mod capture;
 mod frames;
@@ -28,43 +28,43 @@ use swapchain::{Acquired, SwapImage, Swapchain};
 pub(crate) use overlay::Laid;
 pub(crate) use surface::WindowSystem;
 
-/// How a [`Presenter`] is made.
+/// Settings of a [`Presenter`].
 #[derive(Clone, Debug)]
 pub(crate) struct PresenterDesc<'a> {
     pub(crate) device: DeviceChoice,
-    /// Listens to validation.
+    /// Enables validation.
     pub(crate) validation: bool,
-    /// Columns and rows, where the window system leaves them to us.
+    /// Size in pixels, for window systems that leave it to the program.
     pub(crate) size: [u32; 2],
-    /// Shows pictures in step with the screen; else as fast as it goes.
+    /// Waits for the screen (vertical synchronization).
     pub(crate) in_step: bool,
-    /// Format, size and frames in flight are the presenter's own; 0 samples are as many as the device has time for.
+    /// Settings of the stage. The presenter sets format, size and frames in flight; 0 samples chooses a number for the device.
     pub(crate) stage: StageDesc<'a>,
 }
 
-/// What became of a frame.
+/// The outcome of a frame.
 pub(crate) enum Outcome {
-    /// It is on its way to the screen. Red, green and blue of its pixels where they were asked for.
+    /// The frame was submitted. Red, green and blue of its pixels if they were asked for.
     Shown(Option<Vec<u8>>),
-    /// The window takes none at the moment.
+    /// The window accepts no frame at the moment.
     Skipped,
 }
 
-/// What is drawn in a frame.
+/// The contents of a frame.
 pub(crate) struct Scene<'a> {
-    /// Columns and rows of the picture, from the left upper corner; what is beside it the panels cover.
+    /// Size of the picture, in pixels, from the upper left corner. Panels cover the rest of the window.
     pub(crate) size: [u32; 2],
     pub(crate) shot: &'a Shot,
     pub(crate) crowd: Option<&'a CrowdShot>,
     pub(crate) panels: Option<&'a Laid>,
-    /// Whether its pixels are read.
+    /// Reads the pixels back.
     pub(crate) read: bool,
 }
 
-/// Draws into a window.
+/// Draws frames into a window.
 #[derive(Default)]
 pub(crate) struct Presenter {
-    // In the order in which they are made; `teardown` goes back through them.
+    // In order of creation; `teardown` destroys them in reverse.
     device: Option<Headless>,
     surface: Option<Surface>,
     swapchain: Swapchain,
@@ -74,17 +74,17 @@ pub(crate) struct Presenter {
     overlay: Option<Overlay>,
     size: [u32; 2],
     in_step: bool,
-    /// Whether the swapchain no longer fits the window.
+    /// The swapchain no longer fits the window.
     stale: bool,
     turn: usize,
     acquired: Option<u32>,
 }
 
-/// Frames in flight.
+/// Number of frames in flight.
 const FRAMES: usize = 2;
 
 impl Presenter {
-    /// Makes everything. Leaves nothing behind when it fails.
+    /// Creates a presenter. Frees everything if it fails.
     ///
     /// # Errors
     /// Those of [`Headless::new`] and [`Stage::new`]; [`GpuError::Missing`] where the device cannot show anything in this window.
@@ -143,32 +143,32 @@ impl Presenter {
         Ok(())
     }
 
-    /// The device's name.
+    /// Name of the device.
     pub(crate) fn device_name(&self) -> &str {
         self.device.as_ref().map_or("", Headless::device_name)
     }
 
-    /// The longest side of a texture.
+    /// Largest width and height of a texture.
     pub(crate) fn most_side(&self) -> u32 {
         let limit = |context: &Context| context.limits().max_image_dimension2_d;
         self.context().map_or(2048, limit)
     }
 
-    /// Columns and rows of what is drawn; 0 where nothing is.
+    /// Size of the frames, in pixels; 0 while nothing is drawn.
     pub(crate) fn size(&self) -> [u32; 2] {
         self.swapchain.size
     }
 
-    /// The window has another size.
+    /// Tells that the size of the window has changed.
     pub(crate) fn resize(&mut self, size: [u32; 2]) {
         self.stale |= size != self.swapchain.size;
         self.size = size;
     }
 
-    /// Gets the next image, and waits until the frame's memory is free. False where there is nothing to draw into at the moment.
+    /// Acquires the next image and waits until the frame's memory is free. Returns false if there is no image at the moment.
     ///
     /// # Errors
-    /// A call's, [`GpuError::Timeout`].
+    /// A Vulkan error, or [`GpuError::Timeout`].
     pub(crate) fn begin(&mut self) -> Result<bool, GpuError> {
         if self.acquired.is_some() {
             return Ok(true);
@@ -199,7 +199,7 @@ impl Presenter {
         let wished = (self.size, self.in_step);
         let instance = context.instance().clone();
         { &mut self.swapchain }.remake((context, &instance), surface, wished)?;
-        // Of no size while the window is minimised: then it is asked again each time.
+        // The size is 0 while the window is minimised; it is queried again each time.
         self.stale = self.swapchain.size.contains(&0);
         if !self.stale {
             stage.resize(device.memory()?, self.swapchain.size)?;
@@ -207,7 +207,7 @@ impl Presenter {
         Ok(())
     }
 
-    /// Memory for the poses of a crowd, of the frame that [`Presenter::begin`] began.
+    /// The memory for a crowd's poses of the frame that [`Presenter::begin`] started.
     ///
     /// # Errors
     /// None.
@@ -218,7 +218,7 @@ impl Presenter {
         unsafe { stage.poses(slot) }
     }
 
-    /// Draws the frame that [`Presenter::begin`] began.
+    /// Draws the frame that [`Presenter::begin`] started.
     ///
     /// # Errors
     /// Those of [`Stage::record`], or a call's.
@@ -318,7 +318,7 @@ impl Presenter {
         self.device.as_ref().ok_or(GpuError::Unfinished)?.context()
     }
 
-    /// Waits until the device has nothing to do.
+    /// Waits until the device is idle.
     fn idle(&mut self) -> Result<(), GpuError> {
         let context = self.context()?.clone();
         // SAFETY: the queue is used by this thread alone.
@@ -326,7 +326,7 @@ impl Presenter {
         sabaki::gpu::internal::Named::call(idle, "vkDeviceWaitIdle")
     }
 
-    /// Destroys everything. Returns what validation has said.
+    /// Destroys the presenter. Returns the validation messages.
     #[must_use = "these are the complaints of validation"]
     pub(crate) fn destroy(mut self) -> Vec<Message> {
         self.teardown()
@@ -373,7 +373,7 @@ fn is_software(context: &Context) -> bool {
     properties.device_type == vk::PhysicalDeviceType::CPU
 }
 
-/// Whether the window itself is gone.
+/// Whether the surface is lost, as when the window is gone.
 pub(crate) fn is_window_gone(error: &GpuError) -> bool {
     let lost = vk::Result::ERROR_SURFACE_LOST_KHR;
     matches!(error, GpuError::Call { result, .. } if *result == lost)
@@ -381,7 +381,7 @@ pub(crate) fn is_window_gone(error: &GpuError) -> bool {
 
 const OUTPUT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
 
-/// As it was acquired.
+/// As acquired.
 const FRESH: Use = (OUTPUT, vk::AccessFlags2::NONE, vk::ImageLayout::UNDEFINED);
 /// Drawn over.
 const BLENDED: Use = (

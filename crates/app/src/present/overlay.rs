@@ -1,4 +1,4 @@
-//! Panels over the picture: what egui has laid out, drawn by `egui-ash-renderer`.
+//! Draws egui's panels over the picture, by `egui-ash-renderer`.
 
 use std::sync::{Arc, Mutex};
 
@@ -9,7 +9,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use sabaki::gpu::{Context, GpuError};
 
-/// What egui has laid out for one frame.
+/// egui's output of one frame.
 #[derive(Default)]
 pub(crate) struct Laid {
     pub(crate) textures: egui::TexturesDelta,
@@ -22,12 +22,12 @@ pub(super) struct Overlay {
     renderer: Renderer,
     /// For uploads.
     pool: vk::CommandPool,
-    /// Textures that a frame in flight may still read, and how many frames ago they were let go.
+    /// Textures to free once no frame in flight reads them, with the number of frames since their release.
     freed: Vec<(egui::TextureId, usize)>,
     frames: usize,
 }
 
-/// Bytes of a block of memory: panels are small.
+/// Size of a block of memory, in bytes.
 const BLOCK: u64 = 8 << 20;
 
 impl Overlay {
@@ -73,8 +73,8 @@ impl Overlay {
         })
     }
 
-    /// Brings textures to the device and frees those that no frame reads any more. Waits for the device where there are
-    /// new ones, which is when panels open.
+    /// Uploads new textures and frees those that no frame reads any more. Waits for the device if there are new ones,
+    /// which happens when panels open.
     ///
     /// # Safety
     /// The queue is of the context's family and used by this thread alone; one frame more has finished since the last call.
@@ -105,7 +105,7 @@ impl Overlay {
             .map_err(failed)
     }
 
-    /// Records the drawing, inside of rendering.
+    /// Records the drawing of the panels; called inside of a rendering pass.
     pub(super) fn draw(
         &mut self,
         cmd: vk::CommandBuffer,

@@ -1,4 +1,4 @@
-//! What a window system draws on.
+//! The Vulkan surface of a window.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -10,12 +10,12 @@ use crate::headless::Headless;
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
 
-/// A window, whoever has made it.
+/// A window of any library.
 pub(crate) trait WindowSystem: HasDisplayHandle + HasWindowHandle {}
 
 impl<W: HasDisplayHandle + HasWindowHandle> WindowSystem for W {}
 
-/// The extensions of the instance that a window's system needs.
+/// The instance extensions that the window system needs.
 pub(super) fn extensions(window: &dyn WindowSystem) -> Result<Vec<&'static CStr>, GpuError> {
     let display = window.display_handle().map_err(no_handle)?;
     let names = ash_window::enumerate_required_extensions(display.as_raw())
@@ -30,14 +30,14 @@ fn no_handle(error: HandleError) -> GpuError {
     GpuError::Missing(vec!["a handle of the window"])
 }
 
-/// A window's surface; it keeps the window alive.
+/// The surface of a window. It keeps the window alive.
 pub(super) struct Surface {
     pub(super) handle: vk::SurfaceKHR,
     functions: khr::surface::Instance,
     _window: Arc<dyn WindowSystem>,
 }
 
-/// What a surface offers at the moment.
+/// Current properties of the surface.
 pub(super) struct Offer {
     pub(super) now: vk::SurfaceCapabilitiesKHR,
     pub(super) formats: Vec<vk::SurfaceFormatKHR>,
@@ -45,7 +45,7 @@ pub(super) struct Offer {
 }
 
 impl Surface {
-    /// On a device that was made with [`extensions`]. An error where its queue cannot show anything there.
+    /// Creates the surface. The device must be created with [`extensions`]; an error if its queue cannot present.
     pub(super) fn new(device: &Headless, window: Arc<dyn WindowSystem>) -> Result<Self, GpuError> {
         let context = device.context()?;
         let functions = khr::surface::Instance::new(device.entry(), context.instance());
@@ -96,7 +96,7 @@ impl Surface {
         }
     }
 
-    /// Its swapchain is gone.
+    /// The swapchain must be destroyed before.
     pub(super) fn destroy(self) {
         // SAFETY: the handle is of the functions' instance, which still lives.
         unsafe { self.functions.destroy_surface(self.handle, None) };
@@ -104,7 +104,7 @@ impl Surface {
 }
 
 impl Offer {
-    /// One that encodes sRGB by itself, as pictures without a window do; else any of four bytes.
+    /// Chooses an sRGB format, as offscreen pictures have; else any format of four bytes.
     pub(super) fn format(&self) -> Result<vk::SurfaceFormatKHR, GpuError> {
         use vk::Format as F;
         let wanted = [
@@ -123,7 +123,7 @@ impl Offer {
         found.ok_or_else(|| GpuError::Missing(vec!["a surface of four bytes a pixel"]))
     }
 
-    /// In step with the screen, or as fast as it goes, where that is offered.
+    /// Chooses the present mode: with vertical synchronization, or without it if the surface offers that.
     pub(super) fn mode(&self, in_step: bool) -> vk::PresentModeKHR {
         use vk::PresentModeKHR as Mode;
         let fast = [Mode::IMMEDIATE, Mode::MAILBOX];
@@ -134,8 +134,8 @@ impl Offer {
         }
     }
 
-    /// Columns and rows of the images; one of them may be 0, while the window is minimised. `wished` counts where the window
-    /// system leaves it to us.
+    /// Size of the images, in pixels; 0 while the window is minimised. `wished` is used if the window system leaves the
+    /// size to the program.
     pub(super) fn size(&self, wished: [u32; 2]) -> [u32; 2] {
         let current = self.now.current_extent;
         if current.width != u32::MAX {

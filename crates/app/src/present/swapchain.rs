@@ -1,4 +1,4 @@
-//! The images that a window shows in turn.
+//! The swapchain: the images that a window shows in turn.
 
 use ash::{khr, vk};
 
@@ -6,41 +6,41 @@ use super::surface::{Offer, Surface};
 use sabaki::gpu::internal::Named;
 use sabaki::gpu::{Context, GpuError};
 
-/// Null handles by default.
+/// A swapchain. Default: null handles.
 #[derive(Default)]
 pub(super) struct Swapchain {
     functions: Option<khr::swapchain::Device>,
     handle: vk::SwapchainKHR,
     images: Vec<SwapImage>,
     pub(super) size: [u32; 2],
-    /// Whether its images can be read.
+    /// Whether the images can be read back.
     pub(super) readable: bool,
 }
 
-/// One of them.
+/// An image of the swapchain.
 #[derive(Clone, Copy)]
 pub(super) struct SwapImage {
     pub(super) handle: vk::Image,
     pub(super) view: vk::ImageView,
-    /// Signalled when it is drawn.
+    /// Signalled when the image is drawn.
     pub(super) drawn: vk::Semaphore,
 }
 
-/// What came of asking for an image.
+/// The outcome of acquiring an image.
 pub(super) enum Acquired {
-    /// Its number.
+    /// Index of the image.
     Image(u32),
-    /// None in a while: nobody sees the window, perhaps.
+    /// No image in time; the window may be hidden.
     None,
-    /// The window has changed; the swapchain is to be made anew.
+    /// The swapchain no longer fits the window.
     Stale,
 }
 
-/// How long an image is waited for, nanoseconds: a window that nobody sees may give none.
+/// Longest time to wait for an image, in nanoseconds; a hidden window may give none.
 const PATIENCE: u64 = 100_000_000;
 
 impl Swapchain {
-    /// Makes it anew for what the surface is now. The device is idle. Empty where the window has no size.
+    /// Recreates the swapchain for the surface. The device must be idle. Empty while the window has no size.
     pub(super) fn remake(
         &mut self,
         (context, instance): (&Context, &ash::Instance),
@@ -89,7 +89,7 @@ impl Swapchain {
                     device.create_semaphore(&vk::SemaphoreCreateInfo::default(), None),
                 )
             };
-            // Both are kept before either is asked about, so that none is lost.
+            // Both are stored before errors are checked, so that neither leaks.
             self.images.push(SwapImage {
                 handle,
                 view: view.unwrap_or_default(),
@@ -101,7 +101,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// The next image; `free` is signalled when it may be drawn.
+    /// Acquires the next image; `free` is signalled when it may be drawn to.
     pub(super) fn acquire(&self, free: vk::Semaphore) -> Result<Acquired, GpuError> {
         let Some(functions) = &self.functions else {
             return Ok(Acquired::Stale);
@@ -120,7 +120,7 @@ impl Swapchain {
         self.images[number as usize]
     }
 
-    /// Shows an image when it is drawn. Whether the swapchain still fits the window.
+    /// Presents an image once it is drawn. Returns whether the swapchain still fits the window.
     pub(super) fn present(&self, queue: vk::Queue, number: u32) -> Result<bool, GpuError> {
         let Some(functions) = &self.functions else {
             return Ok(false);
@@ -170,7 +170,7 @@ fn info(
         true => Usage::TRANSFER_SRC,
         false => Usage::empty(),
     };
-    // One that is shown, one that waits, one that is drawn.
+    // One image that is shown, one that waits, and one that is drawn to.
     let most = match now.max_image_count {
         0 => u32::MAX,
         most => most,

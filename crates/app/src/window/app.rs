@@ -1,4 +1,4 @@
-//! The window's life: opened, drawn again and again, closed.
+//! The event loop of the window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-use super::exhibit::Seen;
 use super::gui::{Gui, PANEL, Sheet};
 use super::input::{Mouse, Wish};
 use super::times::Times;
-use super::{Exhibit, PACE, WindowDesc, WindowError};
+use super::view::Seen;
+use super::{PACE, View, WindowDesc, WindowError};
 use crate::film::png;
 use crate::live::{Clock, Event, Orbit};
 use crate::present::{Outcome, Presenter, PresenterDesc, Scene, is_window_gone};
@@ -23,7 +23,7 @@ use sabaki::archive::write_atomically;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::Camera;
 
-/// What there is while the window is open.
+/// State while the window is open.
 struct Open {
     window: Arc<Window>,
     presenter: Presenter,
@@ -32,7 +32,7 @@ struct Open {
 }
 
 pub(super) struct App<'a> {
-    exhibit: &'a mut dyn Exhibit,
+    view: &'a mut dyn View,
     desc: &'a WindowDesc,
     hear: &'a mut dyn FnMut(&Event),
     open: Option<Open>,
@@ -41,35 +41,35 @@ pub(super) struct App<'a> {
     orbit: Orbit,
     mouse: Mouse,
     times: Times,
-    /// When the last picture was begun.
+    /// Start of the last picture.
     last: Option<Instant>,
-    /// On the stage, seconds.
+    /// Simulated time, in seconds.
     seconds: f64,
-    /// How many of the clicks that come by themselves have come.
+    /// Number of simulated clicks that are done.
     clicked: usize,
     size: [u32; 2],
     panels: bool,
     help: bool,
-    /// Whether something else lies over all of it.
+    /// The window is covered.
     covered: bool,
-    /// Whether nobody sees it: covered or minimised.
+    /// The window is covered or minimised.
     hidden: bool,
-    /// Whether the next picture is to be kept.
+    /// The next picture is written as a screenshot.
     keep: bool,
 }
 
 impl<'a> App<'a> {
     pub(super) fn new(
-        exhibit: &'a mut dyn Exhibit,
+        view: &'a mut dyn View,
         desc: &'a WindowDesc,
         hear: &'a mut dyn FnMut(&Event),
     ) -> Self {
         let orbit = Orbit {
-            distance: exhibit.distance(),
-            ..Orbit::around_fighter(exhibit.focus())
+            distance: view.distance(),
+            ..Orbit::around_fighter(view.focus())
         };
         Self {
-            exhibit,
+            view,
             hear,
             open: None,
             failed: None,
@@ -107,7 +107,7 @@ impl<'a> App<'a> {
                 in_step: self.desc.in_step,
                 stage: StageDesc {
                     samples: self.desc.samples,
-                    ..self.exhibit.stage()
+                    ..self.view.stage()
                 },
             },
         )?;
@@ -129,20 +129,20 @@ impl<'a> App<'a> {
         (self.hear)(event);
     }
 
-    /// What the window is closed with. Whatever went wrong before, the device is not left behind.
+    /// Closes the window and destroys the device, whatever error came before.
     pub(super) fn end(mut self) -> Result<(), WindowError> {
         let heard = self.open.take().map(|open| open.presenter.destroy());
-        for event in self.exhibit.take_events() {
+        for event in self.view.take_events() {
             self.say(&event);
         }
         if let Some(heard) = heard {
             let words =
                 |message: crate::headless::Message| format!("{}: {}", message.id, message.text);
             self.say(&Event::Closed {
-                asking: self.exhibit.is_asking(),
+                asking: self.view.is_waiting(),
                 frames: self.times.pictures,
                 median_frame_ms: self.times.median(),
-                median_pose_ms: self.exhibit.pose_ms(),
+                median_pose_ms: self.view.pose_ms(),
                 validation: heard.into_iter().map(words).collect(),
             });
         }
@@ -156,11 +156,11 @@ impl<'a> App<'a> {
 
     /// The camera of the next picture.
     fn camera(&self) -> Camera {
-        let own = self.exhibit.camera();
+        let own = self.view.camera();
         own.unwrap_or_else(|| self.orbit.camera())
     }
 
-    /// Columns and rows of the picture: it stands beside the panel.
+    /// Size of the picture beside the panel, in pixels.
     fn picture(&self, scale: f32) -> [u32; 2] {
         let [width, height] = self.size;
         let panel = match self.panels {
@@ -170,7 +170,7 @@ impl<'a> App<'a> {
         [width.saturating_sub(panel).max(width / 4), height]
     }
 
-    /// One picture. False where the window takes none.
+    /// Draws one picture. Returns false if the window accepts none.
     fn frame(&mut self) -> Result<bool, WindowError> {
         let Some(mut open) = self.open.take() else {
             return Ok(false);
@@ -197,7 +197,7 @@ impl<'a> App<'a> {
         let (camera, picture) = (self.camera(), self.picture(open.gui.scale()));
         self.clicks(&camera, picture)?;
         let poses = open.presenter.poses()?;
-        let (shot, crowd) = self.exhibit.draw(camera, picture, poses)?;
+        let (shot, crowd) = self.view.draw(camera, picture, poses)?;
         let laid = self.panels.then(|| {
             let sheet = Sheet {
                 seen: Seen {
@@ -205,7 +205,7 @@ impl<'a> App<'a> {
                     size: picture,
                     pixels_per_point: open.gui.scale(),
                 },
-                exhibit: &mut *self.exhibit,
+                view: &mut *self.view,
                 clock: &mut self.clock,
                 times: &self.times,
                 device: &open.device,
@@ -234,13 +234,13 @@ impl<'a> App<'a> {
             self.say(&Event::Screenshot { file });
         }
         self.times.shown();
-        for event in self.exhibit.take_events() {
+        for event in self.view.take_events() {
             self.say(&event);
         }
         Ok(true)
     }
 
-    /// Time goes on until this picture.
+    /// Advances the simulation to this picture.
     fn go_on(&mut self) {
         let now = Instant::now();
         let since = self
@@ -249,8 +249,8 @@ impl<'a> App<'a> {
             .map_or(0.0, |last| (now - last).as_secs_f32());
         let seconds = self.clock.advance(self.desc.step.unwrap_or(since));
         self.seconds += f64::from(seconds);
-        self.exhibit.advance(seconds);
-        self.orbit.follow(self.exhibit.focus(), seconds);
+        self.view.advance(seconds);
+        self.orbit.follow(self.view.focus(), seconds);
     }
 
     fn clicks(&mut self, camera: &Camera, picture: [u32; 2]) -> Result<(), WindowError> {
@@ -261,12 +261,12 @@ impl<'a> App<'a> {
             self.clicked += 1;
             let [width, height] = self.size.map(|side| side as f32);
             let pixel = Vec2::from(click.at) * Vec2::new(width, height);
-            self.exhibit.click(camera, camera.ray(pixel, picture))?;
+            self.view.click(camera, camera.ray(pixel, picture))?;
         }
         Ok(())
     }
 
-    /// Whether somebody may see the window. Not every window system says by an event when it is minimised.
+    /// Whether the window may be visible. Not every window system sends an event when it is minimised.
     fn look(&mut self) {
         let Some(open) = &self.open else {
             return;
@@ -286,7 +286,7 @@ impl<'a> App<'a> {
             Wish::Throw(at) if !self.size.contains(&0) => {
                 let scale = self.open.as_ref().map_or(1.0, |open| open.gui.scale());
                 let (camera, picture) = (self.camera(), self.picture(scale));
-                self.exhibit.click(&camera, camera.ray(at, picture))?;
+                self.view.click(&camera, camera.ray(at, picture))?;
             }
             Wish::Throw(_) => {}
             Wish::Turn(pixels) => self.orbit.drag(pixels),
@@ -301,13 +301,13 @@ impl<'a> App<'a> {
             }
             Wish::Screenshot => self.keep = true,
             Wish::Close => events.exit(),
-            Wish::Key(key) => self.exhibit.key(&key),
+            Wish::Key(key) => self.view.key(&key),
         }
         Ok(())
     }
 }
 
-/// Of slow motion.
+/// Speed of slow motion.
 const SLOW: f32 = 0.2;
 
 impl ApplicationHandler for App<'_> {
@@ -323,7 +323,7 @@ impl ApplicationHandler for App<'_> {
         let Some(open) = &mut self.open else {
             return;
         };
-        // egui asks for pictures by itself; here they come anyway.
+        // egui requests repaints; the loop draws anyway.
         let is_panels = self.panels && open.gui.hears(&open.window, &event);
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => {
@@ -361,11 +361,11 @@ impl ApplicationHandler for App<'_> {
         let begun = Instant::now();
         let pause = match self.frame() {
             Ok(true) if self.hidden => HIDDEN,
-            // A driver that does not wait for a screen would draw thousands.
+            // A driver that does not wait for the screen would draw thousands of pictures per second.
             Ok(true) if self.desc.in_step => PACE.saturating_sub(begun.elapsed()),
             Ok(true) => Duration::ZERO,
             Ok(false) => HIDDEN,
-            // It was taken away from outside.
+            // The window was destroyed by the system.
             Err(WindowError::Gpu(error)) if is_window_gone(&error) => return events.exit(),
             Err(error) => return self.fail(events, error),
         };
@@ -376,10 +376,10 @@ impl ApplicationHandler for App<'_> {
     }
 }
 
-/// From one try to the next while nobody sees the window.
+/// Time between attempts to draw while the window is hidden.
 const HIDDEN: Duration = Duration::from_millis(50);
 
-/// The first of `sabaki-0001.png` and so on that is not there yet.
+/// The first name of `sabaki-0001.png`, `sabaki-0002.png` and so on without a file.
 fn free_name() -> PathBuf {
     let names = (1..10_000).map(|number| PathBuf::from(format!("sabaki-{number:04}.png")));
     let mut free = names.filter(|name| !name.exists());

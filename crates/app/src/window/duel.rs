@@ -1,51 +1,51 @@
-//! A duel in the window.
+//! Shows a duel in the window.
 
 use egui::{Color32, RichText};
 use glam::Vec3;
 
-use super::{Exhibit, Seen, WindowError};
-use crate::live::{Clock, Event, Sparring};
+use super::{Seen, View, WindowError};
+use crate::live::{Clock, Event, LiveDuel};
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 
-/// Two fighters, and the keys for them.
-pub struct DuelExhibit<'a> {
-    sparring: Sparring<'a>,
-    /// Whether the mouse has the camera.
+/// A duel with its keys.
+pub struct DuelView<'a> {
+    live_duel: LiveDuel<'a>,
+    /// The mouse controls the camera.
     is_free: bool,
 }
 
 const KEYS: [(&str, &str); 1] = [("c", "the mouse has the camera, or each exchange its own")];
-/// Exchanges that the panel lists.
+/// Number of exchanges in the panel.
 const LISTED: usize = 20;
 const AVOIDED: Color32 = Color32::from_rgb(110, 220, 120);
 const HIT: Color32 = Color32::from_rgb(240, 90, 80);
 
-impl<'a> DuelExhibit<'a> {
+impl<'a> DuelView<'a> {
     /// Shows a duel.
     #[must_use]
-    pub fn new(sparring: Sparring<'a>) -> Self {
+    pub fn new(live_duel: LiveDuel<'a>) -> Self {
         Self {
-            sparring,
+            live_duel,
             is_free: false,
         }
     }
 }
 
-impl Exhibit for DuelExhibit<'_> {
+impl View for DuelView<'_> {
     fn stage(&self) -> StageDesc<'static> {
         StageDesc::default()
     }
 
     fn advance(&mut self, seconds: f32) {
-        self.sparring.advance(seconds);
+        self.live_duel.advance(seconds);
     }
 
     fn focus(&self) -> Vec3 {
-        self.sparring.middle()
+        self.live_duel.middle()
     }
 
     fn distance(&self) -> f32 {
@@ -53,7 +53,7 @@ impl Exhibit for DuelExhibit<'_> {
     }
 
     fn camera(&self) -> Option<Camera> {
-        self.sparring.camera().filter(|_| !self.is_free)
+        self.live_duel.camera().filter(|_| !self.is_free)
     }
 
     fn draw(
@@ -63,7 +63,7 @@ impl Exhibit for DuelExhibit<'_> {
         _: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
         let aspect = size[0].max(1) as f32 / size[1].max(1) as f32;
-        Ok((self.sparring.shot(camera, aspect), None))
+        Ok((self.live_duel.shot(camera, aspect), None))
     }
 
     fn click(&mut self, _: &Camera, _: Vec3) -> Result<(), WindowError> {
@@ -81,20 +81,20 @@ impl Exhibit for DuelExhibit<'_> {
     }
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
-        let score = self.sparring.score();
+        let score = self.live_duel.score();
         let [white, blue] = score.hits;
         ui.label(RichText::new(format!("white {white} : {blue} blue")).strong());
         let [white, blue] = score.dodges;
         ui.label(format!("avoided: white {white}, blue {blue}"));
         ui.checkbox(&mut self.is_free, "the mouse has the camera");
-        if let Some(error) = self.sparring.ended() {
+        if let Some(error) = self.live_duel.ended() {
             ui.label(RichText::new(error.to_string()).color(HIT));
         }
         ui.separator();
-        if let Some(exchange) = self.sparring.shown() {
+        if let Some(exchange) = self.live_duel.shown() {
             let lead = exchange.attack.start();
             let from = exchange.attacker.name();
-            let attack = Clip::title(self.sparring.attack(exchange));
+            let attack = Clip::title(self.live_duel.attack(exchange));
             ui.label(format!(
                 "{from}: {attack}, announced {lead:.2} s before it starts"
             ));
@@ -102,8 +102,8 @@ impl Exhibit for DuelExhibit<'_> {
         }
         ui.separator();
         ui.label("exchanges, the last one first");
-        for exchange in self.sparring.seen().iter().rev().take(LISTED) {
-            let attack = Clip::title(self.sparring.attack(exchange));
+        for exchange in self.live_duel.seen().iter().rev().take(LISTED) {
+            let attack = Clip::title(self.live_duel.attack(exchange));
             let (text, colour) = outcome(exchange);
             let line = format!("{:<5} {attack:<16} {text}", exchange.attacker.name());
             ui.label(RichText::new(line).monospace().size(11.0).color(colour));
@@ -111,8 +111,8 @@ impl Exhibit for DuelExhibit<'_> {
     }
 
     fn label(&self, painter: &egui::Painter, _: &Seen) {
-        let shown = self.sparring.shown();
-        let Some(exchange) = shown.filter(|one| self.sparring.seen().contains(one)) else {
+        let shown = self.live_duel.shown();
+        let Some(exchange) = shown.filter(|one| self.live_duel.seen().contains(one)) else {
             return;
         };
         let (text, colour) = outcome(exchange);
@@ -123,11 +123,11 @@ impl Exhibit for DuelExhibit<'_> {
     }
 
     fn take_events(&mut self) -> Vec<Event> {
-        self.sparring.take_events()
+        self.live_duel.take_events()
     }
 }
 
-/// What became of an attack, in words and a colour.
+/// The outcome of an attack as text and colour.
 fn outcome(exchange: &Exchange) -> (String, Color32) {
     let centimetres = 100.0 * exchange.clearance.metres;
     match exchange.avoided {

@@ -4,47 +4,47 @@ use thiserror::Error;
 use winit::error::EventLoopError;
 
 use crate::film::FilmError;
-use crate::live::MarchError;
+use crate::live::LiveCrowdError;
 use sabaki::gpu::GpuError;
 use sabaki::query::AttackError;
 
-/// Why there is no window, or no longer.
+/// Why a window could not be opened, or was closed.
 #[derive(Debug, Error)]
 pub enum WindowError {
-    /// Nothing that a window could be opened on: no X or Wayland server, for instance.
+    /// No window system, for instance no X or Wayland server.
     #[error("there is no window system to open a window on: {0}")]
     NoWindowSystem(String),
-    /// There is a window system, but it gives no window.
+    /// The window system refuses the window.
     #[error("no window could be opened: {0}")]
     NoWindow(String),
-    /// The device's.
+    /// An error of the device.
     #[error("the window cannot be drawn: {0}")]
     Gpu(#[from] GpuError),
-    /// A crowd's.
+    /// An error of the crowd.
     #[error(transparent)]
-    March(#[from] MarchError),
-    /// Settings that make no ball.
+    LiveCrowd(#[from] LiveCrowdError),
+    /// The settings make no ball.
     #[error("no ball can be thrown: {0}")]
     Ball(#[from] AttackError),
-    /// A screenshot was asked for, but this window system does not let pictures be read back.
+    /// The window system does not allow screenshots.
     #[error("this window system does not let its pictures be read")]
     NotReadable,
-    /// A screenshot that is no PNG.
+    /// The screenshot could not be encoded.
     #[error(transparent)]
     Png(#[from] FilmError),
-    /// A screenshot that was not written.
+    /// The screenshot could not be written.
     #[error("{path}: {source}")]
     Write {
-        /// Where to.
+        /// Path of the file.
         path: PathBuf,
-        /// Why not.
+        /// Reason.
         source: std::io::Error,
     },
 }
 
 impl WindowError {
     pub(super) fn of_loop(error: EventLoopError) -> Self {
-        // What it prints has the place in its code in front, which is of no use to anybody.
+        // The error's text starts with a place in winit's code, which is left out.
         let text = match &error {
             EventLoopError::Os(error) => error.to_string(),
             other => other.to_string(),

@@ -1,4 +1,4 @@
-//! The fighter in the window.
+//! Shows a fighter in the window.
 
 use egui::{CollapsingHeader, Color32, RichText, Slider, Stroke};
 use glam::Vec3;
@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::gui::{bars, word};
 use super::panels::candidates::{Listed, candidates};
 use super::panels::maps::Thumbnails;
-use super::{Exhibit, Seen, WindowError};
+use super::{Seen, View, WindowError};
 use crate::live::{Clock, Event, Fighter, MapChoice, map_name};
 use sabaki::maps::MapGrid;
 use sabaki::math::F32x16;
@@ -14,8 +14,8 @@ use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, MapStyle, Shot};
 
-/// A fighter, and what the panels beside it remember.
-pub struct FighterExhibit<'a> {
+/// A fighter with the state of its panels.
+pub struct FighterView<'a> {
     fighter: Fighter<'a>,
     listed: Listed,
     thumbnails: Thumbnails,
@@ -28,7 +28,7 @@ const KEYS: [(&str, &str); 4] = [
     ("g", "ghost of who did nothing"),
 ];
 
-impl<'a> FighterExhibit<'a> {
+impl<'a> FighterView<'a> {
     /// Shows a fighter.
     #[must_use]
     pub fn new(fighter: Fighter<'a>) -> Self {
@@ -40,7 +40,7 @@ impl<'a> FighterExhibit<'a> {
     }
 }
 
-impl Exhibit for FighterExhibit<'_> {
+impl View for FighterView<'_> {
     fn stage(&self) -> StageDesc<'static> {
         StageDesc::default()
     }
@@ -132,25 +132,25 @@ impl Exhibit for FighterExhibit<'_> {
         self.fighter.take_events()
     }
 
-    fn is_asking(&self) -> bool {
-        self.fighter.is_asking()
+    fn is_waiting(&self) -> bool {
+        self.fighter.is_waiting()
     }
 }
 
-/// A part of the panel that folds.
+/// A collapsible part of the panel.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, fill: impl FnOnce(&mut egui::Ui)) {
     CollapsingHeader::new(RichText::new(name).strong())
         .default_open(open)
         .show(ui, fill);
 }
 
-impl FighterExhibit<'_> {
+impl FighterView<'_> {
     fn state(&mut self, ui: &mut egui::Ui) {
         let fighter = &mut self.fighter;
         let text = match (fighter.moment(), fighter.is_replaying()) {
             (Some(t), true) => format!("replay {t:+.2} s"),
             (Some(t), false) => format!("dodging {t:+.2} s"),
-            _ if fighter.is_asking() => "asking".to_owned(),
+            _ if fighter.is_waiting() => "asking".to_owned(),
             _ => "walking: click at it".to_owned(),
         };
         ui.horizontal(|ui| {
@@ -219,7 +219,7 @@ impl FighterExhibit<'_> {
         slide(&mut weights.time, "w_t, rate");
     }
 
-    /// By which maps the next query culls.
+    /// Selects the maps of the next query.
     fn choose_maps(&mut self, ui: &mut egui::Ui) {
         let (mut chosen, before) = (self.fighter.maps(), self.fighter.maps());
         let mut grid = MapGrid::default();
@@ -278,10 +278,10 @@ impl FighterExhibit<'_> {
         ));
         ui.label(format!(
             "{:.2} ms by {}",
-            1e3 * last.reply.seconds,
-            last.reply.culling.name()
+            1e3 * last.response.seconds,
+            last.response.culling.name()
         ));
-        if let Some(why) = &last.reply.trouble {
+        if let Some(why) = &last.response.trouble {
             ui.label(
                 RichText::new(why)
                     .small()

@@ -1,18 +1,18 @@
-//! Panels by egui: laid out here, drawn by the presenter.
+//! Lays out panels with egui; the presenter draws them.
 
 use egui::{Align2, Color32, FontId, RichText, Stroke};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-use super::Exhibit;
-use super::exhibit::Seen;
+use super::View;
 use super::times::Times;
+use super::view::Seen;
 use crate::live::Clock;
 use crate::present::Laid;
 
-/// What is laid out for one picture.
+/// The layout of one picture.
 pub(super) struct Sheet<'a> {
-    pub(super) exhibit: &'a mut dyn Exhibit,
+    pub(super) view: &'a mut dyn View,
     pub(super) clock: &'a mut Clock,
     pub(super) times: &'a Times,
     pub(super) device: &'a str,
@@ -20,16 +20,16 @@ pub(super) struct Sheet<'a> {
     pub(super) seen: Seen,
 }
 
-/// egui and its window.
+/// egui with its window.
 pub(super) struct Gui {
     context: egui::Context,
     state: egui_winit::State,
 }
 
-/// Of the panel, points.
+/// Width of the panel, in points.
 pub(super) const PANEL: f32 = 318.0;
 
-/// The keys that every exhibit has.
+/// The keys of every view.
 const KEYS: [(&str, &str); 10] = [
     ("left click", "throw"),
     ("right drag", "turn the camera"),
@@ -63,12 +63,12 @@ impl Gui {
         Self { context, state }
     }
 
-    /// Whether it was for a panel.
+    /// Handles an event; returns whether a panel used it.
     pub(super) fn hears(&mut self, window: &Window, event: &WindowEvent) -> bool {
         self.state.on_window_event(window, event).consumed
     }
 
-    /// Pixels in a point.
+    /// Pixels per point.
     pub(super) fn scale(&self) -> f32 {
         self.context.pixels_per_point()
     }
@@ -91,7 +91,7 @@ impl Gui {
 impl Sheet<'_> {
     fn lay(&mut self, context: &egui::Context) {
         let over = egui::LayerId::background();
-        self.exhibit.label(&context.layer_painter(over), &self.seen);
+        self.view.label(&context.layer_painter(over), &self.seen);
         egui::SidePanel::right("panel")
             .exact_width(PANEL)
             .resizable(false)
@@ -99,7 +99,7 @@ impl Sheet<'_> {
                 self.head(ui);
                 egui::ScrollArea::vertical()
                     .auto_shrink(false)
-                    .show(ui, |ui| self.exhibit.panel(ui, self.clock));
+                    .show(ui, |ui| self.view.panel(ui, self.clock));
             });
         if self.help {
             self.help(context);
@@ -140,7 +140,7 @@ impl Sheet<'_> {
             .anchor(Align2::LEFT_TOP, [12.0, 12.0])
             .show(context, |ui| {
                 egui::Grid::new("keys").num_columns(2).show(ui, |ui| {
-                    for (key, what) in KEYS.iter().chain(self.exhibit.keys()) {
+                    for (key, what) in KEYS.iter().chain(self.view.keys()) {
                         ui.label(RichText::new(*key).monospace().strong());
                         ui.label(*what);
                         ui.end_row();
@@ -159,7 +159,7 @@ fn visuals() -> egui::Visuals {
     visuals
 }
 
-/// Words over the picture, dark on light.
+/// Draws text over the picture, dark on light.
 pub(super) fn word(painter: &egui::Painter, at: egui::Pos2, (text, colour): (&str, Color32)) {
     let font = FontId::proportional(17.0);
     let halo = Color32::from_rgba_unmultiplied(235, 240, 246, 150);
@@ -171,7 +171,7 @@ pub(super) fn word(painter: &egui::Painter, at: egui::Pos2, (text, colour): (&st
     painter.galley(corner, galley, colour);
 }
 
-/// Bars of values, the latest one on the right.
+/// Draws values as bars, the latest one on the right.
 pub(super) fn bars(ui: &mut egui::Ui, values: impl ExactSizeIterator<Item = f32>, unit: &str) {
     let values: Vec<f32> = values.collect();
     let top = values.iter().copied().fold(0.0, f32::max);

@@ -1,10 +1,10 @@
-//! What mouse and keyboard do.
+//! Mouse and keyboard.
 
 use glam::Vec2;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{Key, NamedKey};
 
-/// What somebody wants.
+/// An action of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Wish {
     Throw(Vec2),
@@ -17,22 +17,22 @@ pub(super) enum Wish {
     Help,
     Screenshot,
     Close,
-    /// Of the exhibit.
+    /// A key for the view.
     Key(String),
 }
 
-/// Where the mouse is and what it holds.
+/// State of the mouse.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Mouse {
     at: Vec2,
     turns: bool,
 }
 
-/// Pixels of a touchpad in a notch of a wheel.
+/// Pixels of a touchpad per notch of a wheel.
 const NOTCH: f32 = 50.0;
 
 impl Mouse {
-    /// What an event means.
+    /// The action of an event.
     pub(super) fn wish(&mut self, event: &WindowEvent) -> Option<Wish> {
         match event {
             WindowEvent::CursorMoved { position, .. } => {
@@ -60,7 +60,7 @@ impl Mouse {
         }
     }
 
-    /// It is over a panel, or the window has lost it.
+    /// The mouse is over a panel or has left the window.
     pub(super) fn let_go(&mut self) {
         self.turns = false;
     }
@@ -83,6 +83,6 @@ fn key(event: &KeyEvent) -> Option<Wish> {
         },
         _ => return None,
     };
-    // One that is held down says so again and again: only steps are meant so.
+    // A key that is held down repeats; only single steps use that.
     (!event.repeat || wish == Wish::Step).then_some(wish)
 }

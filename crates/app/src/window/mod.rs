@@ -1,32 +1,32 @@
-//! A window: what is live on the stage, with mouse, keyboard and panels.
+//! A window that shows an interactive simulation, with mouse, keyboard and panels.
 //!
 //! ```no_run
 //! # fn show(baked: &sabaki::maps::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
-//! use crate::live::{AskerDesc, Fighter, FighterSettings, MapChoices, with_asker};
-//! use crate::window::{FighterExhibit, WindowDesc, run};
+//! use crate::live::{QueryWorkerDesc, Fighter, FighterSettings, MapChoices, with_query_worker};
+//! use crate::window::{FighterView, WindowDesc, run};
 //!
 //! let maps = MapChoices::slabs(baked);
-//! let (shown, _) = with_asker(&maps, &AskerDesc::default(), |asker| {
-//!     let fighter = Fighter::new(&maps, asker, (FighterSettings::default(), 1));
-//!     run(&mut FighterExhibit::new(fighter), &WindowDesc::default(), &mut |_| {})
+//! let (shown, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
+//!     let fighter = Fighter::new(&maps, worker, (FighterSettings::default(), 1));
+//!     run(&mut FighterView::new(fighter), &WindowDesc::default(), &mut |_| {})
 //! });
 //! shown?;
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! Architecture invariant: nothing here knows what is shown, but for the exhibits themselves ([`Exhibit`]), and nothing here draws.
+//! Architecture invariant: only the implementations of [`View`] know what is shown, and nothing here draws.
 
 mod app;
+mod crowd;
 mod duel;
 mod error;
-mod exhibit;
 mod fighter;
 mod gui;
 mod input;
-mod march;
 mod panels;
 mod times;
+mod view;
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -37,50 +37,50 @@ use super::live::Event;
 use crate::headless::DeviceChoice;
 use app::App;
 
-pub use duel::DuelExhibit;
+pub use crowd::CrowdView;
+pub use duel::DuelView;
 pub use error::WindowError;
-pub use exhibit::{Exhibit, Seen};
-pub use fighter::FighterExhibit;
-pub use march::MarchExhibit;
+pub use fighter::FighterView;
+pub use view::{Seen, View};
 
-/// The version that [`Exhibit`] speaks of.
+/// The version of egui that [`View`] uses.
 pub use egui;
 
-/// How a window is opened.
+/// Settings of a window.
 #[derive(Clone, Debug)]
 pub struct WindowDesc {
-    /// In its head.
+    /// Title.
     pub title: String,
-    /// Columns and rows at first. Default 1,280 × 720.
+    /// Initial size, in pixels. Default: 1,280 × 720.
     pub size: [u32; 2],
-    /// Which device draws.
+    /// Device that draws.
     pub device: DeviceChoice,
-    /// Whether validation is listened to.
+    /// Enables validation.
     pub validation: bool,
-    /// Samples a pixel; 0, the default, for 4, or 1 where the processor draws.
+    /// Samples per pixel. Default: 0, which means 4, or 1 on a software device.
     pub samples: u32,
-    /// Whether panels are shown at first. Default yes.
+    /// Starts with panels. Default: true.
     pub panels: bool,
-    /// Whether pictures wait for the screen's own pace. Default yes.
+    /// Waits for the screen (vertical synchronization). Default: true.
     pub in_step: bool,
-    /// Seconds on the stage from one picture to the next, however long that takes. Default as long as it takes.
+    /// Simulated seconds from one picture to the next. Default: `None`, the real time.
     pub step: Option<f32>,
-    /// The window closes after so many pictures. Default never.
+    /// Closes the window after this number of pictures. Default: never.
     pub frames: Option<u64>,
-    /// Where the last of these is written to, as PNG.
+    /// File for the last picture (PNG). Default: none.
     pub screenshot: Option<PathBuf>,
-    /// Clicks that come by themselves.
+    /// Simulated clicks.
     pub clicks: Vec<Click>,
-    /// Asked before each picture: whether to close. For a program that is told to stop by a signal.
+    /// Called before each picture; the window closes if it returns true. For programs that stop on a signal.
     pub stops: fn() -> bool,
 }
 
-/// A click that comes by itself.
+/// A simulated click.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Click {
-    /// Where, as shares of the window's width and height, from its left upper corner.
+    /// Position as shares of the window's width and height, from the upper left corner.
     pub at: [f32; 2],
-    /// When, seconds on the stage.
+    /// Time, in simulated seconds.
     pub seconds: f32,
 }
 
@@ -103,23 +103,23 @@ impl Default for WindowDesc {
     }
 }
 
-/// From one picture to the next where nobody else sets the pace.
+/// Time from one picture to the next if neither the screen nor the caller sets the pace.
 const PACE: Duration = Duration::from_micros(8000);
 
-/// Opens a window, and returns when it is closed. `hear` is told what happens, the closing last.
+/// Opens a window and returns when it is closed. `hear` is called with each event; the last one is the closing.
 ///
-/// Only once in a process, and on its main thread: so window systems want it.
+/// May be called once in a process, on its main thread, as window systems require.
 ///
 /// # Errors
-/// [`WindowError::NoWindowSystem`] where there is none; a device that cannot draw; a screenshot that was not written.
+/// [`WindowError::NoWindowSystem`] without a window system; an error of the device; a screenshot that cannot be written.
 pub fn run(
-    exhibit: &mut dyn Exhibit,
+    view: &mut dyn View,
     desc: &WindowDesc,
     hear: &mut dyn FnMut(&Event),
 ) -> Result<(), WindowError> {
     let events = EventLoop::new().map_err(WindowError::of_loop)?;
     events.set_control_flow(ControlFlow::Poll);
-    let mut app = App::new(exhibit, desc, hear);
+    let mut app = App::new(view, desc, hear);
     let ran = events.run_app(&mut app);
     app.end()?;
     ran.map_err(WindowError::of_loop)

@@ -1,20 +1,20 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-/// How long pictures take.
+/// Times of the last pictures.
 #[derive(Debug, Default)]
 pub(super) struct Times {
     last: Option<Instant>,
     recent: VecDeque<f32>,
-    /// Pictures so far.
+    /// Number of pictures so far.
     pub(super) pictures: u64,
 }
 
-/// So many of the last are kept.
+/// Number of times that are kept.
 const KEPT: usize = 240;
 
 impl Times {
-    /// A picture was shown.
+    /// Records that a picture was shown.
     pub(super) fn shown(&mut self) {
         self.pictures += 1;
         let now = Instant::now();
@@ -26,18 +26,18 @@ impl Times {
         }
     }
 
-    /// There was a pause that is no picture's.
+    /// Records a pause, which does not count as the time of a picture.
     pub(super) fn pause(&mut self) {
         self.last = None;
     }
 
-    /// Milliseconds, the median; 0 before the second picture.
+    /// Median time of a picture, in milliseconds; 0 before the second picture.
     pub(super) fn median(&self) -> f64 {
         median(self.recent.iter().copied())
     }
 }
 
-/// The upper one of two; 0 of none.
+/// Median; the upper one of two middle values; 0 without values.
 pub(super) fn median(values: impl Iterator<Item = f32>) -> f64 {
     let mut values: Vec<f32> = values.collect();
     values.sort_by(f32::total_cmp);

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Told, text_height};
+use super::{Args, Written, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
@@ -39,7 +39,7 @@ fn usage(error: impl std::fmt::Display) -> Failure {
     Failure::Usage(error.to_string())
 }
 
-pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, Failure> {
+pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
     let mut crowd = args.crowd.formation()?;
     let desc = StageDesc {
         shadow_side: 4096,
@@ -78,7 +78,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, 
         crowd.len(),
         crowd.levels()
     );
-    Ok(Told {
+    Ok(Written {
         bytes,
         pictures: film.pictures.len(),
         text,

@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Args, Told, text_height};
+use super::{Args, Written, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
@@ -59,7 +59,7 @@ const GAP: u32 = 6;
 
 const NEAR: RGBColor = RGBColor(176, 34, 18);
 
-pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, Failure> {
+pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
     let baked = args.graph.load()?;
     let thrown = args.dodge.throw(&baked.graph)?;
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
@@ -99,7 +99,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Told, 
         clearance.time,
         clearance.metres * 100.0
     );
-    Ok(Told {
+    Ok(Written {
         bytes,
         pictures: film.pictures.len(),
         text,

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::canvas::Canvas;
 use super::file::{self, Kind};
-use super::{Told, size, text_height};
+use super::{Written, size, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::duel::{Fought, clip_of};
 use crate::cli::picture::{Picture, TextLook};
@@ -90,16 +90,18 @@ impl DuelArgs {
             false => show.sheet(&mut canvas)?,
         };
         drop(canvas);
-        let told = Told {
+        let written = Written {
             bytes: file::write(path, kind, &film)?,
             pictures: film.pictures.len(),
             text: String::new(),
             more: Vec::new(),
         };
         let file = path.display();
-        let document =
-            json!({ "file": file.to_string(), "bytes": told.bytes, "pictures": told.pictures });
-        Ok(Some((document, format!("{file}: {}\n", told.describe()))))
+        let document = json!({ "file": file.to_string(), "bytes": written.bytes, "pictures": written.pictures });
+        Ok(Some((
+            document,
+            format!("{file}: {}\n", written.describe()),
+        )))
     }
 }
 
@@ -192,8 +194,8 @@ impl Show<'_> {
         };
         write(0, &format!("white {} : {} blue", hits[0], hits[1]), INK);
         let attack = Clip::title(clip_of(self.baked, exchange.strike));
-        let told = (t - exchange.announced >= 0.0).then_some(attack);
-        if let Some(attack) = told {
+        let written = (t - exchange.announced >= 0.0).then_some(attack);
+        if let Some(attack) = written {
             write(1, &format!("{}: {attack}", exchange.attacker.name()), INK);
         }
         if is_over {

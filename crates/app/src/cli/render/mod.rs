@@ -69,24 +69,25 @@ fn text_height(width: u32) -> u32 {
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     let kind = file::Kind::of(&args.out)?;
-    let told = match args.scene {
+    let written = match args.scene {
         Scene::Dodge => dodge::run(args, kind, device)?,
         Scene::Crowd => crowd::run(args, kind, device)?,
     };
     let path = args.out.display().to_string();
     Ok(Done::ok(if as_json {
-        let mut document = json!({ "file": path, "bytes": told.bytes, "pictures": told.pictures });
-        for (key, value) in told.more {
+        let mut document =
+            json!({ "file": path, "bytes": written.bytes, "pictures": written.pictures });
+        for (key, value) in written.more {
             document[key] = value;
         }
         Done::json(&document)
     } else {
-        format!("{}{path}: {}\n", told.text, told.describe())
+        format!("{}{path}: {}\n", written.text, written.describe())
     }))
 }
 
 /// What was written, for the report.
-struct Told {
+struct Written {
     bytes: usize,
     pictures: usize,
     /// Text of the report; each line ends with a line feed.
@@ -94,7 +95,7 @@ struct Told {
     more: Vec<(&'static str, serde_json::Value)>,
 }
 
-impl Told {
+impl Written {
     fn describe(&self) -> String {
         let size = match self.bytes {
             few if few < 1_000_000 => format!("{:.0} kB", few as f64 / 1e3),

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
+use super::super::choreography::Choreography;
 use super::super::keys::Body;
-use super::super::score::Score;
 use super::super::skeleton::{LEFT, RIGHT, striking_arm};
 
 /// Lead hand, straight at the face.
-pub(super) fn jab(s: &mut Score, size: f32) {
+pub(super) fn jab(s: &mut Choreography, size: f32) {
     s.pose(0.09, |b| {
         b.hands[LEFT].z -= 0.02;
         b.chest.y += 0.06;
@@ -31,7 +31,7 @@ pub(super) fn jab(s: &mut Score, size: f32) {
 }
 
 /// Rear hand, straight, with the hip behind it.
-pub(super) fn cross(s: &mut Score, size: f32) {
+pub(super) fn cross(s: &mut Choreography, size: f32) {
     s.pose(0.1, |b| {
         b.pelvis.z -= 0.015;
         b.chest.y -= 0.06;
@@ -57,7 +57,7 @@ pub(super) fn cross(s: &mut Score, size: f32) {
 }
 
 /// Lead hand, round from the side, elbow level.
-pub(super) fn hook(s: &mut Score, size: f32) {
+pub(super) fn hook(s: &mut Choreography, size: f32) {
     s.pose(0.15, |b| {
         b.pelvis += Vec3::new(0.03, -0.025, 0.02);
         b.hips.y += 0.2;
@@ -92,7 +92,7 @@ pub(super) fn hook(s: &mut Score, size: f32) {
 }
 
 /// Rear hand, up from below under the chin.
-pub(super) fn uppercut(s: &mut Score, size: f32) {
+pub(super) fn uppercut(s: &mut Choreography, size: f32) {
     s.pose(0.18, |b| {
         b.pelvis += Vec3::new(-0.03, -0.09, 0.0);
         b.hips.y -= 0.08;
@@ -120,7 +120,7 @@ pub(super) fn uppercut(s: &mut Score, size: f32) {
 }
 
 /// Lead hand, loaded at the far shoulder, whipped outwards.
-pub(super) fn backfist(s: &mut Score, size: f32) {
+pub(super) fn backfist(s: &mut Choreography, size: f32) {
     s.pose(0.2, |b| {
         b.pelvis += Vec3::new(-0.02, -0.02, 0.0);
         b.chest += Vec3::new(0.04, -0.3, 0.0);
@@ -147,7 +147,7 @@ pub(super) fn backfist(s: &mut Score, size: f32) {
 }
 
 /// Lead hand, low, under the guard.
-pub(super) fn body_jab(s: &mut Score, size: f32) {
+pub(super) fn body_jab(s: &mut Choreography, size: f32) {
     s.pose(0.12, |b| b.pelvis.y -= 0.05);
     s.begin(0.0);
     s.pose(0.18, |b| {

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use super::super::choreography::Choreography;
 use super::super::feet::Air;
-use super::super::score::Score;
 use super::super::skeleton::{LEFT, RIGHT, striking_leg};
 
 fn air(after: f32, ankle: [f32; 3], point: f32, knee: [f32; 3]) -> Air {
@@ -16,7 +16,7 @@ fn air(after: f32, ankle: [f32; 3], point: f32, knee: [f32; 3]) -> Air {
 }
 
 /// Rear foot, straight at the belly, with the ball of the foot.
-pub(super) fn front_kick(s: &mut Score, size: f32) {
+pub(super) fn front_kick(s: &mut Choreography, size: f32) {
     let way = [
         air(0.20, [-0.06, 0.52, 0.12], 0.1, [0.0, 0.3, 1.0]),
         air(0.38, [0.0, 1.0, 1.04 * size], 0.35, [0.0, 1.0, 0.6]),
@@ -51,7 +51,7 @@ pub(super) fn front_kick(s: &mut Score, size: f32) {
 }
 
 /// Rear shin, round at the thigh.
-pub(super) fn low_kick(s: &mut Score, size: f32) {
+pub(super) fn low_kick(s: &mut Choreography, size: f32) {
     let way = [
         air(0.17, [-0.38, 0.42, -0.10], 0.5, [-0.5, 0.3, 0.8]),
         air(0.34, [0.0, 0.46, 1.0 * size], 0.6, [-0.5, 0.7, 0.4]),
@@ -83,7 +83,7 @@ pub(super) fn low_kick(s: &mut Score, size: f32) {
 }
 
 /// Rear foot, round at the ribs, the trunk leaning away.
-pub(super) fn roundhouse(s: &mut Score, size: f32) {
+pub(super) fn roundhouse(s: &mut Choreography, size: f32) {
     let way = [
         air(0.24, [-0.44, 0.66, -0.10], 0.6, [-0.5, 0.5, 0.7]),
         air(0.45, [0.0, 1.14, 0.96 * size], 0.7, [-0.45, 0.8, 0.45]),

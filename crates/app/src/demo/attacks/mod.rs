@@ -3,16 +3,16 @@
 mod fists;
 mod kicks;
 
+use super::choreography::Choreography;
 use super::locomotion::shuffle;
 use super::rhythm::Rhythm;
-use super::score::Score;
 use super::skeleton::{LEFT, RIGHT};
 use fists::{backfist, body_jab, cross, hook, jab, uppercut};
 use kicks::{front_kick, low_kick, roundhouse};
 
 /// All clips of this family.
-pub(super) fn scores(scores: &mut Vec<Score>) {
-    type Strike = fn(&mut Score, f32);
+pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
+    type Strike = fn(&mut Choreography, f32);
     let strikes: [(&str, Strike); 9] = [
         ("jab", jab),
         ("cross", cross),
@@ -25,20 +25,20 @@ pub(super) fn scores(scores: &mut Vec<Score>) {
         ("roundhouse", roundhouse),
     ];
     for (number, (name, strike)) in (60..).zip(strikes) {
-        let mut s = Score::new(name, Rhythm::varied(number));
+        let mut s = Choreography::new(name, Rhythm::varied(number));
         s.guard(0.6);
         strike(&mut s, 1.0);
         s.guard(0.7);
         strike(&mut s, 0.93);
         s.guard(0.7);
-        scores.push(s);
+        choreographies.push(s);
     }
-    scores.push(one_two());
-    scores.push(step_in_jab());
+    choreographies.push(one_two());
+    choreographies.push(step_in_jab());
 }
 
-fn one_two() -> Score {
-    let mut s = Score::new("one_two", Rhythm::varied(70));
+fn one_two() -> Choreography {
+    let mut s = Choreography::new("one_two", Rhythm::varied(70));
     s.guard(0.6);
     jab(&mut s, 0.95);
     cross(&mut s, 1.0);
@@ -50,8 +50,8 @@ fn one_two() -> Score {
     s
 }
 
-fn step_in_jab() -> Score {
-    let mut s = Score::new("step_in_jab", Rhythm::varied(71));
+fn step_in_jab() -> Choreography {
+    let mut s = Choreography::new("step_in_jab", Rhythm::varied(71));
     s.guard(0.5);
     s.travel(0.0, 0.32, 0.0);
     s.step(LEFT, 0.06, 0.24).step(RIGHT, 0.34, 0.24);

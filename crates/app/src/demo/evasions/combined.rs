@@ -2,25 +2,25 @@
 
 use glam::Vec3;
 
+use super::super::choreography::Choreography;
 use super::super::locomotion::shuffle;
 use super::super::rhythm::Rhythm;
-use super::super::score::Score;
 use super::super::skeleton::{LEFT, RIGHT, striking_arm};
 use super::trunk::{duck, slip, slipped, sway_back, weave};
 
 /// All clips of this family.
-pub(super) fn scores(scores: &mut Vec<Score>) {
-    scores.push(sway_and_counter());
-    scores.push(slip_slip());
-    scores.push(advance_and_slip());
-    scores.push(circle_and_duck());
-    scores.push(retreat_and_weave());
-    scores.push(bounce_and_sway());
+pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
+    choreographies.push(sway_and_counter());
+    choreographies.push(slip_slip());
+    choreographies.push(advance_and_slip());
+    choreographies.push(circle_and_duck());
+    choreographies.push(retreat_and_weave());
+    choreographies.push(bounce_and_sway());
 }
 
 /// Back out of reach of a blow, and forward again behind it.
-fn sway_and_counter() -> Score {
-    let mut s = Score::new("sway_and_counter", Rhythm::varied(140));
+fn sway_and_counter() -> Choreography {
+    let mut s = Choreography::new("sway_and_counter", Rhythm::varied(140));
     s.guard(0.55);
     for size in [0.9, 1.0] {
         s.begin(0.0);
@@ -48,8 +48,8 @@ fn sway_and_counter() -> Score {
 }
 
 /// From one side straight to the other, as against two blows.
-fn slip_slip() -> Score {
-    let mut s = Score::new("slip_slip", Rhythm::varied(141));
+fn slip_slip() -> Choreography {
+    let mut s = Choreography::new("slip_slip", Rhythm::varied(141));
     s.guard(0.55);
     for sides in [[LEFT, RIGHT], [RIGHT, LEFT]] {
         s.begin(0.0);
@@ -61,8 +61,8 @@ fn slip_slip() -> Score {
     s
 }
 
-fn advance_and_slip() -> Score {
-    let mut s = Score::new("advance_and_slip", Rhythm::varied(142));
+fn advance_and_slip() -> Choreography {
+    let mut s = Choreography::new("advance_and_slip", Rhythm::varied(142));
     s.guard(0.5);
     for side in [RIGHT, LEFT] {
         shuffle(&mut s, 0.0, 0.24, 0.0, 0.95);
@@ -73,8 +73,8 @@ fn advance_and_slip() -> Score {
     s
 }
 
-fn circle_and_duck() -> Score {
-    let mut s = Score::new("circle_and_duck", Rhythm::varied(143));
+fn circle_and_duck() -> Choreography {
+    let mut s = Choreography::new("circle_and_duck", Rhythm::varied(143));
     s.guard(0.5);
     for (left, turn) in [(0.27, -0.2), (-0.27, 0.2)] {
         shuffle(&mut s, left, 0.02, turn, 0.95);
@@ -85,8 +85,8 @@ fn circle_and_duck() -> Score {
     s
 }
 
-fn retreat_and_weave() -> Score {
-    let mut s = Score::new("retreat_and_weave", Rhythm::varied(144));
+fn retreat_and_weave() -> Choreography {
+    let mut s = Choreography::new("retreat_and_weave", Rhythm::varied(144));
     s.guard(0.5);
     for side in [LEFT, RIGHT] {
         shuffle(&mut s, 0.0, -0.25, 0.0, 0.95);
@@ -97,9 +97,9 @@ fn retreat_and_weave() -> Score {
     s
 }
 
-fn bounce_and_sway() -> Score {
+fn bounce_and_sway() -> Choreography {
     let bounce = Rhythm::varied(145).bouncing(0.014, 2.0, 0.08);
-    let mut s = Score::new("bounce_and_sway", bounce);
+    let mut s = Choreography::new("bounce_and_sway", bounce);
     s.guard(0.9);
     for size in [1.0, 0.85] {
         s.begin(0.0);

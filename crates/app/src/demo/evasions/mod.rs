@@ -6,8 +6,8 @@ mod combined;
 mod steps;
 mod trunk;
 
+use super::choreography::Choreography;
 use super::rhythm::Rhythm;
-use super::score::Score;
 use super::skeleton::{LEFT, RIGHT};
 use steps::{
     angle_back, draw_leg_back, duck_step, fade_turn, hop_over, jump_side, leap_back, pivot_away,
@@ -16,8 +16,8 @@ use steps::{
 use trunk::{duck, lean, low_crouch, slip, sway_back, weave};
 
 /// All clips of this family: each evasion twice, the second time wider or tighter.
-pub(super) fn scores(scores: &mut Vec<Score>) {
-    type Dodge = fn(&mut Score, f32);
+pub(super) fn choreographies(choreographies: &mut Vec<Choreography>) {
+    type Dodge = fn(&mut Choreography, f32);
     let dodges: [(&str, Dodge, [f32; 2]); 23] = [
         ("duck", duck, [1.0, 0.75]),
         ("duck_step_left", |s, k| duck_step(s, LEFT, k), [1.0, 1.25]),
@@ -56,7 +56,7 @@ pub(super) fn scores(scores: &mut Vec<Score>) {
         ("lean_right", |s, k| lean(s, RIGHT, k), [1.0, 0.8]),
     ];
     for (number, (name, dodge, sizes)) in (100..).zip(dodges) {
-        let mut s = Score::new(name, Rhythm::varied(number));
+        let mut s = Choreography::new(name, Rhythm::varied(number));
         s.guard(0.55);
         for size in sizes {
             s.begin(0.0);
@@ -64,7 +64,7 @@ pub(super) fn scores(scores: &mut Vec<Score>) {
             s.evaded();
             s.guard(0.75);
         }
-        scores.push(s);
+        choreographies.push(s);
     }
-    combined::scores(scores);
+    combined::choreographies(choreographies);
 }

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::super::score::Score;
+use super::super::choreography::Choreography;
 use super::super::skeleton::{LEFT, RIGHT, sign};
 use super::trunk::shell;
 
 /// Down and to a side, up again there.
-pub(super) fn duck_step(s: &mut Score, side: usize, k: f32) {
+pub(super) fn duck_step(s: &mut Choreography, side: usize, k: f32) {
     let d = sign(side);
     s.travel(0.38 * d * k, 0.02, -0.12 * d);
     s.step(side, 0.02, 0.24).step(1 - side, 0.30, 0.26);
@@ -27,7 +27,7 @@ pub(super) fn duck_step(s: &mut Score, side: usize, k: f32) {
 }
 
 /// Quickly to a side, metres.
-pub(super) fn side_step(s: &mut Score, side: usize, far: f32) {
+pub(super) fn side_step(s: &mut Choreography, side: usize, far: f32) {
     let d = sign(side);
     s.travel(far * d, 0.0, -0.15 * d);
     s.step(side, 0.0, 0.25).step(1 - side, 0.17, 0.28);
@@ -45,7 +45,7 @@ pub(super) fn side_step(s: &mut Score, side: usize, far: f32) {
 }
 
 /// Both feet off the ground, straight back, metres.
-pub(super) fn leap_back(s: &mut Score, far: f32) {
+pub(super) fn leap_back(s: &mut Choreography, far: f32) {
     s.travel(0.0, -far, 0.0);
     s.leap(LEFT, 0.10, 0.36, 0.10).leap(RIGHT, 0.13, 0.38, 0.08);
     s.partway(0.12, 0.06, |b| {
@@ -67,7 +67,7 @@ pub(super) fn leap_back(s: &mut Score, far: f32) {
 }
 
 /// Two quick steps straight back.
-pub(super) fn quick_retreat(s: &mut Score, far: f32) {
+pub(super) fn quick_retreat(s: &mut Choreography, far: f32) {
     let first = 0.55 * far;
     s.travel(0.0, -first, 0.0);
     s.step(RIGHT, 0.0, 0.2).step(LEFT, 0.12, 0.2);
@@ -90,7 +90,7 @@ pub(super) fn quick_retreat(s: &mut Score, far: f32) {
 }
 
 /// Round the front foot, out to the left, facing back in.
-pub(super) fn pivot_away(s: &mut Score, k: f32) {
+pub(super) fn pivot_away(s: &mut Choreography, k: f32) {
     s.travel(0.42 * k, -0.06, -0.95 * k);
     s.step(LEFT, 0.0, 0.26).step(RIGHT, 0.16, 0.34);
     s.partway(0.24, 0.55, |b| {
@@ -104,7 +104,7 @@ pub(super) fn pivot_away(s: &mut Score, k: f32) {
 }
 
 /// The rear foot swings back and the body turns edge on: what was aimed at the chest goes by in front of it.
-pub(super) fn fade_turn(s: &mut Score, k: f32) {
+pub(super) fn fade_turn(s: &mut Choreography, k: f32) {
     s.travel(-0.04, -0.16 * k, 0.0);
     s.step_off(RIGHT, 0.0, 0.26, Vec3::new(0.12, -0.6, -0.14));
     s.pivot(LEFT, 0.06, 0.22, -0.55);
@@ -123,7 +123,7 @@ pub(super) fn fade_turn(s: &mut Score, k: f32) {
 }
 
 /// Both feet off the ground, to a side, metres.
-pub(super) fn jump_side(s: &mut Score, side: usize, far: f32) {
+pub(super) fn jump_side(s: &mut Choreography, side: usize, far: f32) {
     let d = sign(side);
     s.travel(far * d, -0.03, -0.1 * d);
     s.leap(side, 0.10, 0.36, 0.11)
@@ -146,7 +146,7 @@ pub(super) fn jump_side(s: &mut Score, side: usize, far: f32) {
 }
 
 /// Back and to a side in one step, facing in again.
-pub(super) fn angle_back(s: &mut Score, side: usize, k: f32) {
+pub(super) fn angle_back(s: &mut Choreography, side: usize, k: f32) {
     let d = sign(side);
     s.travel(0.34 * d * k, -0.34 * k, -0.4 * d);
     let (first, second) = if side == RIGHT {
@@ -165,7 +165,7 @@ pub(super) fn angle_back(s: &mut Score, side: usize, k: f32) {
 }
 
 /// The front leg leaves its place, the hips go back; the head hardly moves.
-pub(super) fn draw_leg_back(s: &mut Score, k: f32) {
+pub(super) fn draw_leg_back(s: &mut Choreography, k: f32) {
     s.travel(-0.02, -0.13 * k, 0.0);
     s.step_off(LEFT, 0.0, 0.24, Vec3::new(0.0, 0.05, -0.24 * k));
     s.pose(0.25, |b| {
@@ -182,7 +182,7 @@ pub(super) fn draw_leg_back(s: &mut Score, k: f32) {
 }
 
 /// Both knees up, over what sweeps the ground.
-pub(super) fn hop_over(s: &mut Score, k: f32) {
+pub(super) fn hop_over(s: &mut Choreography, k: f32) {
     s.leap(LEFT, 0.13, 0.42, 0.30 * k)
         .leap(RIGHT, 0.15, 0.42, 0.30 * k);
     s.pose(0.13, |b| {

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use super::super::choreography::Choreography;
 use super::super::keys::Body;
-use super::super::score::Score;
 use super::super::skeleton::{LEFT, RIGHT, sign};
 
 /// Hands close to the face.
@@ -14,7 +14,7 @@ pub(super) fn shell(b: &mut Body) {
 }
 
 /// Straight down, the feet stay.
-pub(super) fn duck(s: &mut Score, k: f32) {
+pub(super) fn duck(s: &mut Choreography, k: f32) {
     let down = |b: &mut Body| {
         b.pelvis += Vec3::new(0.0, -0.38 * k, -0.05);
         b.hips.x += 0.25;
@@ -32,7 +32,7 @@ pub(super) fn duck(s: &mut Score, k: f32) {
 }
 
 /// By a hair: the head goes off the line, the weight onto that foot.
-pub(super) fn slip(s: &mut Score, side: usize, k: f32) {
+pub(super) fn slip(s: &mut Choreography, side: usize, k: f32) {
     s.pose(0.22, |b| slipped(b, side, k));
     s.hold(0.09);
     s.guard(0.32);
@@ -51,7 +51,7 @@ pub(super) fn slipped(b: &mut Body, side: usize, k: f32) {
 }
 
 /// The trunk goes back, the feet stay.
-pub(super) fn sway_back(s: &mut Score, k: f32) {
+pub(super) fn sway_back(s: &mut Choreography, k: f32) {
     let back = |b: &mut Body| {
         b.pelvis += Vec3::new(-0.03, -0.035, -0.13 * k);
         b.hips += Vec3::new(-0.16 * k, -0.1, 0.0);
@@ -70,7 +70,7 @@ pub(super) fn sway_back(s: &mut Score, k: f32) {
 }
 
 /// The trunk bends to a side over straight hips; the head dips.
-pub(super) fn lean(s: &mut Score, side: usize, k: f32) {
+pub(super) fn lean(s: &mut Choreography, side: usize, k: f32) {
     let d = sign(side);
     s.pose(0.26, |b| {
         b.pelvis += Vec3::new(0.12 * d * k, -0.15 * k, -0.02);
@@ -85,7 +85,7 @@ pub(super) fn lean(s: &mut Score, side: usize, k: f32) {
 }
 
 /// Under a round blow: down on one side, along below, up on the other.
-pub(super) fn weave(s: &mut Score, side: usize, k: f32) {
+pub(super) fn weave(s: &mut Choreography, side: usize, k: f32) {
     let d = sign(side);
     let low = |b: &mut Body, across: f32, drop: f32| {
         b.pelvis += Vec3::new(0.09 * across, -drop * k, -0.02);
@@ -102,7 +102,7 @@ pub(super) fn weave(s: &mut Score, side: usize, k: f32) {
 }
 
 /// Nearly to the ground, a hand at it.
-pub(super) fn low_crouch(s: &mut Score, k: f32) {
+pub(super) fn low_crouch(s: &mut Choreography, k: f32) {
     let low = |b: &mut Body| {
         b.pelvis += Vec3::new(-0.02, -0.48 * k, -0.09);
         b.hips.x += 0.45;

@@ -1,14 +1,14 @@
-//! Every candidate of the last query, with its fate and the parts of its score.
+//! Lists all candidates of the last query, with outcomes and the terms of the scores.
 
 use egui::{Color32, RichText, Sense};
 
 use crate::live::{Fighter, Throw};
 use sabaki::query::{CandidateReport, Fate};
 
-/// Which are listed.
+/// The candidates that are listed.
 #[derive(Default)]
 pub(in crate::window) struct Listed {
-    /// Lines of the throw with this number, in the order in which they stand.
+    /// The sorted lines of the throw with this number.
     lines: Vec<Listing>,
     of: u32,
 }
@@ -20,12 +20,12 @@ struct Listing {
     name: String,
 }
 
-/// Points of a line.
+/// Height of a line, in points.
 const LINE: f32 = 17.0;
-/// Lines that are seen at once.
+/// Number of visible lines.
 const LINES: f32 = 11.0;
 
-/// The list; a click shows one's ghost, another click shows none.
+/// Draws the list. A click on a line shows the candidate as a ghost; another click hides it.
 pub(in crate::window) fn candidates(
     ui: &mut egui::Ui,
     fighter: &mut Fighter<'_>,
@@ -63,7 +63,7 @@ pub(in crate::window) fn candidates(
     }
 }
 
-/// One line; whether it was clicked.
+/// Draws one line. Returns whether it was clicked.
 fn listing(ui: &mut egui::Ui, line: &Listing, is_picked: bool) -> bool {
     let wide = egui::vec2(ui.available_width(), LINE - ui.spacing().item_spacing.y);
     let (rect, response) = ui.allocate_exact_size(wide, Sense::click());

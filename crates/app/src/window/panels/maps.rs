@@ -1,4 +1,4 @@
-//! The maps of the last throw, small.
+//! Small pictures of the maps of the last throw.
 
 use egui::{Color32, ColorImage, RichText, TextureHandle, TextureOptions};
 
@@ -13,7 +13,7 @@ pub(in crate::window) struct Thumbnails {
     slabs: Vec<(f32, TextureHandle)>,
 }
 
-/// Points of a side, at most.
+/// Largest side of a picture, in points.
 const SIDE: f32 = 92.0;
 const BODY: [u8; 3] = [70, 190, 95];
 const EVASION: [u8; 3] = [75, 120, 235];
@@ -21,7 +21,7 @@ const ATTACK: [u8; 3] = [225, 60, 45];
 const BOTH: [u8; 3] = [250, 215, 70];
 
 impl Thumbnails {
-    /// Those of `last`, as they are when the ball is nearest.
+    /// The maps of `last` at the moment when the ball is nearest.
     pub(in crate::window) fn show(&mut self, ui: &mut egui::Ui, last: Option<&Throw<'_>>) {
         let Some(last) = last else {
             ui.label(RichText::new("nothing was thrown yet").weak());
@@ -52,7 +52,7 @@ impl Thumbnails {
 
 fn texture(context: &egui::Context, slab: &SlabPicture) -> TextureHandle {
     let all = [&slab.body, &slab.evasion];
-    // The attack comes from far away: only what of it is about the body is of interest.
+    // The attack starts far away; only its part near the body is shown.
     let rect = all
         .iter()
         .fold(MapRect::default(), |rect, map| rect.union(map.rect()));
@@ -84,7 +84,7 @@ fn texture(context: &egui::Context, slab: &SlabPicture) -> TextureHandle {
     context.load_texture("slab", image, TextureOptions::NEAREST)
 }
 
-/// So many texels more on each side.
+/// Enlarges a rectangle by texels on each side.
 fn grown(rect: MapRect, texels: i32) -> MapRect {
     let more = 2 * texels.unsigned_abs();
     MapRect {

@@ -1,4 +1,4 @@
-//! The larger parts of the fighter's panel.
+//! Larger parts of the fighter's panel.
 
 pub(super) mod candidates;
 pub(super) mod maps;

@@ -1,4 +1,4 @@
-//! A duel that goes on for ever: fought a little ahead of what is shown.
+//! An endless duel, simulated a little ahead of what is shown.
 
 use glam::Vec3;
 
@@ -9,38 +9,38 @@ use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Shot};
 
-/// The duel is fought so far ahead, seconds.
+/// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
 
 /// Two fighters of one graph, who attack and avoid in turn.
-pub struct Sparring<'a> {
+pub struct LiveDuel<'a> {
     baked: &'a BakedGraph,
     duel: Duel<'a>,
     settings: BoutSettings,
     context: QueryContext,
     answer: Answer,
-    /// What is shown now, seconds since the duel's start.
+    /// Time that is shown, in seconds since the duel's start.
     t: f32,
-    /// Which exchange, and from where; `None` before the first picture.
+    /// Exchange that is shown, with its camera; `None` before the first picture.
     cut: Option<Cut>,
-    /// Width by height of the picture.
+    /// Width of the picture divided by its height.
     aspect: f32,
-    /// Exchanges whose outcome has been seen.
+    /// Number of exchanges whose outcome has been shown.
     told: usize,
     ended: Option<DuelError>,
     events: Vec<Event>,
 }
 
-impl<'a> Sparring<'a> {
-    /// Two fighters face each other.
+impl<'a> LiveDuel<'a> {
+    /// Starts a duel of two fighters who face each other.
     ///
     /// # Errors
-    /// As for [`Duel::new`].
+    /// Those of [`Duel::new`].
     pub fn new(
         (baked, grid): (&'a BakedGraph, &'a AttackGrid),
         settings: &DuelSettings,
     ) -> Result<Self, DuelError> {
-        let mut sparring = Self {
+        let mut live_duel = Self {
             baked,
             duel: Duel::new(baked, grid, settings)?,
             settings: BoutSettings::default(),
@@ -53,11 +53,11 @@ impl<'a> Sparring<'a> {
             ended: None,
             events: Vec::new(),
         };
-        sparring.advance(0.0);
-        Ok(sparring)
+        live_duel.advance(0.0);
+        Ok(live_duel)
     }
 
-    /// Time goes on, slower where an attack is near. It stands still when nobody comes within reach any more.
+    /// Advances the simulation, slower while an attack is near. It stops when the fighters no longer come within reach.
     pub fn advance(&mut self, seconds: f32) {
         let pace = self.cut.map_or(1.0, |cut| {
             self.bout(cut.exchange).pace(&self.of_one(cut), self.t)
@@ -78,7 +78,7 @@ impl<'a> Sparring<'a> {
         }
     }
 
-    /// One exchange more.
+    /// Simulates one more exchange.
     fn fight(&mut self) {
         let query_settings = QuerySettings::default();
         let query = Query::new(self.baked, &query_settings);
@@ -94,7 +94,7 @@ impl<'a> Sparring<'a> {
         }
     }
 
-    /// Which exchange is shown: the first one that is not over yet.
+    /// Index of the shown exchange: the first one that is not over.
     fn current(&self) -> usize {
         let exchanges = self.duel.exchanges();
         let over = |one: &Exchange| one.end() + self.settings.after <= self.t;
@@ -103,7 +103,7 @@ impl<'a> Sparring<'a> {
             .min(exchanges.len().saturating_sub(1))
     }
 
-    /// Says what became of attacks that have been seen by now.
+    /// Reports the attacks whose outcome has been shown by now.
     fn tell(&mut self) {
         while let Some(exchange) = self.duel.exchanges().get(self.told) {
             if exchange.announced + exchange.clearance.time > self.t {
@@ -121,25 +121,25 @@ impl<'a> Sparring<'a> {
         }
     }
 
-    /// An exchange alone.
+    /// The scene of one exchange.
     fn bout(&self, exchange: usize) -> Bout<'_> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
         Bout::new(self.baked, self.duel.fighters(), one, &self.settings)
     }
 
-    /// A cut as that of its exchange alone.
+    /// The cut within the scene of its exchange.
     fn of_one(&self, cut: Cut) -> Cut {
         Cut { exchange: 0, ..cut }
     }
 
-    /// From where the exchange is seen best.
+    /// The camera that sees the exchange best.
     #[must_use]
     pub fn camera(&self) -> Option<Camera> {
         self.cut.map(|cut| cut.camera)
     }
 
-    /// The picture that `camera` sees, so many times as wide as high.
+    /// The picture that `camera` sees, with this ratio of width to height.
     pub fn shot(&mut self, camera: Camera, aspect: f32) -> Shot {
         self.aspect = aspect;
         let Some(cut) = self.cut else {
@@ -153,7 +153,7 @@ impl<'a> Sparring<'a> {
             .shot(&cut, self.t)
     }
 
-    /// Between the two fighters, at the height of their hips.
+    /// The point between the fighters, at the height of their hips.
     #[must_use]
     pub fn middle(&self) -> Vec3 {
         let (bout, mut joints) = (self.bout(0), Vec::<JointTransform>::new());
@@ -164,26 +164,26 @@ impl<'a> Sparring<'a> {
         0.5 * (hips[0] + hips[1])
     }
 
-    /// The exchanges whose outcome has been seen.
+    /// The exchanges whose outcome has been shown.
     #[must_use]
     pub fn seen(&self) -> &[Exchange] {
         &self.duel.exchanges()[..self.told]
     }
 
-    /// The one that is shown, if its attack has been announced.
+    /// The shown exchange, if its attack has been announced.
     #[must_use]
     pub fn shown(&self) -> Option<&Exchange> {
         let exchange = self.duel.exchanges().get(self.current())?;
         (exchange.announced <= self.t).then_some(exchange)
     }
 
-    /// How often each was hit, and avoided, of what has been seen.
+    /// Number of hits and avoided attacks of each fighter so far.
     #[must_use]
     pub fn score(&self) -> Score {
         Score::of(self.seen(), self.duel.score().called_off)
     }
 
-    /// The name of an exchange's attack.
+    /// Name of an exchange's attack.
     #[must_use]
     pub fn attack(&self, exchange: &Exchange) -> &str {
         let graph = self.baked.graph();
@@ -192,13 +192,13 @@ impl<'a> Sparring<'a> {
             .name()
     }
 
-    /// Why it goes on no longer.
+    /// Why the duel has stopped.
     #[must_use]
     pub fn ended(&self) -> Option<&DuelError> {
         self.ended.as_ref()
     }
 
-    /// What has happened since it was asked last.
+    /// Takes the events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }

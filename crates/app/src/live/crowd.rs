@@ -7,25 +7,25 @@ use sabaki::crowd::PoseError;
 use sabaki::math::F32x16;
 use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Shot};
 
-/// How a camera goes past a crowd.
+/// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CameraPath {
-    /// Stands before its head: the paper's view.
+    /// Stands in front of the crowd, as in the paper.
     #[default]
     Head,
-    /// Flies along it and back.
+    /// Flies along the crowd and back.
     Along,
-    /// Goes around its head, low and near.
+    /// Orbits the first rows, low and near.
     Around,
-    /// As the mouse says.
+    /// Controlled by the mouse.
     Free,
 }
 
 impl CameraPath {
-    /// All of them.
+    /// All paths.
     pub const ALL: [Self; 4] = [Self::Head, Self::Along, Self::Around, Self::Free];
 
-    /// In a word.
+    /// Name of the path.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -36,14 +36,14 @@ impl CameraPath {
         }
     }
 
-    /// Where it is after so many seconds, past a column that is so long, metres; `None` for [`CameraPath::Free`].
+    /// The camera after some seconds, for a column of some length in metres; `None` for [`CameraPath::Free`].
     #[must_use]
     pub fn camera(self, (crowd, long): (&Crowd, f32), seconds: f32) -> Option<Camera> {
         let head = crowd.camera();
         match self {
             Self::Head => Some(head),
             Self::Along => {
-                // There and back in a minute, slow at both ends.
+                // Along and back in a minute, slow at both ends.
                 let share = 0.5 - 0.5 * (seconds * std::f32::consts::TAU / 60.0).cos();
                 let z = -share * (long - 30.0).max(0.0);
                 Some(Camera {
@@ -65,25 +65,25 @@ impl CameraPath {
     }
 }
 
-/// A crowd that goes on for ever, its poses written straight into the memory that it is drawn from.
-pub struct March {
-    /// Who marches.
+/// An endless crowd, posed straight into the memory that it is drawn from.
+pub struct LiveCrowd {
+    /// The characters.
     pub crowd: Crowd,
-    /// Whether levels go by distance.
+    /// Chooses levels of detail by distance.
     pub levels: bool,
-    /// Whether everybody has the colour of its level.
+    /// Draws each character in the colour of its level.
     pub tinted: bool,
-    /// How the camera goes.
+    /// Path of the camera.
     pub path: CameraPath,
     seconds: f32,
     pose_ms: VecDeque<f32>,
 }
 
-/// So many of the last pictures' times are kept.
+/// Number of pictures whose times are kept.
 const TIMES: usize = 120;
 
-impl March {
-    /// With levels by distance, in its own colours.
+impl LiveCrowd {
+    /// Creates a crowd with levels by distance, in its own colours.
     #[must_use]
     pub fn new(crowd: Crowd) -> Self {
         Self {
@@ -96,25 +96,25 @@ impl March {
         }
     }
 
-    /// Time goes on, seconds.
+    /// Advances the simulation by some seconds.
     pub fn advance(&mut self, seconds: f32) {
         self.crowd.advance(seconds);
         self.seconds += seconds;
     }
 
-    /// Where the path has the camera now; `None` where the mouse has it.
+    /// The camera on its path; `None` if the mouse controls it.
     #[must_use]
     pub fn camera(&self) -> Option<Camera> {
         self.path
             .camera((&self.crowd, self.crowd.long()), self.seconds)
     }
 
-    /// Milliseconds in which everybody was posed, of the last pictures, the latest one last.
+    /// Milliseconds to pose the crowd in the last pictures, the latest one last.
     pub fn pose_times(&self) -> impl ExactSizeIterator<Item = f32> + '_ {
         self.pose_ms.iter().copied()
     }
 
-    /// Poses everybody into `poses` as `camera` sees it in a picture of that many pixels, and says what it sees.
+    /// Poses the crowd into `poses` for a camera and a picture size in pixels, and returns what to draw.
     ///
     /// # Errors
     /// A camera without a field of view; less memory than [`Crowd::most_lines`].
@@ -123,7 +123,7 @@ impl March {
         camera: Camera,
         size: [u32; 2],
         poses: &mut [F32x16],
-    ) -> Result<(Shot, CrowdShot), MarchError> {
+    ) -> Result<(Shot, CrowdShot), LiveCrowdError> {
         self.crowd.use_levels(self.levels);
         self.crowd.show_levels(self.tinted);
         self.crowd.look_from(&camera, size)?;
@@ -138,13 +138,13 @@ impl March {
     }
 }
 
-/// Why a crowd is not shown.
+/// Why a crowd cannot be shown.
 #[derive(Debug, thiserror::Error)]
-pub enum MarchError {
-    /// The formation's.
+pub enum LiveCrowdError {
+    /// An error of the formation.
     #[error(transparent)]
     Formation(#[from] FormationError),
-    /// The kernels'.
+    /// An error of the pose evaluation.
     #[error(transparent)]
     Pose(#[from] PoseError),
 }

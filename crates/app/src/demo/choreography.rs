@@ -1,4 +1,4 @@
-//! The choreography of one clip: key postures, foot movements and events, written one after the other, then played at
+//! The choreography of one clip: key poses, foot movements and events, listed in order of time and sampled at
 //! [`FRAME_RATE`].
 
 use glam::{Vec2, Vec3};
@@ -15,8 +15,8 @@ use sabaki::math::Rigid2;
 /// Frames per second of all embedded motions.
 pub(super) const FRAME_RATE: f64 = 30.0;
 
-/// A clip in the making. Times are seconds, `dt` counts from the last key.
-pub(super) struct Score {
+/// A clip under construction. Times are in seconds; `dt` counts from the last key.
+pub(super) struct Choreography {
     name: String,
     rhythm: Rhythm,
     southpaw: bool,
@@ -26,13 +26,13 @@ pub(super) struct Score {
     events: Vec<(EventKind, f32, f32, Vec<JointId>)>,
     now: f32,
     began: f32,
-    /// Home before and after the last [`Score::travel`].
+    /// Home before and after the last [`Choreography::travel`].
     left: Vec3,
     place: Vec3,
 }
 
-impl Score {
-    /// Starts in guard at the origin.
+impl Choreography {
+    /// Starts a clip in guard at the origin.
     pub(super) fn new(name: &str, rhythm: Rhythm) -> Self {
         let spot = |side| own_spot(side, false, &rhythm);
         Self {
@@ -50,12 +50,12 @@ impl Score {
         }
     }
 
-    /// A key `dt` after the last one: guard, as `change` alters it.
+    /// Adds a key `dt` after the last one: the guard, modified by `change`.
     pub(super) fn pose(&mut self, dt: f32, change: impl FnOnce(&mut Body)) -> &mut Self {
         self.partway(dt, 1.0, change)
     }
 
-    /// As [`Score::pose`], with only a share of the last travel made.
+    /// As [`Choreography::pose`], with only a share of the last travel made.
     pub(super) fn partway(
         &mut self,
         dt: f32,
@@ -70,12 +70,12 @@ impl Score {
         self
     }
 
-    /// Back in guard.
+    /// Adds a key in guard.
     pub(super) fn guard(&mut self, dt: f32) -> &mut Self {
         self.pose(dt, |_| {})
     }
 
-    /// The last key again.
+    /// Repeats the last key.
     pub(super) fn hold(&mut self, dt: f32) -> &mut Self {
         self.now += dt;
         if let Some(&(_, body)) = self.keys.last() {
@@ -84,13 +84,13 @@ impl Score {
         self
     }
 
-    /// The other foot goes first from now on; the feet are to be stepped there.
+    /// Exchanges the front foot from now on; the feet must step there.
     pub(super) fn switch(&mut self) -> &mut Self {
         self.southpaw = !self.southpaw;
         self
     }
 
-    /// Home moves by (left, forward) metres and turns left by radians, for all keys and steps from now on.
+    /// Moves home by (left, forward) metres and turns it left by radians, for all keys and steps from now on.
     pub(super) fn travel(&mut self, left: f32, forward: f32, turn: f32) -> &mut Self {
         self.left = self.place;
         let moved = self.home().point(Vec3::new(left, 0.0, forward));
@@ -102,12 +102,12 @@ impl Score {
         Rigid2::new(self.place.y, self.place.x, self.place.z)
     }
 
-    /// A foot steps to its place in guard, from `delay` after the last key on, in `duration`.
+    /// Steps a foot to its place in guard, starting `delay` after the last key, within `duration`.
     pub(super) fn step(&mut self, side: usize, delay: f32, duration: f32) -> &mut Self {
         self.step_off(side, delay, duration, Vec3::ZERO)
     }
 
-    /// As [`Score::step`], to another place: (left, turn left, forward) from that in guard.
+    /// As [`Choreography::step`], to another place: (left, turn left, forward) from that in guard.
     pub(super) fn step_off(
         &mut self,
         side: usize,
@@ -123,20 +123,20 @@ impl Score {
         self.swing(side, delay, duration, spot, lift)
     }
 
-    /// A foot leaps to its place in guard: higher than a step.
+    /// Leaps with a foot to its place in guard, higher than a step.
     pub(super) fn leap(&mut self, side: usize, delay: f32, duration: f32, lift: f32) -> &mut Self {
         let spot = own_spot(side, self.southpaw, &self.rhythm);
         self.swing(side, delay, duration, spot, lift)
     }
 
-    /// A foot turns on its ball to another angle than in guard, radians to the left.
+    /// Turns a foot on its ball to an angle relative to guard, in radians to the left.
     pub(super) fn pivot(&mut self, side: usize, delay: f32, duration: f32, turn: f32) -> &mut Self {
         let toe = self.ways[side].spot().toe;
         let yaw = own_spot(side, self.southpaw, &self.rhythm).yaw + self.place.y + turn;
         self.push(side, delay, duration, Spot { toe, yaw }, 0.0, &[])
     }
 
-    /// A foot leaves the ground along `keys` and returns to its place in guard.
+    /// Moves a foot through the air along `keys` and back to its place in guard.
     pub(super) fn kick(
         &mut self,
         side: usize,
@@ -149,7 +149,7 @@ impl Score {
     }
 
     fn placed(&self, spot: Spot) -> Spot {
-        // Headings stay unwrapped, so that a foot never turns the long way round.
+        // Headings are not wrapped, so that a foot never turns the long way round.
         let turned = spot.yaw + self.place.y;
         Spot {
             yaw: turned,
@@ -201,27 +201,27 @@ impl Score {
         self
     }
 
-    /// An event starts `delay` after the last key.
+    /// Starts an event `delay` after the last key.
     pub(super) fn begin(&mut self, delay: f32) -> &mut Self {
         self.began = self.now + delay;
         self
     }
 
-    /// An evasion ends at the last key.
+    /// Ends an evasion at the last key.
     pub(super) fn evaded(&mut self) -> &mut Self {
         let event = (EventKind::Evasion, self.began, self.now, Vec::new());
         self.events.push(event);
         self
     }
 
-    /// An attack ends at the last key.
+    /// Ends an attack at the last key.
     pub(super) fn struck(&mut self, joints: Vec<JointId>) -> &mut Self {
         let event = (EventKind::Attack, self.began, self.now, joints);
         self.events.push(event);
         self
     }
 
-    /// Plays it: the clip and its events, for the clip's `index` in the set.
+    /// Samples the clip and returns it with its events; `index` is the clip's index in the set.
     pub(super) fn play(
         &self,
         skeleton: &Skeleton,
@@ -265,7 +265,7 @@ impl Score {
         [LEFT, RIGHT].map(|side| self.ways[side].foot(time, body.heels[side]))
     }
 
-    /// The body leans over the foot that stands while the other is in the air.
+    /// Shifts the body over the standing foot while the other is in the air.
     fn shift(&self, time: f32) -> Vec3 {
         let mut shift = Vec2::ZERO;
         for side in [LEFT, RIGHT] {
@@ -282,7 +282,7 @@ impl Score {
     }
 }
 
-/// Where a foot stands in this clip's guard, in home.
+/// Place of a foot in this clip's guard, in home.
 fn own_spot(side: usize, southpaw: bool, rhythm: &Rhythm) -> Spot {
     let mut spot = guard_spot(side, southpaw);
     spot.toe += Vec2::new(rhythm.feet[side].x, rhythm.feet[side].z);
@@ -290,12 +290,12 @@ fn own_spot(side: usize, southpaw: bool, rhythm: &Rhythm) -> Spot {
     spot
 }
 
-/// How much later than the hips each row of [`Body`] moves, seconds: the hips lead, the hands come last.
+/// Delay of each row of [`Body`] after the hips, in seconds: the hips lead, the hands come last.
 const LAGS: [f32; ROWS] = [
     0.0, 0.0, 0.0, 0.012, 0.0, 0.02, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0,
 ];
 
-/// The curve through the keys, smoothed over a few hundredths of a second so that no motion starts with a jerk.
+/// The spline through the keys, smoothed over a few hundredths of a second so that no motion starts with a jerk.
 fn body_at(track: &Track<ROWS>, time: f32) -> Body {
     const TAPS: [(f32, f32); 5] = [
         (-0.04, 0.12),

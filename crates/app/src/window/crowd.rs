@@ -1,19 +1,19 @@
-//! The crowd in the window.
+//! Shows a crowd in the window.
 
 use egui::{RichText, Slider};
 use glam::Vec3;
 
 use super::gui::bars;
 use super::times::median;
-use super::{Exhibit, Seen, WindowError};
-use crate::live::{CameraPath, Clock, Event, March};
+use super::{Seen, View, WindowError};
+use crate::live::{CameraPath, Clock, Event, LiveCrowd};
 use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot, level_colour};
 
-/// A crowd, and the keys for it.
-pub struct MarchExhibit {
-    march: March,
+/// A crowd with its keys.
+pub struct CrowdView {
+    live_crowd: LiveCrowd,
 }
 
 const KEYS: [(&str, &str); 3] = [
@@ -22,17 +22,17 @@ const KEYS: [(&str, &str); 3] = [
     ("c", "the next camera path"),
 ];
 
-impl MarchExhibit {
+impl CrowdView {
     /// Shows a crowd.
     #[must_use]
-    pub fn new(march: March) -> Self {
-        Self { march }
+    pub fn new(live_crowd: LiveCrowd) -> Self {
+        Self { live_crowd }
     }
 }
 
-impl Exhibit for MarchExhibit {
+impl View for CrowdView {
     fn stage(&self) -> StageDesc<'static> {
-        let crowd = &self.march.crowd;
+        let crowd = &self.live_crowd.crowd;
         StageDesc {
             shadow_side: 4096,
             max_members: crowd.len() as u32,
@@ -43,7 +43,7 @@ impl Exhibit for MarchExhibit {
     }
 
     fn advance(&mut self, seconds: f32) {
-        self.march.advance(seconds);
+        self.live_crowd.advance(seconds);
     }
 
     fn focus(&self) -> Vec3 {
@@ -55,7 +55,7 @@ impl Exhibit for MarchExhibit {
     }
 
     fn camera(&self) -> Option<Camera> {
-        self.march.camera()
+        self.live_crowd.camera()
     }
 
     fn draw(
@@ -64,7 +64,7 @@ impl Exhibit for MarchExhibit {
         size: [u32; 2],
         poses: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError> {
-        let (shot, crowd) = self.march.shot(camera, size, poses)?;
+        let (shot, crowd) = self.live_crowd.shot(camera, size, poses)?;
         Ok((shot, Some(crowd)))
     }
 
@@ -74,12 +74,12 @@ impl Exhibit for MarchExhibit {
 
     fn key(&mut self, key: &str) {
         match key {
-            "l" => self.march.levels = !self.march.levels,
-            "t" => self.march.tinted = !self.march.tinted,
+            "l" => self.live_crowd.levels = !self.live_crowd.levels,
+            "t" => self.live_crowd.tinted = !self.live_crowd.tinted,
             "c" => {
                 let all = CameraPath::ALL;
-                let at = all.iter().position(|path| *path == self.march.path);
-                self.march.path = all[at.map_or(0, |at| (at + 1) % all.len())];
+                let at = all.iter().position(|path| *path == self.live_crowd.path);
+                self.live_crowd.path = all[at.map_or(0, |at| (at + 1) % all.len())];
             }
             _ => {}
         }
@@ -90,27 +90,30 @@ impl Exhibit for MarchExhibit {
     }
 
     fn panel(&mut self, ui: &mut egui::Ui, _: &mut Clock) {
-        let march = &mut self.march;
-        ui.label(RichText::new(format!("{} characters", march.crowd.len())).strong());
-        ui.checkbox(&mut march.levels, "levels of detail by distance");
-        ui.checkbox(&mut march.tinted, "everybody in the colour of its level");
-        let mut error = march.crowd.error();
+        let live_crowd = &mut self.live_crowd;
+        ui.label(RichText::new(format!("{} characters", live_crowd.crowd.len())).strong());
+        ui.checkbox(&mut live_crowd.levels, "levels of detail by distance");
+        ui.checkbox(
+            &mut live_crowd.tinted,
+            "everybody in the colour of its level",
+        );
+        let mut error = live_crowd.crowd.error();
         let slider = Slider::new(&mut error, 0.25..=16.0).logarithmic(true);
-        ui.add_enabled(march.levels, slider.text("pixels of error"));
-        march.crowd.set_error(error);
+        ui.add_enabled(live_crowd.levels, slider.text("pixels of error"));
+        live_crowd.crowd.set_error(error);
         ui.label("camera");
         ui.horizontal(|ui| {
             for path in CameraPath::ALL {
-                ui.selectable_value(&mut march.path, path, path.name());
+                ui.selectable_value(&mut live_crowd.path, path, path.name());
             }
         });
         ui.separator();
-        let posed = median(march.pose_times());
+        let posed = median(live_crowd.pose_times());
         ui.label(format!("posed in {posed:.2} ms, into mapped memory"));
-        bars(ui, march.pose_times(), "ms");
+        bars(ui, live_crowd.pose_times(), "ms");
         ui.separator();
         ui.label("characters on each level");
-        census(ui, &march.crowd.census());
+        census(ui, &live_crowd.crowd.census());
     }
 
     fn label(&self, _: &egui::Painter, _: &Seen) {}
@@ -120,11 +123,11 @@ impl Exhibit for MarchExhibit {
     }
 
     fn pose_ms(&self) -> Option<f64> {
-        Some(median(self.march.pose_times()))
+        Some(median(self.live_crowd.pose_times()))
     }
 }
 
-/// A bar for each level, in its colour.
+/// Draws a bar for each level, in its colour.
 fn census(ui: &mut egui::Ui, census: &[usize]) {
     let most = census.iter().copied().max().unwrap_or(0).max(1);
     for (level, &count) in census.iter().enumerate() {

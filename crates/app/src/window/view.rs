@@ -6,29 +6,29 @@ use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 
-/// Something to be shown in a window.
-pub trait Exhibit {
-    /// What a stage must have room for; format, size, samples and frames in flight are the window's own.
+/// The contents of a window.
+pub trait View {
+    /// Settings of the stage. The window sets format, size, samples and frames in flight.
     fn stage(&self) -> StageDesc<'static>;
 
-    /// Time goes on, seconds.
+    /// Advances the simulation by some seconds.
     fn advance(&mut self, seconds: f32);
 
-    /// What the camera follows at first and from then on, metres.
+    /// Focus of the camera, in metres.
     fn focus(&self) -> Vec3;
 
-    /// How far away the camera is at first, metres.
+    /// Initial distance of the camera, in metres.
     fn distance(&self) -> f32;
 
-    /// Where it has the camera itself; `None` where the mouse has it.
+    /// The camera, if the view controls it; `None` if the mouse does.
     fn camera(&self) -> Option<Camera> {
         None
     }
 
-    /// The picture that `camera` sees in so many pixels. `poses` is where the device reads those of a crowd.
+    /// The scene that `camera` sees in a picture of `size` pixels. The device reads a crowd's poses from `poses`.
     ///
     /// # Errors
-    /// The exhibit's own.
+    /// Those of the implementation.
     fn draw(
         &mut self,
         camera: Camera,
@@ -36,51 +36,51 @@ pub trait Exhibit {
         poses: &mut [F32x16],
     ) -> Result<(Shot, Option<CrowdShot>), WindowError>;
 
-    /// A click at what `camera` sees in the direction `ray`.
+    /// Handles a click in the direction `ray` of `camera`.
     ///
     /// # Errors
-    /// The exhibit's own.
+    /// Those of the implementation.
     fn click(&mut self, camera: &Camera, ray: Vec3) -> Result<(), WindowError>;
 
-    /// A key that the window has no use for itself, as what it writes, in small letters.
+    /// Handles a key that the window does not use itself: its text in lower case.
     fn key(&mut self, key: &str);
 
-    /// Its keys, and what they do.
+    /// The keys of the view and their descriptions.
     fn keys(&self) -> &'static [(&'static str, &'static str)];
 
-    /// What is written in the panel.
+    /// Lays out the panel.
     fn panel(&mut self, ui: &mut egui::Ui, clock: &mut Clock);
 
-    /// What is written over the picture.
+    /// Draws text over the picture.
     fn label(&self, painter: &egui::Painter, seen: &Seen);
 
-    /// What has happened since it was asked last.
+    /// Takes the events since the last call.
     fn take_events(&mut self) -> Vec<Event>;
 
-    /// Whether it waits for an answer.
-    fn is_asking(&self) -> bool {
+    /// Whether the view waits for an answer.
+    fn is_waiting(&self) -> bool {
         false
     }
 
-    /// The median of the milliseconds in which it posed, where it says.
+    /// Median time to pose the crowd, in milliseconds, if there is one.
     fn pose_ms(&self) -> Option<f64> {
         None
     }
 }
 
-/// How a picture lies on the screen.
+/// The projection of a picture on the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// From where it is seen.
+    /// Camera of the picture.
     pub camera: Camera,
-    /// Columns and rows.
+    /// Size of the picture, in pixels.
     pub size: [u32; 2],
-    /// Pixels in a point of egui's.
+    /// Pixels per point of egui.
     pub pixels_per_point: f32,
 }
 
 impl Seen {
-    /// Where a place is on the screen, in points; `None` behind the camera.
+    /// The position of a place on the screen, in points; `None` behind the camera.
     #[must_use]
     pub fn point(&self, place: Vec3) -> Option<egui::Pos2> {
         let pixel = self.camera.pixel(place, self.size)? / self.pixels_per_point;
