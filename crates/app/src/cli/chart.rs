@@ -54,7 +54,7 @@ impl Chart<'_> {
         let (x, y) = (self.range(|point| point.0), self.range(|point| point.1));
         let mut chart = ChartBuilder::on(area);
         chart
-            .margin_top(68)
+            .margin_top(80)
             .margin_right(28)
             .margin_bottom(10)
             .margin_left(12);

@@ -148,7 +148,7 @@ impl DistanceFigure<'_> {
         transitions.sort_by(|a, b| b.2.total_cmp(&a.2));
         for (row, column, distance) in transitions {
             let [corner, _] = placed.corners(row, column..column + 1);
-            let dot = Circle::new(corner, 2, self.colour(distance).filled());
+            let dot = Circle::new(corner, 1, self.colour(distance).filled());
             area.draw(&dot)?;
         }
         Ok(())

@@ -86,6 +86,8 @@ impl Picture {
 
     /// Writes a line of text; the place is its upper left corner.
     pub(crate) fn text(&mut self, at: (i32, i32), text: &str, look: TextLook) {
+        // Before the style, which looks the font up.
+        embed_font();
         let style = (FONT, look.height).into_font().color(&look.colour);
         // A bitmap in memory has no errors.
         let _ = self.canvas().draw_text(text, &style, at);

@@ -123,3 +123,21 @@ fn what_cannot_be_drawn_is_said_in_a_line() {
     assert!(said.stderr.contains("640x400"), "{}", said.stderr);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
+
+#[test]
+fn the_first_picture_has_its_text() {
+    let folder = folder();
+    // A moment long before the ball comes near: the time is the only text.
+    let at = ["--at", "0.01"];
+    sabaki(folder.path(), &dodge("a.png", &at)).is(0);
+    sabaki(
+        folder.path(),
+        &dodge("b.png", &[&at[..], &["--plain"]].concat()),
+    )
+    .is(0);
+    let pixels = |name: &str| read_png(&folder.path().join(name)).3;
+    let (written, plain) = (pixels("a.png"), pixels("b.png"));
+    let differ = written.chunks_exact(3).zip(plain.chunks_exact(3));
+    let differ = differ.filter(|(a, b)| a != b).count();
+    assert!((30..1500).contains(&differ), "{differ} pixels differ");
+}
