@@ -3,10 +3,10 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::limbs::named_feet;
+use super::limbs::{named_feet, named_hands};
 use super::{JointId, JointKind, JointTransform, Pose, Skeleton};
 
-/// The joints of a leg: two bones and a foot.
+/// The joints of a leg: two bones and a foot; of an arm, two bones and a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leg {
     /// Joint that carries the thigh. It carries nothing but this leg.
@@ -30,7 +30,16 @@ impl Leg {
     /// them.
     #[must_use]
     pub fn all(skeleton: &Skeleton) -> Vec<Self> {
-        let feet = named_feet(skeleton);
+        Self::above(skeleton, &named_feet(skeleton))
+    }
+
+    /// The arms above the hands that names tell, as two bones and an end: shoulder, elbow, hand.
+    #[must_use]
+    pub fn arms(skeleton: &Skeleton) -> Vec<Self> {
+        Self::above(skeleton, &named_hands(skeleton))
+    }
+
+    fn above(skeleton: &Skeleton, feet: &[JointId]) -> Vec<Self> {
         let carried = |joint: JointId| {
             let carries = |foot: &&JointId| skeleton.ancestry(**foot).any(|above| above == joint);
             feet.iter().filter(carries).count()

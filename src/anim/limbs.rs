@@ -15,7 +15,7 @@ impl Limbs {
     /// as a foot.
     #[must_use]
     pub fn of(skeleton: &Skeleton) -> Self {
-        let hands = by_name(skeleton, &["hand", "wrist"]);
+        let hands = named_hands(skeleton);
         let feet = named_feet(skeleton);
         if hands.is_empty() && feet.is_empty() {
             return Self {
@@ -30,6 +30,11 @@ impl Limbs {
     pub fn all(&self) -> impl Iterator<Item = JointId> + '_ {
         self.hands.iter().chain(&self.feet).copied()
     }
+}
+
+/// The hands that names tell.
+pub(super) fn named_hands(skeleton: &Skeleton) -> Vec<JointId> {
+    by_name(skeleton, &["hand", "wrist"])
 }
 
 /// Feet that joint names identify.

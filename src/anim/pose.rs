@@ -24,6 +24,13 @@ impl Pose {
         }
     }
 
+    /// Becomes another posture, in the memory that it has.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.root = other.root;
+        self.rotations.clone_from(&other.rotations);
+        self.translations.clone_from(&other.translations);
+    }
+
     /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
     /// motion.
     pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {

@@ -313,6 +313,10 @@ impl<'a> Troupe<'a> {
         for (single, &index) in self.singles.iter().enumerate() {
             let member = &self.members[index as usize];
             member.playhead.pose(self.graph, &mut self.pose);
+            if member.is_playing() {
+                let motion = &member.motion;
+                motion.apply_warp(self.graph, member.seconds, &mut self.pose);
+            }
             forward_kinematics(self.graph.skeleton(), &self.pose, &mut self.joints);
             let kept = self.levels.levels[0].kept.iter();
             self.single.joints.clear();

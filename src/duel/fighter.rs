@@ -48,7 +48,8 @@ impl Fighter {
 
     /// The pose then, in the world.
     pub fn pose(&self, graph: &MotionGraph, t: f32, out: &mut Pose) {
-        self.playhead(graph, t).pose(graph, out);
+        let take = self.take(t);
+        take.motion.sample(graph, t - take.from, out);
     }
 
     /// The character's frame then, in the world.

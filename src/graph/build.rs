@@ -208,6 +208,7 @@ impl Parts<'_> {
             edges,
             first_edge: Vec::new(),
             feet: Feet::default(),
+            rig: super::motion_graph::KnownRig::default(),
         }
         .with_index()
     }

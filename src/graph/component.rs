@@ -57,6 +57,7 @@ pub(super) fn largest_component(full: &MotionGraph) -> Option<MotionGraph> {
         edges,
         first_edge: Vec::new(),
         feet: Feet::default(),
+        rig: super::motion_graph::KnownRig::default(),
     };
     Some(component.with_index())
 }

@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, EventId, MotionGraph, NodeId};
-use crate::anim::{Facing, Pose, forward_kinematics};
+use crate::anim::{Facing, Pose, Warp, forward_kinematics};
 use crate::math::Rigid2;
 
 /// A character's position in the graph and in the world.
@@ -115,6 +115,7 @@ pub struct Step {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     pieces: Vec<Piece>,
+    warp: Option<Warp>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +163,7 @@ impl Motion {
         steps: impl IntoIterator<Item = Step>,
     ) {
         let playhead = playhead.sanitized(graph);
+        self.warp = None;
         self.pieces.clear();
         self.pieces.push(Piece {
             playhead,
@@ -218,21 +220,46 @@ impl Motion {
         }
     }
 
+    /// Becomes another motion, in the memory that it has.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.pieces.clone_from(&other.pieces);
+        self.warp = other.warp;
+    }
+
+    /// Bends what is played for a moment, or, with `None`, no longer does. The graph's skeleton may lack the parts: what it lacks is not bent.
+    pub fn bend(&mut self, warp: Option<Warp>) {
+        self.warp = warp;
+    }
+
+    /// How it is bent.
+    #[must_use]
+    pub fn warp(&self) -> Option<&Warp> {
+        self.warp.as_ref()
+    }
+
     /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
     /// everything after it.
     #[must_use]
     pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
-        let index = self.pieces.partition_point(|piece| piece.end < seconds);
+        let warp = { self.warp }.filter(|warp| warp.envelope.end > seconds);
+        let moment = warp.map_or(seconds, |warp| warp.moment(seconds).min(seconds));
+        let index = self.pieces.partition_point(|piece| piece.end < moment);
         let first = index.min(self.pieces.len().saturating_sub(1));
         let mut pieces = self.pieces[first..].to_vec();
         for piece in &mut pieces {
-            piece.start = (piece.start - seconds).max(0.0);
-            piece.end = (piece.end - seconds).max(0.0);
+            piece.start -= seconds;
+            piece.end -= seconds;
         }
-        if let Some(begun) = pieces.first_mut() {
+        if let Some(begun) = pieces.first_mut().filter(|_| warp.is_none()) {
             begun.playhead = self.playhead(graph, seconds);
+            begun.start = 0.0;
+            begun.end = begun.end.max(0.0);
         }
-        Self { pieces }
+        let warp = warp.map(|warp| Warp {
+            envelope: warp.envelope.since(seconds),
+            ..warp
+        });
+        Self { pieces, warp }
     }
 
     /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
@@ -261,7 +288,7 @@ impl Motion {
     ) -> impl Iterator<Item = (EventId, [f32; 2])> + 'a {
         self.pieces.iter().filter_map(|piece| {
             let event = graph.edge(piece.playhead.edge).event?;
-            Some((event, [piece.start, piece.end]))
+            Some((event, [piece.start.max(0.0), piece.end]))
         })
     }
 
@@ -269,6 +296,7 @@ impl Motion {
     /// was never started is at the start of the first edge.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
+        let seconds = self.warp.map_or(seconds, |warp| warp.moment(seconds));
         let index = self.pieces.partition_point(|piece| piece.end < seconds);
         let Some(piece) = self.pieces.get(index).or(self.pieces.last()) else {
             return Playhead {
@@ -287,7 +315,20 @@ impl Motion {
 
     /// Writes the pose after `seconds` to `out`, in the world.
     pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
+        self.sample_unbent(graph, seconds, out);
+        self.apply_warp(graph, seconds, out);
+    }
+
+    /// The same as if it were not bent, but for the time at which it is.
+    pub(crate) fn sample_unbent(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.playhead(graph, seconds).pose(graph, out);
+    }
+
+    /// Bends the pose of a moment, which was sampled without.
+    pub fn apply_warp(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+        if let Some(warp) = &self.warp {
+            warp.apply((graph.skeleton(), graph.rig()), seconds, pose);
+        }
     }
 
     /// Position of the root after `seconds`, in the world. It equals the root of [`Motion::sample`]
@@ -295,9 +336,9 @@ impl Motion {
     #[must_use]
     pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
         let playhead = self.playhead(graph, seconds);
-        playhead
-            .clip_to_world
-            .point(graph.sample_edge_root(playhead.edge, playhead.frame))
+        let root = graph.sample_edge_root(playhead.edge, playhead.frame);
+        let moved = self.warp.map_or(Vec3::ZERO, |warp| warp.root(seconds));
+        playhead.clip_to_world.point(root) + moved
     }
 
     /// Steps after the first edge, which has already started.

@@ -1,7 +1,9 @@
+use std::sync::OnceLock;
+
 use serde::{Deserialize, Serialize};
 
 use super::feet::Feet;
-use crate::anim::{Clip, EventKind, Facing, JointId, Pose, Skeleton, forward_kinematics};
+use crate::anim::{Clip, EventKind, Facing, JointId, Pose, Rig, Skeleton, forward_kinematics};
 use crate::math::Rigid2;
 
 macro_rules! index {
@@ -117,6 +119,18 @@ pub struct MotionGraph {
     /// Index of each node's first edge. The last entry is the number of edges.
     pub(super) first_edge: Vec<u32>,
     pub(super) feet: Feet,
+    #[serde(skip)]
+    pub(super) rig: KnownRig,
+}
+
+/// The skeleton's [`Rig`], found when it is first asked for. It follows from the skeleton, so that any two are equal.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KnownRig(OnceLock<Rig>);
+
+impl PartialEq for KnownRig {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl MotionGraph {
@@ -129,6 +143,12 @@ impl MotionGraph {
             .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)
             .collect();
         self
+    }
+
+    /// Trunk and limbs of the skeleton.
+    #[must_use]
+    pub fn rig(&self) -> &Rig {
+        self.rig.0.get_or_init(|| Rig::of(&self.skeleton))
     }
 
     /// Skeleton of all clips.

@@ -6,6 +6,7 @@ use super::moves::SearchReport;
 use super::retime::{Rate, RateError};
 use super::score::Score;
 use super::source::Source;
+use crate::anim::Warp;
 use crate::graph::{EdgeId, Motion};
 use crate::maps::{BakedGraph, PathId};
 
@@ -45,6 +46,8 @@ pub struct CandidateReport {
     pub clearance: Option<Clearance>,
     /// Its score; `None` for a hit and for what was not tested.
     pub score: Option<Score>,
+    /// How its motion is bent so that it is clean; clearance and score are those of the bent motion. `None` where it is not.
+    pub warp: Option<Warp>,
     /// What became of it.
     pub fate: Fate,
 }

@@ -19,7 +19,11 @@ impl Answer {
         let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
         let mut motion = Motion::default();
         motion.restart(baked.graph(), playhead, steps.chain(evasion));
-        motion.extend(baked.graph(), seconds);
+        let end = report
+            .warp
+            .map_or(seconds, |warp| warp.envelope.end.max(seconds));
+        motion.extend(baked.graph(), end);
+        motion.bend(report.warp);
         Some(motion)
     }
 }

@@ -12,6 +12,7 @@ use super::evaluation_input::EvaluationInput;
 use super::prefix_cache::{PrefixCache, PrefixTest};
 use super::score::Score;
 use super::state::QueryState;
+use super::warp::{WarpCase, Warper};
 use super::workers::{Batch, Workers};
 use crate::graph::Motion;
 use crate::math::thread_count;
@@ -22,6 +23,7 @@ pub(super) struct EvaluateScratch {
     /// The candidates to be tested, each with the bound of its score.
     order: Vec<Bound>,
     results: Results,
+    warper: Warper,
 }
 
 /// A candidate and a bound of its score or clearance.
@@ -65,6 +67,7 @@ impl EvaluateScratch {
 /// The evaluate stage: tests candidates, the most promising first.
 pub(super) struct ExactEvaluator<'s, 'a> {
     order: &'s mut Vec<Bound>,
+    warper: &'s mut Warper,
     tests: Tests<'s, 'a>,
 }
 
@@ -77,11 +80,16 @@ struct Tests<'s, 'a> {
 impl<'s, 'a> ExactEvaluator<'s, 'a> {
     /// Results that `scratch` already has are kept.
     pub(super) fn new(input: EvaluationInput<'a>, scratch: &'s mut EvaluateScratch) -> Self {
-        let EvaluateScratch { order, results } = scratch;
+        let EvaluateScratch {
+            order,
+            results,
+            warper,
+        } = scratch;
         let count = input.state.candidates.list.len();
         results.evaluated.resize(count, None);
         Self {
             order,
+            warper,
             tests: Tests { input, results },
         }
     }
@@ -99,7 +107,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
 
     /// Tests those candidates that have no result, in the order of their bounds, as far as it is needed.
     pub(super) fn evaluate(&mut self, candidates: impl Iterator<Item = usize>) {
-        let Self { order, tests } = self;
+        let Self { order, tests, .. } = self;
         let input = tests.input;
         order.clear();
         order.extend(
@@ -122,22 +130,52 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         tests.possible_winners(&rest[tested..]);
     }
 
+    /// Bends one of the least deep hits so that it is clean, the least deep first, and leaves its motion in `motion`. Returns its
+    /// position; `None` if none can be bent so.
+    pub(super) fn warp(&mut self, motion: &mut Motion) -> Option<usize> {
+        let Self {
+            order,
+            tests,
+            warper,
+        } = self;
+        let (input, results) = (tests.input, &mut *tests.results);
+        let settings = &input.query.settings;
+        let case = WarpCase {
+            baked: input.query.baked,
+            attack: &input.state.request.attack,
+            settings: &settings.warp,
+        };
+        least_deep_first(order, &results.evaluated);
+        for &Bound { value, index } in order.iter().take(settings.warp.candidates) {
+            let hit = results.evaluated[index].map(|one| one.clearance)?;
+            if -value > settings.warp.deepest {
+                break;
+            }
+            input.motion(index, motion);
+            let Some(warped) = warper.warp(case, motion, (hit, results.workers.body())) else {
+                continue;
+            };
+            let clearance = warped.clearance;
+            let score = input.score(index, clearance.metres);
+            results.evaluated[index] = Some(Evaluated {
+                clearance,
+                score: Some(score.warped(warped.effort, &settings.weights)),
+                is_final: true,
+                warp: motion.warp().copied(),
+            });
+            return Some(index);
+        }
+        None
+    }
+
     /// Finds the hit with the largest clearance, for queries without a clean candidate. The clearance of a hit so far is a bound:
     /// over the whole attack it can only get smaller.
     pub(super) fn measure_least_deep_hit(&mut self) {
-        let Self { order, tests } = self;
+        let Self { order, tests, .. } = self;
         if tests.input.state.request.evaluation == Evaluation::Exhaustive {
             return;
         }
-        order.clear();
-        let evaluated = tests.results.evaluated.iter().enumerate();
-        order.extend(evaluated.filter_map(|(index, one)| {
-            Some(Bound {
-                value: one.as_ref()?.clearance.metres,
-                index,
-            })
-        }));
-        order.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then(a.index.cmp(&b.index)));
+        least_deep_first(order, &tests.results.evaluated);
         tests.deepest_points(order);
     }
 
@@ -160,6 +198,18 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
     pub(super) fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         self.tests.confirm(chosen, motion)
     }
+}
+
+/// The tested candidates, the largest clearance first.
+fn least_deep_first(order: &mut Vec<Bound>, evaluated: &[Option<Evaluated>]) {
+    order.clear();
+    order.extend(evaluated.iter().enumerate().filter_map(|(index, one)| {
+        Some(Bound {
+            value: one.as_ref()?.clearance.metres,
+            index,
+        })
+    }));
+    order.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then(a.index.cmp(&b.index)));
 }
 
 /// Evasions within this clearance are tested on their final motion, metres.

@@ -1,5 +1,6 @@
 use super::clearance::Clearance;
 use super::score::Score;
+use crate::anim::Warp;
 
 /// Result of the exact test of one candidate.
 #[derive(Clone, Copy, Debug)]
@@ -9,4 +10,6 @@ pub(super) struct Evaluated {
     pub score: Option<Score>,
     /// Whether the final motion was tested over the whole attack.
     pub is_final: bool,
+    /// How its motion is bent.
+    pub warp: Option<Warp>,
 }

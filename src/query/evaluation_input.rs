@@ -56,6 +56,7 @@ impl EvaluationInput<'_> {
             clearance,
             score: clearance.is_clean().then(score),
             is_final: false,
+            warp: None,
         }
     }
 

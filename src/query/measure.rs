@@ -69,7 +69,8 @@ impl Truth {
             }
             let tested = answer.paths().filter_map(|(path, report)| {
                 let clearance = report.clearance?;
-                Some((path, !clearance.is_clean()))
+                // What had to be bent was hit.
+                Some((path, report.warp.is_some() || !clearance.is_clean()))
             });
             hits.extend(tested);
         }

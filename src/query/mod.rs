@@ -33,6 +33,7 @@ mod session;
 mod settings;
 mod source;
 mod state;
+pub mod warp;
 mod workers;
 
 pub use answer::{Answer, CandidateReport, Counts, Fate};

@@ -70,6 +70,7 @@ impl Report<'_> {
             overlap: input.overlap(index),
             clearance: evaluated.map(|one| one.clearance),
             score,
+            warp: evaluated.and_then(|one| one.warp),
             fate: if index == self.selection.chosen {
                 Fate::Chosen
             } else if input.is_culled(index) {
@@ -108,6 +109,7 @@ fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateRep
         overlap: None,
         clearance: None,
         score: None,
+        warp: None,
         fate: Fate::NotInTime,
     }
 }

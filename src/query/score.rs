@@ -15,6 +15,9 @@ pub struct Weights {
     pub distance: f32,
     /// Of V_t. Default 1: twice the rate weighs as much as missing the evasion region altogether.
     pub time: f32,
+    /// Of V_w. Default 0.5: a warp that uses one of its bounds whole weighs as much as missing half of the evasion region.
+    #[serde(default)]
+    pub warp: f32,
 }
 
 impl Default for Weights {
@@ -23,6 +26,7 @@ impl Default for Weights {
             avoid: 1.0,
             distance: 4.0,
             time: 1.0,
+            warp: 0.5,
         }
     }
 }
@@ -37,6 +41,9 @@ pub struct Score {
     pub distance: f32,
     /// V_t = (p - 1)², 0 to 1 within the default limits of p.
     pub time: f32,
+    /// V_w: how much of its bounds a warp uses, the sum of the squared shares; 0 for a motion that is not bent.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub warp: f32,
     /// V: the smaller, the better.
     pub total: f32,
 }
@@ -67,7 +74,21 @@ impl Score {
             avoid,
             distance,
             time,
+            warp: 0.0,
             total,
         }
     }
+
+    /// The same for a motion that is bent with so much effort.
+    pub(super) fn warped(self, effort: f32, weights: &Weights) -> Self {
+        Self {
+            warp: effort,
+            total: self.total + weights.warp * effort,
+            ..self
+        }
+    }
+}
+
+fn is_zero(value: &f32) -> bool {
+    *value == 0.0
 }

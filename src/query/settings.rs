@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::moves::MoveSettings;
 use super::retime::RateSettings;
 use super::score::Weights;
+use super::warp::WarpSettings;
 
 /// Which of the cells that an attack touches are looked up in a node's grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,6 +66,9 @@ pub struct QuerySettings {
     /// [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive). The threads belong to the
     /// [`QueryContext`](super::QueryContext).
     pub threads: usize,
+    /// Whether and how far motions are bent so that they are clean. What was recorded without is asked again without.
+    #[serde(default = "WarpSettings::off")]
+    pub warp: WarpSettings,
 }
 
 impl Default for QuerySettings {
@@ -79,6 +83,7 @@ impl Default for QuerySettings {
             weights: Weights::default(),
             list_late: false,
             threads: 1,
+            warp: WarpSettings::default(),
         }
     }
 }
@@ -132,10 +137,11 @@ impl QuerySettings {
             number("weights.avoid", weights.avoid, WEIGHT),
             number("weights.distance", weights.distance, WEIGHT),
             number("weights.time", weights.time, WEIGHT),
+            number("weights.warp", weights.warp, WEIGHT),
             count("threads", self.threads, THREADS),
         ];
-        let wrong = checks
-            .into_iter()
+        let wrong = { checks.into_iter() }
+            .chain(self.warp.ranges())
             .find(|(_, value, (range, _))| !range.contains(value));
         match wrong {
             Some((name, value, (_, range))) => Err(QuerySettingsError { name, value, range }),

@@ -12,6 +12,7 @@ use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
+use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, Attack, CandidateReport, Evaluation, Fate, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
@@ -60,6 +61,14 @@ fn stepped_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> f3
         }
     }
     smallest
+}
+
+/// What candidates are as they are.
+fn unwarped() -> QuerySettings {
+    QuerySettings {
+        warp: WarpSettings::off(),
+        ..QuerySettings::default()
+    }
 }
 
 #[test]
@@ -120,7 +129,7 @@ fn assert_best(settings: &QuerySettings, needed: &Answer, all: &Answer) {
 
 #[test]
 fn a_weight_that_rewards_distance_finds_the_widest_miss() {
-    let mut settings = QuerySettings::default();
+    let mut settings = unwarped();
     settings.weights.distance = -4.0;
     let mut decided_by_distance = 0;
     for throw in throws().take(20) {
@@ -128,7 +137,7 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
         let all = answer(&settings, &throw, Evaluation::Exhaustive);
         if all.avoided {
             assert_best(&settings, &needed, &all);
-            let usual = answer(&QuerySettings::default(), &throw, Evaluation::Lazy);
+            let usual = answer(&unwarped(), &throw, Evaluation::Lazy);
             let gained = needed.clearance().metres - usual.clearance().metres;
             decided_by_distance += usize::from(gained > 0.01);
         }
@@ -138,7 +147,7 @@ fn a_weight_that_rewards_distance_finds_the_widest_miss() {
 
 #[test]
 fn the_maps_never_hide_the_only_clean_candidate() {
-    let settings = QuerySettings::default();
+    let settings = unwarped();
     let (mut avoided, mut reconsidered, mut strayed) = (0, 0, 0);
     for throw in throws() {
         let needed = answer(&settings, &throw, Evaluation::Lazy);

@@ -8,6 +8,7 @@ use common::captures::fight_graph;
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::cull::cpu::Culler;
+use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
@@ -38,6 +39,7 @@ struct Tally {
 fn tally(baked: &BakedGraph, attacks: u64) -> Tally {
     let settings = QuerySettings {
         enumerate: Enumerate::Whole,
+        warp: WarpSettings::off(),
         ..QuerySettings::default()
     };
     let (mut culler, mut overlaps) = (Culler::default(), Vec::new());

@@ -8,3 +8,4 @@ mod determinism;
 mod pause;
 mod query_alloc;
 mod tracks;
+mod warp;

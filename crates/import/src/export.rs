@@ -234,6 +234,9 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
     if let Some(score) = candidate.score {
         value["score"] = json!(score);
     }
+    if let Some(warp) = candidate.warp {
+        value["warp"] = json!(warp);
+    }
     value
 }
 

@@ -7,6 +7,7 @@ use super::ReadError;
 use super::attacks::AttackEntry;
 use super::json::{self, JsonError};
 use super::read::read_bytes;
+use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
@@ -53,6 +54,9 @@ pub struct Chosen {
     pub clearance: f32,
     /// Whether the answer avoids the attack.
     pub avoided: bool,
+    /// How the motion is bent; `None` where it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warp: Option<Warp>,
 }
 
 /// An exported answer with its query, which can be repeated.
@@ -112,6 +116,7 @@ impl Chosen {
             p: report.rate.as_ref().map_or(1.0, |rate| rate.rate),
             clearance: answer.clearance().metres,
             avoided: answer.avoided,
+            warp: report.warp,
         }
     }
 

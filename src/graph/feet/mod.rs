@@ -22,7 +22,7 @@ pub use blend::LegBlend;
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 
-use super::{ClipId, EdgeId};
+use super::{ClipId, EdgeId, MotionGraph};
 use crate::anim::Leg;
 
 /// Range of frames of a clip in which a foot is planted, both ends included.
@@ -85,5 +85,17 @@ impl Feet {
         let plants = self.plants(clip, leg);
         let next = plants.partition_point(|plant| plant.last < frame);
         plants.get(next).is_some_and(|plant| plant.holds(frame))
+    }
+}
+
+impl MotionGraph {
+    /// Whether the foot of a leg stands at a place of an edge; in a transition, whether it does on the side that weighs more.
+    pub(crate) fn foot_stands(&self, (edge, frame): (EdgeId, f32), leg: usize) -> bool {
+        let moment = self.edge_moment(self.edge(edge), frame);
+        let (clip, frame) = match moment.target {
+            Some(target) if target.weight > 0.5 => target.at,
+            _ => moment.source,
+        };
+        leg < self.feet.legs.len() && self.feet.stands(clip, leg, frame.max(0.0) as u32)
     }
 }

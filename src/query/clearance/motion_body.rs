@@ -71,12 +71,24 @@ impl PosedRows {
     fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
         let start = *self.known.entry(key(playhead)).or_insert(self.rows.len());
         if start == self.rows.len() {
-            let graph = baked.graph();
-            playhead.pose(graph, &mut self.pose);
-            forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
-            baked.body_rows().push(&self.joints, &mut self.rows);
+            playhead.pose(baked.graph(), &mut self.pose);
+            self.push(baked);
         }
         start
+    }
+
+    /// Where the rows begin of a motion that is bent then: nothing else has them.
+    fn rows_of_bent(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) -> usize {
+        let start = self.rows.len();
+        motion.sample(baked.graph(), seconds, &mut self.pose);
+        self.push(baked);
+        start
+    }
+
+    /// Appends the rows of the pose.
+    fn push(&mut self, baked: &BakedGraph) {
+        forward_kinematics(baked.graph().skeleton(), &self.pose, &mut self.joints);
+        baked.body_rows().push(&self.joints, &mut self.rows);
     }
 }
 
@@ -126,8 +138,18 @@ impl Posed<'_> {
         }
         if self.scratch.slots[index].is_none() {
             let graph = self.baked.graph();
-            let playhead = self.motion.playhead(graph, tick as f32 / SAMPLE_RATE);
-            self.scratch.slots[index] = Some(self.scratch.rows_of(self.baked, playhead));
+            let seconds = tick as f32 / SAMPLE_RATE;
+            let is_bent = { self.motion.warp() }.is_some_and(|warp| warp.acts_at(seconds));
+            let rows = match is_bent {
+                true => self
+                    .scratch
+                    .rows_of_bent(self.baked, (self.motion, seconds)),
+                false => {
+                    let playhead = self.motion.playhead(graph, seconds);
+                    self.scratch.rows_of(self.baked, playhead)
+                }
+            };
+            self.scratch.slots[index] = Some(rows);
         }
     }
 

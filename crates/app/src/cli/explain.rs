@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::maps::BakedGraph;
 use sabaki::query::retime::RateError;
@@ -140,6 +141,9 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
         counts.clean,
         counts.not_in_time,
     );
+    if let Some(warp) = answer.chosen().warp {
+        text.push_str(&warp_line(&warp));
+    }
     text.push_str(
         "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven clean), the\n\
          evasion map. V = weighted sum of Va (evasion region missed), Vd (m), Vt ((p-1)²). clear: clearance, cm.\n",
@@ -148,6 +152,23 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
         list(&mut text, (case, answer), (fate, meaning));
     }
     text
+}
+
+/// How the chosen motion is bent.
+fn warp_line(warp: &Warp) -> String {
+    let (bend, envelope) = (warp.bend, warp.envelope);
+    let [left_foot, right_foot, left_hand, right_hand] = bend.ends.map(|end| end.length() * 100.0);
+    format!(
+        "warped    {:.2} to {:.2} s, whole from {:.2} to {:.2}: spine {:.1}°, pelvis {:.1} cm, feet {left_foot:.1} and {right_foot:.1} cm, \
+         hands {left_hand:.1} and {right_hand:.1} cm, {:.0} ms ahead\n",
+        envelope.start,
+        envelope.end,
+        envelope.full,
+        envelope.release,
+        bend.spine.length().to_degrees(),
+        bend.pelvis.length() * 100.0,
+        bend.ahead * 1e3,
+    )
 }
 
 /// The candidates with one outcome, best first.

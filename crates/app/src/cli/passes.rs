@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{in_parallel, thread_count};
+use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, CullPath, Enumerate, Lookup, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 
@@ -95,9 +96,15 @@ impl Method {
         enumerate: Enumerate::Whole,
     };
 
+    /// Settings of its queries. The reference says which candidates are clean as they are, so it bends none.
     pub(crate) fn settings(self) -> QuerySettings {
+        let warp = match self.cull {
+            CullPath::Exact => WarpSettings::off(),
+            _ => WarpSettings::default(),
+        };
         QuerySettings {
             enumerate: self.enumerate,
+            warp,
             ..QuerySettings::default()
         }
     }

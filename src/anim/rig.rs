@@ -1,0 +1,188 @@
+//! Which joints carry the trunk and the limbs: what a [`Warp`](super::Warp) may move.
+
+use super::limbs::Limbs;
+use super::{JointId, Leg, Skeleton};
+
+/// Trunk and limbs of a skeleton, as its names and its tree tell them. What is not told is empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rig {
+    /// From the pelvis (not included) up to the joint that carries both arms; each hangs from the one before it.
+    spine: Vec<JointId>,
+    /// First the legs, then the arms.
+    limbs: [Option<Leg>; Self::LIMBS],
+    /// By joint.
+    parts: Vec<Part>,
+}
+
+/// What carries a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Joints of the spine that it moves with, from the pelvis up.
+    pub(crate) spine: usize,
+    /// The limb that it belongs to: from its first bone on.
+    pub(crate) limb: Option<usize>,
+    /// Whether it is the limb's foot or hand, or hangs from it.
+    pub(crate) is_end: bool,
+}
+
+impl Rig {
+    /// Two legs and two arms.
+    pub const LIMBS: usize = 4;
+    /// How many of these are legs; they come first.
+    pub const LEGS: usize = 2;
+
+    /// Of a skeleton. Legs count where there are two of them, arms and spine where there are two hands.
+    #[must_use]
+    pub fn of(skeleton: &Skeleton) -> Self {
+        let two = |limbs: Vec<Leg>| <[Leg; 2]>::try_from(limbs).ok();
+        let legs = two(Leg::all(skeleton));
+        let hands = Limbs::of(skeleton).hands;
+        let arms = two(Leg::arms(skeleton));
+        let spine = <[JointId; 2]>::try_from(hands)
+            .map(|[left, right]| spine(skeleton, left, right))
+            .unwrap_or_default();
+        let limb = |pair: &Option<[Leg; 2]>, side: usize| pair.map(|pair| pair[side]);
+        let mut rig = Self {
+            spine,
+            limbs: [
+                limb(&legs, 0),
+                limb(&legs, 1),
+                limb(&arms, 0),
+                limb(&arms, 1),
+            ],
+            parts: Vec::new(),
+        };
+        rig.parts = skeleton
+            .ids()
+            .map(|id| rig.find_part(skeleton, id))
+            .collect();
+        rig
+    }
+
+    /// From the pelvis (not included) up to the joint that carries both arms.
+    #[must_use]
+    pub fn spine(&self) -> &[JointId] {
+        &self.spine
+    }
+
+    /// Left and right as the skeleton has them: first the legs, then the arms, as two bones and an end each.
+    #[must_use]
+    pub fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
+        &self.limbs
+    }
+
+    /// The legs; `None` where the skeleton does not have two.
+    #[must_use]
+    pub fn legs(&self) -> Option<[Leg; 2]> {
+        Some([self.limbs[0]?, self.limbs[1]?])
+    }
+
+    pub(crate) fn part(&self, joint: JointId) -> Part {
+        self.parts[joint.index()]
+    }
+
+    fn find_part(&self, skeleton: &Skeleton, id: JointId) -> Part {
+        let carried_by = |joint: JointId| skeleton.ancestry(id).any(|above| above == joint);
+        let limb = self
+            .limbs
+            .iter()
+            .position(|limb| limb.is_some_and(|limb| carried_by(limb.hip)));
+        let is_end = limb.and_then(|limb| self.limbs[limb]);
+        Part {
+            spine: self
+                .spine
+                .iter()
+                .filter(|&&joint| carried_by(joint))
+                .count(),
+            limb,
+            is_end: is_end.is_some_and(|limb| carried_by(limb.foot)),
+        }
+    }
+}
+
+/// The way from the root down to the last joint that carries both hands, without the root.
+fn spine(skeleton: &Skeleton, left: JointId, right: JointId) -> Vec<JointId> {
+    let carries_right = |joint: &JointId| skeleton.ancestry(right).any(|above| above == *joint);
+    let chest = skeleton.ancestry(left).find(carries_right);
+    let mut spine: Vec<JointId> = chest
+        .into_iter()
+        .flat_map(|chest| skeleton.ancestry(chest))
+        .filter(|&joint| joint != JointId::ROOT)
+        .collect();
+    spine.reverse();
+    spine
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Joint, JointKind};
+    use glam::Vec3;
+
+    fn skeleton(names: &[(&str, Option<u16>, Vec3)]) -> Skeleton {
+        let joint = |&(name, parent, offset): &(&str, Option<u16>, Vec3)| Joint {
+            name: name.into(),
+            parent: parent.map(JointId),
+            offset,
+            kind: JointKind::Moving,
+        };
+        Skeleton::new(names.iter().map(joint).collect()).unwrap()
+    }
+
+    #[test]
+    fn the_spine_ends_where_the_arms_begin() {
+        let (up, side) = (Vec3::Y * 0.2, Vec3::X * 0.25);
+        let skeleton = skeleton(&[
+            ("Hips", None, Vec3::ZERO),
+            ("Spine", Some(0), up),
+            ("Chest", Some(1), up),
+            ("Neck", Some(2), up),
+            ("Head", Some(3), up),
+            ("LeftArm", Some(2), side),
+            ("LeftForeArm", Some(5), side),
+            ("LeftHand", Some(6), side),
+            ("RightArm", Some(2), -side),
+            ("RightForeArm", Some(8), -side),
+            ("RightHand", Some(9), -side),
+            ("LeftUpLeg", Some(0), side * 0.4),
+            ("LeftLeg", Some(11), -up * 2.0),
+            ("LeftFoot", Some(12), -up * 2.0),
+            ("RightUpLeg", Some(0), -side * 0.4),
+            ("RightLeg", Some(14), -up * 2.0),
+            ("RightFoot", Some(15), -up * 2.0),
+        ]);
+        let rig = Rig::of(&skeleton);
+        assert_eq!(rig.spine(), [JointId(1), JointId(2)]);
+        let hips = rig.limbs().map(|limb| limb.unwrap().hip.0);
+        assert_eq!(hips, [11, 14, 5, 8]);
+        assert_eq!(rig.part(JointId(4)).spine, 2);
+        assert_eq!(rig.part(JointId(1)).spine, 1);
+        assert_eq!(
+            rig.part(JointId(12)),
+            Part {
+                spine: 0,
+                limb: Some(0),
+                is_end: false
+            }
+        );
+        assert_eq!(
+            rig.part(JointId(10)),
+            Part {
+                spine: 2,
+                limb: Some(3),
+                is_end: true
+            }
+        );
+    }
+
+    #[test]
+    fn a_chain_without_names_has_neither() {
+        let skeleton = skeleton(&[
+            ("a", None, Vec3::ZERO),
+            ("b", Some(0), Vec3::Y),
+            ("c", Some(1), Vec3::Y),
+        ]);
+        let rig = Rig::of(&skeleton);
+        assert!(rig.spine().is_empty() && rig.limbs().iter().all(Option::is_none));
+    }
+}

@@ -1,0 +1,151 @@
+//! A body that stands and sways, for the tests of this module.
+
+use std::sync::OnceLock;
+
+use glam::{Quat, Vec3};
+
+use crate::anim::{
+    Clip, ClipDesc, Event, EventKind, Joint, JointId, JointKind, JointTransform, Leg, Pose,
+    Skeleton, forward_kinematics, reach,
+};
+use crate::graph::{self, ClipSource, GraphSettings};
+use crate::maps::{BakeSettings, BakedGraph, Baker, PathSettings};
+
+fn skeleton() -> Skeleton {
+    let side = |x: f32| {
+        move |(name, parent, offset): (&'static str, u16, Vec3)| {
+            let side = if x > 0.0 { "Left" } else { "Right" };
+            (
+                format!("{side}{name}"),
+                Some(parent),
+                offset * Vec3::new(x, 1.0, 1.0),
+            )
+        }
+    };
+    let middle = [
+        ("Hips", None, Vec3::ZERO),
+        ("Spine", Some(0), Vec3::new(0.0, 0.12, 0.0)),
+        ("Chest", Some(1), Vec3::new(0.0, 0.2, 0.02)),
+        ("Neck", Some(2), Vec3::new(0.0, 0.22, 0.0)),
+        ("Head", Some(3), Vec3::new(0.0, 0.1, 0.02)),
+    ];
+    let mut all: Vec<_> = middle
+        .map(|(name, parent, offset)| (name.to_owned(), parent, offset))
+        .to_vec();
+    for x in [1.0, -1.0] {
+        let first = all.len() as u16;
+        let down = Vec3::NEG_Y;
+        let limbs = [
+            ("Shoulder", 2, Vec3::new(0.05, 0.16, 0.0)),
+            ("Arm", first, Vec3::new(0.14, 0.0, 0.0)),
+            ("ForeArm", first + 1, Vec3::new(0.28, 0.0, 0.0)),
+            ("Hand", first + 2, Vec3::new(0.26, 0.0, 0.0)),
+            ("UpLeg", 0, Vec3::new(0.1, -0.05, 0.0)),
+            ("Leg", first + 4, down * 0.42),
+            ("Foot", first + 5, down * 0.41),
+            ("ToeBase", first + 6, Vec3::new(0.0, -0.06, 0.15)),
+        ];
+        all.extend(limbs.map(side(x)));
+    }
+    let joint = |(name, parent, offset): (String, Option<u16>, Vec3)| Joint {
+        name,
+        parent: parent.map(JointId),
+        offset,
+        kind: JointKind::Moving,
+    };
+    Skeleton::new(all.into_iter().map(joint).collect()).unwrap()
+}
+
+/// Feet stand, knees are bent, the pelvis, the spine and the arms sway.
+fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
+    const FRAMES: usize = 150;
+    let legs = Leg::all(skeleton);
+    let mut desc = ClipDesc {
+        name: format!("sway {seed}"),
+        frame_rate: 30.0,
+        roots: Vec::new(),
+        rotations: Vec::new(),
+        translations: Vec::new(),
+    };
+    let rest = Pose {
+        root: Vec3::new(0.0, 0.94, 0.0),
+        rotations: vec![Quat::IDENTITY; skeleton.len()],
+        translations: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    forward_kinematics(skeleton, &rest, &mut joints);
+    let feet = [0, 1].map(|side| JointTransform {
+        translation: joints[legs[side].foot.index()].translation
+            + Vec3::new(0.0, 0.0, 0.15 * (1.0 - 2.0 * side as f32)),
+        ..joints[legs[side].foot.index()]
+    });
+    for frame in 0..FRAMES {
+        let t = frame as f32 / 30.0;
+        let sway = |rate: f32, phase: f32| (t * rate + seed * phase).sin();
+        let mut pose = rest.clone();
+        pose.root += Vec3::new(
+            0.05 * sway(1.1, 1.0),
+            -0.12 + 0.03 * sway(1.7, 2.0),
+            0.04 * sway(0.9, 3.0),
+        );
+        for (joint, size) in [
+            (0, 0.1),
+            (1, 0.15),
+            (2, 0.15),
+            (3, 0.1),
+            (6, 0.6),
+            (7, 0.9),
+            (14, 0.6),
+            (15, 0.9),
+        ] {
+            let axis = Vec3::new(sway(1.3, joint as f32), sway(0.8, 5.0), sway(1.1, 7.0));
+            pose.rotations[joint] = Quat::from_scaled_axis(size * axis);
+        }
+        // So that legs know which way their knees bend.
+        for leg in &legs {
+            pose.rotations[leg.hip.index()] = Quat::from_rotation_x(-0.5);
+            pose.rotations[leg.knee.index()] = Quat::from_rotation_x(1.0);
+        }
+        for (leg, foot) in legs.iter().zip(feet) {
+            reach(skeleton, &mut pose, leg, foot);
+        }
+        desc.roots.push(pose.root);
+        desc.rotations.extend(pose.rotations);
+    }
+    Clip::new(skeleton, desc).unwrap()
+}
+
+pub(super) fn baked() -> &'static BakedGraph {
+    static BAKED: OnceLock<BakedGraph> = OnceLock::new();
+    BAKED.get_or_init(|| {
+        let skeleton = skeleton();
+        let clips = [0.3, 1.1].map(|seed| clip(&skeleton, seed));
+        let events = [Event {
+            clip: 0,
+            kind: EventKind::Evasion,
+            start: 1.8,
+            end: 2.2,
+            joints: Vec::new(),
+        }];
+        let source = ClipSource {
+            skeleton: &skeleton,
+            clips: &clips,
+            events: &events,
+        };
+        let settings = GraphSettings {
+            threshold: 3.0,
+            separation: 0.1,
+            ..GraphSettings::default()
+        };
+        let graph = graph::build(source, &settings).unwrap().0;
+        let settings = BakeSettings {
+            paths: PathSettings {
+                most: 20,
+                ..PathSettings::default()
+            },
+            ..BakeSettings::default()
+        };
+        let baked = Baker::new(graph, settings).unwrap();
+        baked.finish_on_cpu().unwrap()
+    })
+}

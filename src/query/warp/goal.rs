@@ -1,0 +1,127 @@
+//! What a warp must keep to: its time, its bounds, legs and balance.
+
+use glam::Vec3;
+
+use super::balance::{self, Support};
+use super::linear::{Numbers, Row, Scales, bend_of};
+use super::ticks::Tick;
+use super::{SAMPLES, WarpCase, legs};
+use crate::anim::{Envelope, Rig};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
+use crate::query::clearance::SAMPLE_RATE;
+
+/// What a solution must keep to.
+pub(super) struct Goal {
+    pub envelope: Envelope,
+    pub scales: Scales,
+    support: Option<Support>,
+}
+
+impl Goal {
+    /// For the samples in which the attack is near; `None` where there is no time.
+    pub(super) fn new(case: WarpCase<'_>, motion: &Motion, ticks: &[Tick]) -> Option<Self> {
+        let WarpCase {
+            baked, settings, ..
+        } = case;
+        let (first, last) = (ticks.first()?.seconds(), ticks.last()?.seconds());
+        let middle = SAMPLES as f32 / SAMPLE_RATE;
+        let envelope = settings.limits.envelope([first + middle, last - middle])?;
+        let rig = baked.graph().rig();
+        let mut scales = { settings.bounds }.within(&settings.limits, &envelope, rig.spine().len());
+        let may_lift = may_lift(case, motion, &envelope);
+        for (limb, scale) in scales.ends.iter_mut().enumerate() {
+            let is_there = rig.limbs()[limb].is_some();
+            if !is_there || may_lift.get(limb) == Some(&false) {
+                *scale = 0.0;
+            }
+        }
+        // Without legs that bring the feet back, feet would slide.
+        if rig.legs().is_none() {
+            scales.pelvis = 0.0;
+        }
+        Some(Self {
+            envelope,
+            scales,
+            support: support(case, motion, &envelope),
+        })
+    }
+
+    /// What legs and balance ask for at the samples as they are warped now.
+    pub(super) fn limit_rows(
+        &self,
+        baked: &BakedGraph,
+        (ticks, numbers): (&[Tick], &Numbers),
+        still: &mut Option<f32>,
+        rows: &mut Vec<Row>,
+    ) {
+        let rig = baked.graph().rig();
+        for tick in ticks {
+            legs::rows(rig, tick, (&self.scales, numbers), rows);
+        }
+        let (Some(support), Some(tick)) = (self.support, ticks.get(ticks.len() / 2)) else {
+            return;
+        };
+        // The first round is that of the motion itself.
+        let beside =
+            *still.get_or_insert_with(|| balance::beside(baked, tick, &support).unwrap_or(0.0));
+        let bend = bend_of(numbers, &self.scales);
+        let in_air = (0..Rig::LEGS).find(|&limb| bend.ends[limb].length() > LIFTED);
+        let support = match in_air {
+            Some(limb) if support.feet[limb] => support.without(limb, self.half_seconds()),
+            _ => support,
+        };
+        let row = balance::row(baked, (tick, &support), (&self.scales, numbers), beside);
+        rows.extend(row);
+    }
+
+    /// For how long more than half of the warp acts.
+    fn half_seconds(&self) -> f32 {
+        let Envelope {
+            start,
+            full,
+            release,
+            end,
+        } = self.envelope;
+        0.5 * (release + end - start - full)
+    }
+}
+
+/// A foot that is moved by more is in the air, metres.
+const LIFTED: f32 = 0.01;
+
+/// What carries a body that stands still while the attack passes; `None` for one that does not.
+fn support(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> Option<Support> {
+    /// Metres per second.
+    const STILL: f32 = 0.3;
+    let graph = case.baked.graph();
+    let [from, to] = [envelope.full, envelope.release].map(|t| motion.root(graph, t));
+    let way = (to - from) * Vec3::new(1.0, 0.0, 1.0);
+    let is_still = way.length() < STILL * (envelope.release - envelope.full);
+    let middle = motion.playhead(graph, 0.5 * (envelope.full + envelope.release));
+    let feet = [0, 1].map(|limb| graph.foot_stands((middle.edge, middle.frame), limb));
+    (is_still && feet == [true; 2]).then_some(Support {
+        feet,
+        allowed: case.settings.limits.balance,
+    })
+}
+
+/// Which feet may be lifted: those that do not stand, or where the other one does, as long as the warp acts.
+fn may_lift(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> [bool; Rig::LEGS] {
+    /// Moments that are looked at.
+    const LOOKS: usize = 10;
+    let graph = case.baked.graph();
+    let mut may = [true; Rig::LEGS];
+    for look in 0..=LOOKS {
+        let share = look as f32 / LOOKS as f32;
+        let at = motion.playhead(
+            graph,
+            envelope.start + (envelope.end - envelope.start) * share,
+        );
+        let stands = [0, 1].map(|limb| graph.foot_stands((at.edge, at.frame), limb));
+        for limb in 0..Rig::LEGS {
+            may[limb] &= !stands[limb] || stands[1 - limb];
+        }
+    }
+    may
+}

@@ -1,0 +1,171 @@
+//! The smallest displacement that keeps linear conditions and bounds.
+//!
+//! Source: Boyle & Dykstra, "A Method for Finding Projections onto the Intersection of Convex Sets" (1986): the point of the
+//! intersection that is nearest to the origin. A half space keeps its correction as one number (Hildreth 1957).
+
+use glam::Vec3;
+
+use crate::anim::{Bend, Rig};
+
+/// Numbers of a [`Bend`]: spine, pelvis, four ends, and time.
+pub(super) const N: usize = 3 * GROUPS + 1;
+/// Vectors among them.
+const GROUPS: usize = 2 + Rig::LIMBS;
+
+/// A bend as numbers, each as a share of its bound, or what changes by each of them.
+pub(super) type Numbers = [f32; N];
+
+/// How much of a bend 1 is: the bounds of one motion; 0 for what must not move.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Scales {
+    /// Radians.
+    pub spine: f32,
+    /// Metres.
+    pub pelvis: f32,
+    /// Metres, in the order of [`Rig::limbs`].
+    pub ends: [f32; Rig::LIMBS],
+    /// Seconds.
+    pub ahead: f32,
+}
+
+/// A condition: the sum of the products of `slope` and a bend's numbers is not below `least`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub slope: Numbers,
+    pub least: f32,
+}
+
+/// What a quantity changes by with each part of a bend: one unit of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Gradient {
+    pub spine: Vec3,
+    pub pelvis: Vec3,
+    pub ends: [Vec3; Rig::LIMBS],
+    pub ahead: f32,
+}
+
+impl Gradient {
+    /// By shares of bounds.
+    pub(super) fn scaled(&self, scales: &Scales) -> Numbers {
+        let mut numbers = [0.0; N];
+        let vectors = [self.spine * scales.spine, self.pelvis * scales.pelvis].into_iter();
+        let ends = self.ends.iter().enumerate();
+        let ends = ends.map(|(limb, &end)| end * scales.ends[limb]);
+        for (part, vector) in numbers.chunks_exact_mut(3).zip(vectors.chain(ends)) {
+            part.copy_from_slice(&vector.to_array());
+        }
+        numbers[N - 1] = self.ahead * scales.ahead;
+        numbers
+    }
+}
+
+/// The bend that numbers are.
+pub(super) fn bend_of(numbers: &Numbers, scales: &Scales) -> Bend {
+    let vector = |group: usize| Vec3::from_slice(&numbers[3 * group..]);
+    Bend {
+        spine: vector(0) * scales.spine,
+        pelvis: vector(1) * scales.pelvis,
+        ends: std::array::from_fn(|limb| vector(2 + limb) * scales.ends[limb]),
+        ahead: numbers[N - 1] * scales.ahead,
+    }
+}
+
+pub(super) fn dot(a: &Numbers, b: &Numbers) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The numbers with the smallest sum of squares for which every vector is no longer than 1 and every row is kept; where no
+/// numbers keep all rows, some that nearly do. `factors` is scratch.
+pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<f32>) -> Numbers {
+    /// Steps beyond which nothing changes that could be seen.
+    const SWEEPS: usize = 60;
+    const STILL: f32 = 1e-5;
+    let mut numbers = [0.0; N];
+    let mut beyond = [0.0; N];
+    factors.clear();
+    factors.resize(rows.len(), 0.0);
+    for _ in 0..SWEEPS {
+        let before = numbers;
+        for (row, factor) in rows.iter().zip(factors.iter_mut()) {
+            let squared = dot(&row.slope, &row.slope);
+            if squared > 1e-12 {
+                let more = (row.least - dot(&row.slope, &numbers)) / squared;
+                let next = (*factor + more).max(0.0);
+                for (number, slope) in numbers.iter_mut().zip(&row.slope) {
+                    *number += (next - *factor) * slope;
+                }
+                *factor = next;
+            }
+        }
+        for (part, beyond) in numbers.chunks_mut(3).zip(beyond.chunks_mut(3)) {
+            bound(part, beyond);
+        }
+        let change = numbers.iter().zip(&before).map(|(a, b)| (a - b).abs());
+        if change.fold(0.0, f32::max) < STILL {
+            break;
+        }
+    }
+    numbers
+}
+
+/// Onto the ball of radius 1.
+fn bound(part: &mut [f32], beyond: &mut [f32]) {
+    for (number, beyond) in part.iter_mut().zip(beyond.iter()) {
+        *number += beyond;
+    }
+    let length = part
+        .iter()
+        .map(|number| number * number)
+        .sum::<f32>()
+        .sqrt();
+    let share = if length > 1.0 { 1.0 / length } else { 1.0 };
+    for (number, beyond) in part.iter_mut().zip(beyond.iter_mut()) {
+        *beyond = *number * (1.0 - share);
+        *number *= share;
+    }
+}
+
+/// By how much the worst row is missed; 0 or less where all are kept.
+pub(super) fn worst(rows: &[Row], numbers: &Numbers) -> f32 {
+    let missed = rows.iter().map(|row| row.least - dot(&row.slope, numbers));
+    missed.fold(f32::NEG_INFINITY, f32::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn numbers() -> impl Strategy<Value = Numbers> {
+        prop::array::uniform19(-1.0f32..1.0)
+    }
+
+    proptest! {
+        #[test]
+        fn the_smallest_that_keeps_all_is_found(known in numbers(), slopes in prop::collection::vec(numbers(), 1..6), slack in 0.0f32..0.2) {
+            // Something keeps them all: what is found does too, and is no larger.
+            let mut known = known;
+            let mut none = [0.0; N];
+            for (part, beyond) in known.chunks_mut(3).zip(none.chunks_mut(3)) {
+                bound(part, beyond);
+            }
+            let rows: Vec<Row> = slopes.iter().map(|slope| Row { slope: *slope, least: dot(slope, &known) - slack }).collect();
+            let found = least_numbers(&rows, &mut Vec::new());
+            prop_assert!(worst(&rows, &found) < 0.02, "{}", worst(&rows, &found));
+            prop_assert!(dot(&found, &found) <= dot(&known, &known) + 0.05);
+            for part in found.chunks(3) {
+                prop_assert!(part.iter().map(|n| n * n).sum::<f32>() <= 1.0 + 1e-5);
+            }
+        }
+
+        #[test]
+        fn of_one_row_it_is_the_foot_of_the_perpendicular(slope in numbers(), least in -0.3f32..0.3) {
+            let squared = dot(&slope, &slope);
+            prop_assume!(squared > 1.0);
+            let found = least_numbers(&[Row { slope, least }], &mut Vec::new());
+            for (found, slope) in found.iter().zip(&slope) {
+                prop_assert!((found - slope * least.max(0.0) / squared).abs() < 1e-4);
+            }
+        }
+    }
+}

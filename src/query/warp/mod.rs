@@ -1,0 +1,215 @@
+//! What is nearly clean is bent to be clean.
+//!
+//! Source: the step that Masaoka & Oshita name as their next one (section 7), by motion warping (Witkin & Popović 1995). The
+//! warp is solved as inverse kinematics by constraints is (Gleicher 1997): distances of the attack to the spheres of the body
+//! that it comes near are made linear in the warp's few parameters, the smallest warp that keeps all is found, the body is
+//! posed by it, and so on; the exact test of the warped motion has the last word.
+
+mod balance;
+mod check;
+mod contacts;
+#[cfg(test)]
+mod fixture;
+mod goal;
+mod legs;
+mod linear;
+mod settings;
+mod ticks;
+
+pub use settings::{WarpBounds, WarpLimits, WarpSettings};
+
+use super::Attack;
+use super::clearance::{Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_one_motion};
+use crate::anim::{Rig, Warp};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
+use check::CheckScratch;
+use contacts::Contact;
+use goal::Goal;
+use linear::{N, Numbers, Row, bend_of, least_numbers, worst};
+use ticks::Tick;
+
+/// What warping works with; kept from one motion to the next.
+#[derive(Clone, Debug, Default)]
+pub struct Warper {
+    ticks: Vec<Tick>,
+    /// How many of them are in use.
+    used: usize,
+    contacts: Vec<Contact>,
+    rows: Vec<Row>,
+    factors: Vec<f32>,
+    plain: Motion,
+    check: CheckScratch,
+}
+
+/// A motion that was bent so that it is clean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Warped {
+    /// Of the warped motion, exactly.
+    pub clearance: Clearance,
+    /// How much of the bounds the warp uses: the sum of the squared shares.
+    pub effort: f32,
+}
+
+/// What is warped, and against what.
+#[derive(Clone, Copy, Debug)]
+pub struct WarpCase<'a> {
+    /// Whose motion it is.
+    pub baked: &'a BakedGraph,
+    /// In the world of the motion, on its clock.
+    pub attack: &'a Attack,
+    /// How far it may be bent.
+    pub settings: &'a WarpSettings,
+}
+
+/// Samples on each side of the moment at which an attack is nearest.
+const SAMPLES: usize = 3;
+/// The most moments around which samples are taken.
+const MOMENTS: usize = 3;
+/// Rows may be missed by so much before a solution is tried, metres: distances are not linear.
+const HOPE: f32 = 0.02;
+
+impl Warper {
+    /// Bends `motion`, which is hit as `hit` says, so that it is clean; `None`, and the motion as it was, where that cannot be.
+    /// The motion lasts at least as long as the attack.
+    pub fn warp(
+        &mut self,
+        case: WarpCase<'_>,
+        motion: &mut Motion,
+        (hit, body): (Clearance, &mut MotionBody),
+    ) -> Option<Warped> {
+        self.plain.copy_from(motion);
+        let warped = self.solve(case, motion, (hit, body));
+        if warped.is_none() {
+            motion.copy_from(&self.plain);
+        }
+        warped
+    }
+
+    fn solve(
+        &mut self,
+        case: WarpCase<'_>,
+        motion: &mut Motion,
+        (hit, body): (Clearance, &mut MotionBody),
+    ) -> Option<Warped> {
+        let WarpCase {
+            baked,
+            attack,
+            settings,
+        } = case;
+        let mut nearest = hit;
+        self.used = 0;
+        for _ in 0..MOMENTS {
+            self.look_at(nearest.time);
+            let goal = Goal::new(case, motion, &self.ticks[..self.used])?;
+            let numbers = self.solve_ticks((case, &goal), motion)?;
+            let bend = bend_of(&numbers, &goal.scales);
+            motion.bend(Some(Warp {
+                envelope: goal.envelope,
+                bend,
+            }));
+            motion.extend(baked.graph(), goal.envelope.end);
+            nearest = on_one_motion(
+                baked,
+                (motion, Sampling::Each),
+                (attack, Extent::WHOLE),
+                body,
+            );
+            if nearest.is_clean() {
+                self.plain.extend(baked.graph(), goal.envelope.end);
+                let graph = baked.graph();
+                let checked = check::check(
+                    graph,
+                    (motion, &self.plain),
+                    &settings.limits,
+                    &mut self.check,
+                );
+                return checked.is_ok().then(|| Warped {
+                    clearance: nearest,
+                    effort: settings.bounds.effort(&bend),
+                });
+            }
+            motion.bend(None);
+        }
+        None
+    }
+
+    /// Adds the samples around a moment, in order and none twice.
+    fn look_at(&mut self, seconds: f32) {
+        let middle = (seconds * SAMPLE_RATE) as usize;
+        for number in middle.saturating_sub(SAMPLES)..=middle + SAMPLES + 1 {
+            let used = &self.ticks[..self.used];
+            let at = used.partition_point(|tick| tick.number < number);
+            if used.get(at).is_some_and(|tick| tick.number == number) {
+                continue;
+            }
+            if self.ticks.len() == self.used {
+                self.ticks.push(Tick::default());
+            }
+            self.ticks[self.used].restart(number);
+            self.ticks[at..=self.used].rotate_right(1);
+            self.used += 1;
+        }
+    }
+
+    /// The numbers of a bend that keeps the attack away at all samples; `None` where none does.
+    fn solve_ticks(
+        &mut self,
+        (case, goal): (WarpCase<'_>, &Goal),
+        motion: &mut Motion,
+    ) -> Option<Numbers> {
+        let WarpCase {
+            baked,
+            attack,
+            settings,
+        } = case;
+        let ticks = &mut self.ticks[..self.used];
+        let mut numbers: Numbers = [0.0; N];
+        self.rows.clear();
+        for limb in 0..Rig::LEGS {
+            if goal.scales.ends[limb] > 0.0 {
+                legs::lift_rows(limb, &goal.scales, &mut self.rows);
+            }
+        }
+        let fixed = self.rows.len();
+        let mut still = None;
+        for _ in 0..settings.rounds {
+            let bend = bend_of(&numbers, &goal.scales);
+            motion.bend(Some(Warp {
+                envelope: goal.envelope,
+                bend,
+            }));
+            for tick in ticks.iter_mut() {
+                tick.pose(baked, motion, &settings.limits);
+            }
+            contacts::find(baked, (attack, settings.margin), ticks, &mut self.contacts);
+            let least = { self.contacts.iter() }
+                .map(|contact| contact.metres)
+                .fold(f32::INFINITY, f32::min);
+            // What was linear once is only kept as long as it is new.
+            if self.rows.len() > fixed + MOST_ROWS {
+                self.rows.drain(fixed..fixed + MOST_ROWS / 2);
+            }
+            let first = self.rows.len();
+            goal.limit_rows(baked, (ticks, &numbers), &mut still, &mut self.rows);
+            let are_kept = worst(&self.rows[first..], &numbers) <= KEPT;
+            if least > 0.5 * settings.margin && are_kept {
+                return Some(numbers);
+            }
+            for contact in &self.contacts {
+                let row = contact.row(baked, ticks, (&goal.scales, settings.margin), &numbers);
+                self.rows.push(row);
+            }
+            numbers = least_numbers(&self.rows, &mut self.factors);
+            if worst(&self.rows[first..], &numbers) > HOPE {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+/// Conditions that are kept at a time.
+const MOST_ROWS: usize = 192;
+/// A condition is kept that is missed by no more, metres.
+const KEPT: f32 = 1e-3;

@@ -1,0 +1,276 @@
+use serde::{Deserialize, Serialize};
+
+use super::linear::Scales;
+use crate::anim::{Bend, Envelope, Rig};
+
+/// When and how far motions are warped so that they avoid an attack.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WarpSettings {
+    /// Where no candidate is clean, at most so many of those that are hit least deep are warped; 0 for no warping. Default 2: of a
+    /// fighter's hits by thrown balls 1 cures 67%, 2 72% and 4 73%.
+    pub candidates: usize,
+    /// A hit that is deeper is not tried, metres. Default 0.3.
+    pub deepest: f32,
+    /// The warped body stays so far from the attack, if it can, metres. Default 0.01.
+    pub margin: f32,
+    /// Corrections of the warp by the distances that it leads to, at most. Default 5.
+    pub rounds: usize,
+    /// What may be moved by how much.
+    pub bounds: WarpBounds,
+    /// How fast.
+    pub limits: WarpLimits,
+}
+
+impl Default for WarpSettings {
+    fn default() -> Self {
+        Self {
+            candidates: 2,
+            deepest: 0.3,
+            margin: 0.01,
+            rounds: 5,
+            bounds: WarpBounds::default(),
+            limits: WarpLimits::default(),
+        }
+    }
+}
+
+impl WarpSettings {
+    /// No warping.
+    #[must_use]
+    pub fn off() -> Self {
+        Self::OFF
+    }
+
+    /// Each number with its name and its range.
+    pub(in crate::query) fn ranges(
+        &self,
+    ) -> [(
+        &'static str,
+        f64,
+        (std::ops::RangeInclusive<f64>, &'static str),
+    ); 23] {
+        let (bounds, limits) = (&self.bounds, &self.limits);
+        let number =
+            |name, value: f32, most: f64, range| (name, f64::from(value), (0.0..=most, range));
+        let metres = |name, value| number(name, value, 1.0, "0 to 1 m");
+        let angle = |name, value| number(name, value, 1.6, "0 to 1.6 rad");
+        let seconds = |name, value| number(name, value, 10.0, "0 to 10 s");
+        let speed = |name, value| number(name, value, 1e6, "0 to 1000000");
+        let count = |name, value: usize| (name, value as f64, (0.0..=1e3, "0 to 1000"));
+        [
+            count("warp.candidates", self.candidates),
+            metres("warp.deepest", self.deepest),
+            metres("warp.margin", self.margin),
+            count("warp.rounds", self.rounds),
+            angle("warp.bounds.spine", bounds.spine),
+            metres("warp.bounds.pelvis", bounds.pelvis),
+            metres("warp.bounds.foot", bounds.foot),
+            metres("warp.bounds.hand", bounds.hand),
+            seconds("warp.bounds.time", bounds.time),
+            seconds("warp.limits.way_in", limits.way_in),
+            seconds("warp.limits.shortest_way_in", limits.shortest_way_in),
+            seconds("warp.limits.way_out", limits.way_out),
+            seconds("warp.limits.reaction", limits.reaction),
+            seconds("warp.limits.hold", limits.hold),
+            speed("warp.limits.angular_velocity", limits.angular_velocity),
+            speed(
+                "warp.limits.angular_acceleration",
+                limits.angular_acceleration,
+            ),
+            speed("warp.limits.root_speed", limits.root_speed),
+            speed("warp.limits.root_acceleration", limits.root_acceleration),
+            speed("warp.limits.end_speed", limits.end_speed),
+            number("warp.limits.rate", limits.rate, 0.9, "0 to 0.9"),
+            metres("warp.limits.balance", limits.balance),
+            number("warp.limits.folded", limits.folded, 3.2, "0 to 3.2 rad"),
+            metres("warp.limits.slide", limits.slide),
+        ]
+    }
+
+    /// No warping.
+    pub const OFF: Self = Self {
+        candidates: 0,
+        deepest: 0.0,
+        margin: 0.0,
+        rounds: 0,
+        bounds: WarpBounds::NONE,
+        limits: WarpLimits::STILL,
+    };
+}
+
+/// The most that a warp may displace; 0 leaves a part as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WarpBounds {
+    /// Bend and twist of the whole spine, radians. Default 15°.
+    pub spine: f32,
+    /// Shift or dip of the pelvis, metres. Default 0.10.
+    pub pelvis: f32,
+    /// Way of a foot that is lifted, metres. Default 0.25.
+    pub foot: f32,
+    /// Way of a hand, metres. Default 0.20.
+    pub hand: f32,
+    /// Shift in time, ahead or behind, seconds. Default 0.04.
+    pub time: f32,
+}
+
+impl Default for WarpBounds {
+    fn default() -> Self {
+        Self {
+            spine: 15f32.to_radians(),
+            pelvis: 0.10,
+            foot: 0.25,
+            hand: 0.20,
+            time: 0.04,
+        }
+    }
+}
+
+impl WarpBounds {
+    /// Nothing moves.
+    pub const NONE: Self = Self {
+        spine: 0.0,
+        pelvis: 0.0,
+        foot: 0.0,
+        hand: 0.0,
+        time: 0.0,
+    };
+
+    /// The bound of a foot, or of a hand.
+    #[must_use]
+    pub fn end(&self, limb: usize) -> f32 {
+        if limb < Rig::LEGS {
+            self.foot
+        } else {
+            self.hand
+        }
+    }
+
+    /// How much of the bounds a bend uses: the sum of the squared shares.
+    #[must_use]
+    pub fn effort(&self, bend: &Bend) -> f32 {
+        let share = |length: f32, bound: f32| match length {
+            0.0 => 0.0,
+            _ => (length / bound).powi(2),
+        };
+        let ends = bend.ends.iter().enumerate();
+        let ends: f32 = { ends }
+            .map(|(limb, end)| share(end.length(), self.end(limb)))
+            .sum();
+        share(bend.spine.length(), self.spine)
+            + share(bend.pelvis.length(), self.pelvis)
+            + ends
+            + share(bend.ahead, self.time)
+    }
+
+    /// The same bounds, none of which moves anything faster than the limits on such a way in and out.
+    pub(super) fn within(&self, limits: &WarpLimits, envelope: &Envelope, spine: usize) -> Scales {
+        let way = envelope.shortest_way();
+        let by_speed = |speed: f32| speed * way / Envelope::STEEPEST;
+        let turn = by_speed(limits.angular_velocity)
+            .min(limits.angular_acceleration * way * way / Envelope::SHARPEST);
+        let shift = by_speed(limits.root_speed)
+            .min(limits.root_acceleration * way * way / Envelope::SHARPEST);
+        let end = by_speed(limits.end_speed);
+        Scales {
+            spine: self.spine.min(turn * spine as f32),
+            pelvis: self.pelvis.min(shift),
+            ends: std::array::from_fn(|limb| self.end(limb).min(end)),
+            ahead: self.time.min(by_speed(limits.rate)),
+        }
+    }
+}
+
+/// How a body moves at most, and how long a warp takes to come and go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WarpLimits {
+    /// The warp comes in over so many seconds where there is time. Default 0.35.
+    pub way_in: f32,
+    /// In no fewer. Default 0.12.
+    pub shortest_way_in: f32,
+    /// It goes over so many seconds. Default 0.4.
+    pub way_out: f32,
+    /// It begins no earlier than so many seconds after the query. Default 0.
+    pub reaction: f32,
+    /// It acts whole from so long before the attack is nearest until so long after, seconds. Default 0.03.
+    pub hold: f32,
+    /// Of a joint in its parent's frame, rad/s: what a warp adds is not above it, nor is a warped motion faster than it
+    /// where the motion itself is not. Default 20.
+    pub angular_velocity: f32,
+    /// The same of its change, rad/s². Default 500.
+    pub angular_acceleration: f32,
+    /// Of the pelvis, added to its own, m/s. Default 1.
+    pub root_speed: f32,
+    /// The same of its change, m/s². Default 12.
+    pub root_acceleration: f32,
+    /// Of a lifted foot or a hand, added to its own, m/s. Default 2.5.
+    pub end_speed: f32,
+    /// Playback goes at most so much faster or slower. Default 0.25.
+    pub rate: f32,
+    /// How far the centre of mass may lie beside the feet while the body stands still, where it does not do so anyway,
+    /// metres. Default 0.02.
+    pub balance: f32,
+    /// A knee or an elbow is bent no further than to this angle between its bones, radians. Default 35°.
+    pub folded: f32,
+    /// How far a standing foot may be from where it stood, metres. Default 0.001.
+    pub slide: f32,
+}
+
+impl Default for WarpLimits {
+    fn default() -> Self {
+        Self {
+            way_in: 0.35,
+            shortest_way_in: 0.12,
+            way_out: 0.4,
+            reaction: 0.0,
+            hold: 0.03,
+            angular_velocity: 20.0,
+            angular_acceleration: 500.0,
+            root_speed: 1.0,
+            root_acceleration: 12.0,
+            end_speed: 2.5,
+            rate: 0.25,
+            balance: 0.02,
+            folded: 35f32.to_radians(),
+            slide: 0.001,
+        }
+    }
+}
+
+impl WarpLimits {
+    /// Nothing moves.
+    pub const STILL: Self = Self {
+        way_in: 0.0,
+        shortest_way_in: 0.0,
+        way_out: 0.0,
+        reaction: 0.0,
+        hold: 0.0,
+        angular_velocity: 0.0,
+        angular_acceleration: 0.0,
+        root_speed: 0.0,
+        root_acceleration: 0.0,
+        end_speed: 0.0,
+        rate: 0.0,
+        balance: 0.0,
+        folded: 0.0,
+        slide: 0.0,
+    };
+
+    /// The envelope around a time in which the attack is near; `None` where there is no time to come in.
+    pub(super) fn envelope(&self, [from, to]: [f32; 2]) -> Option<Envelope> {
+        /// Whatever the settings say, seconds.
+        const LONGEST: f32 = 10.0;
+        let hold = self.hold.min(LONGEST);
+        let (full, release) = (from - hold, to + hold);
+        let way_in = (full - self.reaction).min(self.way_in).min(LONGEST);
+        let way_out = self.way_out.min(LONGEST);
+        (way_in >= self.shortest_way_in && way_in > 0.0 && way_out > 0.0).then(|| Envelope {
+            start: full - way_in,
+            full,
+            release,
+            end: release + way_out,
+        })
+    }
+}

@@ -1,0 +1,263 @@
+//! The body at the samples around the moment at which an attack is nearest, as it is and as it is warped.
+
+use glam::Vec3;
+
+use super::linear::Gradient;
+use super::settings::WarpLimits;
+use crate::anim::{
+    Chain, JointTransform, Leg, Pose, Rig, forward_kinematics, free_distance, reach,
+};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
+use crate::query::clearance::SAMPLE_RATE;
+
+/// The body at one sample.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tick {
+    /// Samples since the query.
+    pub number: usize,
+    /// How much of the warp acts.
+    pub weight: f32,
+    /// As the motion itself has it, and how far ahead that was taken.
+    base: Pose,
+    ahead: Option<f32>,
+    /// Of each leg as the motion has it: from hip to ankle, how near and how far the ankle may come, metres.
+    pub legs: [LegRange; Rig::LEGS],
+    /// Bent.
+    pub pose: Pose,
+    pub joints: Vec<JointTransform>,
+    pub centres: Vec<Vec3>,
+}
+
+/// How near to and how far from its hip an ankle may come.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LegRange {
+    pub nearest: f32,
+    pub furthest: f32,
+}
+
+impl Tick {
+    /// Forgets what it was.
+    pub(super) fn restart(&mut self, number: usize) {
+        self.number = number;
+        self.ahead = None;
+    }
+
+    pub(super) fn seconds(&self) -> f32 {
+        self.number as f32 / SAMPLE_RATE
+    }
+
+    /// Poses the body as `motion` is warped now.
+    pub(super) fn pose(&mut self, baked: &BakedGraph, motion: &Motion, limits: &WarpLimits) {
+        let graph = baked.graph();
+        let (skeleton, seconds) = (graph.skeleton(), self.seconds());
+        let warp = motion.warp().copied().unwrap_or_default();
+        self.weight = warp.envelope.weight(seconds);
+        let ahead = warp.bend.ahead * self.weight;
+        if self.ahead != Some(ahead) {
+            motion.sample_unbent(graph, seconds, &mut self.base);
+            self.ahead = Some(ahead);
+            self.measure_legs(baked, limits);
+        }
+        self.pose.copy_from(&self.base);
+        if self.weight > 0.0 {
+            warp.bend
+                .apply((skeleton, graph.rig()), self.weight, &mut self.pose);
+        }
+        forward_kinematics(skeleton, &self.pose, &mut self.joints);
+        baked.body().centres(&self.joints, &mut self.centres);
+    }
+
+    fn measure_legs(&mut self, baked: &BakedGraph, limits: &WarpLimits) {
+        let graph = baked.graph();
+        let chain = Chain::of(graph.skeleton(), &self.base);
+        for (limb, range) in self.legs.iter_mut().enumerate() {
+            let Some(leg) = graph.rig().limbs()[limb] else {
+                continue;
+            };
+            let (hip, furthest) = free_distance(&chain, &leg);
+            let knee = chain.within(leg.knee, leg.hip).translation;
+            let shin = chain.within(leg.foot, leg.knee).translation;
+            let [thigh, shin] = [knee, shin].map(Vec3::length);
+            let squared = thigh * thigh + shin * shin - 2.0 * thigh * shin * limits.folded.cos();
+            let now = hip.distance(chain.global(leg.foot).translation);
+            *range = LegRange {
+                // What the motion itself folds further it may.
+                nearest: squared.max(0.0).sqrt().min(now),
+                furthest,
+            };
+        }
+    }
+
+    /// What the distance of a sphere in the direction `away` changes by with the bend at this sample.
+    pub(super) fn gradient(
+        &mut self,
+        baked: &BakedGraph,
+        (sphere, away): (usize, Vec3),
+        velocity: Vec3,
+    ) -> Gradient {
+        let rig = baked.graph().rig();
+        let joint = baked.body().spheres[sphere].joint;
+        let (part, place) = (rig.part(joint), self.centres[sphere]);
+        let mut gradient = Gradient {
+            pelvis: away,
+            ahead: away.dot(velocity),
+            spine: self.lever(rig, part.spine, place).cross(away),
+            ..Gradient::default()
+        };
+        if let Some((limb, leg)) = part.limb.and_then(|limb| Some((limb, rig.limbs()[limb]?))) {
+            let end = match part.is_end {
+                true => away,
+                false => self.end_gradient(baked, &leg, (sphere, away)),
+            };
+            gradient.ends[limb] = end;
+            if limb < Rig::LEGS {
+                // The foot stays where it is: what is not its own way is the pelvis's.
+                gradient.pelvis = away - end;
+            }
+        }
+        let weight = self.weight;
+        gradient.pelvis *= weight;
+        gradient.spine *= weight;
+        gradient.ahead *= weight;
+        gradient.ends = gradient.ends.map(|end| end * weight);
+        gradient
+    }
+
+    /// From the joints of the spine that carry a point to it, on average over the whole spine.
+    pub(super) fn lever(&self, rig: &Rig, count: usize, place: Vec3) -> Vec3 {
+        let joints = rig.spine()[..count].iter();
+        let levers = joints.map(|joint| place - self.joints[joint.index()].translation);
+        levers.sum::<Vec3>() / rig.spine().len().max(1) as f32
+    }
+
+    /// What a point of a limb goes along `away` when its end is displaced: by displacing it a little.
+    fn end_gradient(
+        &mut self,
+        baked: &BakedGraph,
+        leg: &Leg,
+        (sphere, away): (usize, Vec3),
+    ) -> Vec3 {
+        /// Metres.
+        const STEP: f32 = 0.004;
+        let skeleton = baked.graph().skeleton();
+        let sphere = baked.body().spheres[sphere];
+        let joints = [leg.hip, leg.knee, leg.foot].map(|joint| joint.index());
+        let kept = joints.map(|joint| self.pose.rotations[joint]);
+        let end = self.joints[leg.foot.index()];
+        let place_at = |pose: &mut Pose, by: Vec3| {
+            let end = JointTransform {
+                translation: end.translation + by,
+                ..end
+            };
+            reach(skeleton, pose, leg, end);
+            let place = Chain::of(skeleton, pose)
+                .global(sphere.joint)
+                .point(sphere.offset);
+            for (joint, rotation) in joints.into_iter().zip(kept) {
+                pose.rotations[joint] = rotation;
+            }
+            place.dot(away)
+        };
+        Vec3::from([Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
+            let ends = [STEP, -STEP].map(|step| place_at(&mut self.pose, axis * step));
+            (ends[0] - ends[1]) / (2.0 * STEP)
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Bend, Envelope, Warp};
+    use crate::graph::{EdgeId, Playhead};
+    use crate::math::Rigid2;
+    use crate::query::warp::fixture::baked;
+    use proptest::prelude::*;
+
+    const ENVELOPE: Envelope = Envelope {
+        start: 0.1,
+        full: 0.4,
+        release: 0.6,
+        end: 0.9,
+    };
+
+    fn vector(most: f32) -> impl Strategy<Value = Vec3> {
+        let axis = -most..most;
+        [axis.clone(), axis.clone(), axis].prop_map(Vec3::from)
+    }
+
+    fn bend() -> impl Strategy<Value = Bend> {
+        let ends = [vector(0.08), vector(0.08), vector(0.06), vector(0.06)];
+        (vector(0.12), vector(0.04), ends).prop_map(|(spine, pelvis, ends)| Bend {
+            spine,
+            pelvis: pelvis - Vec3::Y * 0.03,
+            ends,
+            ahead: 0.0,
+        })
+    }
+
+    /// Where a sphere is by the bend, the naive way.
+    fn place(motion: &Motion, bend: Bend, sphere: usize) -> Vec3 {
+        let baked = baked();
+        let mut motion = motion.clone();
+        motion.bend(Some(Warp {
+            envelope: ENVELOPE,
+            bend,
+        }));
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        motion.sample(baked.graph(), 60.0 / SAMPLE_RATE, &mut pose);
+        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        baked.body().spheres[sphere].centre(&joints)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn gradients_are_what_small_steps_find(
+            start in 0.0f32..1.0, bend in bend(), away in vector(1.0), change in bend(), picked in any::<prop::sample::Index>(),
+        ) {
+            let baked = baked();
+            prop_assume!(away.length() > 0.1);
+            let away = away.normalize();
+            // A hand's way does not turn with the trunk, as its arm does: where there is none, that makes no difference.
+            let bend = Bend { ends: [bend.ends[0], bend.ends[1], Vec3::ZERO, Vec3::ZERO], ..bend };
+            let sphere = picked.index(baked.body().spheres.len());
+            let playhead = Playhead::at(baked.graph(), EdgeId(0), start, Rigid2::IDENTITY);
+            let mut motion = Motion::new(baked.graph(), playhead, &[]);
+            motion.extend(baked.graph(), 2.0);
+            motion.bend(Some(Warp { envelope: ENVELOPE, bend }));
+            let mut tick = Tick::default();
+            tick.restart(60);
+            tick.pose(baked, &motion, &WarpLimits::default());
+            prop_assert_eq!(tick.weight, 1.0);
+            let expected = place(&motion, bend, sphere);
+            prop_assert!(tick.centres[sphere].distance(expected) < 1e-5);
+            let gradient = tick.gradient(baked, (sphere, away), Vec3::ZERO);
+            // By each part of a bend alone, and by all together.
+            let parts = (0..7).map(|part| {
+                let mut one = Bend::default();
+                match part {
+                    0 => one.spine = change.spine,
+                    1 => one.pelvis = change.pelvis,
+                    6 => one = change,
+                    end => one.ends[end - 2] = change.ends[end - 2],
+                }
+                one
+            });
+            for one in parts {
+                let step = |share: f32| {
+                    let ends = std::array::from_fn(|limb| bend.ends[limb] + one.ends[limb] * share);
+                    let bend = Bend { spine: bend.spine + one.spine * share, pelvis: bend.pelvis + one.pelvis * share, ends, ahead: 0.0 };
+                    place(&motion, bend, sphere).dot(away)
+                };
+                let (up, down) = (step(0.05), step(-0.05));
+                let found = (up - down) / 0.1;
+                let ends: f32 = gradient.ends.iter().zip(&one.ends).map(|(slope, end)| slope.dot(*end)).sum();
+                let linear = gradient.spine.dot(one.spine) + gradient.pelvis.dot(one.pelvis) + ends;
+                // Turns of joints on top of each other are not quite sums of turns.
+                prop_assert!((found - linear).abs() < 4e-3, "{found} and {linear} by {one:?}");
+            }
+        }
+    }
+}
