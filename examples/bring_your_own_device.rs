@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let instance = entry.create_instance(&info, None)?;
         let terms = Terms::default();
         let mut devices = instance.enumerate_physical_devices()?.into_iter();
-        let usable = devices.find(|&device| check(&instance, device, &terms).is_usable());
+        let usable = devices.find(|&device| check(&instance, device, &terms).stencil.runs());
         let physical_device = usable.ok_or("no usable device")?;
         let offered = check(&instance, physical_device, &terms);
         let families = instance.get_physical_device_queue_family_properties(physical_device);
@@ -40,8 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let features = vk::PhysicalDeviceFeatures::default()
-            .occlusion_query_precise(offered.precise_queries)
-            .fragment_stores_and_atomics(offered.fragment_atomics);
+            .occlusion_query_precise(offered.features.precise_queries)
+            .fragment_stores_and_atomics(offered.features.fragment_atomics);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);
@@ -57,9 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             physical_device,
             device: &device,
             queue_family,
-            precise_queries: offered.precise_queries,
-            fragment_atomics: offered.fragment_atomics,
-            debug_names: false,
+            features: offered.features,
+            debug_utils: false,
             terms,
         })?;
         let mut memory = PlainMemory::new(&instance, physical_device, &device);

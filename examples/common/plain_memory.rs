@@ -4,7 +4,7 @@
 use std::{collections::HashMap, ptr::NonNull};
 
 use sabaki::gpu::{
-    Block, GpuError, Memory, MemoryDesc, MemoryUse,
+    Block, GpuError, Memory, MemoryDesc, MemoryUse, Resource,
     ash::{self, vk},
 };
 
@@ -81,10 +81,19 @@ impl Memory for PlainMemory {
         let bits = desc.requirements.memory_type_bits;
         let kind = wishes.into_iter().find_map(|flags| self.find(bits, flags));
         let kind = kind.ok_or_else(|| no_memory("no type suits".to_owned()))?;
-        let size = desc.requirements.size.next_multiple_of(self.atom);
-        let info = vk::MemoryAllocateInfo::default()
-            .allocation_size(size)
-            .memory_type_index(kind);
+        // Every buffer and image has an allocation of its own here, which a driver may make better use of when it is told.
+        let mut dedicated = match desc.resource {
+            Resource::Buffer(buffer) => vk::MemoryDedicatedAllocateInfo::default().buffer(buffer),
+            Resource::Image(image) => vk::MemoryDedicatedAllocateInfo::default().image(image),
+        };
+        let mut size = desc.requirements.size.next_multiple_of(self.atom);
+        let mut info = vk::MemoryAllocateInfo::default().memory_type_index(kind);
+        if desc.prefers_dedicated {
+            // Neither more nor less; whole memory is as good as whole atoms.
+            size = desc.requirements.size;
+            info = info.push_next(&mut dedicated);
+        }
+        let info = info.allocation_size(size);
         // SAFETY: the device is valid, and has this memory type.
         let memory = unsafe { self.device.allocate_memory(&info, None) }
             .map_err(|error| no_memory(error.to_string()))?;

@@ -4,7 +4,7 @@
 use std::error::Error;
 
 use ash::vk;
-use sabaki::gpu::{Block, Memory, MemoryDesc, MemoryUse};
+use sabaki::gpu::{Block, Memory, MemoryDesc, MemoryUse, Resource};
 
 use super::scene::{Instance, MOST_INSTANCES, write_png};
 
@@ -240,7 +240,8 @@ unsafe fn image(device: &ash::Device, memory: &mut dyn Memory) -> Outcome<(vk::I
             name: "picture",
             requirements: device.get_image_memory_requirements(image),
             usage: MemoryUse::Device,
-            linear: false,
+            resource: Resource::Image(image),
+            prefers_dedicated: false,
         })?;
         device.bind_image_memory(image, block.memory, block.offset)?;
         Ok((image, block))
@@ -262,7 +263,8 @@ unsafe fn buffer(
             name: "buffer",
             requirements: device.get_buffer_memory_requirements(buffer),
             usage: who,
-            linear: true,
+            resource: Resource::Buffer(buffer),
+            prefers_dedicated: false,
         })?;
         device.bind_buffer_memory(buffer, block.memory, block.offset)?;
         Ok((buffer, block))

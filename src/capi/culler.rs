@@ -105,7 +105,7 @@ unsafe extern "C" fn sabaki_culler_create(
                 given_mut(culler, "culler")?,
             )
         };
-        let mut memory = GpuAllocatorMemory::of(&context)?;
+        let mut memory = GpuAllocatorMemory::new(&context)?;
         let atlas = graph.baked.atlas();
         let path = match path {
             0 => CullPath::Stencil,

@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 
 use super::given;
 use super::status::{Failure, OK, Status, call};
-use crate::gpu::{Context, RawContextDesc, Report, Terms, check_raw};
+use crate::gpu::{Context, Features, PathReport, RawContextDesc, Report, Terms, check_raw};
 
 /// `sabaki_device`.
 #[repr(C)]
@@ -17,6 +17,9 @@ pub(super) struct Device {
     api_version: u32,
     precise_queries: u32,
     fragment_atomics: u32,
+    dynamic_rendering: u32,
+    synchronization2: u32,
+    extended_dynamic_state: u32,
 }
 
 impl Device {
@@ -27,9 +30,14 @@ impl Device {
             physical_device: self.physical_device as u64,
             device: self.device as u64,
             queue_family: self.queue_family,
-            precise_queries: self.precise_queries != 0,
-            fragment_atomics: self.fragment_atomics != 0,
-            debug_names: false,
+            features: Features {
+                dynamic_rendering: self.dynamic_rendering != 0,
+                synchronization2: self.synchronization2 != 0,
+                extended_dynamic_state: self.extended_dynamic_state != 0,
+                precise_queries: self.precise_queries != 0,
+                fragment_atomics: self.fragment_atomics != 0,
+            },
+            debug_utils: false,
             terms: Terms {
                 api_version: self.api_version,
                 ..Terms::default()
@@ -53,22 +61,30 @@ unsafe extern "C" fn sabaki_check(device: *const Device, text: *mut c_char, size
         // SAFETY: the caller's device, with valid handles.
         let report = unsafe { check_raw(&given(device, "device")?.raw()) }?;
         // SAFETY: the caller's `size` bytes, or none.
-        unsafe { write(&fallbacks(&report), text, size) };
+        unsafe { write(&describe(&report), text, size) };
         if report.is_usable() {
             return Ok(OK);
         }
-        Err(format!("the device lacks {}", report.missing.join(", ")).into())
+        Err(format!("the device lacks {}", report.missing().join(", ")).into())
     })
 }
 
-fn fallbacks(report: &Report) -> String {
+fn describe(report: &Report) -> String {
+    let path = |name: &str, path: &PathReport| match path.runs() {
+        true => format!("{name}: runs\n"),
+        false => format!("{name}: lacks {}\n", path.lacks.join(", ")),
+    };
+    let paths = [
+        path("stencil", &report.stencil),
+        path("compute", &report.compute),
+    ];
     let lines = report.fallbacks.iter().map(|one| {
         let instead = one.fallback.unwrap_or_default();
         format!("lacks {}; instead: {instead}\n", one.name)
     });
     let extensions = report.extensions.iter();
     let extensions = extensions.map(|name| format!("enable {}\n", name.to_string_lossy()));
-    lines.chain(extensions).collect()
+    paths.into_iter().chain(lines).chain(extensions).collect()
 }
 
 /// Writes as much as there is room for, and a zero byte.

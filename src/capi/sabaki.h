@@ -58,16 +58,21 @@ typedef struct sabaki_device {
     void *get_instance_proc_addr; /* PFN_vkGetInstanceProcAddr */
     void *instance;               /* VkInstance */
     void *physical_device;        /* VkPhysicalDevice */
-    void *device;                 /* VkDevice with the features that sabaki_check() names; sabaki_check() ignores it */
+    void *device;                 /* VkDevice; NULL only for sabaki_check() */
     uint32_t queue_family;        /* family of the queue that runs the command buffers */
     uint32_t api_version;         /* VkApplicationInfo::apiVersion: VK_API_VERSION_1_1 or later */
-    uint32_t precise_queries;     /* 1 where occlusionQueryPrecise is enabled, else 0 */
-    uint32_t fragment_atomics;    /* 1 where fragmentStoresAndAtomics is enabled, else 0 */
+    /* Enabled features: 1 or 0. The compute path needs none of them. */
+    uint32_t precise_queries;        /* occlusionQueryPrecise */
+    uint32_t fragment_atomics;       /* fragmentStoresAndAtomics */
+    uint32_t dynamic_rendering;      /* dynamicRendering: the stencil path needs it */
+    uint32_t synchronization2;       /* synchronization2 */
+    uint32_t extended_dynamic_state; /* extendedDynamicState: the stencil path needs it below Vulkan 1.3 */
 } sabaki_device;
 
-/* Whether the physical device can be used: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `text` is
- * not NULL, at most `size` bytes are written to it, including the terminating zero: a line for each optional feature that is
- * missing, with its fallback. */
+/* Whether some path runs: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `device->device` is NULL, this
+ * asks the physical device for everything that it offers; otherwise it looks at the enabled features and the queue family. If
+ * `text` is not NULL, at most `size` bytes are written to it, including the terminating zero: a line for each path ("stencil:
+ * runs" or "stencil: lacks ..."), then one for each optional feature that is missing, with its fallback. */
 sabaki_status sabaki_check(const sabaki_device *device, char *text, size_t size);
 
 typedef enum sabaki_path { SABAKI_STENCIL = 0, SABAKI_COMPUTE = 1 } sabaki_path;

@@ -1,9 +1,8 @@
-//! The built-in choice of allocator: gpu-allocator, shared with the caller.
+//! The built-in allocator: gpu-allocator.
+//!
+//! Architecture invariant: no public signature names a type of gpu-allocator.
 
-use std::{
-    collections::HashMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
+use std::collections::HashMap;
 
 use ash::vk;
 use gpu_allocator::{
@@ -11,34 +10,25 @@ use gpu_allocator::{
     vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc},
 };
 
-use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse};
+use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource};
 
-/// Memory from a [`gpu_allocator::vulkan::Allocator`] that the caller goes on using.
+/// The built-in memory: an allocator of its own, by gpu-allocator.
 ///
-/// It must live until everything made with it has been destroyed.
+/// It must live until everything created with it has been destroyed. A host with an allocator implements [`Memory`] for it:
+/// `examples/common/plain_memory.rs`.
 #[derive(Debug)]
 pub struct GpuAllocatorMemory {
-    allocator: Arc<Mutex<Allocator>>,
+    allocator: Allocator,
     live: HashMap<u64, Allocation>,
     next_token: u64,
 }
 
 impl GpuAllocatorMemory {
-    /// Takes its memory from `allocator`.
-    #[must_use]
-    pub fn new(allocator: Arc<Mutex<Allocator>>) -> Self {
-        Self {
-            allocator,
-            live: HashMap::new(),
-            next_token: 0,
-        }
-    }
-
-    /// Makes an allocator of its own, in small blocks: maps are small.
+    /// Creates an allocator with small blocks: maps are small.
     ///
     /// # Errors
-    /// [`GpuError::Memory`] in gpu-allocator's words.
-    pub fn of(context: &Context) -> Result<Self, GpuError> {
+    /// [`GpuError::Memory`] with gpu-allocator's message.
+    pub fn new(context: &Context) -> Result<Self, GpuError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: context.instance().clone(),
             device: context.device().clone(),
@@ -51,20 +41,17 @@ impl GpuAllocatorMemory {
             name: "gpu-allocator".to_owned(),
             reason: error.to_string(),
         })?;
-        Ok(Self::new(Arc::new(Mutex::new(allocator))))
+        Ok(Self {
+            allocator,
+            live: HashMap::new(),
+            next_token: 0,
+        })
     }
 
     /// How many blocks have not been given back.
     #[must_use]
     pub fn live_blocks(&self) -> usize {
         self.live.len()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Allocator> {
-        // A panic elsewhere left no half-made allocation of ours behind.
-        self.allocator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -78,11 +65,15 @@ impl Memory for GpuAllocatorMemory {
                 MemoryUse::Upload => MemoryLocation::CpuToGpu,
                 MemoryUse::Readback => MemoryLocation::GpuToCpu,
             },
-            linear: desc.linear,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            linear: desc.resource.is_linear(),
+            allocation_scheme: match desc.resource {
+                _ if !desc.prefers_dedicated => AllocationScheme::GpuAllocatorManaged,
+                Resource::Buffer(buffer) => AllocationScheme::DedicatedBuffer(buffer),
+                Resource::Image(image) => AllocationScheme::DedicatedImage(image),
+            },
         };
         let allocation = self
-            .lock()
+            .allocator
             .allocate(&wish)
             .map_err(|error| GpuError::Memory {
                 name: desc.name.to_owned(),
@@ -110,7 +101,7 @@ impl Memory for GpuAllocatorMemory {
             tracing::error!("a block of another allocator was given back here");
             return;
         };
-        if let Err(error) = self.lock().free(allocation) {
+        if let Err(error) = self.allocator.free(allocation) {
             tracing::error!("gpu-allocator did not take a block back: {error}");
         }
     }

@@ -1,4 +1,4 @@
-//! Barriers (synchronization2), by what they are for.
+//! Barriers, named by what they are for: those of synchronization2 where it is enabled, otherwise those of Vulkan 1.0.
 
 use ash::vk;
 
@@ -32,6 +32,37 @@ impl Access {
             access: self.access | other.access,
             layout: self.layout,
         }
+    }
+
+    /// The stages as Vulkan 1.0 has them: what synchronization2 divides is one stage there.
+    fn old_stage(self) -> vk::PipelineStageFlags {
+        let copies = self.stage.contains(vk::PipelineStageFlags2::COPY);
+        let copies = match copies {
+            true => vk::PipelineStageFlags::TRANSFER,
+            false => vk::PipelineStageFlags::empty(),
+        };
+        vk::PipelineStageFlags::from_raw(self.stage.as_raw() as u32) | copies
+    }
+
+    /// The accesses as Vulkan 1.0 has them.
+    fn old_access(self) -> vk::AccessFlags {
+        let divided = [
+            (
+                vk::AccessFlags2::SHADER_STORAGE_READ,
+                vk::AccessFlags::SHADER_READ,
+            ),
+            (
+                vk::AccessFlags2::SHADER_STORAGE_WRITE,
+                vk::AccessFlags::SHADER_WRITE,
+            ),
+        ];
+        let same = vk::AccessFlags::from_raw(self.access.as_raw() as u32);
+        divided
+            .iter()
+            .fold(same, |all, &(new, old)| match self.access.contains(new) {
+                true => all | old,
+                false => all,
+            })
     }
 
     /// Both fragment test stages: a stencil buffer's clears, tests, operations and stores.
@@ -115,6 +146,19 @@ pub(crate) unsafe fn memory(
     before: Access,
     after: Access,
 ) {
+    if !context.features().synchronization2 {
+        let barrier = [vk::MemoryBarrier::default()
+            .src_access_mask(before.old_access())
+            .dst_access_mask(after.old_access())];
+        let (from, to) = (before.old_stage(), after.old_stage());
+        let no_flags = vk::DependencyFlags::empty();
+        // SAFETY: the caller vouches for `cmd`.
+        unsafe {
+            let device = context.device();
+            device.cmd_pipeline_barrier(cmd, from, to, no_flags, &barrier, &[], &[]);
+        }
+        return;
+    }
     let barrier = [vk::MemoryBarrier2::default()
         .src_stage_mask(before.stage)
         .src_access_mask(before.access)
@@ -136,16 +180,35 @@ pub(crate) unsafe fn stencil_image(
     (before, after): (Access, Access),
     fresh: bool,
 ) {
+    let old_layout = match fresh {
+        true => vk::ImageLayout::UNDEFINED,
+        false => before.layout,
+    };
+    if !context.features().synchronization2 {
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .src_access_mask(before.old_access())
+            .dst_access_mask(after.old_access())
+            .old_layout(old_layout)
+            .new_layout(after.layout)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image)
+            .subresource_range(whole(context.stencil_format()))];
+        let (from, to) = (before.old_stage(), after.old_stage());
+        let no_flags = vk::DependencyFlags::empty();
+        // SAFETY: the caller vouches for `cmd` and `image`.
+        unsafe {
+            let device = context.device();
+            device.cmd_pipeline_barrier(cmd, from, to, no_flags, &[], &[], &barrier);
+        }
+        return;
+    }
     let barrier = [vk::ImageMemoryBarrier2::default()
         .src_stage_mask(before.stage)
         .src_access_mask(before.access)
         .dst_stage_mask(after.stage)
         .dst_access_mask(after.access)
-        .old_layout(if fresh {
-            vk::ImageLayout::UNDEFINED
-        } else {
-            before.layout
-        })
+        .old_layout(old_layout)
         .new_layout(after.layout)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)

@@ -5,8 +5,12 @@ use std::sync::atomic::Ordering;
 use ash::vk;
 
 use super::{
-    Context, Counting, CullerDesc, GpuError, Memory, Mismatch, compute::ComputePath,
-    device_path::DevicePath, stencil::StencilPath, uploaded::Upload,
+    Context, Counting, CullerDesc, GpuError, Memory, Mismatch, PassTime,
+    compute::ComputePath,
+    device_path::DevicePath,
+    passes::{Passes, Stamps},
+    stencil::StencilPath,
+    uploaded::Upload,
 };
 use crate::query::cull::{Counted, CullInput, CullPath, Overlap};
 
@@ -28,6 +32,7 @@ pub struct Culler {
     implementation: Box<dyn DevicePath>,
     slots: Vec<Slot>,
     max_candidates: u32,
+    counting: Option<Counting>,
     counts_exact: bool,
     counted: Counted,
     upload: Upload,
@@ -35,11 +40,13 @@ pub struct Culler {
 }
 
 /// The cull that was recorded last into a slot.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Slot {
     counted: Counted,
     /// Whether its commands carry the maps to the device.
     uploads: bool,
+    /// Where they are asked for.
+    stamps: Option<Stamps>,
 }
 
 impl Culler {
@@ -59,25 +66,54 @@ impl Culler {
             CullPath::Compute => Box::new(ComputePath::new(context, memory, desc)?),
             other => return Err(Mismatch::Path(other).into()),
         };
-        let by_queries =
-            desc.path == CullPath::Stencil && desc.stencil.counting == Counting::Queries;
-        Ok(Self {
+        let counting = match desc.path {
+            CullPath::Stencil => Some(StencilPath::counting(context, desc)),
+            _ => None,
+        };
+        let mut culler = Self {
             context: context.clone(),
             path: desc.path,
             implementation,
-            slots: vec![Slot::default(); desc.frames_in_flight.max(1) as usize],
+            slots: (0..desc.frames_in_flight.max(1))
+                .map(|_| Slot::default())
+                .collect(),
             max_candidates: desc.max_candidates,
-            counts_exact: !by_queries || context.precise_queries(),
+            counting,
+            counts_exact: counting != Some(Counting::Queries) || context.features().precise_queries,
             counted: desc.counted,
             upload: Upload::default(),
             is_live: true,
-        })
+        };
+        match culler.add_stamps(desc) {
+            Ok(()) => Ok(culler),
+            Err(error) => {
+                culler.destroy(memory);
+                Err(error)
+            }
+        }
+    }
+
+    /// Gives each slot its timestamps, where they are asked for.
+    fn add_stamps(&mut self, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
+        if desc.timestamps {
+            for (index, slot) in self.slots.iter_mut().enumerate() {
+                let name = format!("{}: timestamps {index}", desc.name);
+                slot.stamps = Some(Stamps::new(&self.context, &name)?);
+            }
+        }
+        Ok(())
     }
 
     /// The path that culls.
     #[must_use]
     pub fn path(&self) -> CullPath {
         self.path
+    }
+
+    /// How the stencil path counts; `None` for the compute path.
+    #[must_use]
+    pub fn counting(&self) -> Option<Counting> {
+        self.counting
     }
 
     /// Whether an [`Overlap`] holds counts. Without precise queries each number only says none (0) or some (not 0): that is
@@ -118,7 +154,11 @@ impl Culler {
     pub unsafe fn record_upload(&mut self, cmd: vk::CommandBuffer) {
         if !*self.upload.done.get_mut() {
             // SAFETY: the caller vouches for `cmd`; staging is released after the upload only.
-            unsafe { self.implementation.record_upload(cmd) };
+            unsafe {
+                self.context.begin_label(cmd, c"sabaki: upload of the maps");
+                self.implementation.record_upload(cmd);
+                self.context.end_label(cmd);
+            }
             self.upload.recorded = true;
         }
     }
@@ -158,17 +198,19 @@ impl Culler {
         if slot >= slots {
             return Err(Mismatch::Slot { slot, slots }.into());
         }
+        let _span = tracing::trace_span!("gpu cull: record", path = self.path.name()).entered();
         self.implementation.gather(input, self.counted)?;
         let serial = self.implementation.counts_mut(index).start();
         self.implementation.write(index)?;
-        self.slots[index] = Slot {
-            counted: self.counted,
-            uploads: !*self.upload.done.get_mut(),
-        };
+        let place = &mut self.slots[index];
+        place.counted = self.counted;
+        place.uploads = !*self.upload.done.get_mut();
         // SAFETY: the caller vouches for `cmd`, and for the slot being free.
         unsafe {
             self.record_upload(cmd);
-            self.implementation.record(cmd, index);
+            let stamps = self.slots[index].stamps.as_mut();
+            let mut passes = Passes::new(&self.context, cmd, stamps);
+            self.implementation.record(&mut passes, index);
         }
         Ok(Ticket {
             slot,
@@ -185,6 +227,7 @@ impl Culler {
     /// # Errors
     /// [`Mismatch::Ticket`] when the slot holds another cull; an invalidate that failed.
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
+        let _span = tracing::trace_span!("gpu cull: poll", path = self.path.name()).entered();
         let index = ticket.slot as usize;
         let slot = self.slots.get(index).ok_or(Mismatch::Ticket)?;
         let words = self.implementation.words(index);
@@ -205,9 +248,34 @@ impl Culler {
         Ok(true)
     }
 
+    /// The time of each pass of a cull on the device, where [`CullerDesc::timestamps`] asked for it; `false` where the device has
+    /// not finished. Never waits.
+    ///
+    /// # Errors
+    /// [`Mismatch::Ticket`] when the slot holds another cull; that of `vkGetQueryPoolResults`.
+    pub fn pass_times(&self, ticket: Ticket, times: &mut Vec<PassTime>) -> Result<bool, GpuError> {
+        let index = ticket.slot as usize;
+        let slot = self.slots.get(index).ok_or(Mismatch::Ticket)?;
+        if self.implementation.counts(index).serial != ticket.serial {
+            return Err(Mismatch::Ticket.into());
+        }
+        match &slot.stamps {
+            Some(stamps) => stamps.read(&self.context, times),
+            None => {
+                times.clear();
+                Ok(true)
+            }
+        }
+    }
+
     /// Frees everything. The device must be done with what was recorded.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.implementation.destroy(memory);
+        let stamps = self
+            .slots
+            .iter_mut()
+            .filter_map(|slot| slot.stamps.as_mut());
+        stamps.for_each(|stamps| stamps.destroy(&self.context));
         self.is_live = false;
     }
 }

@@ -1,5 +1,7 @@
 //! Settings of a culler.
 
+use ash::vk;
+
 use crate::{
     maps::RegionAtlas,
     query::cull::{Counted, CullPath},
@@ -20,6 +22,10 @@ pub struct CullerDesc<'a> {
     pub max_candidates: u32,
     /// Culls in flight at a time. Default 2.
     pub frames_in_flight: u32,
+    /// Whether the device notes the time of each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default: no.
+    pub timestamps: bool,
+    /// Cache that pipelines are created with: the host's, or that of a [`PipelineCache`](super::PipelineCache). Default: none.
+    pub pipeline_cache: vk::PipelineCache,
     /// Settings of the stencil path. The compute path ignores them.
     pub stencil: StencilSettings,
     /// Settings of the compute path. The stencil path ignores them.
@@ -40,6 +46,8 @@ impl<'a> CullerDesc<'a> {
                 _ => 4096,
             },
             frames_in_flight: 2,
+            timestamps: false,
+            pipeline_cache: vk::PipelineCache::null(),
             stencil: StencilSettings::default(),
             compute: ComputeSettings::default(),
         }
@@ -49,8 +57,8 @@ impl<'a> CullerDesc<'a> {
 /// Settings of the stencil path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StencilSettings {
-    /// How samples are counted. Default: by occlusion queries.
-    pub counting: Counting,
+    /// How samples are counted. Default: as is known to be fast on the driver; see [`Culler::counting`](super::Culler::counting).
+    pub counting: Option<Counting>,
     /// Most discs of an attack, over all slabs and slices. Where maps are timed, discs of the inner maps count twice,
     /// because evasion maps are compared with all slices at once. Default 65,536.
     pub max_discs: u32,
@@ -67,7 +75,7 @@ pub struct StencilSettings {
 impl Default for StencilSettings {
     fn default() -> Self {
         Self {
-            counting: Counting::default(),
+            counting: None,
             max_discs: 1 << 16,
             max_boxes: 1 << 16,
             max_queries: 1 << 12,
@@ -77,14 +85,13 @@ impl Default for StencilSettings {
 }
 
 /// How the stencil path counts the samples that pass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counting {
     /// By occlusion queries, as the paper does. Counts are exact where the device's queries are
-    /// [precise](super::Context::precise_queries).
-    #[default]
+    /// [precise](super::Features::precise_queries).
     Queries,
     /// By atomic additions in the fragment shader, where the device has
-    /// [`fragmentStoresAndAtomics`](super::Context::fragment_atomics). Counts are exact. There are few draws, which is faster
+    /// [`fragmentStoresAndAtomics`](super::Features::fragment_atomics). Counts are exact. There are few draws, which is faster
     /// wherever queries are slow.
     Atomics,
 }

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use ash::vk;
 
-use super::{GpuError, Memory, counts::Counts};
+use super::{GpuError, Memory, counts::Counts, passes::Passes};
 use crate::query::cull::{Counted, CullInput, Overlap};
 
 /// A culling path of the device.
@@ -22,7 +22,7 @@ pub(super) trait DevicePath: Debug + Send + Sync {
     ///
     /// # Safety
     /// As for [`Culler::record`](super::Culler::record); [`Self::write`] has filled the slot.
-    unsafe fn record(&self, cmd: vk::CommandBuffer, slot: usize);
+    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize);
 
     /// The counts of a slot.
     fn counts(&self, slot: usize) -> &Counts;

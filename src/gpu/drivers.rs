@@ -2,11 +2,23 @@
 
 use ash::vk;
 
+use super::{Counting, Features};
+
 /// Occlusion queries in one submission, where a driver counts no more (`vendor-notes/moltenvk.md`).
 pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
     match driver {
         vk::DriverId::MOLTENVK => 256 * 1024 / 8,
         _ => u64::MAX,
+    }
+}
+
+/// How the stencil path counts on a driver (`vendor-notes/`, "Atomic additions"): by atomics wherever it can, unless queries are
+/// known to be faster there. Counts by atomics are exact without precise queries, and have no limit.
+pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
+    const FASTER_BY_QUERIES: [vk::DriverId; 0] = [];
+    match features.fragment_atomics && !FASTER_BY_QUERIES.contains(&driver) {
+        true => Counting::Atomics,
+        false => Counting::Queries,
     }
 }
 
@@ -32,6 +44,17 @@ pub(crate) unsafe fn driver(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fragments_count_where_they_can() {
+        let driver = vk::DriverId::MESA_LLVMPIPE;
+        assert_eq!(counting(driver, Features::ALL), Counting::Atomics);
+        let without = Features {
+            fragment_atomics: false,
+            ..Features::ALL
+        };
+        assert_eq!(counting(driver, without), Counting::Queries);
+    }
 
     #[test]
     fn a_driver_that_counts_little_is_not_asked_for_more() {

@@ -4,7 +4,7 @@
 
 use ash::vk;
 
-use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, error::Named};
+use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, error::Named};
 
 /// What an image is for.
 #[derive(Clone, Copy)]
@@ -79,12 +79,13 @@ impl Image {
         self.handle = unsafe { device.create_image(&info, None) }.call("vkCreateImage")?;
         context.name(self.handle, desc.name);
         // SAFETY: the image was just made from this device.
-        let requirements = unsafe { device.get_image_memory_requirements(self.handle) };
+        let wanted = unsafe { requirements(device, self.handle) };
         let block = memory.allocate(&MemoryDesc {
             name: desc.name,
-            requirements,
+            requirements: wanted.0,
             usage: MemoryUse::Device,
-            linear: false,
+            resource: Resource::Image(self.handle),
+            prefers_dedicated: wanted.1,
         })?;
         self.block = Some(block);
         // SAFETY: the image is not bound yet, and the block suits its requirements.
@@ -117,4 +118,20 @@ impl Image {
             memory.free(block);
         }
     }
+}
+
+/// What memory an object needs, and whether the driver prefers an allocation for it alone.
+///
+/// # Safety
+/// The image is of this device, which has Vulkan 1.1.
+unsafe fn requirements(device: &ash::Device, image: vk::Image) -> (vk::MemoryRequirements, bool) {
+    let info = vk::ImageMemoryRequirementsInfo2::default().image(image);
+    let mut dedicated = vk::MemoryDedicatedRequirements::default();
+    let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
+    // SAFETY: the caller vouches for both.
+    unsafe { device.get_image_memory_requirements2(&info, &mut wanted) };
+    let wanted = wanted.memory_requirements;
+    let prefers = dedicated.prefers_dedicated_allocation == vk::TRUE
+        || dedicated.requires_dedicated_allocation == vk::TRUE;
+    (wanted, prefers)
 }

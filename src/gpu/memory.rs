@@ -17,17 +17,36 @@ pub enum MemoryUse {
     Readback,
 }
 
-/// A wish for memory.
+/// A request for memory.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryDesc<'a> {
-    /// Of the buffer or image that it is for.
+    /// Name of the buffer or image that it is for.
     pub name: &'a str,
-    /// What that buffer or image asks for.
+    /// Requirements of that buffer or image.
     pub requirements: vk::MemoryRequirements,
     /// Who reads and writes it.
     pub usage: MemoryUse,
-    /// True for buffers, false for images of optimal tiling.
-    pub linear: bool,
+    /// The buffer or image, for `VkMemoryDedicatedAllocateInfo`.
+    pub resource: Resource,
+    /// Whether the driver prefers an allocation for this buffer or image alone, at offset 0.
+    pub prefers_dedicated: bool,
+}
+
+/// A buffer or image that gets memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resource {
+    /// A buffer: linear.
+    Buffer(vk::Buffer),
+    /// An image of optimal tiling: not linear.
+    Image(vk::Image),
+}
+
+impl Resource {
+    /// Whether it is linear, for allocators that keep both kinds apart (`bufferImageGranularity`).
+    #[must_use]
+    pub fn is_linear(self) -> bool {
+        matches!(self, Self::Buffer(_))
+    }
 }
 
 /// A piece of device memory.

@@ -33,8 +33,9 @@
 //! - **The end**: `destroy`, when the device has finished. Dropping without it frees nothing under a running queue: it is
 //!   logged as an error, and leaks.
 //!
-//! [`requirements()`] lists what a device needs, and [`check()`] asks one. The floor is Vulkan 1.1 with the extensions that
-//! [`Report::extensions`] names; 1.3 needs none.
+//! [`requirements()`] lists what each path needs of a device. [`check()`] asks a physical device, [`check_enabled()`] looks at
+//! what the host has enabled. The compute path needs Vulkan 1.1 and a queue with compute, and no feature. The stencil path needs
+//! graphics, dynamic rendering and, below 1.3, the extensions that [`Report::extensions`] names.
 //!
 //! - Architecture invariant: nothing here submits, waits, or owns a device.
 //! - Architecture invariant: `Drop` frees no Vulkan object. Every component has a `destroy`, and logs an error when it was forgotten.
@@ -44,16 +45,21 @@ mod allocator;
 mod barriers;
 mod compute;
 mod context;
+mod context_desc;
 mod counts;
 mod culler;
 mod culler_desc;
 mod device_path;
 mod drivers;
 mod error;
+mod features;
 mod image;
 mod limits;
 mod memory;
+mod passes;
+mod pipeline_cache;
 mod pipelines;
+mod raw;
 mod requirements;
 mod resources;
 mod shader_table;
@@ -63,16 +69,21 @@ mod uploaded;
 
 /// The version that signatures here speak of.
 pub use ash;
-/// The version that [`GpuAllocatorMemory`] speaks of.
-pub use gpu_allocator;
 
 pub use allocator::GpuAllocatorMemory;
-pub use context::{Context, ContextDesc, RawContextDesc, check_raw, command_buffer};
+pub use context::Context;
+pub use context_desc::{ContextDesc, RawContextDesc};
 pub use culler::{Culler, Ticket};
 pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSettings};
 pub use error::{GpuError, Mismatch};
-pub use memory::{Block, Memory, MemoryDesc, MemoryUse};
-pub use requirements::{Report, Requirement, RequirementKind, check, requirements};
+pub use features::Features;
+pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};
+pub use passes::PassTime;
+pub use pipeline_cache::PipelineCache;
+pub use raw::{check_raw, command_buffer};
+pub use requirements::{
+    PathReport, Report, Requirement, RequirementKind, check, check_enabled, requirements,
+};
 pub use stencil::{Batch, MapKind, Plan, Rasterizer, RasterizerDesc};
 pub use terms::{Terms, Without};
 

@@ -14,7 +14,7 @@ use super::{
     },
 };
 
-/// What is drawn, and with which shaders.
+/// What is drawn or counted, and with which shaders.
 #[derive(Clone, Copy)]
 pub(crate) struct PipelineDesc {
     name: &'static str,
@@ -108,6 +108,17 @@ impl StencilRule {
     }
 }
 
+/// What a pipeline is created with besides its description.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct PipelineInputs<'a> {
+    /// Layouts of its descriptor sets.
+    pub(crate) sets: &'a [vk::DescriptorSetLayout],
+    /// Values of its shader's first specialization constants. Only compute shaders have any.
+    pub(crate) constants: &'a [u32],
+    /// The host's cache, or null.
+    pub(crate) cache: vk::PipelineCache,
+}
+
 /// A pipeline and its layout; null handles by default.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pipeline {
@@ -120,18 +131,13 @@ impl Pipeline {
     pub(crate) fn new(
         context: &Context,
         desc: &PipelineDesc,
-        sets: &[vk::DescriptorSetLayout],
+        inputs: &PipelineInputs<'_>,
     ) -> Result<Self, GpuError> {
-        Self::specialized(context, desc, sets, &[])
-    }
-
-    /// The same, with a word for each of its shader's first specialization constants. Only compute shaders have any.
-    pub(crate) fn specialized(
-        context: &Context,
-        desc: &PipelineDesc,
-        sets: &[vk::DescriptorSetLayout],
-        constants: &[u32],
-    ) -> Result<Self, GpuError> {
+        let PipelineInputs {
+            sets,
+            constants,
+            cache,
+        } = *inputs;
         let range = push_constants(desc);
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(sets)
@@ -144,9 +150,9 @@ impl Pipeline {
         let handle = shader_modules(context, desc, &mut modules).and_then(|()| {
             match (desc.shaders, &modules[..]) {
                 ([shader], [module]) if shader.stage == Stage::Compute => {
-                    build_compute(context, layout, (*module, constants))
+                    build_compute(context, layout, (*module, constants, cache))
                 }
-                _ => build(context, desc, layout, &modules),
+                _ => build(context, desc, layout, (&modules, cache)),
             }
         });
         for module in modules {
@@ -237,7 +243,7 @@ const WORD: usize = size_of::<u32>();
 fn build_compute(
     context: &Context,
     layout: vk::PipelineLayout,
-    (module, constants): (vk::ShaderModule, &[u32]),
+    (module, constants, cache): (vk::ShaderModule, &[u32], vk::PipelineCache),
 ) -> Result<vk::Pipeline, GpuError> {
     let words = (0..).zip(constants).map(|(id, _)| {
         vk::SpecializationMapEntry::default()
@@ -257,7 +263,6 @@ fn build_compute(
     let info = [vk::ComputePipelineCreateInfo::default()
         .stage(stage)
         .layout(layout)];
-    let cache = vk::PipelineCache::null();
     // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
     let pipelines = unsafe {
         let device = context.device();
@@ -273,7 +278,7 @@ fn build(
     context: &Context,
     desc: &PipelineDesc,
     layout: vk::PipelineLayout,
-    modules: &[vk::ShaderModule],
+    (modules, cache): (&[vk::ShaderModule], vk::PipelineCache),
 ) -> Result<vk::Pipeline, GpuError> {
     let stages: Vec<_> = std::iter::zip(desc.shaders, modules)
         .map(|(shader, &module)| {
@@ -323,7 +328,7 @@ fn build(
     let pipelines = unsafe {
         context
             .device()
-            .create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
+            .create_graphics_pipelines(cache, &info, None)
     };
     match pipelines {
         Ok(pipelines) => Ok(pipelines[0]),

@@ -5,7 +5,7 @@
 use ash::vk;
 
 use super::{
-    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, barriers,
+    Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, barriers,
     error::{Named, within},
     image::{Image, ImageDesc},
 };
@@ -85,12 +85,13 @@ impl Buffer {
     ) -> Result<(), GpuError> {
         let device = context.device();
         // SAFETY: the buffer was just made from this device.
-        let requirements = unsafe { device.get_buffer_memory_requirements(self.handle) };
+        let wanted = unsafe { requirements(device, self.handle) };
         let block = memory.allocate(&MemoryDesc {
             name: desc.name,
-            requirements,
+            requirements: wanted.0,
             usage: desc.memory,
-            linear: true,
+            resource: Resource::Buffer(self.handle),
+            prefers_dedicated: wanted.1,
         })?;
         self.block = Some(block);
         if desc.memory != MemoryUse::Device && block.mapped.is_none() {
@@ -246,4 +247,20 @@ impl StencilTarget {
         self.own.destroy(context, memory);
         (self.view, self.image) = (vk::ImageView::null(), vk::Image::null());
     }
+}
+
+/// What memory an object needs, and whether the driver prefers an allocation for it alone.
+///
+/// # Safety
+/// The buffer is of this device, which has Vulkan 1.1.
+unsafe fn requirements(device: &ash::Device, buffer: vk::Buffer) -> (vk::MemoryRequirements, bool) {
+    let info = vk::BufferMemoryRequirementsInfo2::default().buffer(buffer);
+    let mut dedicated = vk::MemoryDedicatedRequirements::default();
+    let mut wanted = vk::MemoryRequirements2::default().push_next(&mut dedicated);
+    // SAFETY: the caller vouches for both.
+    unsafe { device.get_buffer_memory_requirements2(&info, &mut wanted) };
+    let wanted = wanted.memory_requirements;
+    let prefers = dedicated.prefers_dedicated_allocation == vk::TRUE
+        || dedicated.requires_dedicated_allocation == vk::TRUE;
+    (wanted, prefers)
 }

@@ -2,6 +2,8 @@
 
 use ash::vk;
 
+use super::Features;
+
 /// On which terms a device is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
@@ -37,6 +39,15 @@ pub struct Without {
 }
 
 impl Without {
+    /// What it leaves of all features.
+    pub(super) fn features(&self) -> Features {
+        Features {
+            precise_queries: !self.precise_queries,
+            fragment_atomics: !self.fragment_atomics,
+            ..Features::ALL
+        }
+    }
+
     pub(super) fn forbids(&self, format: vk::Format) -> bool {
         match format {
             vk::Format::S8_UINT => self.s8,

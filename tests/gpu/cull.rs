@@ -103,7 +103,7 @@ fn small_targets_pools_and_buffers_agree() {
             },
         ];
         let summed = descs.map(|stencil| StencilSettings {
-            counting: Counting::Atomics,
+            counting: Some(Counting::Atomics),
             ..stencil
         });
         for stencil in descs.into_iter().chain(summed) {

@@ -11,8 +11,8 @@ use common::{Random, desc, device, drifting, finish};
 use sabaki::gpu::ash;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
-    Block, Context, Culler, CullerDesc, GpuError, Memory, MemoryDesc, Rasterizer, RasterizerDesc,
-    RawContextDesc, Terms, check, requirements,
+    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, Rasterizer,
+    RasterizerDesc, RawContextDesc, Terms, check, requirements,
 };
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
 use sabaki::query::cull::CullPath;
@@ -162,9 +162,8 @@ fn raw_handles_make_the_same_context() {
             physical_device: context.physical_device().as_raw(),
             device: context.device().handle().as_raw(),
             queue_family: context.queue_family(),
-            precise_queries: true,
-            fragment_atomics: true,
-            debug_names: true,
+            features: Features::ALL,
+            debug_utils: true,
             terms: Terms::default(),
         })
     }
@@ -199,7 +198,8 @@ fn the_report_knows_every_requirement() {
     };
     assert!(report.is_usable());
     assert_eq!(report.stencil_format, Some(context.stencil_format()));
-    assert_eq!(report.precise_queries, context.precise_queries());
+    assert_eq!(report, *context.report());
+    assert!(report.stencil.runs() && report.stencil.counts_exact && report.compute.counts_exact);
     let required = requirements().iter().take_while(|one| one.is_required());
     let optional = requirements().iter().filter(|one| !one.is_required());
     assert_eq!(required.count() + optional.count(), requirements().len());

@@ -18,7 +18,7 @@ use std::{
 use common::{answer::answer_throw, baked::embedded, cull_cases::Way};
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk::{self, Handle};
-use sabaki::gpu::{Context, Culler, RawContextDesc, Terms, command_buffer};
+use sabaki::gpu::{Context, Culler, Features, RawContextDesc, Terms, command_buffer};
 use sabaki::query::{Answer, Evaluation, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use wgpu::hal::api::Vulkan;
@@ -82,11 +82,12 @@ impl Host {
                 physical_device: vulkan.raw_physical_device().as_raw(),
                 device: open.device.raw_device().handle().as_raw(),
                 queue_family: open.device.queue_family_index(),
-                // wgpu does not switch it on: the stencil path says any or none.
-                precise_queries: false,
-                // It switches this on where it can.
-                fragment_atomics: true,
-                debug_names: false,
+                features: Features {
+                    // wgpu does not enable it: queries say any or none.
+                    precise_queries: false,
+                    ..Features::ALL
+                },
+                debug_utils: false,
                 terms: Terms {
                     api_version: shared.instance_api_version(),
                     ..Terms::default()

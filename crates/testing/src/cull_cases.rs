@@ -37,7 +37,7 @@ impl Way {
     /// Default settings.
     pub fn desc(self, atlas: &RegionAtlas) -> CullerDesc<'_> {
         let mut desc = CullerDesc::new(self.path, atlas);
-        desc.stencil.counting = self.counting;
+        desc.stencil.counting = Some(self.counting);
         desc
     }
 

@@ -14,6 +14,7 @@ use crate::gpu::{
     Context, GpuError,
     barriers::Access,
     error::Named,
+    passes::Passes,
     shader_table::{COUNT_COMP, CountSettings},
 };
 
@@ -132,16 +133,22 @@ impl Parts {
 impl ComputePath {
     /// # Safety
     /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's input.
-    pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
-        let context = &self.context;
+    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slot: &Slot) {
+        let (context, cmd) = (&self.context, passes.cmd);
         // SAFETY: the caller vouches for `cmd` and the slot.
         unsafe {
             if self.gathered.sums() > 0 && !self.gathered.candidates.is_empty() {
+                passes.begin(c"sabaki: input");
                 slot.record_copy(context, cmd, (&self.gathered, &self.capacity));
+                passes.end();
+                passes.begin(c"sabaki: count");
                 self.record_dispatches(cmd, slot);
+                passes.end();
             }
-            let written = Access::COMPUTE_WRITE;
-            slot.counts.record_number(context, cmd, written);
+            passes.begin(c"sabaki: counts to the host");
+            slot.counts
+                .record_number(context, cmd, Access::COMPUTE_WRITE);
+            passes.end();
         }
     }
 

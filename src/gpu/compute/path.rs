@@ -16,11 +16,12 @@ use crate::{
         barriers::Access,
         counts::Counts,
         device_path::DevicePath,
-        pipelines::{COUNT, Pipeline},
+        passes::Passes,
+        pipelines::{COUNT, Pipeline, PipelineInputs},
         shader_table::COUNTS,
         uploaded::Uploaded,
     },
-    query::cull::{Counted, CullInput, Overlap},
+    query::cull::{Counted, CullInput, CullPath, Overlap},
 };
 
 /// Counts overlaps with a compute shader.
@@ -50,7 +51,7 @@ impl ComputePath {
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
-        computes(context)?;
+        context.runs(CullPath::Compute)?;
         let limits = context.limits();
         let most = [
             (
@@ -101,7 +102,12 @@ impl ComputePath {
         parts.make_layout(context)?;
         for (pipeline, may_be_large) in parts.pipelines.iter_mut().zip([0, 1]) {
             let constants = [self.planes.grid.attack_pitch, may_be_large];
-            *pipeline = Pipeline::specialized(context, &COUNT, &[parts.layout], &constants)?;
+            let inputs = PipelineInputs {
+                sets: &[parts.layout],
+                constants: &constants,
+                cache: desc.pipeline_cache,
+            };
+            *pipeline = Pipeline::new(context, &COUNT, &inputs)?;
         }
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
@@ -127,9 +133,9 @@ impl DevicePath for ComputePath {
         slot.write(&self.context, &self.gathered, &self.capacity)
     }
 
-    unsafe fn record(&self, cmd: vk::CommandBuffer, slot: usize) {
-        // SAFETY: the caller vouches for `cmd` and the slot.
-        unsafe { self.record_commands(cmd, &self.parts.slots[slot]) };
+    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize) {
+        // SAFETY: the caller vouches for the command buffer and the slot.
+        unsafe { self.record_commands(passes, &self.parts.slots[slot]) };
     }
 
     fn counts(&self, slot: usize) -> &Counts {
@@ -185,12 +191,4 @@ impl DevicePath for ComputePath {
         }
         parts.atlas.destroy(context, memory);
     }
-}
-
-/// Whether the context's queue family takes dispatches. Not every one with graphics has to.
-fn computes(context: &Context) -> Result<(), GpuError> {
-    if context.queue_has(vk::QueueFlags::COMPUTE) {
-        return Ok(());
-    }
-    Err(GpuError::Missing(vec!["compute on the queue family"]))
 }

@@ -10,14 +10,15 @@ use super::{
     cells::Pass,
     drawing::{self, Rendering},
     gathered::Query,
-    passes,
     path::StencilPath,
+    rules,
     slot::Slot,
 };
 use crate::gpu::{
     Counting,
     barriers::{self, Access},
     counts::HEADER,
+    passes::Passes,
     pipelines::StencilRule,
     shader_table::TargetSide,
 };
@@ -37,10 +38,10 @@ struct Turn<'a> {
 impl StencilPath {
     /// # Safety
     /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's discs and boxes.
-    pub(super) unsafe fn record_commands(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slot: &Slot) {
         if self.counting == Counting::Atomics {
             // SAFETY: as the caller says.
-            return unsafe { self.record_tally(cmd, slot) };
+            return unsafe { self.record_tally(passes, slot) };
         }
         // SAFETY: the caller vouches for `cmd` and the slot.
         unsafe {
@@ -50,7 +51,7 @@ impl StencilPath {
                 let turns = queries.len().div_ceil(size);
                 for (turn, queries) in queries.chunks(size).enumerate() {
                     self.record_turn(
-                        cmd,
+                        passes,
                         slot,
                         &Turn {
                             pass,
@@ -63,8 +64,21 @@ impl StencilPath {
                     first += queries.len() as u64;
                 }
             }
-            let written = Access::TRANSFER_WRITE;
-            slot.counts.record_number(&self.context, cmd, written);
+            self.record_number(passes, slot);
+        }
+    }
+
+    /// The number that says that the counts are there.
+    ///
+    /// # Safety
+    /// As for [`StencilPath::record_commands`].
+    unsafe fn record_number(&self, passes: &mut Passes<'_>, slot: &Slot) {
+        // SAFETY: the caller vouches for the command buffer.
+        unsafe {
+            passes.begin(c"sabaki: counts to the host");
+            slot.counts
+                .record_number(&self.context, passes.cmd, Access::TRANSFER_WRITE);
+            passes.end();
         }
     }
 
@@ -72,8 +86,9 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
-    unsafe fn record_tally(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+    unsafe fn record_tally(&self, passes: &mut Passes<'_>, slot: &Slot) {
         let (context, parts, gathered) = (&self.context, &self.parts, &self.gathered);
+        let cmd = passes.cmd;
         let queries = &gathered.queries;
         // SAFETY: the caller vouches for `cmd`; all handles are this path's, and there is a sum for each query.
         unsafe {
@@ -89,14 +104,17 @@ impl StencilPath {
                     let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
                     barriers::stencil_image(context, cmd, image, uses, true);
                     drawing::begin(context, cmd, &parts.target, rendering);
+                    passes.begin(c"sabaki: attack");
                     self.record_attack(cmd, slot, pass);
+                    passes.end();
+                    passes.begin(c"sabaki: candidates");
                     self.record_planes(cmd, slot, pass);
+                    passes.end();
                     context.device().cmd_end_rendering(cmd);
                 }
                 slot.sums.record_end(context, cmd, (&slot.counts, queries));
             }
-            let written = Access::TRANSFER_WRITE;
-            slot.counts.record_number(context, cmd, written);
+            self.record_number(passes, slot);
         }
     }
 
@@ -123,8 +141,8 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
-    unsafe fn record_turn(&self, cmd: vk::CommandBuffer, slot: &Slot, turn: &Turn<'_>) {
-        let (context, parts) = (&self.context, &self.parts);
+    unsafe fn record_turn(&self, passes: &mut Passes<'_>, slot: &Slot, turn: &Turn<'_>) {
+        let (context, parts, cmd) = (&self.context, &self.parts, passes.cmd);
         let (device, count) = (context.device(), turn.queries.len() as u32);
         let rendering = Rendering {
             used: turn.pass.used,
@@ -139,9 +157,13 @@ impl StencilPath {
             barriers::stencil_image(context, cmd, image, uses, turn.begins_pass);
             drawing::begin(context, cmd, &parts.target, rendering);
             if turn.begins_pass {
+                passes.begin(c"sabaki: attack");
                 self.record_attack(cmd, slot, turn.pass);
+                passes.end();
             }
+            passes.begin(c"sabaki: candidates");
             self.record_queries(cmd, slot, turn.queries);
+            passes.end();
             device.cmd_end_rendering(cmd);
             device.cmd_copy_query_pool_results(
                 cmd,
@@ -186,7 +208,7 @@ impl StencilPath {
     unsafe fn record_queries(&self, cmd: vk::CommandBuffer, slot: &Slot, queries: &[Query]) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
-        let precision = if context.precise_queries() {
+        let precision = if context.features().precise_queries {
             vk::QueryControlFlags::PRECISE
         } else {
             vk::QueryControlFlags::empty()
@@ -250,7 +272,7 @@ impl StencilPath {
 fn into_plane(bit: u32) -> StencilRule {
     StencilRule {
         write: bit,
-        ..passes::draw(bit)
+        ..rules::draw(bit)
     }
 }
 

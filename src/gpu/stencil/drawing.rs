@@ -4,17 +4,9 @@ use ash::vk;
 
 use super::shelves::Place;
 use crate::{
-    gpu::{Context, GpuError, resources::StencilTarget, shader_table::PlacedDisc},
+    gpu::{Context, resources::StencilTarget, shader_table::PlacedDisc},
     maps::{Disc, MapRect},
 };
-
-/// Whether the context's queue family draws.
-pub(super) fn needs_graphics(context: &Context) -> Result<(), GpuError> {
-    if context.queue_has(vk::QueueFlags::GRAPHICS) {
-        return Ok(());
-    }
-    Err(GpuError::Missing(vec!["graphics on the queue family"]))
-}
 
 /// How a rendering begins and ends.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Many maps in one target: shelves, the tallest maps first.
 
-use super::{batch::Batch, passes, shelves::Shelves};
+use super::{batch::Batch, rules, shelves::Shelves};
 use crate::{
     gpu::{
         GpuError,
@@ -80,7 +80,7 @@ fn next<'a>(plan: &'a mut Plan, shelves: &mut Shelves) -> &'a mut Batch {
 /// Its discs, those of the first frame a second time, and the map as a whole: at its end and wherever counting starts
 /// again.
 fn instances(drawing: &Drawing) -> u32 {
-    let restarts = drawing.frames().saturating_sub(1) / passes::FRAMES_BETWEEN_RESTARTS;
+    let restarts = drawing.frames().saturating_sub(1) / rules::FRAMES_BETWEEN_RESTARTS;
     (drawing.discs.len() + drawing.frame(0).len() + 1 + restarts) as u32
 }
 

@@ -10,7 +10,7 @@ use ash::vk;
 
 use super::{
     atlas::Atlas,
-    boxes, drawing,
+    boxes,
     gathered::{Capacity, Gathered, MOST_BOXES},
     maps::{Maps, Part},
     slot::Slot,
@@ -21,11 +21,13 @@ use crate::{
         Context, Counting, CullerDesc, GpuError, Memory, MemoryUse,
         counts::Counts,
         device_path::DevicePath,
+        drivers,
         error::within,
-        pipelines::{CANDIDATES, DISCS, Pipeline, TALLY},
+        passes::Passes,
+        pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs, TALLY},
         resources::{Buffer, BufferDesc, StencilTarget},
     },
-    query::cull::{Counted, CullInput, Overlap},
+    query::cull::{Counted, CullInput, CullPath, Overlap},
 };
 
 /// Counts overlaps with the stencil buffer.
@@ -61,8 +63,9 @@ impl StencilPath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         let settings = desc.stencil;
-        drawing::needs_graphics(context)?;
-        if settings.counting == Counting::Atomics && !context.fragment_atomics() {
+        context.runs(CullPath::Stencil)?;
+        let counting = StencilPath::counting(context, desc);
+        if counting == Counting::Atomics && !context.features().fragment_atomics {
             return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
         }
         // Places in a target are numbers of 16 bits with a sign.
@@ -80,7 +83,7 @@ impl StencilPath {
             parts: Parts::default(),
             gathered: Gathered::default(),
             maps: Maps::new(desc.atlas)?,
-            counting: settings.counting,
+            counting,
             by_plane: ByPlane::default(),
             capacity,
         };
@@ -95,6 +98,12 @@ impl StencilPath {
                 Err(error)
             }
         }
+    }
+
+    /// The way of counting that a description asks for, or that is known to be fast on the driver.
+    pub(in crate::gpu) fn counting(context: &Context, desc: &CullerDesc<'_>) -> Counting {
+        let known = || drivers::counting(context.driver(), context.features());
+        desc.stencil.counting.unwrap_or_else(known)
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
@@ -113,13 +122,21 @@ impl StencilPath {
         };
         parts.indices = Buffer::new(context, memory, of_boxes)?;
         parts.indices.write(context, 0, bytes)?;
-        parts.discs = Pipeline::new(context, &DISCS, &[])?;
+        let inputs = PipelineInputs {
+            cache: desc.pipeline_cache,
+            ..PipelineInputs::default()
+        };
+        parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
         let slots = desc.frames_in_flight.max(1);
         parts.candidates = match self.counting {
-            Counting::Queries => Pipeline::new(context, &CANDIDATES, &[parts.atlas.layout])?,
+            Counting::Queries => {
+                let sets = &[parts.atlas.layout];
+                Pipeline::new(context, &CANDIDATES, &PipelineInputs { sets, ..inputs })?
+            }
             Counting::Atomics => {
                 parts.tally.fill(context, slots)?;
-                Pipeline::new(context, &TALLY, &[parts.tally.layout])?
+                let sets = &[parts.tally.layout];
+                Pipeline::new(context, &TALLY, &PipelineInputs { sets, ..inputs })?
             }
         };
         let target = format!("{name}: attack");
@@ -145,7 +162,7 @@ impl DevicePath for StencilPath {
         match self.counting {
             Counting::Queries => {
                 let queries = self.gathered.queries.len() as u64;
-                let most = self.context.most_queries();
+                let most = drivers::most_queries(self.context.driver());
                 within("the driver's queries in one submission", queries, most)
             }
             Counting::Atomics => {
@@ -174,9 +191,9 @@ impl DevicePath for StencilPath {
         slot.corners.write(&self.context, 0, corners)
     }
 
-    unsafe fn record(&self, cmd: vk::CommandBuffer, slot: usize) {
-        // SAFETY: the caller vouches for `cmd` and the slot.
-        unsafe { self.record_commands(cmd, &self.parts.slots[slot]) };
+    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize) {
+        // SAFETY: the caller vouches for the command buffer and the slot.
+        unsafe { self.record_commands(passes, &self.parts.slots[slot]) };
     }
 
     fn counts(&self, slot: usize) -> &Counts {

@@ -8,18 +8,19 @@ use super::{
     batch::Batch,
     drawing::{self, Rendering},
     packing::{self, Plan, Room},
-    passes::{self, Passes},
+    rules::{self, Passes},
 };
 use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
         barriers::{self, Access},
         error::within,
-        pipelines::{DISCS, Pipeline, RECTS},
+        pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
         resources::{Buffer, BufferDesc, StencilTarget},
         shader_table::{PlacedDisc, TargetSide},
     },
     maps::Drawing,
+    query::cull::CullPath,
 };
 
 /// How a [`Rasterizer`] is made.
@@ -86,7 +87,7 @@ impl Rasterizer {
         memory: &mut dyn Memory,
         desc: &RasterizerDesc<'_>,
     ) -> Result<Self, GpuError> {
-        drawing::needs_graphics(context)?;
+        context.runs(CullPath::Stencil)?;
         let side = desc.side.max(1);
         within(
             "side of a stencil target",
@@ -114,9 +115,10 @@ impl Rasterizer {
 
     fn fill(&mut self, memory: &mut dyn Memory, name: &str) -> Result<(), GpuError> {
         let (context, parts) = (&self.context, &mut self.parts);
+        let inputs = PipelineInputs::default();
         parts.live = true;
-        parts.discs = Pipeline::new(context, &DISCS, &[])?;
-        parts.rects = Pipeline::new(context, &RECTS, &[])?;
+        parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
+        parts.rects = Pipeline::new(context, &RECTS, &inputs)?;
         let side = self.room.side;
         let target = format!("{name}: target");
         parts.target = StencilTarget::new(context, memory, &target, [side, side])?;
@@ -167,8 +169,8 @@ impl Rasterizer {
         kind: MapKind,
     ) -> Result<(), GpuError> {
         match kind {
-            MapKind::EveryFrame => passes::every_frame(drawings, batch, &mut self.scratch),
-            MapKind::AnyFrame => passes::any_frame(drawings, batch, &mut self.scratch),
+            MapKind::EveryFrame => rules::every_frame(drawings, batch, &mut self.scratch),
+            MapKind::AnyFrame => rules::any_frame(drawings, batch, &mut self.scratch),
         }
         let bytes = bytemuck::cast_slice(&self.scratch.instances);
         self.parts.instances.write(&self.context, 0, bytes)?;
@@ -198,7 +200,7 @@ impl Rasterizer {
         unsafe {
             let rendering = Rendering {
                 used: batch.used,
-                clear: Some(passes::START),
+                clear: Some(rules::START),
                 stored: true,
             };
             drawing::begin(context, cmd, &parts.target, rendering);

@@ -2,8 +2,8 @@
 
 use super::{
     batch::Batch,
-    passes::{EVASION, START},
     rasterizer::Rasterizer,
+    rules::{EVASION, START},
     shelves::Place,
 };
 use crate::{

@@ -58,7 +58,7 @@ static sabaki_device make_device(void) {
     host.api_version = api;
     char text[512] = "";
     check(sabaki_check(&host, text, sizeof text), "sabaki_check");
-    printf("without: %s\n", text[0] ? text : "nothing");
+    printf("%s", text);
 
     const float priority = 1.0f;
     uint32_t features[FEATURES] = {0};
@@ -71,6 +71,11 @@ static sabaki_device make_device(void) {
     host.device = device;
     host.precise_queries = features[PRECISE];
     host.fragment_atomics = features[ATOMICS];
+    check(sabaki_check(&host, text, sizeof text), "sabaki_check");
+    if (!strstr(text, "stencil: lacks dynamicRendering") || !strstr(text, "compute: runs")) fail("a path that lacks a feature");
+    host.dynamic_rendering = host.synchronization2 = 1;
+    check(sabaki_check(&host, text, sizeof text), "sabaki_check");
+    if (!strstr(text, "stencil: runs")) fail("the stencil path");
     return host;
 }
 

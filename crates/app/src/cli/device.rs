@@ -1,6 +1,6 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
-use sabaki::gpu::{self, CullerDesc, GpuError};
+use sabaki::gpu::{self, CullerDesc, GpuError, PathReport};
 use sabaki::maps::RegionAtlas;
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_app::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
@@ -53,13 +53,17 @@ impl DeviceReport {
             "kind": kind.to_string(),
             "api": api,
             "usable": report.is_usable(),
-            "missing": report.missing,
+            "missing": report.missing(),
+            "paths": json!({
+                "stencil": path_json(&report.stencil),
+                "compute": path_json(&report.compute),
+            }),
             "fallbacks": report.fallbacks.iter().map(|one| json!({
                 "lacks": one.name,
                 "instead": one.fallback,
             })).collect::<Vec<_>>(),
             "stencil_format": report.stencil_format.map(|format| format!("{format:?}")),
-            "precise_queries": report.precise_queries,
+            "precise_queries": report.features.precise_queries,
         })
     }
 
@@ -78,10 +82,20 @@ impl DeviceReport {
         line("stencil format", &format);
         line(
             "precise queries",
-            if report.precise_queries { "yes" } else { "no" },
+            if report.features.precise_queries {
+                "yes"
+            } else {
+                "no"
+            },
         );
-        for missing in &report.missing {
-            line("lacks", missing);
+        for (name, path) in [("stencil", &report.stencil), ("compute", &report.compute)] {
+            match path.runs() {
+                true => line(&format!("{name} path"), "runs"),
+                false => line(
+                    &format!("{name} path"),
+                    &format!("lacks {}", path.lacks.join(", ")),
+                ),
+            }
         }
         for one in &report.fallbacks {
             line(
@@ -95,6 +109,14 @@ impl DeviceReport {
         }
         text
     }
+}
+
+fn path_json(path: &PathReport) -> Value {
+    json!({
+        "runs": path.runs(),
+        "lacks": path.lacks,
+        "counts_exact": path.counts_exact,
+    })
 }
 
 impl Opened {

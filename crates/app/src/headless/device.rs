@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::HeadlessDesc;
 use super::list::{self, DeviceKind};
-use sabaki::gpu::{GpuError, check, internal::Named};
+use sabaki::gpu::{Features, GpuError, check, internal::Named};
 
 /// The device that a [`Headless`](super::Headless) uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -83,8 +83,7 @@ pub(super) struct DevicePart {
     pub(super) device: ash::Device,
     pub(super) queue_family: u32,
     pub(super) queue: vk::Queue,
-    pub(super) precise_queries: bool,
-    pub(super) fragment_atomics: bool,
+    pub(super) features: Features,
 }
 
 impl DevicePart {
@@ -93,7 +92,10 @@ impl DevicePart {
         // SAFETY: the physical device is of this instance.
         let report = unsafe { check(instance, physical, &desc.terms) };
         if !report.is_usable() {
-            return Err(GpuError::Missing(report.missing));
+            return Err(GpuError::Missing(report.missing()));
+        }
+        if !report.features.synchronization2 {
+            return Err(GpuError::Missing(vec!["synchronization2"]));
         }
         // SAFETY: as above.
         let lacking = unsafe { lacking(instance, physical, &desc.device_extensions) }?;
@@ -108,19 +110,21 @@ impl DevicePart {
                 .position(|family| family.queue_flags.contains(wanted))
         };
         let both = with(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE);
-        let queue_family = both.or_else(|| with(vk::QueueFlags::GRAPHICS)).unwrap_or(0) as u32;
+        let graphics = both.or_else(|| with(vk::QueueFlags::GRAPHICS));
+        let family = graphics.or_else(|| with(vk::QueueFlags::COMPUTE));
+        let queue_family = family.unwrap_or(0) as u32;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let features = vk::PhysicalDeviceFeatures::default()
-            .occlusion_query_precise(report.precise_queries)
-            .fragment_stores_and_atomics(report.fragment_atomics);
-        let mut rendering =
-            vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
+            .occlusion_query_precise(report.features.precise_queries)
+            .fragment_stores_and_atomics(report.features.fragment_atomics);
+        let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default()
+            .dynamic_rendering(report.features.dynamic_rendering);
         let mut synchronization =
             vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
         let mut state = vk::PhysicalDeviceExtendedDynamicStateFeaturesEXT::default()
-            .extended_dynamic_state(true);
+            .extended_dynamic_state(report.features.extended_dynamic_state);
         let needed = report.extensions.iter().chain(&desc.device_extensions);
         let extensions: Vec<_> = needed.map(|name| name.as_ptr()).collect();
         let mut info = vk::DeviceCreateInfo::default()
@@ -143,8 +147,7 @@ impl DevicePart {
             device,
             queue_family,
             queue,
-            precise_queries: report.precise_queries,
-            fragment_atomics: report.fragment_atomics,
+            features: report.features,
         })
     }
 

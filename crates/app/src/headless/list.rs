@@ -86,7 +86,10 @@ pub(super) fn all(
         .into_iter()
         .map(|device| (device, info(instance, device, terms)))
         .collect();
-    known.sort_by_key(|(_, info)| (!info.report.is_usable(), info.kind));
+    known.sort_by_key(|(_, info)| {
+        let report = &info.report;
+        (!report.stencil.runs(), !report.compute.runs(), info.kind)
+    });
     Ok(known)
 }
 

@@ -106,9 +106,8 @@ impl Headless {
             physical_device: device.physical,
             device: &device.device,
             queue_family: device.queue_family,
-            precise_queries: device.precise_queries,
-            fragment_atomics: device.fragment_atomics,
-            debug_names: desc.validation,
+            features: device.features,
+            debug_utils: desc.validation,
             terms: desc.terms,
         };
         // SAFETY: the handles belong together, the features were enabled, and teardown destroys the device last.
@@ -118,7 +117,7 @@ impl Headless {
         // With the functions that the version in use has by other names.
         device.device = context.device().clone();
         self.work = Some(WorkPart::new(device)?);
-        self.memory = Some(GpuAllocatorMemory::of(context)?);
+        self.memory = Some(GpuAllocatorMemory::new(context)?);
         Ok(())
     }
 

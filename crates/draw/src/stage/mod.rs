@@ -59,15 +59,19 @@ impl Stage {
     ///
     /// # Errors
     /// An error of a Vulkan call or of the allocator; [`GpuError::Limit`] if the device does not
-    /// support such large targets; [`GpuError::Missing`] if the context's queue family has no
-    /// graphics.
+    /// support such large targets; [`GpuError::Missing`] if the context lacks graphics,
+    /// dynamic rendering or synchronization2.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
         desc: &StageDesc<'_>,
     ) -> Result<Self, GpuError> {
-        if !context.queue_has(vk::QueueFlags::GRAPHICS) {
-            return Err(GpuError::Missing(vec!["a queue family with graphics"]));
+        let report = context.report();
+        if !report.stencil.runs() {
+            return Err(GpuError::Missing(report.stencil.lacks.clone()));
+        }
+        if !report.features.synchronization2 {
+            return Err(GpuError::Missing(vec!["synchronization2"]));
         }
         let side = desc.size[0].max(desc.size[1]).max(desc.shadow_side);
         within(

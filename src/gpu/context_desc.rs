@@ -1,0 +1,50 @@
+//! The host's Vulkan objects, as it describes them.
+
+use std::ffi::c_void;
+
+use ash::vk;
+
+use super::{Features, Terms};
+
+/// The host's objects, and what it enabled when it created them.
+#[derive(Clone, Copy)]
+pub struct ContextDesc<'a> {
+    /// Created with [`Terms::api_version`] as its `apiVersion`.
+    pub instance: &'a ash::Instance,
+    /// Physical device of `instance`.
+    pub physical_device: vk::PhysicalDevice,
+    /// Device of `physical_device`. Below Vulkan 1.3 it has the extensions of the enabled features.
+    pub device: &'a ash::Device,
+    /// Family of the queue that runs the recorded commands. The stencil path needs graphics there, the compute path compute.
+    pub queue_family: u32,
+    /// Features that are enabled on `device`. A path that needs others does not run; see [`check_enabled`](super::check_enabled).
+    pub features: Features,
+    /// Whether `VK_EXT_debug_utils` is enabled on `instance`. Objects then have names, and passes labels.
+    pub debug_utils: bool,
+    /// Version of the instance, and what is done without.
+    pub terms: Terms,
+}
+
+/// The same by raw handles, for a host that does not use `ash`, or uses another version of it.
+///
+/// A handle is its 64 bits: for `VkInstance`, `VkPhysicalDevice` and `VkDevice` those of a pointer (`Handle::as_raw` of any
+/// `ash`).
+#[derive(Clone, Copy, Debug)]
+pub struct RawContextDesc {
+    /// The `vkGetInstanceProcAddr` that the instance was created with.
+    pub get_instance_proc_addr: *const c_void,
+    /// `VkInstance`, as [`ContextDesc::instance`].
+    pub instance: u64,
+    /// `VkPhysicalDevice`.
+    pub physical_device: u64,
+    /// `VkDevice`, as [`ContextDesc::device`].
+    pub device: u64,
+    /// As [`ContextDesc::queue_family`].
+    pub queue_family: u32,
+    /// As [`ContextDesc::features`].
+    pub features: Features,
+    /// As [`ContextDesc::debug_utils`].
+    pub debug_utils: bool,
+    /// As [`ContextDesc::terms`].
+    pub terms: Terms,
+}
