@@ -52,7 +52,6 @@ impl Stamps {
         context: &Context,
         times: &mut Vec<PassTime>,
     ) -> Result<bool, GpuError> {
-        times.clear();
         let Some((period, mask)) = context.timestamps().filter(|_| !self.names.is_empty()) else {
             return Ok(true);
         };

@@ -12,7 +12,7 @@ use common::cull_cases::Way;
 use common::{Random, desc, finish};
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{
-    Context, Culler, Features, GpuAllocatorMemory, GpuError, Rasterizer, Terms, Ticket,
+    Context, Culler, CullerDesc, Features, GpuAllocatorMemory, GpuError, Rasterizer, Terms, Ticket,
 };
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, CullPath, Overlap};
@@ -95,6 +95,49 @@ fn only_records_and_looks(atlas: &RegionAtlas, mut guests: Guests) {
         assert_eq!(shim::calls(), before);
     }
     assert_eq!(guests.destroy(), []);
+}
+
+/// What a frame debugger shows round the commands, and what timestamps are of.
+#[test]
+fn passes_have_labels_and_times() {
+    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
+    let (attack, candidates) = any_input(&mut Random(2), &atlas, 40);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    for way in Way::ALL {
+        let mut device = device();
+        let desc = CullerDesc {
+            timestamps: true,
+            ..way.desc(&atlas)
+        };
+        let mut culler = culler(&mut device, &desc);
+        shim::labels();
+        let mut early = None;
+        let ticket = device
+            .run(|cmd| {
+                // SAFETY: `run` gives a buffer that is being recorded.
+                let ticket = unsafe { culler.record(cmd, 0, &input) }?;
+                early = Some(culler.pass_times(ticket, &mut Vec::new())?);
+                Ok(ticket)
+            })
+            .unwrap();
+        assert_eq!(early, Some(false), "nothing has run yet");
+        let mut labels = shim::labels();
+        assert_eq!(labels.remove(0), "sabaki: upload of the maps");
+        labels.sort_unstable();
+        labels.dedup();
+        let mut times = Vec::new();
+        assert!(culler.pass_times(ticket, &mut times).unwrap());
+        let mut timed: Vec<_> = times.iter().map(|one| one.name).collect();
+        timed.sort_unstable();
+        assert_eq!(timed, labels, "{way:?}");
+        assert!(timed.len() >= 3, "{timed:?}");
+        culler.destroy(device.memory().unwrap());
+        assert_eq!(device.destroy(), []);
+    }
 }
 
 /// Each of them costs much on some drivers: `vendor-notes/nvidia.md`.

@@ -17,7 +17,9 @@ use common::{Random, desc, drifting, finish};
 use glam::Vec3;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory, Rasterizer, RasterizerDesc};
+use sabaki::gpu::{
+    Context, Culler, CullerDesc, GpuError, Memory, PipelineCache, Rasterizer, RasterizerDesc,
+};
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
 use sabaki::math::Rigid2;
@@ -240,14 +242,17 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     let mut harness = Harness::new();
 
     for way in Way::ALL {
-        let desc = way.desc(&atlas);
+        let desc = CullerDesc {
+            timestamps: true,
+            ..way.desc(&atlas)
+        };
         harness.hold(
             |device, memory| {
                 use_twice(
                     device,
                     memory,
                     |context, memory| Culler::new(context, memory, &desc),
-                    |device, culler| device.cull(culler, &input),
+                    |device, culler| cull_and_time(device, culler, &input),
                     |culler, memory| culler.destroy(memory),
                 )
             },
@@ -255,6 +260,7 @@ fn every_call_of_every_component_and_of_the_headless_device() {
         );
     }
     rasterizer(&mut harness);
+    pipeline_cache(&mut harness);
     let mut faults = harness.finish();
     for (call, count) in creation_of_a_device() {
         *faults.entry(call).or_default() += count;
@@ -275,6 +281,43 @@ fn every_call_of_every_component_and_of_the_headless_device() {
     let all: u32 = faults.values().sum();
     println!("{all} faults of {} calls: {faults:#?}", faults.len());
     assert!(named.len() > 20 && all > 500, "{} {all}", named.len());
+}
+
+/// A cull, and the times of its passes.
+fn cull_and_time(
+    device: &mut Headless,
+    culler: &mut Culler,
+    input: &CullInput<'_>,
+) -> Result<Vec<Overlap>, GpuError> {
+    // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
+    let ticket = device.run(|cmd| unsafe { culler.record(cmd, 0, input) })?;
+    let (mut overlaps, mut times) = (Vec::new(), Vec::new());
+    assert!(culler.poll(ticket, &mut overlaps)?);
+    assert!(culler.pass_times(ticket, &mut times)?);
+    assert!(times.iter().any(|one| !one.time.is_zero()), "{times:?}");
+    Ok(overlaps)
+}
+
+/// The bytes of a cache are those of this device, twice over.
+fn pipeline_cache(harness: &mut Harness) {
+    let again = |device: &mut Headless, cache: &mut PipelineCache| {
+        let again = PipelineCache::new(device.context()?, &cache.bytes()?)?;
+        let accepted = again.was_accepted();
+        again.destroy();
+        Ok(accepted && !cache.was_accepted())
+    };
+    harness.hold(
+        |device, memory| {
+            use_twice(
+                device,
+                memory,
+                |context, _| PipelineCache::new(context, &[]),
+                again,
+                |cache, _| cache.destroy(),
+            )
+        },
+        &true,
+    );
 }
 
 fn rasterizer(harness: &mut Harness) {

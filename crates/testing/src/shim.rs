@@ -30,6 +30,7 @@ struct State {
     swallowed: Option<u64>,
     hidden: vk::QueueFlags,
     copies: u64,
+    labels: Vec<String>,
 }
 
 thread_local! {
@@ -89,6 +90,11 @@ pub fn barriers() -> u64 {
 /// Copies of query results so far.
 pub fn copies_of_results() -> u64 {
     with(|state| state.copies)
+}
+
+/// Labels of passes since this was asked last.
+pub fn labels() -> Vec<String> {
+    with(|state| std::mem::take(&mut state.labels))
 }
 
 /// What queue families are said not to be able to do.
@@ -190,6 +196,7 @@ fn wrappers() -> Vec<Wrapper> {
         vkCreateDescriptorSetLayout vkDestroyDescriptorSetLayout,
         vkCreateDescriptorPool vkDestroyDescriptorPool,
         vkCreateQueryPool vkDestroyQueryPool,
+        vkCreatePipelineCache vkDestroyPipelineCache,
         vkCreateCommandPool vkDestroyCommandPool,
         vkCreateFence vkDestroyFence,
         vkCreateSemaphore vkDestroySemaphore,
@@ -204,6 +211,7 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkCreateGraphicsPipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count),
         fallible!(vkCreateComputePipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count),
         destroying!(vkDestroyPipeline(owner, object) of vkCreatePipelines),
+        fallible!(vkGetPipelineCacheData(device: u64, cache: u64, size: Pointer, data: Pointer)),
         fallible!(vkEnumerateInstanceLayerProperties(count: Pointer, layers: Pointer)),
         fallible!(vkEnumeratePhysicalDevices(instance: u64, count: Pointer, devices: Pointer)),
         fallible!(vkEnumerateDeviceExtensionProperties(device: u64, layer: Pointer, count: Pointer, extensions: Pointer)),
@@ -228,6 +236,7 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkQueueWaitIdle(queue: u64)),
         fallible!(vkDeviceWaitIdle(device: u64)),
         ("vkCmdPipelineBarrier2", barrier as Pointer),
+        ("vkCmdBeginDebugUtilsLabelEXT", begin_label as Pointer),
         ("vkCmdCopyQueryPoolResults", copy_results as Pointer),
         ("vkGetPhysicalDeviceQueueFamilyProperties", queue_families as Pointer),
         ("vkGetInstanceProcAddr", instance_lookup as Pointer),
@@ -247,6 +256,17 @@ unsafe extern "system" fn barrier(buffer: u64, info: *const c_void) {
     type Real = unsafe extern "system" fn(u64, *const c_void);
     // SAFETY: as for the calls that can fail.
     unsafe { std::mem::transmute::<usize, Real>(real("vkCmdPipelineBarrier2"))(buffer, info) };
+}
+
+unsafe extern "system" fn begin_label(buffer: u64, info: *const vk::DebugUtilsLabelEXT<'_>) {
+    // SAFETY: the caller gives a label, whose name ends with a zero byte.
+    let name = unsafe { CStr::from_ptr((*info).p_label_name) };
+    let name = name.to_string_lossy().into_owned();
+    with(|state| state.labels.push(name));
+    type Real = unsafe extern "system" fn(u64, *const vk::DebugUtilsLabelEXT<'_>);
+    let function = real("vkCmdBeginDebugUtilsLabelEXT");
+    // SAFETY: as for the calls that can fail.
+    unsafe { std::mem::transmute::<usize, Real>(function)(buffer, info) };
 }
 
 unsafe extern "system" fn copy_results(
