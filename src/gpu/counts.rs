@@ -9,6 +9,7 @@ use ash::vk;
 use super::{
     Context, GpuError, Memory, MemoryUse, Mismatch,
     barriers::{self, Access},
+    passes::Passes,
     resources::{Buffer, BufferDesc},
 };
 
@@ -59,26 +60,6 @@ impl Counts {
         self.serial
     }
 
-    /// Records that the counts, which `writer` writes, are there.
-    ///
-    /// # Safety
-    /// `cmd` is being recorded outside of rendering, for a queue of the context's family.
-    pub(crate) unsafe fn record_number(
-        &self,
-        context: &Context,
-        cmd: vk::CommandBuffer,
-        writer: Access,
-    ) {
-        let number = Access::TRANSFER_WRITE;
-        // SAFETY: the caller vouches for `cmd`; the buffer has a header.
-        unsafe {
-            barriers::memory(context, cmd, writer, number);
-            let (device, buffer) = (context.device(), self.buffer.handle);
-            device.cmd_fill_buffer(cmd, buffer, 0, 4, self.serial);
-            barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
-        }
-    }
-
     /// The first words of a cull's counts, once they are there. Never waits.
     pub(crate) fn read(
         &self,
@@ -104,6 +85,29 @@ impl Counts {
     /// Frees everything; the device must be done with it.
     pub(crate) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.buffer.destroy(context, memory);
+    }
+}
+
+/// Records that some culls' counts, which `writer` writes, are there.
+///
+/// # Safety
+/// `cmd` is being recorded outside of rendering, for a queue of the context's family.
+pub(crate) unsafe fn record_numbers<'a>(
+    passes: &mut Passes<'_>,
+    writer: Access,
+    counts: impl Iterator<Item = &'a Counts>,
+) {
+    let (context, cmd, number) = (passes.context, passes.cmd, Access::TRANSFER_WRITE);
+    // SAFETY: the caller vouches for `cmd`; the buffers have a header.
+    unsafe {
+        passes.begin(c"sabaki: counts to the host");
+        barriers::memory(context, cmd, writer, number);
+        for one in counts {
+            let (device, buffer) = (context.device(), one.buffer.handle);
+            device.cmd_fill_buffer(cmd, buffer, 0, 4, one.serial);
+        }
+        barriers::memory(context, cmd, writer.and(number), Access::HOST_READ);
+        passes.end();
     }
 }
 

@@ -22,6 +22,17 @@ pub struct Ticket {
     candidates: u32,
 }
 
+/// A cull of a batch.
+#[derive(Clone, Copy, Debug)]
+pub struct BatchEntry<'a> {
+    /// Slot that it is recorded into. Every entry has another one.
+    pub slot: u32,
+    /// What is culled.
+    pub input: CullInput<'a>,
+    /// Ticket of the recorded cull; `None` before.
+    pub ticket: Option<Ticket>,
+}
+
 /// Counts overlaps on the device, by the stencil path or the compute path.
 ///
 /// A slot is one cull in flight: [`Culler::record`] into a slot, submit, and [`Culler::poll`] until the counts are there.
@@ -36,6 +47,8 @@ pub struct Culler {
     counts_exact: bool,
     counted: Counted,
     upload: Upload,
+    /// Slots of a batch that is being recorded.
+    batch: Vec<usize>,
     is_live: bool,
 }
 
@@ -82,6 +95,7 @@ impl Culler {
             counts_exact: counting != Some(Counting::Queries) || context.features().precise_queries,
             counted: desc.counted,
             upload: Upload::default(),
+            batch: Vec::new(),
             is_live: true,
         };
         match culler.add_stamps(desc) {
@@ -102,6 +116,19 @@ impl Culler {
             }
         }
         Ok(())
+    }
+
+    /// Bytes of memory that a culler of a description takes, with the staging buffer of the maps, which
+    /// [`Culler::release_staging`] frees. An allocator rounds up. Query pools, descriptors and pipelines are the driver's.
+    ///
+    /// # Errors
+    /// As for [`Culler::new`], where the maps are more than the device offers.
+    pub fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
+        match desc.path {
+            CullPath::Stencil => StencilPath::bytes(context, desc),
+            CullPath::Compute => ComputePath::bytes(context, desc),
+            other => Err(Mismatch::Path(other).into()),
+        }
     }
 
     /// The path that culls.
@@ -194,29 +221,67 @@ impl Culler {
         slot: u32,
         input: &CullInput<'_>,
     ) -> Result<Ticket, GpuError> {
-        let (slots, index) = (self.slots.len() as u32, slot as usize);
-        if slot >= slots {
-            return Err(Mismatch::Slot { slot, slots }.into());
-        }
+        let mut batch = [BatchEntry {
+            slot,
+            input: *input,
+            ticket: None,
+        }];
+        // SAFETY: the caller vouches for `cmd` and the slot.
+        unsafe { self.record_batch(cmd, &mut batch) }?;
+        batch[0].ticket.ok_or(GpuError::Unfinished)
+    }
+
+    /// Records many culls at once: one barrier behind all inputs, one before all counts. No cull waits for another one on the
+    /// compute path. Each entry gets its ticket.
+    ///
+    /// # Errors
+    /// As for [`Culler::record`], for the first entry that is refused; [`Mismatch::Slot`] also where two entries have one slot.
+    /// Nothing is recorded then.
+    ///
+    /// # Safety
+    /// As for [`Culler::record`], for every slot of the batch.
+    pub unsafe fn record_batch(
+        &mut self,
+        cmd: vk::CommandBuffer,
+        batch: &mut [BatchEntry<'_>],
+    ) -> Result<(), GpuError> {
         let _span = tracing::trace_span!("gpu cull: record", path = self.path.name()).entered();
-        self.implementation.gather(input, self.counted)?;
-        let serial = self.implementation.counts_mut(index).start();
-        self.implementation.write(index)?;
-        let place = &mut self.slots[index];
-        place.counted = self.counted;
-        place.uploads = !*self.upload.done.get_mut();
-        // SAFETY: the caller vouches for `cmd`, and for the slot being free.
+        let slots = self.slots.len() as u32;
+        self.batch.clear();
+        for (index, entry) in batch.iter().enumerate() {
+            let slot = entry.slot;
+            if slot >= slots || self.batch.contains(&(slot as usize)) {
+                return Err(Mismatch::Slot { slot, slots }.into());
+            }
+            self.batch.push(slot as usize);
+            self.implementation
+                .gather(index, &entry.input, self.counted)?;
+        }
+        for (index, entry) in batch.iter_mut().enumerate() {
+            let slot = entry.slot as usize;
+            let serial = self.implementation.counts_mut(slot).start();
+            self.implementation.write(index, slot)?;
+            let place = &mut self.slots[slot];
+            place.counted = self.counted;
+            place.uploads = !*self.upload.done.get_mut();
+            place.stamps.iter_mut().for_each(Stamps::clear);
+            entry.ticket = Some(Ticket {
+                slot: entry.slot,
+                serial,
+                candidates: entry.input.candidates.len() as u32,
+            });
+        }
+        let Some(&first) = self.batch.first() else {
+            return Ok(());
+        };
+        // SAFETY: the caller vouches for `cmd`, and for the slots being free.
         unsafe {
             self.record_upload(cmd);
-            let stamps = self.slots[index].stamps.as_mut();
+            let stamps = self.slots[first].stamps.as_mut();
             let mut passes = Passes::new(&self.context, cmd, stamps);
-            self.implementation.record(&mut passes, index);
+            self.implementation.record(&mut passes, &self.batch);
         }
-        Ok(Ticket {
-            slot,
-            serial,
-            candidates: input.candidates.len() as u32,
-        })
+        Ok(())
     }
 
     /// Whether the counts of a cull are there. If so, `overlaps` holds them in the order of the candidates. Never waits.
@@ -248,7 +313,7 @@ impl Culler {
         Ok(true)
     }
 
-    /// The time of each pass of a cull on the device, where [`CullerDesc::timestamps`] asked for it; `false` where the device has
+    /// The time of each pass on the device, of a cull or of the batch that it is the first one of, where [`CullerDesc::timestamps`] asked for it; `false` where the device has
     /// not finished. Never waits.
     ///
     /// # Errors

@@ -4,7 +4,10 @@ use ash::vk;
 
 use crate::{
     maps::RegionAtlas,
-    query::cull::{Counted, CullPath},
+    query::{
+        QuerySettings,
+        cull::{Counted, CullPath},
+    },
 };
 
 /// Settings of a [`Culler`](super::Culler). Memory grows with every maximum.
@@ -51,6 +54,25 @@ impl<'a> CullerDesc<'a> {
             stencil: StencilSettings::default(),
             compute: ComputeSettings::default(),
         }
+    }
+}
+
+impl CullerDesc<'_> {
+    /// The same for as many queries in flight, each as large as its settings need: a slot takes about a quarter of a megabyte with
+    /// default settings, where [`CullerDesc::new`] takes 11. Attacks that are larger than usual (hundreds of spheres, or many
+    /// metres) are refused by name, and the CPU counts.
+    #[must_use]
+    pub fn for_settings(mut self, settings: &QuerySettings, queries: u32) -> Self {
+        /// Boxes of a candidate: its maps are near the attack in few slabs and slices.
+        const BOXES: u32 = 4;
+        let most = settings.most_evasions + settings.moves.candidates;
+        self.max_candidates = u32::try_from(most).unwrap_or(u32::MAX);
+        self.frames_in_flight = queries.max(1);
+        self.stencil.max_discs = 2048;
+        self.stencil.max_boxes = self.max_candidates.saturating_mul(BOXES).max(1024);
+        self.stencil.max_queries = self.stencil.max_boxes.min(1 << 12);
+        self.compute.max_blocks = 2728;
+        self
     }
 }
 

@@ -12,17 +12,22 @@ use crate::query::cull::{Counted, CullInput, Overlap};
 /// A cull takes these steps: [`gather`](Self::gather), [`write`](Self::write), [`record`](Self::record); when the device has
 /// finished, [`add`](Self::add).
 pub(super) trait DevicePath: Debug + Send + Sync {
-    /// Lays an input out for the device. Fails without a change where it is beyond a limit.
-    fn gather(&mut self, input: &CullInput<'_>, counted: Counted) -> Result<(), GpuError>;
+    /// Lays out an input, which is the `entry`th of a batch. Fails without a change where it is beyond a limit.
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError>;
 
-    /// Writes what was laid out into the memory of a slot, which no device uses any more.
-    fn write(&mut self, slot: usize) -> Result<(), GpuError>;
+    /// Writes an entry of a batch into the memory of a slot, which no device uses any more.
+    fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError>;
 
-    /// Records the cull of a slot, up to the number that says that its counts are there.
+    /// Records the culls of a batch, up to the numbers that say that their counts are there. `slots` has the slot of each entry.
     ///
     /// # Safety
-    /// As for [`Culler::record`](super::Culler::record); [`Self::write`] has filled the slot.
-    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize);
+    /// As for [`Culler::record_batch`](super::Culler::record_batch); [`Self::write`] has filled the slots.
+    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]);
 
     /// The counts of a slot.
     fn counts(&self, slot: usize) -> &Counts;

@@ -73,7 +73,7 @@ pub use ash;
 pub use allocator::GpuAllocatorMemory;
 pub use context::Context;
 pub use context_desc::{ContextDesc, RawContextDesc};
-pub use culler::{Culler, Ticket};
+pub use culler::{BatchEntry, Culler, Ticket};
 pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSettings};
 pub use error::{GpuError, Mismatch};
 pub use features::Features;

@@ -46,6 +46,11 @@ impl Stamps {
         })
     }
 
+    /// Forgets the passes that were timed.
+    pub(super) fn clear(&mut self) {
+        self.names.clear();
+    }
+
     /// The times by pass; `false` where the device has not finished.
     pub(super) fn read(
         &self,
@@ -88,9 +93,9 @@ impl Stamps {
 }
 
 /// The command buffer of one cull, pass by pass.
-pub(super) struct Passes<'a> {
-    context: &'a Context,
-    pub(super) cmd: vk::CommandBuffer,
+pub(crate) struct Passes<'a> {
+    pub(crate) context: &'a Context,
+    pub(crate) cmd: vk::CommandBuffer,
     stamps: Option<&'a mut Stamps>,
     /// Whether the pass that has begun is timed.
     is_timed: bool,
@@ -108,7 +113,7 @@ impl<'a> Passes<'a> {
         mut stamps: Option<&'a mut Stamps>,
     ) -> Self {
         if let Some(stamps) = &mut stamps {
-            stamps.names.clear();
+            stamps.clear();
             let count = 2 * Stamps::MOST as u32;
             // SAFETY: the caller vouches for `cmd` and the pool.
             unsafe {
@@ -128,7 +133,7 @@ impl<'a> Passes<'a> {
     ///
     /// # Safety
     /// The command buffer is being recorded, and [`Passes::end`] follows within the same rendering, or as this outside of any.
-    pub(super) unsafe fn begin(&mut self, name: &'static CStr) {
+    pub(crate) unsafe fn begin(&mut self, name: &'static CStr) {
         // SAFETY: the caller vouches for the command buffer.
         unsafe { self.context.begin_label(self.cmd, name) };
         self.is_timed = false;
@@ -146,7 +151,7 @@ impl<'a> Passes<'a> {
     ///
     /// # Safety
     /// As for [`Passes::begin`].
-    pub(super) unsafe fn end(&mut self) {
+    pub(crate) unsafe fn end(&mut self) {
         let passes = self.stamps.as_ref().map_or(0, |stamps| stamps.names.len());
         if self.is_timed {
             self.stamp(2 * passes as u32 - 1);

@@ -42,6 +42,11 @@ fn slots_in_flight_keep_their_own_counts() {
     cull_cases::slots_in_flight_keep_their_own_counts(Way::COMPUTE);
 }
 
+#[test]
+fn a_batch_counts_what_its_culls_count_alone() {
+    cull_cases::a_batch_counts_what_its_culls_count_alone(Way::COMPUTE);
+}
+
 /// What is not counted says so, and a candidate that is hit is still one where no more is asked.
 #[test]
 fn what_is_asked_for_is_counted_alone() {

@@ -39,6 +39,12 @@ fn slots_in_flight_keep_their_own_counts() {
 }
 
 #[test]
+fn a_batch_counts_what_its_culls_count_alone() {
+    cull_cases::a_batch_counts_what_its_culls_count_alone(Way::STENCIL);
+    cull_cases::a_batch_counts_what_its_culls_count_alone(Way::ATOMICS);
+}
+
+#[test]
 fn thousands_of_drawn_candidates_agree() {
     let mut device = device();
     for (grid, seed) in GRIDS.into_iter().zip(20..) {

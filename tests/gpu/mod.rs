@@ -8,6 +8,7 @@ mod device;
 mod fallbacks;
 mod faults;
 mod guest;
+mod memory;
 mod motions;
 mod raster;
 mod shader_table;

@@ -1,6 +1,6 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
-use sabaki::gpu::{Counting, Culler, CullerDesc, GpuError, Mismatch};
+use sabaki::gpu::{BatchEntry, Counting, Culler, CullerDesc, GpuError, Mismatch};
 use sabaki::maps::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
 use sabaki::query::cull::{
     AttackDrawing, AttackLayer, CullCandidate, CullInput, CullPath, Overlap,
@@ -293,6 +293,56 @@ pub fn slots_in_flight_keep_their_own_counts(way: Way) {
         ));
         assert!(culler.poll(late, &mut overlaps).unwrap());
         assert_eq!(overlaps, counted(&input(2)));
+    }
+    culler.destroy(device.memory().unwrap());
+    finish(device);
+}
+
+/// As many culls as there are slots in one recording, in any order of slots; then again with fewer.
+pub fn a_batch_counts_what_its_culls_count_alone(way: Way) {
+    let mut device = device();
+    let grid = MapGrid::default();
+    let mut random = Random(7);
+    let atlas = atlas(&mut random, grid, 20);
+    let slots = 9;
+    let mut culler = way.culler(&mut device, &atlas, slots);
+    for round in 0..3 {
+        let inputs: Vec<_> = (0..slots - round)
+            .map(|_| {
+                let count = random.int(0, 90) as usize;
+                let attack = attack(&mut random, grid, (RECT, 0..3));
+                (attack, candidates(&mut random, &atlas, RECT, count))
+            })
+            .collect();
+        let mut batch = Vec::new();
+        for (index, (attack, candidates)) in (0..).zip(&inputs) {
+            batch.push(BatchEntry {
+                slot: (index * 2 + round) % slots,
+                input: CullInput {
+                    atlas: &atlas,
+                    attack,
+                    candidates,
+                },
+                ticket: None,
+            });
+        }
+        // SAFETY: `run` gives a buffer that is being recorded, and has waited for the batch before.
+        let recorded = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+        recorded.unwrap();
+        let mut overlaps = Vec::new();
+        for entry in &batch {
+            let ticket = entry.ticket.unwrap();
+            assert!(culler.poll(ticket, &mut overlaps).unwrap());
+            assert_eq!(overlaps, counted(&entry.input), "{way:?}, round {round}");
+        }
+        let first = batch[0].slot;
+        batch[1].slot = first;
+        // SAFETY: as above.
+        let twice = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
+        assert!(matches!(
+            twice,
+            Err(GpuError::Mismatch(Mismatch::Slot { slot, .. })) if slot == first
+        ));
     }
     culler.destroy(device.memory().unwrap());
     finish(device);

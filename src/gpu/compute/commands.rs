@@ -6,13 +6,14 @@ use ash::vk;
 
 use super::{
     blocks::CHUNK,
-    gathered::{Capacity, Offsets},
+    gathered::{Capacity, Gathered, Offsets},
     path::{ComputePath, Parts},
     slot::Slot,
 };
 use crate::gpu::{
     Context, GpuError,
-    barriers::Access,
+    barriers::{self, Access},
+    counts::record_numbers,
     error::Named,
     passes::Passes,
     shader_table::{COUNT_COMP, CountSettings},
@@ -131,40 +132,52 @@ impl Parts {
 }
 
 impl ComputePath {
+    /// All inputs, then all dispatches, then all numbers: no cull of a batch waits for another one.
+    ///
     /// # Safety
-    /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's input.
-    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slot: &Slot) {
+    /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch); the slots have the inputs of the batch.
+    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slots: &[usize]) {
         let (context, cmd) = (&self.context, passes.cmd);
-        // SAFETY: the caller vouches for `cmd` and the slot.
+        let culls = || {
+            let culls = self.gathered.iter().zip(slots);
+            let culls = culls.map(|(gathered, &slot)| (gathered, &self.parts.slots[slot]));
+            culls.filter(|(one, _)| one.sums() > 0 && !one.candidates.is_empty())
+        };
+        // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
-            if self.gathered.sums() > 0 && !self.gathered.candidates.is_empty() {
-                passes.begin(c"sabaki: input");
-                slot.record_copy(context, cmd, (&self.gathered, &self.capacity));
-                passes.end();
-                passes.begin(c"sabaki: count");
-                self.record_dispatches(cmd, slot);
-                passes.end();
+            passes.begin(c"sabaki: input");
+            let mut is_staged = false;
+            for (gathered, slot) in culls() {
+                is_staged |= slot.record_copy(context, cmd, (gathered, &self.capacity));
             }
-            passes.begin(c"sabaki: counts to the host");
-            slot.counts
-                .record_number(context, cmd, Access::COMPUTE_WRITE);
+            if is_staged {
+                let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
+                barriers::memory(context, cmd, before, after);
+            }
             passes.end();
+            passes.begin(c"sabaki: count");
+            for (gathered, slot) in culls() {
+                self.record_dispatches(cmd, gathered, slot);
+            }
+            passes.end();
+            let counts = slots.iter().map(|&slot| &self.parts.slots[slot].counts);
+            record_numbers(passes, Access::COMPUTE_WRITE, counts);
         }
     }
 
     /// # Safety
     /// As for [`ComputePath::record_commands`].
-    unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, slot: &Slot) {
+    unsafe fn record_dispatches(&self, cmd: vk::CommandBuffer, gathered: &Gathered, slot: &Slot) {
         let device = self.context.device();
-        let pipeline = self.parts.pipelines[usize::from(self.gathered.is_large)];
+        let pipeline = self.parts.pipelines[usize::from(gathered.is_large)];
         let point = vk::PipelineBindPoint::COMPUTE;
-        let constants = self.gathered.constants();
+        let constants = gathered.constants();
         let layout = pipeline.layout;
         // SAFETY: the caller vouches for `cmd`; all handles are this path's, and no dispatch has more groups than the
         // device takes.
         unsafe {
             device.cmd_bind_pipeline(cmd, point, pipeline.handle);
-            for dispatch in &self.gathered.dispatches {
+            for dispatch in &gathered.dispatches {
                 let chunk = [dispatch.chunk * (4 * CHUNK) as u32];
                 device.cmd_bind_descriptor_sets(
                     cmd,

@@ -65,10 +65,13 @@ impl Capacity {
         u64::from(self.candidates) * self.most_chunks()
     }
 
-    /// Words of the counts of any cull: few candidates in many parts, or many in one.
+    /// Words of the counts of any cull. Where a sum has several parts there are [`WANTED_GROUPS`](Self::WANTED_GROUPS) groups at
+    /// most, of all chunks and parts together; otherwise there is a count for each candidate and chunk.
     pub(super) fn counts(&self) -> u64 {
-        let few = u64::from(Self::WANTED_GROUPS) * GROUP as u64;
-        few.max(self.candidates.into()) * self.most_chunks() * COUNTS as u64
+        let whole = u64::from(self.candidates) * self.most_chunks();
+        let in_parts = u64::from(Self::WANTED_GROUPS) * GROUP as u64;
+        let most = whole * u64::from(Self::MOST_PARTS);
+        in_parts.max(whole).min(most) * COUNTS as u64
     }
 }
 

@@ -29,7 +29,8 @@ use crate::{
 pub(in crate::gpu) struct ComputePath {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    pub(super) gathered: Gathered,
+    /// By entry of a batch.
+    pub(super) gathered: Vec<Gathered>,
     pub(super) capacity: Capacity,
     planes: Planes,
 }
@@ -52,32 +53,12 @@ impl ComputePath {
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
         context.runs(CullPath::Compute)?;
-        let limits = context.limits();
-        let most = [
-            (
-                "maxStorageBufferRange",
-                limits.max_storage_buffer_range.into(),
-            ),
-            ("ComputeSettings::max_page", desc.compute.max_page),
-        ];
-        let page = if most[1].1 < most[0].1 {
-            most[1]
-        } else {
-            most[0]
-        };
-        let planes = Planes::new(desc.atlas, page)?;
-        let capacity = Capacity {
-            candidates: desc.max_candidates,
-            blocks: desc.compute.max_blocks,
-            groups: desc
-                .compute
-                .max_groups
-                .clamp(1, limits.max_compute_work_group_count[0]),
-        };
+        let planes = Self::planes(context, desc)?;
+        let capacity = Self::capacity(context, desc);
         let mut path = Self {
             context: context.clone(),
             parts: Parts::default(),
-            gathered: Gathered::default(),
+            gathered: vec![Gathered::default()],
             capacity,
             planes,
         };
@@ -92,6 +73,35 @@ impl ComputePath {
                 Err(error)
             }
         }
+    }
+
+    /// The maps, in pages of no more than a device reads at a time.
+    fn planes(context: &Context, desc: &CullerDesc<'_>) -> Result<Planes, GpuError> {
+        let most = u64::from(context.limits().max_storage_buffer_range);
+        let wanted = desc.compute.max_page;
+        let page = match wanted < most {
+            true => ("ComputeSettings::max_page", wanted),
+            false => ("maxStorageBufferRange", most),
+        };
+        Planes::new(desc.atlas, page)
+    }
+
+    /// What a description asks for, as far as the device allows.
+    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
+        let most_groups = context.limits().max_compute_work_group_count[0];
+        Capacity {
+            candidates: desc.max_candidates,
+            blocks: desc.compute.max_blocks,
+            groups: desc.compute.max_groups.clamp(1, most_groups),
+        }
+    }
+
+    /// Bytes of memory that a culler of this description takes, with the staging buffer of the maps.
+    pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
+        let maps = 8 * Self::planes(context, desc)?.words.len() as u64;
+        let slots = u64::from(desc.frames_in_flight.max(1));
+        let capacity = Self::capacity(context, desc);
+        Ok(maps + slots * Slot::bytes(&capacity, desc.compute.input))
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
@@ -121,21 +131,29 @@ impl ComputePath {
 }
 
 impl DevicePath for ComputePath {
-    fn gather(&mut self, input: &CullInput<'_>, counted: Counted) -> Result<(), GpuError> {
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError> {
+        if self.gathered.len() <= entry {
+            self.gathered.resize_with(entry + 1, Gathered::default);
+        }
         let wanted = (input, counted);
-        self.gathered.fill(wanted, &self.planes, &self.capacity)
+        self.gathered[entry].fill(wanted, &self.planes, &self.capacity)
     }
 
-    fn write(&mut self, slot: usize) -> Result<(), GpuError> {
-        let slot = &mut self.parts.slots[slot];
-        slot.sums = self.gathered.sums();
-        slot.candidates = self.gathered.candidates.len() as u32;
-        slot.write(&self.context, &self.gathered, &self.capacity)
+    fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
+        let (slot, gathered) = (&mut self.parts.slots[slot], &self.gathered[entry]);
+        slot.sums = gathered.sums();
+        slot.candidates = gathered.candidates.len() as u32;
+        slot.write(&self.context, gathered, &self.capacity)
     }
 
-    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize) {
-        // SAFETY: the caller vouches for the command buffer and the slot.
-        unsafe { self.record_commands(passes, &self.parts.slots[slot]) };
+    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+        // SAFETY: the caller vouches for the command buffer and the slots.
+        unsafe { self.record_commands(passes, slots) };
     }
 
     fn counts(&self, slot: usize) -> &Counts {

@@ -5,8 +5,7 @@ use ash::vk;
 use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
     Context, GpuError, InputWay, Memory, MemoryUse,
-    barriers::{self, Access},
-    counts::Counts,
+    counts::{Counts, HEADER},
     resources::{Buffer, BufferDesc},
 };
 
@@ -63,6 +62,15 @@ impl Slot {
         Ok(())
     }
 
+    /// Bytes of a slot's buffers.
+    pub(super) fn bytes(capacity: &Capacity, way: InputWay) -> u64 {
+        let inputs = match way {
+            InputWay::Staged => 2,
+            InputWay::Direct => 1,
+        };
+        inputs * capacity.offsets().end + HEADER + 4 * capacity.counts()
+    }
+
     /// The buffer that shaders read.
     pub(super) fn input(&self) -> vk::Buffer {
         if self.is_direct() {
@@ -85,7 +93,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Records the input's way to where shaders read it, if there is one.
+    /// Records the input's way to where shaders read it, and says whether there is one.
     ///
     /// # Safety
     /// `cmd` is being recorded outside of rendering, and the slot is free.
@@ -94,9 +102,9 @@ impl Slot {
         context: &Context,
         cmd: vk::CommandBuffer,
         (gathered, capacity): (&Gathered, &Capacity),
-    ) {
+    ) -> bool {
         if self.is_direct() {
-            return;
+            return false;
         }
         let copies = parts(gathered, capacity).map(|(offset, part)| {
             vk::BufferCopy::default()
@@ -108,9 +116,8 @@ impl Slot {
         unsafe {
             let device = context.device();
             device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, &copies);
-            let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);
-            barriers::memory(context, cmd, before, after);
         }
+        true
     }
 
     fn is_direct(&self) -> bool {

@@ -10,14 +10,14 @@ use super::{
     cells::Pass,
     drawing::{self, Rendering},
     gathered::Query,
-    path::StencilPath,
+    path::{Entry, StencilPath},
     rules,
     slot::Slot,
 };
 use crate::gpu::{
     Counting,
     barriers::{self, Access},
-    counts::HEADER,
+    counts::{HEADER, record_numbers},
     passes::Passes,
     pipelines::StencilRule,
     shader_table::TargetSide,
@@ -35,86 +35,117 @@ struct Turn<'a> {
     ends_pass: bool,
 }
 
+/// One cull of a batch.
+struct Cull<'a> {
+    entry: &'a Entry,
+    slot: &'a Slot,
+}
+
 impl StencilPath {
     /// # Safety
-    /// As for [`Culler::record`](crate::gpu::Culler::record); the slot has this cull's discs and boxes.
-    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slot: &Slot) {
-        if self.counting == Counting::Atomics {
-            // SAFETY: as the caller says.
-            return unsafe { self.record_tally(passes, slot) };
-        }
-        // SAFETY: the caller vouches for `cmd` and the slot.
+    /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch); the slots have the discs and boxes of the batch.
+    pub(super) unsafe fn record_commands(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+        // SAFETY: the caller vouches for the command buffer and the slots.
         unsafe {
-            let (mut first, size) = (0, self.capacity.queries as usize);
-            for queries in self.gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
-                let pass = &self.gathered.cells.passes[queries[0].pass as usize];
-                let turns = queries.len().div_ceil(size);
-                for (turn, queries) in queries.chunks(size).enumerate() {
-                    self.record_turn(
-                        passes,
-                        slot,
-                        &Turn {
-                            pass,
-                            queries,
-                            first,
-                            begins_pass: turn == 0,
-                            ends_pass: turn + 1 == turns,
-                        },
-                    );
-                    first += queries.len() as u64;
+            match self.counting {
+                Counting::Queries => {
+                    for cull in self.culls(slots) {
+                        self.record_cull(passes, &cull);
+                    }
                 }
+                Counting::Atomics => self.record_tally(passes, slots),
             }
-            self.record_number(passes, slot);
+            let counts = slots.iter().map(|&slot| &self.parts.slots[slot].counts);
+            record_numbers(passes, Access::TRANSFER_WRITE, counts);
         }
     }
 
-    /// The number that says that the counts are there.
+    /// The culls of a batch that have something to count.
+    fn culls(&self, slots: &[usize]) -> impl Iterator<Item = Cull<'_>> {
+        let culls = self.entries.iter().zip(slots).map(|(entry, &slot)| Cull {
+            entry,
+            slot: &self.parts.slots[slot],
+        });
+        culls.filter(|cull| !cull.entry.gathered.queries.is_empty())
+    }
+
+    /// One cull by queries.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
-    unsafe fn record_number(&self, passes: &mut Passes<'_>, slot: &Slot) {
-        // SAFETY: the caller vouches for the command buffer.
-        unsafe {
-            passes.begin(c"sabaki: counts to the host");
-            slot.counts
-                .record_number(&self.context, passes.cmd, Access::TRANSFER_WRITE);
-            passes.end();
+    unsafe fn record_cull(&self, passes: &mut Passes<'_>, cull: &Cull<'_>) {
+        let gathered = &cull.entry.gathered;
+        let (mut first, size) = (0, self.capacity.queries as usize);
+        for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
+            let pass = &gathered.cells.passes[queries[0].pass as usize];
+            let turns = queries.len().div_ceil(size);
+            for (turn, queries) in queries.chunks(size).enumerate() {
+                let turn = Turn {
+                    pass,
+                    queries,
+                    first,
+                    begins_pass: turn == 0,
+                    ends_pass: turn + 1 == turns,
+                };
+                // SAFETY: the caller vouches for the command buffer and the slot.
+                unsafe { self.record_turn(passes, cull, &turn) };
+                first += queries.len() as u64;
+            }
         }
     }
 
-    /// The attack, and over it all boxes, pass by pass; then the way of their sums.
+    /// Every cull by atomics: first all sums are set to 0, at last all are copied.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
-    unsafe fn record_tally(&self, passes: &mut Passes<'_>, slot: &Slot) {
-        let (context, parts, gathered) = (&self.context, &self.parts, &self.gathered);
-        let cmd = passes.cmd;
-        let queries = &gathered.queries;
+    unsafe fn record_tally(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+        let (context, cmd) = (&self.context, passes.cmd);
+        let (written, counted) = (Access::TRANSFER_WRITE, Access::FRAGMENT_COUNT);
         // SAFETY: the caller vouches for `cmd`; all handles are this path's, and there is a sum for each query.
         unsafe {
-            if !queries.is_empty() {
-                slot.sums.record_start(context, cmd, queries);
-                for queries in queries.chunk_by(|a, b| a.pass == b.pass) {
-                    let pass = &gathered.cells.passes[queries[0].pass as usize];
-                    let rendering = Rendering {
-                        used: pass.used,
-                        clear: Some(0),
-                        stored: false,
-                    };
-                    let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
-                    barriers::stencil_image(context, cmd, image, uses, true);
-                    drawing::begin(context, cmd, &parts.target, rendering);
-                    passes.begin(c"sabaki: attack");
-                    self.record_attack(cmd, slot, pass);
-                    passes.end();
-                    passes.begin(c"sabaki: candidates");
-                    self.record_planes(cmd, slot, pass);
-                    passes.end();
-                    context.device().cmd_end_rendering(cmd);
-                }
+            for cull in self.culls(slots) {
+                let queries = &cull.entry.gathered.queries;
+                cull.slot.sums.record_start(context, cmd, queries);
+            }
+            barriers::memory(context, cmd, written, counted);
+            for cull in self.culls(slots) {
+                self.record_sums(passes, &cull);
+            }
+            barriers::memory(context, cmd, counted, Access::TRANSFER_READ);
+            for Cull { entry, slot } in self.culls(slots) {
+                let queries = &entry.gathered.queries;
                 slot.sums.record_end(context, cmd, (&slot.counts, queries));
             }
-            self.record_number(passes, slot);
+        }
+    }
+
+    /// The attack, and over it all boxes, pass by pass.
+    ///
+    /// # Safety
+    /// As for [`StencilPath::record_commands`].
+    unsafe fn record_sums(&self, passes: &mut Passes<'_>, cull: &Cull<'_>) {
+        let (context, parts, cmd) = (&self.context, &self.parts, passes.cmd);
+        let gathered = &cull.entry.gathered;
+        for queries in gathered.queries.chunk_by(|a, b| a.pass == b.pass) {
+            let pass = &gathered.cells.passes[queries[0].pass as usize];
+            let rendering = Rendering {
+                used: pass.used,
+                clear: Some(0),
+                stored: false,
+            };
+            let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
+            // SAFETY: the caller vouches for `cmd`; all handles are this path's.
+            unsafe {
+                barriers::stencil_image(context, cmd, image, uses, true);
+                drawing::begin(context, cmd, &parts.target, rendering);
+                passes.begin(c"sabaki: attack");
+                self.record_attack(cmd, cull, pass);
+                passes.end();
+                passes.begin(c"sabaki: candidates");
+                self.record_planes(cmd, cull, pass);
+                passes.end();
+                context.device().cmd_end_rendering(cmd);
+            }
         }
     }
 
@@ -122,14 +153,14 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn record_planes(&self, cmd: vk::CommandBuffer, slot: &Slot, pass: &Pass) {
+    unsafe fn record_planes(&self, cmd: vk::CommandBuffer, cull: &Cull<'_>, pass: &Pass) {
         // SAFETY: the caller vouches for `cmd`; all handles are this path's.
         unsafe {
-            self.bind_candidates(cmd, slot, slot.sums.set);
+            self.bind_candidates(cmd, cull, cull.slot.sums.set);
             for plane in pass.planes.clone() {
-                let boxes = &self.by_plane.boxes[plane as usize];
+                let boxes = &cull.entry.by_plane.boxes[plane as usize];
                 if !boxes.is_empty() {
-                    let bit = self.gathered.cells.planes[plane as usize].bit;
+                    let bit = cull.entry.gathered.cells.planes[plane as usize].bit;
                     over_plane(bit).set(&self.context, cmd);
                     self.draw_boxes(cmd, boxes.clone());
                 }
@@ -141,7 +172,7 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
-    unsafe fn record_turn(&self, passes: &mut Passes<'_>, slot: &Slot, turn: &Turn<'_>) {
+    unsafe fn record_turn(&self, passes: &mut Passes<'_>, cull: &Cull<'_>, turn: &Turn<'_>) {
         let (context, parts, cmd) = (&self.context, &self.parts, passes.cmd);
         let (device, count) = (context.device(), turn.queries.len() as u32);
         let rendering = Rendering {
@@ -152,25 +183,25 @@ impl StencilPath {
         // SAFETY: the caller vouches for `cmd`; all handles are this path's, the pool holds the
         // queries, and the results have a word for each.
         unsafe {
-            device.cmd_reset_query_pool(cmd, slot.pool, 0, count);
+            device.cmd_reset_query_pool(cmd, parts.pool, 0, count);
             let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
             barriers::stencil_image(context, cmd, image, uses, turn.begins_pass);
             drawing::begin(context, cmd, &parts.target, rendering);
             if turn.begins_pass {
                 passes.begin(c"sabaki: attack");
-                self.record_attack(cmd, slot, turn.pass);
+                self.record_attack(cmd, cull, turn.pass);
                 passes.end();
             }
             passes.begin(c"sabaki: candidates");
-            self.record_queries(cmd, slot, turn.queries);
+            self.record_queries(cmd, cull, turn.queries);
             passes.end();
             device.cmd_end_rendering(cmd);
             device.cmd_copy_query_pool_results(
                 cmd,
-                slot.pool,
+                parts.pool,
                 0,
                 count,
-                slot.counts.buffer.handle,
+                cull.slot.counts.buffer.handle,
                 HEADER + 4 * turn.first,
                 4,
                 vk::QueryResultFlags::WAIT,
@@ -182,7 +213,7 @@ impl StencilPath {
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn record_attack(&self, cmd: vk::CommandBuffer, slot: &Slot, pass: &Pass) {
+    unsafe fn record_attack(&self, cmd: vk::CommandBuffer, cull: &Cull<'_>, pass: &Pass) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
         let constants = TargetSide {
@@ -194,8 +225,8 @@ impl StencilPath {
             device.cmd_bind_pipeline(cmd, GRAPHICS, parts.discs.handle);
             let vertex = vk::ShaderStageFlags::VERTEX;
             parts.discs.push(context, cmd, vertex, &constants);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[slot.discs.handle], &[0]);
-            for plane in &self.gathered.cells.planes[planes] {
+            device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.discs.handle], &[0]);
+            for plane in &cull.entry.gathered.cells.planes[planes] {
                 into_plane(plane.bit).set(context, cmd);
                 let discs = plane.discs.end - plane.discs.start;
                 device.cmd_draw(cmd, 4, discs, 0, plane.discs.start);
@@ -205,7 +236,7 @@ impl StencilPath {
 
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn record_queries(&self, cmd: vk::CommandBuffer, slot: &Slot, queries: &[Query]) {
+    unsafe fn record_queries(&self, cmd: vk::CommandBuffer, cull: &Cull<'_>, queries: &[Query]) {
         let (context, parts) = (&self.context, &self.parts);
         let device = context.device();
         let precision = if context.features().precise_queries {
@@ -217,26 +248,31 @@ impl StencilPath {
         // SAFETY: the caller vouches for `cmd`; the queries were reset, and precise ones are
         // enabled.
         unsafe {
-            self.bind_candidates(cmd, slot, parts.atlas.set);
+            self.bind_candidates(cmd, cull, parts.atlas.set);
             for (query, number) in queries.iter().zip(0..) {
-                device.cmd_begin_query(cmd, slot.pool, number, precision);
+                device.cmd_begin_query(cmd, parts.pool, number, precision);
                 let draws = query.draws.start as usize..query.draws.end as usize;
-                for draw in &self.gathered.draws[draws] {
+                for draw in &cull.entry.gathered.draws[draws] {
                     if plane != Some(draw.plane) {
                         plane = Some(draw.plane);
-                        let bit = self.gathered.cells.planes[draw.plane as usize].bit;
+                        let bit = cull.entry.gathered.cells.planes[draw.plane as usize].bit;
                         over_plane(bit).set(context, cmd);
                     }
                     self.draw_boxes(cmd, draw.boxes.clone());
                 }
-                device.cmd_end_query(cmd, slot.pool, number);
+                device.cmd_end_query(cmd, parts.pool, number);
             }
         }
     }
 
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
-    unsafe fn bind_candidates(&self, cmd: vk::CommandBuffer, slot: &Slot, set: vk::DescriptorSet) {
+    unsafe fn bind_candidates(
+        &self,
+        cmd: vk::CommandBuffer,
+        cull: &Cull<'_>,
+        set: vk::DescriptorSet,
+    ) {
         let (context, parts) = (&self.context, &self.parts);
         let (device, pipeline) = (context.device(), &parts.candidates);
         let constants = TargetSide {
@@ -246,7 +282,7 @@ impl StencilPath {
         unsafe {
             device.cmd_bind_pipeline(cmd, GRAPHICS, pipeline.handle);
             device.cmd_bind_descriptor_sets(cmd, GRAPHICS, pipeline.layout, 0, &[set], &[]);
-            device.cmd_bind_vertex_buffers(cmd, 0, &[slot.corners.handle], &[0]);
+            device.cmd_bind_vertex_buffers(cmd, 0, &[cull.slot.corners.handle], &[0]);
             let indices = parts.indices.handle;
             device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16);
             pipeline.push(context, cmd, vk::ShaderStageFlags::VERTEX, &constants);

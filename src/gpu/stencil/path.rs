@@ -22,7 +22,7 @@ use crate::{
         counts::Counts,
         device_path::DevicePath,
         drivers,
-        error::within,
+        error::{Named, within},
         passes::Passes,
         pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs, TALLY},
         resources::{Buffer, BufferDesc, StencilTarget},
@@ -35,10 +35,18 @@ use crate::{
 pub(in crate::gpu) struct StencilPath {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    pub(super) gathered: Gathered,
+    /// By entry of a batch.
+    pub(super) entries: Vec<Entry>,
     pub(super) capacity: Capacity,
     maps: Maps,
     pub(super) counting: Counting,
+}
+
+/// An input that is laid out for the device.
+#[derive(Debug, Default)]
+pub(super) struct Entry {
+    pub(super) gathered: Gathered,
+    /// Where fragments count.
     pub(super) by_plane: ByPlane,
 }
 
@@ -53,6 +61,9 @@ pub(super) struct Parts {
     /// Of as many boxes as a draw has.
     pub(super) indices: Buffer,
     pub(super) slots: Vec<Slot>,
+    /// Shared by all slots: Vulkan orders a reset behind the commands before it that use the same queries. Null where fragments
+    /// count.
+    pub(super) pool: vk::QueryPool,
 }
 
 impl StencilPath {
@@ -62,29 +73,18 @@ impl StencilPath {
         memory: &mut dyn Memory,
         desc: &CullerDesc<'_>,
     ) -> Result<Self, GpuError> {
-        let settings = desc.stencil;
         context.runs(CullPath::Stencil)?;
         let counting = StencilPath::counting(context, desc);
         if counting == Counting::Atomics && !context.features().fragment_atomics {
             return Err(GpuError::Missing(vec!["fragmentStoresAndAtomics"]));
         }
-        // Places in a target are numbers of 16 bits with a sign.
-        let most = context.max_target_side().min(1 << 14);
-        let boxes = settings.max_boxes.min(MOST_BOXES);
-        let capacity = Capacity {
-            candidates: desc.max_candidates,
-            discs: settings.max_discs,
-            boxes,
-            queries: settings.max_queries.min(boxes).max(1),
-            target: settings.target.map(|side| side.clamp(1, most)),
-        };
+        let capacity = Self::capacity(context, desc);
         let mut path = Self {
             context: context.clone(),
             parts: Parts::default(),
-            gathered: Gathered::default(),
+            entries: vec![Entry::default()],
             maps: Maps::new(desc.atlas)?,
             counting,
-            by_plane: ByPlane::default(),
             capacity,
         };
         match path.fill(memory, desc) {
@@ -98,6 +98,37 @@ impl StencilPath {
                 Err(error)
             }
         }
+    }
+
+    /// What a description asks for, as far as the device allows.
+    fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
+        let settings = desc.stencil;
+        // Places in a target are numbers of 16 bits with a sign.
+        let most = context.max_target_side().min(1 << 14);
+        let boxes = settings.max_boxes.min(MOST_BOXES);
+        Capacity {
+            candidates: desc.max_candidates,
+            discs: settings.max_discs,
+            boxes,
+            queries: settings.max_queries.min(boxes).max(1),
+            target: settings.target.map(|side| side.clamp(1, most)),
+        }
+    }
+
+    /// Bytes of memory that a culler of this description takes, with the staging buffer of the maps.
+    pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
+        let capacity = Self::capacity(context, desc);
+        let counting = Self::counting(context, desc);
+        let maps = 8 * Maps::new(desc.atlas)?.words().len() as u64;
+        let indices = 2 * boxes::indices().len() as u64;
+        let [columns, rows] = capacity.target.map(u64::from);
+        let texel = match context.stencil_format() {
+            vk::Format::S8_UINT => 1,
+            vk::Format::D24_UNORM_S8_UINT => 4,
+            _ => 8,
+        };
+        let slots = u64::from(desc.frames_in_flight.max(1));
+        Ok(maps + indices + columns * rows * texel + slots * Slot::bytes(&capacity, counting))
     }
 
     /// The way of counting that a description asks for, or that is known to be fast on the driver.
@@ -130,6 +161,13 @@ impl StencilPath {
         let slots = desc.frames_in_flight.max(1);
         parts.candidates = match self.counting {
             Counting::Queries => {
+                let info = vk::QueryPoolCreateInfo::default()
+                    .query_type(vk::QueryType::OCCLUSION)
+                    .query_count(self.capacity.queries);
+                // SAFETY: the context's device is valid.
+                parts.pool = unsafe { context.device().create_query_pool(&info, None) }
+                    .call("vkCreateQueryPool")?;
+                context.name(parts.pool, &format!("{name}: queries"));
                 let sets = &[parts.atlas.layout];
                 Pipeline::new(context, &CANDIDATES, &PipelineInputs { sets, ..inputs })?
             }
@@ -156,44 +194,56 @@ impl StencilPath {
 }
 
 impl DevicePath for StencilPath {
-    fn gather(&mut self, input: &CullInput<'_>, counted: Counted) -> Result<(), GpuError> {
+    fn gather(
+        &mut self,
+        entry: usize,
+        input: &CullInput<'_>,
+        counted: Counted,
+    ) -> Result<(), GpuError> {
+        if self.entries.len() <= entry {
+            self.entries.resize_with(entry + 1, Entry::default);
+        }
         let wanted = (input, counted);
-        self.gathered.fill(wanted, &self.maps, &self.capacity)?;
+        let gathered = &mut self.entries[entry].gathered;
+        gathered.fill(wanted, &self.maps, &self.capacity)?;
         match self.counting {
             Counting::Queries => {
-                let queries = self.gathered.queries.len() as u64;
+                let entries = self.entries[..=entry].iter();
+                let queries = entries.map(|one| one.gathered.queries.len() as u64).sum();
                 let most = drivers::most_queries(self.context.driver());
                 within("the driver's queries in one submission", queries, most)
             }
             Counting::Atomics => {
+                let Entry { gathered, by_plane } = &mut self.entries[entry];
                 let Gathered {
                     cells,
                     draws,
                     corners,
                     ..
-                } = &self.gathered;
-                self.by_plane.fill(&cells.planes, draws, corners);
+                } = gathered;
+                by_plane.fill(&cells.planes, draws, corners);
                 Ok(())
             }
         }
     }
 
-    fn write(&mut self, slot: usize) -> Result<(), GpuError> {
+    fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {
+        let Entry { gathered, by_plane } = &self.entries[entry];
         let slot = &mut self.parts.slots[slot];
-        slot.note_queries(&self.gathered.queries);
+        slot.note_queries(&gathered.queries);
         let corners = match self.counting {
-            Counting::Queries => &self.gathered.corners,
-            Counting::Atomics => &self.by_plane.corners,
+            Counting::Queries => &gathered.corners,
+            Counting::Atomics => &by_plane.corners,
         };
-        let discs = bytemuck::cast_slice(&self.gathered.cells.discs);
+        let discs = bytemuck::cast_slice(&gathered.cells.discs);
         slot.discs.write(&self.context, 0, discs)?;
         let corners = bytemuck::cast_slice(corners);
         slot.corners.write(&self.context, 0, corners)
     }
 
-    unsafe fn record(&self, passes: &mut Passes<'_>, slot: usize) {
-        // SAFETY: the caller vouches for the command buffer and the slot.
-        unsafe { self.record_commands(passes, &self.parts.slots[slot]) };
+    unsafe fn record(&self, passes: &mut Passes<'_>, slots: &[usize]) {
+        // SAFETY: the caller vouches for the command buffer and the slots.
+        unsafe { self.record_commands(passes, slots) };
     }
 
     fn counts(&self, slot: usize) -> &Counts {
@@ -235,6 +285,8 @@ impl DevicePath for StencilPath {
         for slot in &mut parts.slots {
             slot.destroy(context, memory);
         }
+        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
+        unsafe { context.device().destroy_query_pool(parts.pool, None) };
         parts.target.destroy(context, memory);
         parts.candidates.destroy(context);
         parts.discs.destroy(context);

@@ -10,8 +10,7 @@ use super::{
 };
 use crate::gpu::{
     Context, Counting, GpuError, Memory, MemoryUse,
-    counts::Counts,
-    error::Named,
+    counts::{Counts, HEADER},
     resources::{Buffer, BufferDesc},
     shader_table::{BoxCorner, PlacedDisc},
 };
@@ -25,9 +24,7 @@ pub(super) struct Slot {
     pub(super) corners: Buffer,
     /// A count for each query.
     pub(super) counts: Counts,
-    /// None where fragments count.
-    pub(super) pool: vk::QueryPool,
-    /// None where queries count.
+    /// Empty where queries count.
     pub(super) sums: Sums,
     /// Whose numbers the cull that was recorded last counts: candidate and part of each query.
     pub(super) queries: Vec<(u32, Part)>,
@@ -63,14 +60,19 @@ impl Slot {
             let sums = (&*format!("{name}: sums"), capacity.boxes);
             return self.sums.fill(context, memory, sums);
         }
-        let info = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::OCCLUSION)
-            .query_count(capacity.queries);
-        // SAFETY: the context's device is valid.
-        self.pool =
-            unsafe { context.device().create_query_pool(&info, None) }.call("vkCreateQueryPool")?;
-        context.name(self.pool, &format!("{name}: queries"));
         Ok(())
+    }
+
+    /// Bytes of a slot's buffers.
+    pub(super) fn bytes(capacity: &Capacity, counting: Counting) -> u64 {
+        let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
+        let boxes = u64::from(capacity.boxes);
+        let corners = boxes * (CORNERS * size_of::<BoxCorner>()) as u64;
+        let sums = match counting {
+            Counting::Queries => 0,
+            Counting::Atomics => 4 * boxes,
+        };
+        discs + corners + HEADER + 4 * boxes + sums
     }
 
     /// Remembers which numbers a cull's queries count.
@@ -82,9 +84,6 @@ impl Slot {
 
     /// Frees everything; the device must be done with it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
-        // SAFETY: the handle is null or was made from this device, which the caller says is done with it.
-        unsafe { context.device().destroy_query_pool(self.pool, None) };
-        self.pool = vk::QueryPool::null();
         self.sums.destroy(context, memory);
         self.counts.destroy(context, memory);
         self.corners.destroy(context, memory);

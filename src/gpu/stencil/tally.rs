@@ -16,7 +16,6 @@ use super::{
 };
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
-    barriers::{self, Access},
     counts::{Counts, HEADER},
     error::Named,
     resources::{Buffer, BufferDesc},
@@ -169,7 +168,7 @@ impl Sums {
         Ok(())
     }
 
-    /// Records that counting starts at 0.
+    /// Records that counting starts at 0; barriers are the caller's.
     ///
     /// # Safety
     /// `cmd` is being recorded outside of rendering; no cull that is in flight has these sums.
@@ -184,12 +183,10 @@ impl Sums {
         unsafe {
             let device = context.device();
             device.cmd_fill_buffer(cmd, self.buffer.handle, 0, bytes, 0);
-            let (written, counted) = (Access::TRANSFER_WRITE, Access::FRAGMENT_COUNT);
-            barriers::memory(context, cmd, written, counted);
         }
     }
 
-    /// Records the way of the sums to the counts.
+    /// Records the copy of the sums to the counts; barriers are the caller's.
     ///
     /// # Safety
     /// As for [`Sums::record_start`].
@@ -205,8 +202,6 @@ impl Sums {
         let (from, to) = (self.buffer.handle, counts.buffer.handle);
         // SAFETY: the caller vouches for `cmd` and the sums; the counts have a word for each query.
         unsafe {
-            let (counted, read) = (Access::FRAGMENT_COUNT, Access::TRANSFER_READ);
-            barriers::memory(context, cmd, counted, read);
             context.device().cmd_copy_buffer(cmd, from, to, &copy);
         }
     }
