@@ -92,7 +92,7 @@ impl Cullers {
                 counted,
                 ..CullerDesc::new(path, baked.atlas())
             };
-            desc.stencil.counting = counting;
+            desc.stencil.counting = Some(counting);
             if path == CullPath::Compute {
                 desc.max_candidates = 10_000;
             }
@@ -103,7 +103,7 @@ impl Cullers {
             cpu: cpu::Culler::default().counting(counted),
             overlaps: Vec::new(),
             device: [
-                make(CullPath::Compute, Counting::default()),
+                make(CullPath::Compute, Counting::Atomics),
                 make(CullPath::Stencil, Counting::Queries),
                 make(CullPath::Stencil, Counting::Atomics),
             ],

@@ -3,7 +3,7 @@
 //
 // Planes are walked in step, 32 blocks of 8 x 4 texels at most at a time. First every block is held against the rectangle of
 // the candidate's plane, without a read; those that may meet it are then looked up, five words for all texels of a block.
-// Layout of the words: src/gpu/compute/planes.rs and blocks.rs. CPU twin: src/avoid/cull/cpu.rs.
+// Layout of the words: src/gpu/compute/planes.rs and blocks.rs. CPU twin: src/query/cull/cpu.rs.
 #version 460
 
 const int SHIFT = 15;
@@ -64,8 +64,8 @@ layout(push_constant) uniform CountCandidates {
     uint up_to_hits; // whether a candidate is done with when its body is met
 } draw;
 
-// What is known before a cull is not paid for in it: on some devices an `if` leaves nothing out. Host: `Culler::fill` in
-// src/gpu/compute/culler.rs.
+// What is known before a cull is not paid for in it: on some devices an `if` leaves nothing out. Host: `ComputePath::fill` in
+// src/gpu/compute/path.rs.
 // From one texel of the attack to the next, in either axis: 1, 2 or 4.
 layout(constant_id = 0) const int PITCH = 1;
 // Whether turns may make larger, so that blocks may not fit a window.
