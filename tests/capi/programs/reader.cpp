@@ -1,28 +1,18 @@
-// A program in C++ that reads a baked graph from memory: the header within another language and its own idioms.
-#include "sabaki.h"
+// A program in C++ that reads a baked graph from memory, with the objects of sabaki.hpp.
+#include "sabaki.hpp"
 
+#include <cstdint>
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <memory>
-#include <stdexcept>
 #include <string>
 
 namespace {
 
-struct Close {
-    void operator()(sabaki_graph *graph) const { sabaki_graph_close(graph); }
-};
-using Graph = std::unique_ptr<sabaki_graph, Close>;
-
-Graph open(const std::string &path) {
+sabaki::Graph load(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    sabaki_graph *graph = nullptr;
-    if (sabaki_graph_load(bytes.data(), bytes.size(), &graph) != SABAKI_OK) {
-        throw std::runtime_error(sabaki_last_error());
-    }
-    return Graph(graph);
+    return sabaki::Graph::load(bytes.data(), bytes.size());
 }
 
 } // namespace
@@ -31,12 +21,25 @@ int main(int count, char **arguments) {
     if (count != 3) {
         return 2;
     }
-    const Graph graph = open(arguments[1]);
-    std::cout << sabaki_graph_joints(graph.get()) << " joints, the last is "
-              << sabaki_graph_joint_name(graph.get(), sabaki_graph_joints(graph.get()) - 1) << '\n';
+    sabaki::Graph graph = load(arguments[1]);
+    sabaki::Graph same = sabaki::Graph::open(arguments[1]);
+    graph = std::move(same);
+    std::cout << graph.joints() << " joints, the last is " << graph.joint_name(graph.joints() - 1) << '\n';
+    if (!graph.joint_name(graph.joints()).empty()) {
+        return 3;
+    }
     try {
-        open(arguments[2]);
-    } catch (const std::runtime_error &error) {
+        // No device: refused, with nothing to free.
+        sabaki::Culler(graph, sabaki_device(), SABAKI_COMPUTE, 1);
+        return 4;
+    } catch (const sabaki::Error &error) {
+        if (error.is_device_lost()) {
+            return 5;
+        }
+    }
+    try {
+        load(arguments[2]);
+    } catch (const sabaki::Error &error) {
         std::cout << "refused: " << error.what() << '\n';
         return 0;
     }
