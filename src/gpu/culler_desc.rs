@@ -58,13 +58,13 @@ impl<'a> CullerDesc<'a> {
 }
 
 impl CullerDesc<'_> {
-    /// The same for as many queries in flight, each as large as its settings need: a slot takes about a quarter of a megabyte with
-    /// default settings, where [`CullerDesc::new`] takes 11. Attacks that are larger than usual (hundreds of spheres, or many
-    /// metres) are refused by name, and the CPU counts.
+    /// The same for as many queries in flight, each as large as its settings need: a slot takes a third of a megabyte at most with
+    /// default settings, where [`CullerDesc::new`] takes 11. What does not fit (attacks that are larger than usual; on the stencil
+    /// path also many candidates on maps with many slices, a fifth of all queries) is refused by name, and the CPU counts.
     #[must_use]
     pub fn for_settings(mut self, settings: &QuerySettings, queries: u32) -> Self {
         /// Boxes of a candidate: its maps are near the attack in few slabs and slices.
-        const BOXES: u32 = 4;
+        const BOXES: u32 = 6;
         let most = settings.most_evasions + settings.moves.candidates;
         self.max_candidates = u32::try_from(most).unwrap_or(u32::MAX);
         self.frames_in_flight = queries.max(1);
