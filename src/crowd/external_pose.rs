@@ -9,7 +9,7 @@ use crate::lod::LevelId;
 use crate::lod::affine;
 use crate::math::F32x16;
 
-/// WriteMode for it, used again and again.
+/// Buffers of a pose, reused for each character.
 #[derive(Clone, Debug, Default)]
 pub struct ExternalPose {
     /// All joints of the finest level, in its order, in the space of the world.

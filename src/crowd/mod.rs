@@ -1,12 +1,38 @@
-//! Crowds: the poses of ten thousand characters and more, each with its own clip, moment, level of
-//! detail and place, computed side by side in the lanes of vector registers.
+//! Crowds: poses of ten thousand characters and more, each with its own clip, time, level of detail and place, computed side by
+//! side in the lanes of vector registers.
 //!
-//! A [`AnimationSet`] holds the clips in the form that the kernels read. A [`Crowd`] holds the
-//! characters, sorts them so that sixteen of the same clip and level, near each other in time, stand
-//! side by side, or else sixteen of neighbouring levels, and poses them into memory of the caller's.
+//! An [`AnimationSet`] holds the clips in the form that the kernels read. A [`Crowd`] holds the characters. It sorts them into
+//! groups of sixteen: characters that play nearby frames of one clip on one level, which are sampled together from one load of
+//! the keys, or else characters of neighbouring levels. [`Crowd::frame`] does a whole frame: time, culling, levels and poses, into
+//! memory that the caller owns.
 //!
-//! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance)
-//! or what draws it.
+//! ```
+//! use std::sync::Arc;
+//! use sabaki::anim::{Clip, Skeleton};
+//! use sabaki::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame, LevelView};
+//! use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
+//! use sabaki::math::F32x16;
+//!
+//! fn march(skeleton: &Skeleton, clips: &[Clip]) -> Result<(), Box<dyn std::error::Error>> {
+//!     let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
+//!     let switching = Switching::new(&levels, &SwitchSettings::default())?;
+//!     let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
+//!     let mut crowd = Crowd::with_capacity(animations, CrowdSettings::default(), 1000);
+//!     let id = crowd.add(&Character { time: 0.7, ..Character::default() })?;
+//!     // As long as there are no more than 1000 characters, this is enough.
+//!     let mut out = vec![F32x16::ZERO; crowd.max_output_len(1000)];
+//!     // Every frame:
+//!     let eye = glam::Vec3::new(0.0, 1.7, 25.0);
+//!     let levels = Some(LevelView { switching: &switching, eye });
+//!     crowd.frame(&Frame { seconds: 1.0 / 60.0, levels, ..Frame::default() }, &mut out)?;
+//!     // The first joint's X coordinate. Joints stand in the order of `AnimationSet::joint_ids`.
+//!     let x = crowd.pose_slice(id)?.number(&out, 0, 3);
+//!     println!("{x} m");
+//!     Ok(())
+//! }
+//! ```
+//!
+//! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
 
 mod animation_set;
 mod character;

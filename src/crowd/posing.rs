@@ -18,11 +18,11 @@ impl Part<'_> {
 }
 
 impl Crowd {
-    /// Poses everybody into the beginning of `out`. After it has been called a few times for a crowd
-    /// that has not grown, it allocates nothing.
+    /// Poses all characters into the beginning of `out`. Allocates nothing once it has been called a few times for a crowd
+    /// that has not grown.
     ///
     /// # Errors
-    /// WriteMode that is too small.
+    /// A buffer that is too small.
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         self.prepare();
         self.pose_prepared(out)

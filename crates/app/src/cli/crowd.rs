@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::Vec3;
 use indicatif::ProgressIterator;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg32;
-use sabaki::anim::{Clip, Skeleton};
+use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Form, LevelId, Output, Placement,
+    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Form, Frame, Layout, LevelId, LevelView,
+    Output, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2};
@@ -45,7 +47,7 @@ pub(crate) struct Args {
     seed: u64,
 }
 
-/// Characters of which each plays something.
+/// Characters, and the clips that they play.
 struct Scene {
     animations: Arc<AnimationSet>,
     switching: Switching,
@@ -63,10 +65,38 @@ enum Lod {
     Distance,
 }
 
-struct Row {
+/// What is measured.
+#[derive(Clone, Copy, PartialEq)]
+struct Case {
+    what: What,
     lod: Lod,
+    layout: Layout,
     isa: Isa,
     threads: usize,
+    /// Clips that are cut from the motions, without levels; `None`: the clips as they are.
+    cut: Option<usize>,
+}
+
+/// What a measured time contains.
+#[derive(Clone, Copy, PartialEq)]
+enum What {
+    /// Poses of characters whose levels are known.
+    Pose,
+    /// The whole frame: levels by a camera at this speed, in metres per second, time and poses.
+    Frame(Motion),
+}
+
+/// How the camera moves into the column.
+#[derive(Clone, Copy, PartialEq)]
+enum Motion {
+    Still,
+    Walk,
+    Run,
+}
+
+struct Row {
+    case: Case,
+    clips: usize,
     /// Joints of a character; the mean, where levels differ.
     joints: f64,
     ms: f64,
@@ -77,19 +107,31 @@ const ABREAST: usize = 10;
 const APART: f32 = 1.0;
 const BEFORE: f32 = 5.0;
 
+/// Numbers of clips that are measured against each other, each clip [`CUT_SECONDS`] long.
+const CUTS: [usize; 3] = [1, 8, 200];
+const CUT_SECONDS: f64 = 2.0;
+
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
-    let scene = Scene::new(args)?;
+    let scene = Scene::new(args, None)?;
+    let cut_scenes = { CUTS.into_iter() }
+        .map(|clips| Scene::new(args, Some(clips)))
+        .collect::<Result<Vec<_>, _>>()?;
     let cases = args.cases(scene.animations.levels());
     cancel::listen();
     let bar = output::progress("posing", cases.len() as u64);
     let mut rows = Vec::with_capacity(cases.len());
-    for (lod, isa, threads) in cases.into_iter().progress_with(bar) {
+    for case in cases.into_iter().progress_with(bar) {
         cancel::check()?;
-        rows.push(scene.measure(args, (lod, isa, threads))?);
+        let cut = CUTS.iter().position(|&clips| Some(clips) == case.cut);
+        let scene = match cut.map(|index| &cut_scenes[index]) {
+            Some(cut) => cut,
+            None => &scene,
+        };
+        rows.push(scene.measure(args, case)?);
     }
     Ok(Done::ok(if as_json {
         Done::json(&json!({
-            "rows": rows.iter().map(|row| row.to_json(args)).collect::<Vec<_>>(),
+            "rows": rows.iter().map(|row| row.to_json(args, &rows)).collect::<Vec<_>>(),
             "clips": scene.animations.clips(),
             "levels": scene.animations.levels(),
             "key_bytes": scene.animations.bytes(),
@@ -105,6 +147,13 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 }
 
 impl Args {
+    fn form(&self) -> Form {
+        match self.rotations {
+            true => Form::Rotations,
+            false => Form::Matrices,
+        }
+    }
+
     fn clips(&self) -> Result<(Skeleton, Vec<Clip>), Failure> {
         match &self.clip {
             None => {
@@ -120,8 +169,9 @@ impl Args {
         }
     }
 
-    /// Everything on the widest registers and one thread; without levels and by distance on all.
-    fn cases(&self, levels: usize) -> Vec<(Lod, Isa, usize)> {
+    /// Poses without levels and by distance, and frames, on all instruction sets and numbers of threads; the rest on the
+    /// widest registers and one thread.
+    fn cases(&self, levels: usize) -> Vec<Case> {
         let most = match self.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             threads => threads,
@@ -129,22 +179,87 @@ impl Args {
         let doubled = std::iter::successors(Some(1), |&threads| Some(2 * threads));
         let mut threads: Vec<usize> = doubled.take_while(|&threads| threads < most).collect();
         threads.push(most);
+        let plain = Case {
+            what: What::Pose,
+            lod: Lod::Off,
+            layout: Layout::Blocks,
+            isa: Isa::best(),
+            threads: 1,
+            cut: None,
+        };
         let mut cases = Vec::new();
-        for lod in [Lod::Off, Lod::Distance] {
+        let frame = |motion| (What::Frame(motion), Lod::Distance);
+        for (what, lod) in [
+            (What::Pose, Lod::Off),
+            (What::Pose, Lod::Distance),
+            frame(Motion::Still),
+            frame(Motion::Walk),
+            frame(Motion::Run),
+        ] {
             for isa in Isa::available() {
-                cases.extend(threads.iter().map(|&threads| (lod, isa, threads)));
+                let all = threads.iter().map(|&threads| Case {
+                    what,
+                    lod,
+                    isa,
+                    threads,
+                    ..plain
+                });
+                cases.extend(all);
             }
         }
-        let each = (1..levels).map(|level| (Lod::Level(level as u16), Isa::best(), 1));
+        cases.push(Case {
+            layout: Layout::Rows,
+            ..plain
+        });
+        cases.extend(CUTS.map(|clips| Case {
+            cut: Some(clips),
+            ..plain
+        }));
+        let each = (1..levels).map(|level| Case {
+            lod: Lod::Level(level as u16),
+            ..plain
+        });
         cases.extend(each);
         cases
     }
 }
 
+/// So many stretches of the clips, which begin later and later.
+fn cut_clips(skeleton: &Skeleton, clips: &[Clip], count: usize) -> Result<Vec<Clip>, Failure> {
+    let cut = |index: usize| {
+        let clip = &clips[index % clips.len()];
+        let (desc, joints) = (clip.desc(), skeleton.len());
+        let length = ((CUT_SECONDS * clip.frame_rate()) as usize + 1).min(clip.frames());
+        let first = (index / clips.len() * 7) % (clip.frames() - length + 1);
+        let end = first + length;
+        let translations = match desc.translations.is_empty() {
+            true => Vec::new(),
+            false => desc.translations[first * joints..end * joints].to_vec(),
+        };
+        let desc = ClipDesc {
+            name: format!("{} {index}", desc.name),
+            frame_rate: desc.frame_rate,
+            roots: desc.roots[first..end].to_vec(),
+            rotations: desc.rotations[first * joints..end * joints].to_vec(),
+            translations,
+        };
+        Clip::new(skeleton, desc).map_err(usage)
+    };
+    (0..count).map(cut).collect()
+}
+
 impl Scene {
-    fn new(args: &Args) -> Result<Self, Failure> {
-        let (skeleton, clips) = args.clips()?;
-        let levels = Levels::build(&skeleton, &clips, &LevelSettings::default()).map_err(usage)?;
+    /// `cut`: with so many stretches of the clips, and without levels.
+    fn new(args: &Args, cut: Option<usize>) -> Result<Self, Failure> {
+        let (skeleton, mut clips) = args.clips()?;
+        if let Some(count) = cut {
+            clips = cut_clips(&skeleton, &clips, count)?;
+        }
+        let levels = match cut {
+            Some(_) => Levels::in_order(&skeleton, &[]),
+            None => Levels::build(&skeleton, &clips, &LevelSettings::default()),
+        };
+        let levels = levels.map_err(usage)?;
         let settings = SwitchSettings {
             rule: Rule::ScreenError {
                 pixels: args.error,
@@ -198,25 +313,23 @@ impl Scene {
         }
     }
 
-    fn measure(&self, args: &Args, (lod, isa, threads): (Lod, Isa, usize)) -> Result<Row, Failure> {
+    fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
         let output = Output {
-            form: if args.rotations {
-                Form::Rotations
-            } else {
-                Form::Matrices
-            },
+            form: args.form(),
+            layout: case.layout,
             ..Output::default()
         };
         let settings = CrowdSettings {
             output,
-            isa,
-            threads,
+            isa: case.isa,
+            threads: case.threads,
             ..CrowdSettings::default()
         };
-        let mut crowd = Crowd::new(Arc::clone(&self.animations), settings);
+        let count = self.characters.len();
+        let mut crowd = Crowd::with_capacity(Arc::clone(&self.animations), settings, count);
         let mut joints = 0;
         for character in &self.characters {
-            let (level, blend) = self.detail(character, lod);
+            let (level, blend) = self.detail(character, case.lod);
             joints += self.animations.joints(level);
             crowd
                 .add(&Character {
@@ -226,24 +339,86 @@ impl Scene {
                 })
                 .map_err(usage)?;
         }
-        let mut out = vec![F32x16::ZERO; crowd.output_len()];
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(count)];
         let mut times = Vec::with_capacity(args.frames as usize);
-        for frame in 0..args.frames + 3 {
-            crowd.advance(1.0 / 60.0);
+        for frame in 0..args.frames + WARM_UP {
             let started = Instant::now();
-            crowd.pose(&mut out).map_err(usage)?;
-            if frame >= 3 {
+            self.step(&mut crowd, (case, frame), &mut out)?;
+            if frame >= WARM_UP {
                 times.push(started.elapsed().as_secs_f64() * 1e3);
             }
         }
         times.sort_by(f64::total_cmp);
         Ok(Row {
-            lod,
-            isa,
-            threads,
-            joints: joints as f64 / self.characters.len() as f64,
+            case,
+            clips: self.animations.clips(),
+            joints: joints as f64 / count as f64,
             ms: times[times.len() / 2],
         })
+    }
+
+    fn step(
+        &self,
+        crowd: &mut Crowd,
+        (case, frame): (Case, u32),
+        out: &mut [F32x16],
+    ) -> Result<(), Failure> {
+        let What::Frame(motion) = case.what else {
+            crowd.advance(SECONDS);
+            return crowd.pose(out).map_err(usage);
+        };
+        let walked = motion.speed() * frame as f32 * SECONDS as f32;
+        let view = LevelView {
+            switching: &self.switching,
+            eye: Vec3::new(0.0, 0.0, -walked),
+        };
+        let frame = Frame {
+            seconds: SECONDS,
+            levels: Some(view),
+            ..Frame::default()
+        };
+        crowd.frame(&frame, out).map(drop).map_err(usage)
+    }
+}
+
+/// Length of a frame, in seconds.
+const SECONDS: f64 = 1.0 / 60.0;
+
+/// Frames that are not measured.
+const WARM_UP: u32 = 3;
+
+impl Motion {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Still => "still",
+            Self::Walk => "walk",
+            Self::Run => "run",
+        }
+    }
+
+    /// Metres per second.
+    fn speed(self) -> f32 {
+        match self {
+            Self::Still => 0.0,
+            Self::Walk => 1.5,
+            Self::Run => 5.0,
+        }
+    }
+}
+
+impl What {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Pose => "pose",
+            Self::Frame(_) => "frame",
+        }
+    }
+
+    fn camera(self) -> &'static str {
+        match self {
+            Self::Pose => Motion::Still.name(),
+            Self::Frame(motion) => motion.name(),
+        }
     }
 }
 
@@ -259,30 +434,64 @@ impl Lod {
 
 impl Row {
     fn isa(&self) -> String {
-        format!("{:?}", self.isa).to_lowercase()
+        format!("{:?}", self.case.isa).to_lowercase()
     }
 
-    /// Nanoseconds of a joint of a character.
+    fn layout(&self) -> &'static str {
+        match self.case.layout {
+            Layout::Blocks => "blocks",
+            Layout::Rows => "rows",
+        }
+    }
+
+    /// Nanoseconds for a joint of a character.
     fn per_joint(&self, args: &Args) -> f64 {
         self.ms * 1e6 / (self.joints * f64::from(args.count))
     }
 
-    fn to_json(&self, args: &Args) -> Value {
+    /// How many times as fast as posing all joints in blocks, on the same instruction set and number of threads; of cut
+    /// clips, as one of them.
+    fn against_plain(&self, rows: &[Self]) -> f64 {
+        let plain = Case {
+            what: What::Pose,
+            lod: Lod::Off,
+            layout: Layout::Blocks,
+            cut: self.case.cut.map(|_| CUTS[0]),
+            ..self.case
+        };
+        let plain = rows.iter().find(|row| row.case == plain);
+        plain.map_or(1.0, |plain| plain.ms / self.ms)
+    }
+
+    fn to_json(&self, args: &Args, rows: &[Self]) -> Value {
         json!({
-            "lod": self.lod.name(),
+            "what": self.case.what.name(),
+            "camera": self.case.what.camera(),
+            "clips": self.clips,
+            "layout": self.layout(),
+            "form": match args.form() {
+                Form::Matrices => "matrices",
+                Form::Rotations => "rotations",
+            },
+            "lod": self.case.lod.name(),
             "isa": self.isa(),
-            "threads": self.threads,
+            "threads": self.case.threads,
             "count": args.count,
             "joints": self.joints,
             "ms": self.ms,
             "ns_per_joint": self.per_joint(args),
+            "against_plain": self.against_plain(rows),
         })
     }
 }
 
 fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
     let head = [
+        "what",
+        "camera",
         "levels",
+        "clips",
+        "layout",
         "registers",
         "threads",
         "joints",
@@ -290,22 +499,20 @@ fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         "ns a joint",
         "against all joints",
     ];
-    let mut table = output::table(&head, 2);
+    let mut table = output::table(&head, 6);
     for row in rows {
-        let before = rows.iter().find(|before| {
-            before.lod == Lod::Off && before.isa == row.isa && before.threads == row.threads
-        });
-        let gain = before.map_or(String::new(), |before| {
-            format!("{:.2} x", before.ms / row.ms)
-        });
         table.add_row(vec![
-            row.lod.name(),
+            row.case.what.name().to_owned(),
+            row.case.what.camera().to_owned(),
+            row.case.lod.name(),
+            row.clips.to_string(),
+            row.layout().to_owned(),
             row.isa(),
-            row.threads.to_string(),
+            row.case.threads.to_string(),
             format!("{:.2}", row.joints),
             format!("{:.3}", row.ms),
             format!("{:.2}", row.per_joint(args)),
-            gain,
+            format!("{:.2} x", row.against_plain(rows)),
         ]);
     }
     let mut text = String::new();

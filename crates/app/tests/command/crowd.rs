@@ -26,11 +26,35 @@ fn crowd_json_has_its_keys() {
         assert_eq!(document["error_pixels"], 2.0);
         let levels = document["levels"].as_u64().unwrap() as usize;
         let rows = document["rows"].as_array().unwrap();
-        // Off and by distance on all registers and one thread or two, then each level.
-        assert_eq!(rows.len(), 4 * Isa::available().count() + levels - 1);
+        // Poses without levels and by distance, and frames of three cameras, on all registers and one thread or two; rows;
+        // 1, 8 and 200 clips; each level.
+        let everywhere = 5 * 2 * Isa::available().count();
+        assert_eq!(rows.len(), everywhere + 1 + 3 + levels - 1);
+        for (key, values) in [
+            ("what", &["pose", "frame"][..]),
+            ("camera", &["still", "walk", "run"]),
+            ("layout", &["blocks", "rows"]),
+        ] {
+            for value in values {
+                assert!(rows.iter().any(|row| row[key] == *value), "{key} {value}");
+            }
+        }
+        for clips in [1, 8, 200] {
+            assert!(
+                rows.iter().any(|row| row["clips"] == clips),
+                "{clips} clips"
+            );
+        }
         for row in rows {
             assert_eq!(row["count"], 200);
             assert!(row["ms"].as_f64().unwrap() > 0.0);
+            assert!(row["against_plain"].as_f64().unwrap() > 0.0);
+            let form = if more.is_empty() {
+                "matrices"
+            } else {
+                "rotations"
+            };
+            assert_eq!(row["form"], form);
             assert!(row["ns_per_joint"].as_f64().unwrap() > 0.0);
             assert!(["portable", "avx2", "avx512"].contains(&row["isa"].as_str().unwrap()));
             let threads = row["threads"].as_u64().unwrap();
