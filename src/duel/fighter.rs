@@ -1,79 +1,76 @@
 use crate::anim::Pose;
-use crate::graph::{Motion, MotionGraph, Playhead};
+use crate::graph::{Motion, MotionGraph, Playhead, Step};
 use crate::math::Rigid2;
 
-/// What a fighter does, from the duel's start on.
+/// The motion of one fighter, from the duel's start on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fighter {
-    /// Each is played until the next one begins.
-    takes: Vec<Take>,
+    /// Motions; each is played until the next one begins.
+    motions: Vec<TimedMotion>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Take {
-    /// Seconds since the duel's start.
+struct TimedMotion {
+    /// Start, seconds since the duel's start.
     from: f32,
     motion: Motion,
 }
 
-/// Motions are known so far ahead, seconds.
+/// Time for which motions are planned ahead, seconds.
 const AHEAD: f32 = 8.0;
 
 impl Fighter {
     pub(super) fn new(graph: &MotionGraph, playhead: Playhead) -> Self {
         let mut motion = Motion::new(graph, playhead, &[]);
         motion.extend(graph, AHEAD);
-        let take = Take { from: 0.0, motion };
-        Self { takes: vec![take] }
+        let current = TimedMotion { from: 0.0, motion };
+        Self {
+            motions: vec![current],
+        }
     }
 
-    /// From `now` on it plays a motion; later plans are forgotten.
+    /// Plays a motion from `now` on, instead of later plans.
     pub(super) fn play(&mut self, graph: &MotionGraph, now: f32, mut motion: Motion) {
         motion.extend(graph, AHEAD);
-        self.takes.retain(|take| take.from < now);
-        self.takes.push(Take { from: now, motion });
+        self.motions.retain(|current| current.from < now);
+        self.motions.push(TimedMotion { from: now, motion });
     }
 
-    fn take(&self, t: f32) -> &Take {
-        let later = self.takes.partition_point(|take| take.from <= t);
-        &self.takes[later.saturating_sub(1)]
+    fn current(&self, t: f32) -> &TimedMotion {
+        let later = self.motions.partition_point(|current| current.from <= t);
+        &self.motions[later.saturating_sub(1)]
     }
 
-    /// Where it is in graph and world `t` seconds after the duel's start.
+    /// The position in graph and world at a time, seconds since the duel's start.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, t: f32) -> Playhead {
-        let take = self.take(t);
-        take.motion.playhead(graph, t - take.from)
+        let current = self.current(t);
+        current.motion.playhead(graph, t - current.from)
     }
 
-    /// The pose then, in the world.
+    /// Writes the pose at a time, in the world.
     pub fn pose(&self, graph: &MotionGraph, t: f32, out: &mut Pose) {
         let take = self.take(t);
         take.motion.sample(graph, t - take.from, out);
     }
 
-    /// The character's frame then, in the world.
+    /// The character's frame at a time, in the world.
     #[must_use]
     pub fn placement(&self, graph: &MotionGraph, t: f32) -> Rigid2 {
         self.playhead(graph, t).placement(graph)
     }
 
-    /// What it goes on to do from `now` on, if nothing changes.
+    /// The planned motion from `now` on.
     pub(super) fn ahead(&self, graph: &MotionGraph, now: f32) -> Motion {
-        let take = self.take(now);
-        let mut rest = take.motion.rest(graph, now - take.from);
+        let current = self.current(now);
+        let mut rest = current.motion.rest(graph, now - current.from);
         rest.extend(graph, AHEAD);
         rest
     }
 
-    /// What is being played at `now`, to its end, and then `steps`.
-    pub(super) fn branch(
-        &self,
-        graph: &MotionGraph,
-        now: f32,
-        steps: &[crate::graph::Step],
-    ) -> Motion {
-        let take = self.take(now);
-        take.motion.branch(graph, now - take.from, steps)
+    /// The motion from `now` to the next node, and then `steps`.
+    pub(super) fn branch(&self, graph: &MotionGraph, now: f32, steps: &[Step]) -> Motion {
+        let current = self.current(now);
+        current.motion.branch(graph, now - current.from, steps)
     }
 }

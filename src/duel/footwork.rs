@@ -1,45 +1,27 @@
-//! Where to go while nobody strikes: nearer, further away, round to face the other one.
+//! Footwork: where the fighters go while neither attacks.
 //!
-//! The search is that of [moves](crate::query::MoveSettings); what it finds is held against where the other one will be.
+//! Paths come from the search for [moves](crate::query::MoveSettings). Each is rated against the opponent's planned motion.
 
 use glam::Vec2;
 
-use super::chance::Chance;
-use super::{Duel, Side};
+use super::duel_state::Duel;
+use super::side::Side;
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Step};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
 
-/// Where fighters begin: at an edge that plays no event, and after which none comes for a while.
-pub(super) fn opening_edge(graph: &MotionGraph, chance: &mut Chance) -> EdgeId {
-    /// Edges that must be calm.
-    const CALM: usize = 12;
-    let is_calm = |&edge: &EdgeId| {
-        let next = |edge: &EdgeId| Some(graph.natural_edge(graph.edge(*edge).to));
-        let mut way = std::iter::successors(Some(edge), next).take(CALM);
-        way.all(|edge| {
-            graph.edge(edge).event.is_none() && graph.edge(edge).motion == EdgeMotion::Clip
-        })
-    };
-    let calm: Vec<EdgeId> = graph.edge_ids().filter(is_calm).collect();
-    match calm.len() {
-        0 => EdgeId(0),
-        count => calm[chance.below(count)],
-    }
-}
-
-/// A way to go, and what speaks against it.
-struct Way {
+/// A motion, and its cost.
+struct RatedMotion {
     motion: Motion,
     cost: f32,
 }
 
 impl Duel<'_> {
-    /// Both look for a better place, the attacker first, and time goes on.
+    /// Both fighters choose where to go, the attacker first; then time advances.
     pub(super) fn footwork(&mut self) {
         for side in [self.turn, self.turn.other()] {
-            if let Some(motion) = self.better_way(side) {
+            if let Some(motion) = self.better_motion(side) {
                 let now = self.now;
                 self.fighters[side.index()].play(self.baked.graph(), now, motion);
             }
@@ -47,9 +29,9 @@ impl Duel<'_> {
         self.now += self.settings.step;
     }
 
-    /// The best way to go on, if another one is better than to go on as planned.
-    fn better_way(&mut self, side: Side) -> Option<Motion> {
-        /// Of the best, so many are looked at closely.
+    /// The best motion, if it is better than the planned one.
+    fn better_motion(&mut self, side: Side) -> Option<Motion> {
+        /// Number of motions that are tested, best first.
         const TRIED: usize = 24;
         let graph = self.baked.graph();
         let me = &self.fighters[side.index()];
@@ -57,16 +39,16 @@ impl Duel<'_> {
         let other = self.fighters[side.other().index()].ahead(graph, self.now);
         let playhead = me.playhead(graph, self.now);
         let wait = me.branch(graph, self.now, &[]).duration();
-        let mut ways = vec![Way {
+        let mut ways = vec![RatedMotion {
             cost: self.cost(side, &planned, &other),
             motion: planned,
         }];
-        for steps in self.ways_from(playhead.next_node(graph), self.settings.window - wait) {
+        for steps in self.paths_from(playhead.next_node(graph), self.settings.window - wait) {
             let me = &self.fighters[side.index()];
             let mut motion = me.branch(graph, self.now, &steps);
             motion.extend(graph, self.settings.window + self.settings.step);
             let cost = self.cost(side, &motion, &other);
-            ways.push(Way { motion, cost });
+            ways.push(RatedMotion { motion, cost });
         }
         let mut order: Vec<usize> = (0..ways.len()).collect();
         order.sort_by(|&a, &b| ways[a].cost.total_cmp(&ways[b].cost).then(a.cmp(&b)));
@@ -76,11 +58,15 @@ impl Duel<'_> {
                 && self.stays_inside(way, seconds)
                 && self.stays_apart([way, &other], seconds)
         };
-        let best = { order.iter().take(TRIED) }.find(|&&index| fits(&ways[index].motion));
+        let best = order
+            .iter()
+            .take(TRIED)
+            .find(|&&index| fits(&ways[index].motion));
         let best = match best {
             Some(&best) => best,
-            // Nothing is as it should be: away from each other.
-            None => { order.iter() }
+            // No motion fits: the fighters step away from each other.
+            None => order
+                .iter()
                 .copied()
                 .max_by(|&a, &b| {
                     let room = |index: usize| self.room(&ways[index].motion, &other);
@@ -91,8 +77,8 @@ impl Duel<'_> {
         (best > 0).then(|| ways.swap_remove(best).motion)
     }
 
-    /// Ways from a node that are different from each other.
-    fn ways_from(&mut self, node: NodeId, seconds: f32) -> Vec<Vec<Step>> {
+    /// Paths from a node that differ from each other.
+    fn paths_from(&mut self, node: NodeId, seconds: f32) -> Vec<Vec<Step>> {
         let settings = MoveSettings {
             width: 48,
             candidates: 192,
@@ -111,8 +97,8 @@ impl Duel<'_> {
         found.into_iter().map(steps).collect()
     }
 
-    /// What speaks against a motion: being too near or too far for its attacks, with the guard not to the other one, being at the arena's border,
-    /// transitions that look bad, blows into the air.
+    /// The cost of a motion: a wrong distance for attacks, not facing the opponent, nearness to the arena's border, transitions that
+    /// look bad, and attacks that hit nothing.
     fn cost(&self, side: Side, motion: &Motion, other: &Motion) -> f32 {
         let (graph, seconds) = (self.baked.graph(), self.settings.window);
         let playhead = motion.playhead(graph, seconds);
@@ -120,7 +106,7 @@ impl Duel<'_> {
         let me = playhead.next_clip_to_world(graph) * self.baked.placement(node);
         let them = other.playhead(graph, seconds).placement(graph);
         let away = them.ground() - me.ground();
-        let (bearing, reach) = { self.grid.aim(node) }.unwrap_or((0.0, self.settings.distance));
+        let (bearing, reach) = self.grid.aim(node).unwrap_or((0.0, self.settings.distance));
         let apart = (away.length() - reach).abs();
         let facing = heading_error(me * Rigid2::new(bearing, 0.0, 0.0), away).abs();
         let border = (me.ground().length() - 0.6 * self.settings.arena).max(0.0);
@@ -129,7 +115,7 @@ impl Duel<'_> {
             - if can_strike { 0.3 } else { 0.0 }
     }
 
-    /// The least distance of the roots, or to the arena's border, whichever is less.
+    /// The smallest distance between the roots, or from the arena's border.
     fn room(&self, motion: &Motion, other: &Motion) -> f32 {
         let graph = self.baked.graph();
         let ticks = (0..=12).map(|tick| tick as f32 * self.settings.window / 12.0);
@@ -143,13 +129,13 @@ impl Duel<'_> {
     }
 }
 
-/// How far one would have to turn to look that way, radians.
+/// The angle from a heading to a direction, radians.
 pub(super) fn heading_error(me: Rigid2, way: Vec2) -> f32 {
     let wanted = Rigid2::facing(way, 0.0, 0.0);
     (Rigid2::new(me.heading(), 0.0, 0.0).inverse() * wanted).heading()
 }
 
-/// What a motion's transitions and events cost until `seconds`.
+/// The cost of a motion's transitions and events until `seconds`.
 fn looks(graph: &MotionGraph, motion: &Motion, seconds: f32) -> f32 {
     let events = motion.events(graph);
     let of_event = |(event, [start, _]): (_, [f32; 2])| match graph.event(event).kind {

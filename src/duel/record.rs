@@ -1,47 +1,48 @@
 use serde::Serialize;
 
-use super::{Challenge, Side};
+use super::challenge::Challenge;
+use super::side::Side;
 use crate::graph::{EdgeId, Step};
 use crate::query::clearance::Clearance;
 use crate::query::{Answer, Attack, Counts, Source};
 
-/// What became of a challenge.
+/// The outcome of a challenge.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Settled {
-    /// It was fought out.
+    /// Attack and answer were played.
     Fought(Box<Exchange>),
-    /// The fighters would have run into each other or out of the arena.
+    /// The attack was called off: the fighters would have run into each other or left the arena.
     CalledOff,
 }
 
 /// An attack and the answer to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchange {
-    /// Who struck.
+    /// The fighter that attacked.
     pub attacker: Side,
-    /// The attack's edge.
+    /// Edge of the attack.
     pub strike: EdgeId,
-    /// The edges that led to it.
+    /// Edges that led to it.
     pub path: Vec<EdgeId>,
-    /// When it was announced, seconds since the duel's start.
+    /// Time of the announcement, seconds since the duel's start.
     pub announced: f32,
-    /// From there to the blow, seconds.
+    /// Time from there to the impact, seconds.
     pub lead: f32,
-    /// Where it passed; its clock starts with the announcement.
+    /// Attack; its clock starts with the announcement.
     pub attack: Attack,
-    /// Whether it was avoided: exactly tested.
+    /// Whether it was avoided, by the exact test.
     pub avoided: bool,
-    /// The smallest distance of the attack and who avoided it. Negative: a hit.
+    /// Smallest distance of the attack and the defender; negative for a hit.
     pub clearance: Clearance,
-    /// [`Challenge::without`].
+    /// Distance without the answer: [`Challenge::without`].
     pub without: f32,
-    /// The evasion's edge; `None` where it was avoided by moving on.
+    /// Edge of the evasion; `None` for a move.
     pub evasion: Option<EdgeId>,
-    /// The steps that avoided, from the defender's next node on.
+    /// Steps of the answer, from the defender's next node on.
     pub answer: Vec<Step>,
-    /// Where the candidates came from, and how many there were.
+    /// Set that the candidates came from.
     pub source: Source,
-    /// See [`Exchange::source`].
+    /// Number of candidates by result.
     pub counts: Counts,
 }
 
@@ -57,28 +58,31 @@ impl Exchange {
             avoided: clearance.is_clean(),
             clearance,
             without: challenge.without,
-            evasion: { answer.candidates.get(answer.chosen) }.and_then(|chosen| chosen.evasion),
+            evasion: answer
+                .candidates
+                .get(answer.chosen)
+                .and_then(|chosen| chosen.evasion),
             answer: answer.motion.steps().collect(),
             source: answer.source,
             counts: answer.counts,
         }
     }
 
-    /// When the attack ends, seconds since the duel's start.
+    /// End of the attack, seconds since the duel's start.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.announced + self.attack.end()
     }
 }
 
-/// How a duel stands.
+/// The score of a duel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Score {
-    /// Blows that each landed, by [`Side::index`].
+    /// Hits of each fighter, by [`Side::index`].
     pub hits: [u32; 2],
-    /// Blows that each avoided.
+    /// Attacks that each fighter avoided.
     pub dodges: [u32; 2],
-    /// Attacks that would have ended in each other or outside of the arena.
+    /// Number of attacks that were called off.
     pub called_off: u32,
 }
 

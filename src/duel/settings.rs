@@ -1,31 +1,31 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// How a duel is fought. Seconds, metres and radians.
+/// Settings of a duel. Units: seconds, metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DuelSettings {
-    /// Where chance begins: which attacks are preferred, and in which postures the fighters begin.
+    /// Seed of the random choices of attacks and of the first postures.
     pub seed: u64,
-    /// From one fighter to the other at the start. Default 1.5.
+    /// Distance of the fighters at the start. Default 1.5.
     pub opening: f32,
-    /// Radius of the arena around the origin, which no fighter's root leaves. Default 3.
+    /// Radius of the arena around the origin. No root leaves it. Default 3.
     pub arena: f32,
-    /// Roots do not come nearer to each other while fighters choose where to go. Default 0.55.
+    /// Smallest distance of the roots in footwork. Default 0.55.
     pub closest: f32,
-    /// How far from each other fighters like to stand where no attack says so. Default 0.85.
+    /// Preferred distance of the roots if no attack asks for another. Default 0.85.
     pub distance: f32,
-    /// The shortest and longest time from the announcement of an attack to its blow; chance chooses. Default 0.5 to 1.3. Who takes
-    /// longer to get there announces it on the way.
+    /// Shortest and longest time from the announcement of an attack to its impact, chosen at random. Default 0.5 to 1.3. A longer attack
+    /// is announced while it is under way.
     pub lead: (f32, f32),
-    /// An attack is made only if it would go this deep into trunk, head or thighs of who does nothing. Default 0.02.
+    /// Depth by which an attack must enter trunk, head or thighs of an opponent that does not react. Default 0.02.
     pub depth: f32,
-    /// Between the end of an attack and the announcement of the next one, at least. Default 0.4.
+    /// Shortest time from the end of an attack to the next announcement. Default 0.4.
     pub pause: f32,
-    /// How far ahead steps are planned, and after how long they are planned anew. Default 1.2 and 0.4.
+    /// Time for which footwork is planned. Default 1.2.
     pub window: f32,
-    /// See [`DuelSettings::window`].
+    /// Time after which footwork is planned again. Default 0.4.
     pub step: f32,
-    /// How long one may try to come within reach. Default 20.
+    /// Longest time without an attack. Default 20.
     pub patience: f32,
 }
 
@@ -48,10 +48,10 @@ impl Default for DuelSettings {
 }
 
 impl DuelSettings {
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in range.
     ///
     /// # Errors
-    /// The first one that is not, by name.
+    /// The first setting that is not.
     pub fn check(&self) -> Result<(), DuelError> {
         let checks = [
             ("opening", self.opening, (0.3, 100.0)),
@@ -82,28 +82,28 @@ impl DuelSettings {
     }
 }
 
-/// Why there is no duel.
+/// The reason why a duel cannot start or go on.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum DuelError {
-    /// A setting is out of its range.
+    /// A setting is out of range.
     #[error("duel setting {name} is {value}; it must be {least} to {most}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         name: &'static str,
-        /// What it is.
+        /// Value of the setting.
         value: f32,
-        /// What it may be at least.
+        /// Smallest value.
         least: f32,
-        /// At most.
+        /// Largest value.
         most: f32,
     },
     /// No edge of the graph is an attack.
     #[error("the graph has no attacks: nobody can strike")]
     NoAttacks,
-    /// The attacker found no way to strike.
+    /// The attacker found no attack that would hit.
     #[error("nobody comes within reach of the other one in {seconds} s")]
     OutOfReach {
-        /// How long it was tried.
+        /// Time without an attack, seconds.
         seconds: f32,
     },
 }

@@ -39,7 +39,7 @@ impl BodyTrack {
     pub const RATE: f32 = 120.0;
 
     /// Number of samples in an interval for which bounding spheres are stored.
-    pub const STRETCH: usize = 4;
+    pub const INTERVAL: usize = 4;
 
     /// Number that row lengths are a multiple of. Padding repeats the last sphere.
     pub const LANES: usize = BodyRows::ROW_LANES;
@@ -71,8 +71,8 @@ impl BodyTrack {
             body.centres(&joints, &mut centres);
             bounds.push(bound(body, &centres));
         }
-        let firsts = (0..ticks).step_by(Self::STRETCH);
-        let stretches = firsts.map(|first| first..=(first + Self::STRETCH).min(ticks - 1));
+        let firsts = (0..ticks).step_by(Self::INTERVAL);
+        let stretches = firsts.map(|first| first..=(first + Self::INTERVAL).min(ticks - 1));
         let stretches: Vec<_> = stretches.collect();
         let whole: Vec<_> = stretches
             .iter()
@@ -95,14 +95,14 @@ impl BodyTrack {
     pub(super) fn tick_bytes(body: &Body) -> usize {
         12 * Self::padded(body.spheres.len())
             + 64
-            + Hulls::stretch_bytes(body.spheres.len()) / Self::STRETCH
+            + Hulls::stretch_bytes(body.spheres.len()) / Self::INTERVAL
     }
 
     fn padded(spheres: usize) -> usize {
         spheres.next_multiple_of(Self::LANES)
     }
 
-    /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::STRETCH`]
+    /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::INTERVAL`]
     /// `index` to the first sample of the next interval, along straight lines between samples.
     #[must_use]
     pub fn hull(&self, index: usize) -> (Vec3, f32) {

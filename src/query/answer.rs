@@ -10,97 +10,94 @@ use crate::anim::Warp;
 use crate::graph::{EdgeId, Motion};
 use crate::maps::{BakedGraph, PathId};
 
-/// What a query answers. Its memory is used again by the next one.
+/// The answer to a query. Keep it from one query to the next: its memory is used again.
 #[derive(Clone, Debug, Default)]
 pub struct Answer {
     /// Position of the chosen candidate in `candidates`.
     pub chosen: usize,
-    /// Whether the chosen motion avoids the attack: exactly tested, not by maps.
+    /// Whether the chosen motion avoids the attack, by the exact test.
     pub avoided: bool,
-    /// What to play, from the moment of the query on.
+    /// Motion to play, from the moment of the query on.
     pub motion: Motion,
-    /// Every candidate with what became of it.
+    /// Reports of all candidates.
     pub candidates: Vec<CandidateReport>,
-    /// Where the candidates come from.
+    /// Set that the candidates come from.
     pub source: Source,
-    /// How many of each.
+    /// Number of candidates by result.
     pub counts: Counts,
-    /// How the search for candidates went.
+    /// Statistics of the search for candidates.
     pub search: SearchReport,
-    /// The edges of moves.
+    /// Edges of all moves.
     pub(super) edges: Vec<EdgeId>,
 }
 
-/// One candidate and what became of it.
+/// The report of one candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateReport {
     pub(super) route: Route,
-    /// The evasion's edge, which follows the path; `None` for a path that only moves.
+    /// Edge of the evasion, which follows the path; `None` for a move.
     pub evasion: Option<EdgeId>,
-    /// The rate of the retimable edges, or why there is none.
+    /// Rate of the retimable edges, or the reason why there is none.
     pub rate: Result<Rate, RateError>,
-    /// Texels of the attack on its maps; `None` where nothing was counted.
+    /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
     pub overlap: Option<Overlap>,
-    /// The exact distance; `None` where it was not needed. A hit that was not chosen may be deeper than
-    /// this.
+    /// Exact distance from the attack; `None` if it was not needed. A hit that was not chosen may be deeper than this.
     pub clearance: Option<Clearance>,
-    /// Its score; `None` for a hit and for what was not tested.
+    /// Score; `None` for a hit and for a candidate that was not tested.
     pub score: Option<Score>,
-    /// How its motion is bent so that it is clean; clearance and score are those of the bent motion. `None` where it is not.
+    /// Warp that makes the motion clean; clearance and score are those of the warped motion. `None` without a warp.
     pub warp: Option<Warp>,
-    /// What became of it.
+    /// Result of the candidate.
     pub fate: Fate,
 }
 
-/// Where the edges of a candidate's path stand.
+/// The place of the edges of a candidate's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Route {
-    /// In the table of the baked graph.
+    /// A path of the baked graph.
     Table(PathId),
-    /// In the answer: the first one, and the end.
+    /// A range of the answer's edges.
     Edges(u32, u32),
 }
 
-/// What became of a candidate.
+/// The result of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
-    /// It is the answer.
+    /// It was chosen.
     Chosen,
-    /// Another one scored better; where it has no clearance, it could not have scored better with
-    /// any.
+    /// Another candidate has a better score. Without a clearance: no clearance could have made this one better.
     Outscored,
-    /// No rate brings its evasion in time.
+    /// No rate within the limits starts its evasion in time.
     NotInTime,
-    /// Its body map meets the attack.
+    /// Its body map overlaps the attack.
     Culled,
-    /// The exact test finds a hit.
+    /// The exact test found a hit.
     Hit,
 }
 
-/// How many candidates of each fate.
+/// The number of candidates by result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
-    /// That an evasion ends and that a rate brings in time, and those that only move.
+    /// Candidates: evasions that a rate brings in time, and moves.
     pub candidates: usize,
-    /// Of these, how many end in an evasion.
+    /// Candidates that end in an evasion.
     pub with_evasion: usize,
-    /// Paths to an evasion that no rate brings in time.
+    /// Paths to an evasion that no rate brings in time; these are no candidates.
     pub not_in_time: usize,
-    /// Removed by the maps.
+    /// Candidates that the maps removed.
     pub culled: usize,
-    /// Of the culled ones, how many the exact test was asked about after all, since it found
-    /// nothing clean among the others.
+    /// Culled candidates that were tested exactly after all, because no other candidate was clean.
     pub reconsidered: usize,
-    /// Exact hits among those tested.
+    /// Tested candidates that are hit.
     pub hits: usize,
-    /// Exactly clean among those tested.
+    /// Tested candidates that are clean.
     pub clean: usize,
 }
 
 impl Answer {
-    /// The edges of a candidate's path: from the next node to the evasion's start, or as far as the
-    /// search for moves went. `report` is one of `candidates`, `baked` the graph that was asked.
+    /// The edges of a candidate's path, from the next node to the evasion's start, or to the end of a move. `report` is one of
+    /// `candidates`, `baked` the graph of the query.
     pub fn path<'a>(
         &'a self,
         baked: &'a BakedGraph,
@@ -114,7 +111,7 @@ impl Answer {
         filed.chain(edges.iter().copied())
     }
 
-    /// Each candidate that ends in an evasion, by its path in the table.
+    /// The candidates that end in an evasion, with their paths.
     pub(super) fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
         self.candidates
             .iter()
@@ -133,7 +130,7 @@ impl Answer {
     /// The smallest distance of body and attack on the chosen motion.
     #[must_use]
     pub fn clearance(&self) -> Clearance {
-        // The chosen one was tested.
+        // The chosen candidate was always tested.
         let none = Clearance::none(0.0);
         self.candidates
             .get(self.chosen)

@@ -4,8 +4,7 @@ use thiserror::Error;
 use crate::maps::{AttackMove, BakedGraph, MovingSphere, SphereKey};
 use crate::math::Rigid2;
 
-/// Where and when an attack passes: one or more moving spheres. Times count from the moment of the
-/// query.
+/// An attack: one or more moving spheres. Times count from the moment of the query.
 #[derive(Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Attack {
@@ -25,53 +24,52 @@ impl Clone for Attack {
     }
 }
 
-/// Why spheres are no attack.
+/// An invalid attack.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AttackError {
-    /// There is no sphere.
+    /// The attack has no spheres.
     #[error("the attack has no spheres")]
     Empty,
     /// A sphere has no keys.
     #[error("sphere {sphere} has no keys")]
     NoKeys {
-        /// Zero-based.
+        /// Index of the sphere.
         sphere: usize,
     },
-    /// More keys than an attack may have.
+    /// The attack has more than [`Attack::MOST_KEYS`] keys.
     #[error("the attack has {0} keys; {max} is the most", max = Attack::MOST_KEYS)]
     TooMany(usize),
-    /// A number is not finite or out of its range.
+    /// A number is not finite or out of range.
     #[error(
         "sphere {sphere}, key {key}: the time must be 0 to {latest} s, the center within {furthest} m and the radius above 0 and at most {widest} m",
         latest = Attack::LATEST, furthest = Attack::FURTHEST, widest = Attack::WIDEST
     )]
     Value {
-        /// Zero-based.
+        /// Index of the sphere.
         sphere: usize,
-        /// Zero-based.
+        /// Index of the key.
         key: usize,
     },
-    /// A key does not come after the one before it.
+    /// The time of a key is not after that of the key before it.
     #[error("sphere {sphere}, key {key}: its time {t} s is not after the key before it")]
     Order {
-        /// Zero-based.
+        /// Index of the sphere.
         sphere: usize,
-        /// Zero-based.
+        /// Index of the key.
         key: usize,
-        /// Seconds.
+        /// Time of the key, seconds.
         t: f32,
     },
 }
 
 impl Attack {
-    /// No key comes later, seconds; none comes before 0, the moment of the query.
+    /// Latest time of a key, seconds. The earliest is 0, the moment of the query.
     pub const LATEST: f32 = 600.0;
-    /// No centre lies further from the origin, metres.
+    /// Largest distance of a centre from the origin, metres.
     pub const FURTHEST: f32 = 10_000.0;
-    /// No sphere has a larger radius, metres; a radius of 0 or less is none.
+    /// Largest radius, metres. Every radius is above 0.
     pub const WIDEST: f32 = 100.0;
-    /// Most keys of all spheres together: a hundred thousand spheres on straight ways. A query with as many takes seconds,
-    /// and some 200 MB.
+    /// Largest number of keys of all spheres together. A query with this many takes seconds and some 200 MB.
     pub const MOST_KEYS: usize = 1 << 18;
 
     /// No spheres: memory for copies.
@@ -81,11 +79,10 @@ impl Attack {
         }
     }
 
-    /// Checks the spheres' keys. Positions in metres, times in seconds from the moment of the
-    /// query.
+    /// An attack of these spheres, each by its keys. Positions are in metres, times in seconds from the moment of the query.
     ///
     /// # Errors
-    /// The first key that is not finite, out of range or not in order, by its place; more than [`Attack::MOST_KEYS`].
+    /// The first key that is not finite, out of range or out of order; too many keys.
     pub fn new(spheres: Vec<Vec<SphereKey>>) -> Result<Self, AttackError> {
         if spheres.is_empty() {
             return Err(AttackError::Empty);
@@ -145,13 +142,13 @@ impl Attack {
         )
     }
 
-    /// All spheres.
+    /// The spheres.
     #[must_use]
     pub fn spheres(&self) -> &[MovingSphere] {
         &self.spheres
     }
 
-    /// When the first sphere appears, seconds.
+    /// Time of the first key, seconds.
     #[must_use]
     pub fn start(&self) -> f32 {
         self.spheres
@@ -160,7 +157,7 @@ impl Attack {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// When the last sphere disappears, seconds.
+    /// Time of the last key, seconds.
     #[must_use]
     pub fn end(&self) -> f32 {
         self.spheres
@@ -169,8 +166,8 @@ impl Attack {
             .fold(0.0, f32::max)
     }
 
-    /// Becomes another attack seen from another frame, in the memory that it has; `placement` takes
-    /// the other's points there.
+    /// Becomes a copy of another attack in another frame, in the memory that is already there. `placement` transforms the other's
+    /// points into that frame.
     pub(super) fn place_from(&mut self, other: &Self, placement: Rigid2) {
         self.spheres.truncate(other.spheres.len());
         let known = self.spheres.len();
@@ -182,7 +179,7 @@ impl Attack {
             .extend(others.map(|sphere| sphere.placed(placement)));
     }
 
-    /// The same attack in another frame: `placement` takes points of this one there.
+    /// The same attack in another frame. `placement` transforms points into that frame.
     #[must_use]
     pub fn placed(&self, placement: Rigid2) -> Self {
         Self {

@@ -4,25 +4,24 @@ use crate::graph::{Motion, Playhead, Step};
 use crate::maps::BakedGraph;
 
 impl Answer {
-    /// The motion of a candidate, from the moment of the query until `seconds` after it or later. Returns `None` for a path that no
-    /// rate brings in time.
+    /// The motion of a candidate, from the moment of the query until the end of its evasion. Returns `None` for a path that no rate
+    /// brings in time.
     ///
     /// `report` is one of `candidates`, `baked` the graph of the query, and `playhead` the position of its request.
     #[must_use]
     pub fn motion_of(
         &self,
-        (baked, playhead): (&BakedGraph, Playhead),
+        baked: &BakedGraph,
+        playhead: Playhead,
         report: &CandidateReport,
-        seconds: f32,
     ) -> Option<Motion> {
         let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
         let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
         let mut motion = Motion::default();
         motion.restart(baked.graph(), playhead, steps.chain(evasion));
-        let end = report
-            .warp
-            .map_or(seconds, |warp| warp.envelope.end.max(seconds));
-        motion.extend(baked.graph(), end);
+        if let Some(warp) = report.warp {
+            motion.extend(baked.graph(), warp.envelope.end);
+        }
         motion.bend(report.warp);
         Some(motion)
     }

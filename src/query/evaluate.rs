@@ -5,7 +5,7 @@
 //! whether they are hit, or come near enough to win.
 
 use super::candidate::CandidateKind;
-use super::clearance::{Clearance, Extent, Sampling, on_one_motion};
+use super::clearance::{Clearance, Extent};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
@@ -309,11 +309,10 @@ impl Tests<'_, '_> {
     /// Tests every candidate at every sample, on several threads.
     fn all(&mut self, order: &[Bound]) {
         let input = self.input;
-        let exactly = (Sampling::Each, Extent::WHOLE);
         let batch = Batch {
             threads: thread_count(input.query.settings.threads),
             count: order.len(),
-            test: |at: usize, body: &mut _| input.test_posed(order[at].index, exactly, body),
+            test: |at: usize, body: &mut _| input.test_whole(order[at].index, body),
             ends: |_: &Clearance| false,
         };
         let found = self.results.workers.run(&batch);
@@ -365,12 +364,8 @@ impl Tests<'_, '_> {
         if is_exhaustive || (is_evasion && !is_close) {
             return true;
         }
-        let clearance = on_one_motion(
-            self.input.query.baked,
-            (motion, Sampling::Each),
-            (&state.request.attack, Extent::WHOLE),
-            self.results.workers.body(),
-        );
+        let test = self.input.exact_test(Extent::WHOLE);
+        let clearance = test.on_shared_motion(motion, self.results.workers.body());
         self.results.evaluated[chosen] = Some(Evaluated {
             is_final: true,
             ..self.input.result(chosen, clearance)

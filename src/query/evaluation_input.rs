@@ -1,14 +1,12 @@
 use super::candidate::CandidateKind;
-use super::clearance::{
-    Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_built_motion, on_track,
-};
+use super::clearance::{Clearance, ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::cull::Overlap;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;
 use super::query::Query;
 use super::retime::retimed;
-use super::score::Score;
+use super::score::{Score, ScoreFacts};
 use super::state::QueryState;
 use crate::graph::{Motion, Step};
 
@@ -45,8 +43,13 @@ impl EvaluationInput<'_> {
         let pitch = self.query.baked.atlas().grid().attack_pitch;
         let covered = self.overlap(index).map_or(0, |o| o.evasion) * pitch * pitch;
         let weights = &self.query.settings.weights;
-        let texels = self.region_texels(index);
-        Score::new((texels, covered), metres, candidate.rate.rate, weights)
+        let facts = ScoreFacts {
+            region_texels: self.region_texels(index),
+            covered_texels: covered,
+            clearance: metres,
+            rate: candidate.rate.rate,
+        };
+        Score::new(facts, weights)
     }
 
     /// The result of a candidate that was tested.
@@ -71,30 +74,37 @@ impl EvaluationInput<'_> {
             .sum()
     }
 
-    /// The exact test of a candidate. An evasion is tested on its baked body track.
-    pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
-        let (baked, request) = (self.query.baked, &self.state.request);
-        match self.state.candidates.list[index].kind {
-            CandidateKind::Evasion { path, start } => {
-                let evasion = request.evasion(baked, path, start);
-                let attack = (&request.attack, extent);
-                let motion = |motion: &mut Motion| self.motion(index, motion);
-                on_track(baked, &evasion, attack, body, motion)
-            }
-            CandidateKind::Move(_) => self.test_posed(index, (Sampling::CoarseFirst, extent), body),
+    /// A test of the request's attack.
+    pub(super) fn exact_test(&self, extent: Extent) -> ExactTest<'_> {
+        ExactTest {
+            extent,
+            ..ExactTest::new(self.query.baked, &self.state.request.attack)
         }
     }
 
-    /// The exact test of a candidate's whole motion, posed at each sample.
-    pub(super) fn test_posed(
-        &self,
-        index: usize,
-        (sampling, extent): (Sampling, Extent),
-        body: &mut MotionBody,
-    ) -> Clearance {
-        let attack = (&self.state.request.attack, extent);
-        let motion = |motion: &mut Motion| self.motion(index, motion);
-        on_built_motion(self.query.baked, (motion, sampling), attack, body)
+    /// Tests a candidate as cheaply as it can be. An evasion is tested on its baked body track, a move at every fourth sample first.
+    pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
+        let build = |motion: &mut Motion| self.motion(index, motion);
+        match self.state.candidates.list[index].kind {
+            CandidateKind::Evasion { path, start } => {
+                let request = &self.state.request;
+                let evasion = request.evasion(self.query.baked, path, start);
+                self.exact_test(extent).on_track(&evasion, body, build)
+            }
+            CandidateKind::Move(_) => {
+                let test = ExactTest {
+                    sampling: Sampling::CoarseFirst,
+                    ..self.exact_test(extent)
+                };
+                test.on_built_motion(body, build)
+            }
+        }
+    }
+
+    /// Tests a candidate's whole motion, posed at every sample over the whole attack.
+    pub(super) fn test_whole(&self, index: usize, body: &mut MotionBody) -> Clearance {
+        let test = self.exact_test(Extent::WHOLE);
+        test.on_built_motion(body, |motion| self.motion(index, motion))
     }
 
     /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.

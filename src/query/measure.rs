@@ -1,7 +1,7 @@
-//! How good are the maps? What they say of candidates, held to the exact test.
+//! The quality of the maps: their results compared with the exact test.
 //!
-//! Source: Masaoka & Oshita, section 6: their culling leaves 70 of about 100 candidates. Differs:
-//! every candidate is known to be hit or clean, so that it can be told which were rightly removed.
+//! Source: Masaoka & Oshita, section 6: their culling leaves 70 of about 100 candidates. Differs: the exact test classifies every
+//! candidate as hit or clean, so wrong removals are counted too.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
@@ -12,19 +12,18 @@ use super::session::Session;
 use super::source::Source;
 use crate::maps::PathId;
 
-/// What a culling path said of the candidates of one round of a query. A query has two rounds where
-/// the grid's candidates were counted and none of them was clean.
+/// The counts of one round of a query. A query has two rounds if no candidate of the grid is clean.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Round {
     counted: Vec<CountedOne>,
 }
 
-/// One candidate, as its maps tell it.
+/// The counts of one candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct CountedOne {
     path: PathId,
     overlap: Overlap,
-    /// Whether nothing counted by its outer maps proves nothing.
+    /// Whether an outer count of 0 proves no miss.
     is_open: bool,
 }
 
@@ -47,23 +46,22 @@ impl Round {
     }
 }
 
-/// Which candidates of a query are hit, by the exact test: those of its grid and those of the whole
-/// search.
+/// The exact results of one query: which candidates are hit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Truth {
-    /// By path.
+pub struct GroundTruth {
+    /// Whether each path is hit.
     hits: FxHashMap<PathId, bool>,
 }
 
-impl Truth {
-    /// From answers to one query, each found by [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive), with its rounds: of the whole search, and
-    /// of the grid's.
+impl GroundTruth {
+    /// From answers to one query by [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive), each with its rounds: one answer from
+    /// all paths, and one from the grid.
     #[must_use]
     pub fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {
         let mut hits = FxHashMap::default();
         for (answer, rounds) in answers {
             if answer.source == Source::NothingClean {
-                // The search is widened where all are hit.
+                // The first round ended because all its candidates are hit.
                 let filed = rounds.first().into_iter().flat_map(|round| &round.counted);
                 hits.extend(filed.map(|one| (one.path, true)));
             }
@@ -77,8 +75,9 @@ impl Truth {
         Self { hits }
     }
 
-    /// Holds the rounds of another answer to the same query to it. What is counted in both rounds is one candidate.
-    pub fn judge(&self, rounds: &[Round], tally: &mut MapTally) {
+    /// Compares the rounds of another answer to the same query, and adds the results to `tally`. A candidate of both rounds is added
+    /// once.
+    pub fn compare(&self, rounds: &[Round], tally: &mut MapTally) {
         let mut seen = FxHashSet::default();
         let counted = rounds.iter().flat_map(|round| &round.counted);
         for one in counted.filter(|one| seen.insert(one.path)) {
@@ -89,25 +88,25 @@ impl Truth {
     }
 }
 
-/// Candidates that were both counted and tested, by what either said.
+/// Numbers of candidates by the results of maps and exact test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct MapTally {
-    /// Exactly hit.
+    /// Candidates that are hit.
     pub hits: usize,
-    /// Of these, how many the maps let pass.
+    /// Hit candidates that the maps keep.
     pub hits_kept: usize,
-    /// Exactly clean.
+    /// Candidates that are clean.
     pub clean: usize,
-    /// Of these, how many the maps remove.
+    /// Clean candidates that the maps remove.
     pub clean_removed: usize,
-    /// Neither removed nor proven clean: only the exact test can tell.
+    /// Candidates that the maps neither remove nor prove clean.
     pub undecided: usize,
-    /// Exactly hit, and proven clean by the maps: a fault, but for maps that are not certain.
+    /// Hit candidates that the maps prove clean: a fault, unless the maps are not certain.
     pub hits_proven_clean: usize,
 }
 
 impl MapTally {
-    /// Adds a candidate. `is_open`: nothing counted by its outer maps proves nothing.
+    /// Adds a candidate. `is_open`: an outer count of 0 proves no miss.
     pub fn add(&mut self, (overlap, is_open): (&Overlap, bool), is_hit: bool) {
         let is_removed = overlap.body > 0;
         let is_proven = overlap.outer == 0 && !is_open;
@@ -122,31 +121,31 @@ impl MapTally {
         self.undecided += usize::from(!is_removed && !is_proven);
     }
 
-    /// All that were added.
+    /// Number of candidates that were added.
     #[must_use]
     pub fn candidates(&self) -> usize {
         self.hits + self.clean
     }
 
-    /// Those that the maps do not remove.
+    /// Number of candidates that the maps keep.
     #[must_use]
     pub fn kept(&self) -> usize {
         self.hits_kept + self.clean - self.clean_removed
     }
 
-    /// Share of the hit candidates that the maps let pass; 0 of none.
+    /// Share of the hit candidates that the maps keep; 0 if there are none.
     #[must_use]
     pub fn weak(&self) -> f64 {
         share(self.hits_kept, self.hits)
     }
 
-    /// Share of the clean candidates that the maps remove; 0 of none.
+    /// Share of the clean candidates that the maps remove; 0 if there are none.
     #[must_use]
     pub fn wrong(&self) -> f64 {
         share(self.clean_removed, self.clean)
     }
 
-    /// Share of all candidates that are left to the exact test; 0 of none.
+    /// Share of all candidates that only the exact test decides; 0 if there are none.
     #[must_use]
     pub fn undecided_share(&self) -> f64 {
         share(self.undecided, self.candidates())
@@ -165,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_what_either_side_says() {
+    fn each_candidate_is_counted_by_both_results() {
         let overlap = |body, outer| Overlap {
             body,
             outer,

@@ -1,8 +1,8 @@
-//! Paths that avoid by moving: any motion at all, for as long as the attack lasts.
+//! Moves: paths without an evasion that last as long as the attack.
 //!
-//! Source: Masaoka & Oshita, section 5.1: where no evasion will do, every path within the horizon.
-//! Differs: paths that lead to nearly the same posture at nearly the same place and time are one;
-//! the search follows a limited number at a time, evenly chosen, and what that cuts off is counted.
+//! Source: Masaoka & Oshita, section 5.1: if no evasion works, every path within the horizon is a candidate. Differs: of paths that
+//! lead to nearly the same posture at nearly the same place and time, only one is followed. The search follows a limited number of
+//! paths at a time, evenly chosen, and counts the paths that it cuts off.
 
 use rustc_hash::FxHashSet;
 use serde::{Deserialize, Serialize};
@@ -10,18 +10,17 @@ use serde::{Deserialize, Serialize};
 use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::math::{Rigid2, floor};
 
-/// How wide the search for moves goes.
+/// Limits of the search for moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MoveSettings {
-    /// Most paths that are followed at a time. Default 12: more of them end more alike, and avoid no more.
+    /// Largest number of paths that are followed at a time. Default 12; with more, no more attacks are avoided.
     pub width: usize,
-    /// Most candidates. Default 48: with 24 1% more of all
-    /// attacks hit (thrown balls, the fighter of the benches).
+    /// Largest number of moves. Default 48. With 24, 1% more of all attacks hit (thrown balls, the fighter of the benches).
     pub candidates: usize,
-    /// Paths that end in the same stretch of a clip are alike when they do so in one cell of a grid
-    /// with this side, metres; 0.001 at least. Default 0.10.
+    /// Cell size for positions, metres, 0.001 or more. Default 0.10. Of paths that end in the same part of a clip and in the same
+    /// cells, one is followed.
     pub alike_distance: f32,
-    /// And when their headings lie in one cell of this size, radians; 0.001 at least. Default 15°.
+    /// Cell size for headings, radians, 0.001 or more. Default 15°.
     pub alike_angle: f32,
 }
 
@@ -36,14 +35,14 @@ impl Default for MoveSettings {
     }
 }
 
-/// How the search went.
+/// Statistics of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchReport {
-    /// Paths that were followed.
+    /// Number of paths that were followed.
     pub followed: usize,
-    /// Paths that were not followed since an alike one was.
+    /// Number of paths that were not followed, because a similar one was.
     pub alike: usize,
-    /// Paths that a limit of the settings cut off.
+    /// Number of paths that a limit of the settings cut off.
     pub cut: usize,
 }
 
@@ -57,11 +56,11 @@ struct State {
     node: NodeId,
     frames: u32,
     to_start: Rigid2,
-    /// What came before, and the edge from there to here.
+    /// The path without its last edge, and that edge.
     before: Option<(MoveId, EdgeId)>,
 }
 
-/// A search for moves; its memory is kept from one to the next.
+/// A search for moves. Its memory is kept from one search to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MoveSearch {
     states: Vec<State>,
@@ -72,12 +71,12 @@ pub(crate) struct MoveSearch {
     report: SearchReport,
 }
 
-/// Equal for paths that are alike, in frames.
+/// Cell size for times, frames.
 const ALIKE_FRAMES: u32 = 5;
 
 impl MoveSearch {
-    /// Looks for paths from `start` that last `seconds`, as different from each other as the
-    /// settings allow, and hands them to `found`; first what would be played without an attack.
+    /// Finds paths from a node that last `seconds`, as different from each other as the settings allow. Calls `found` with each, and
+    /// first with the path of natural edges, which is played without an attack.
     pub(crate) fn run(
         &mut self,
         graph: &MotionGraph,
@@ -148,7 +147,7 @@ impl MoveSearch {
         self.layers[time].push(state);
     }
 
-    /// What would be played without an attack.
+    /// The path of natural edges.
     fn natural(&mut self, graph: &MotionGraph, frames: u32) -> MoveId {
         let mut at = MoveId(0);
         while self.states[at.0 as usize].frames < frames {
@@ -183,7 +182,7 @@ impl MoveSearch {
         }
     }
 
-    /// Even steps through the ends, sorted by how far they lead: near ones and far ones.
+    /// Returns a limited number of paths, evenly spread by the distance that they travel.
     fn hand_out(
         &mut self,
         graph: &MotionGraph,
@@ -218,7 +217,7 @@ fn ground(graph: &MotionGraph, state: &State) -> glam::Vec2 {
 }
 
 fn key(graph: &MotionGraph, state: &State, settings: &MoveSettings) -> [i32; 6] {
-    /// With no side at all everything would be infinitely far, and so all in one cell.
+    /// Smallest cell size. With 0 all values would lie in one infinite cell.
     const SHORTEST: f32 = 1e-3;
     let cell = |value: f32, side: f32| floor(value / side.max(SHORTEST));
     let (node, place) = (graph.node(state.node), ground(graph, state));
@@ -232,7 +231,7 @@ fn key(graph: &MotionGraph, state: &State, settings: &MoveSettings) -> [i32; 6] 
     ]
 }
 
-/// At most `count` of `all`, evenly spread.
+/// Up to `count` elements, evenly spread.
 fn evenly(all: &[u32], count: usize) -> impl Iterator<Item = u32> + '_ {
     let kept = all.len().min(count);
     (0..kept).map(move |i| all[i * all.len() / kept.max(1)])

@@ -1,6 +1,6 @@
 use super::attack::Attack;
 use super::candidate::CandidateKind;
-use super::cull::{PlacedRegion, Scene};
+use super::cull::{DrawInput, PlacedRegion};
 use super::state::QueryState;
 use crate::maps::BakedGraph;
 
@@ -56,7 +56,7 @@ impl PlaceCandidates<'_> {
             })
         }));
         attack.place_from(&request.attack, request.node_frame.inverse());
-        state.maps.draw(&Scene {
+        state.maps.draw(&DrawInput {
             atlas: baked.atlas(),
             attack,
             clocks,

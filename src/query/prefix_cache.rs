@@ -24,7 +24,7 @@ pub(super) struct PrefixTest<T, U> {
 }
 
 /// A test reads samples up to this long after the time of its result, seconds: to the end of the next stretch.
-const AHEAD: f32 = (2 * BodyTrack::STRETCH + 1) as f32 / SAMPLE_RATE;
+const AHEAD: f32 = (2 * BodyTrack::INTERVAL + 1) as f32 / SAMPLE_RATE;
 
 impl PrefixCache {
     pub(super) fn clear(&mut self) {

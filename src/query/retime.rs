@@ -1,25 +1,25 @@
-//! The common playback rate that lets an evasion start when the attack does.
+//! The playback rate of a path that makes its evasion start when the attack starts.
 //!
-//! Source: Masaoka & Oshita, section 5.2: with F the seconds that keep their rate, E the seconds of
-//! the edges that may change it the way that is needed, and T the time available, p = E / (T - F).
+//! Source: Masaoka & Oshita, section 5.2. F is the duration of the edges with a fixed rate, E that of the edges whose rate may
+//! change in the needed direction, and T the available time. Then p = E / (T - F).
 
 use serde::{Deserialize, Serialize};
 
 use crate::graph::{EdgeId, Step};
 use crate::maps::BakedGraph;
 
-/// Limits of retiming.
+/// Limits of the playback rate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateSettings {
     /// Slowest rate. Default 0.5.
     pub slowest: f32,
     /// Fastest rate. Default 2.
     pub fastest: f32,
-    /// An evasion that starts this near to the attack's start is in time as it is, seconds. Default
-    /// 1/60, half a frame.
+    /// Time between the starts of evasion and attack that needs no change of rate, seconds. Default 1/60, half a frame.
     pub tolerance: f32,
-    /// Where no path is in time, those are taken whose evasion starts nearest to the attack's start, up to this many seconds away
-    /// from it. Default 0.5; 0 for the paper's way, which has none then.
+    /// Largest time between the starts of evasion and attack if no path is in time, seconds. Default 0.5.
+    ///
+    /// The paths that are nearest to being in time then become candidates. With 0, as in the paper, there are no candidates.
     pub nearest: f32,
 }
 
@@ -34,68 +34,67 @@ impl Default for RateSettings {
     }
 }
 
-/// How long the edges of a path last, seconds at rate 1.
+/// Durations of the edges of a path at rate 1, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Durations {
     /// All edges.
     pub total: f32,
-    /// Those that may be played faster.
+    /// Edges that may be played faster.
     pub faster: f32,
-    /// Those that may be played slower.
+    /// Edges that may be played slower.
     pub slower: f32,
 }
 
-/// Which edges change their rate.
+/// The edges whose rate is changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Direction {
-    /// None: the path is in time as it is.
+    /// None, because the path is in time.
     Unchanged,
-    /// Those that may be played faster.
+    /// Edges that may be played faster.
     Faster,
-    /// Those that may be played slower.
+    /// Edges that may be played slower.
     Slower,
 }
 
 /// The rate of a path's retimable edges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// Above 1 is faster than captured.
+    /// Rate; above 1 is faster than captured.
     pub rate: f32,
-    /// Which edges it holds for.
+    /// Edges that are played at this rate.
     pub direction: Direction,
 }
 
 impl Rate {
-    /// As captured.
+    /// All edges as captured.
     pub const UNCHANGED: Self = Self {
         rate: 1.0,
         direction: Direction::Unchanged,
     };
 }
 
-/// Why no rate brings a path in time.
+/// The reason why no rate brings a path in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum RateError {
-    /// No edge may change its rate the way that is needed.
+    /// No edge may change its rate in the needed direction.
     #[error("no edge of the path may be played {}", if *.faster { "faster" } else { "slower" })]
     NothingRetimable {
-        /// Faster is needed; slower otherwise.
+        /// Whether the path would have to be faster, not slower.
         faster: bool,
     },
-    /// The rate that is needed is beyond the limits; infinite where even no time at all for the
-    /// retimable edges would be too long.
+    /// The needed rate is beyond the limits. It is infinite if the other edges alone take too long.
     #[error("a rate of {rate:.2} would be needed")]
     OutOfRange {
-        /// That rate.
+        /// The needed rate.
         rate: f32,
     },
 }
 
-/// The rate with which a path of these `durations` lasts `available` seconds.
+/// The rate at which a path lasts `available` seconds.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is none.
 pub fn rate(
     durations: &Durations,
     available: f32,

@@ -1,21 +1,22 @@
-//! How natural does a candidate look?
+//! The score of a candidate: how natural it looks.
 //!
 //! Source: Masaoka & Oshita, section 5.4, equations (1) and (2): V = w_a V_a + w_d V_d + w_t V_t;
-//! the smallest wins.
+//! the smallest value wins.
 
 use serde::{Deserialize, Serialize};
 
-/// Weights of the three terms.
+/// Weights of the score's terms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Weights {
-    /// Of V_a. Default 1.
+    /// Weight of V_a. Default 1.
     pub avoid: f32,
-    /// Of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed.
-    /// Below 0 the widest miss is the best, and every candidate must be tested.
+    /// Weight of V_d. Default 4: a tenth of a metre weighs as much as 0.4 of the evasion region missed.
+    ///
+    /// With a negative weight the widest miss is the best, and every candidate is tested.
     pub distance: f32,
-    /// Of V_t. Default 1: twice the rate weighs as much as missing the evasion region altogether.
+    /// Weight of V_t. Default 1: double rate weighs as much as missing the evasion region altogether.
     pub time: f32,
-    /// Of V_w. Default 0.5: a warp that uses one of its bounds whole weighs as much as missing half of the evasion region.
+    /// Weight of V_w. Default 0.5: a warp that uses one bound completely weighs as much as missing half of the evasion region.
     #[serde(default)]
     pub warp: f32,
 }
@@ -31,41 +32,53 @@ impl Default for Weights {
     }
 }
 
-/// The three terms of a candidate and their weighted sum.
+/// The facts that a score is computed from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScoreFacts {
+    /// Texels of the evasion region in the slabs that the attack touches.
+    pub region_texels: u32,
+    /// Number of these texels that the attack covers.
+    pub covered_texels: u32,
+    /// Smallest distance of body and attack, metres.
+    pub clearance: f32,
+    /// Rate p of the retimable edges.
+    pub rate: f32,
+}
+
+/// The terms of a candidate's score, and their weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// V_a, 0 to 1: the share of the evasion region, in the slabs that the attack touches, through
-    /// which the attack does not pass. 1 for a path without an evasion.
+    /// V_a, 0 to 1: share of the evasion region that the attack misses, in the slabs that the attack touches. 1 for a move.
     pub avoid: f32,
-    /// V_d, 0 or more: the smallest distance of body and attack, metres.
+    /// V_d: smallest distance of body and attack, metres, 0 or more.
     pub distance: f32,
     /// V_t = (p - 1)², 0 to 1 within the default limits of p.
     pub time: f32,
-    /// V_w: how much of its bounds a warp uses, the sum of the squared shares; 0 for a motion that is not bent.
+    /// V_w: share of its bounds that a warp uses, the sum of the squared shares; 0 without a warp.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub warp: f32,
-    /// V: the smaller, the better.
+    /// V: weighted sum; the smallest is the best.
     pub total: f32,
 }
 
 impl Score {
-    /// No path that only moves scores below it, whatever its clearance.
+    /// A lower bound of the scores of moves.
     pub(super) fn least_of_a_move(weights: &Weights) -> f32 {
         weights.avoid
     }
 
-    /// From the texels of the evasion region in the slabs that the attack touches and how many of
-    /// them the attack covers, the clearance in metres and the rate p.
+    /// The score of a candidate.
     #[must_use]
-    pub fn new(
-        (region_texels, covered_texels): (u32, u32),
-        clearance: f32,
-        rate: f32,
-        weights: &Weights,
-    ) -> Self {
+    pub fn new(facts: ScoreFacts, weights: &Weights) -> Self {
+        let ScoreFacts {
+            region_texels,
+            covered_texels,
+            clearance,
+            rate,
+        } = facts;
         let avoid = match region_texels {
             0 => 1.0,
-            // Two turned rasters can count an edge texel more than there are.
+            // Rotated rasters may count more texels than the region has.
             texels => 1.0 - (covered_texels as f32 / texels as f32).min(1.0),
         };
         let (distance, time) = (clearance.max(0.0), (rate - 1.0).powi(2));
@@ -79,7 +92,7 @@ impl Score {
         }
     }
 
-    /// The same for a motion that is bent with so much effort.
+    /// The score of the same motion with a warp of this effort.
     pub(super) fn warped(self, effort: f32, weights: &Weights) -> Self {
         Self {
             warp: effort,

@@ -8,27 +8,26 @@ use super::retime::RateSettings;
 use super::score::Weights;
 use super::warp::WarpSettings;
 
-/// Which of the cells that an attack touches are looked up in a node's grid.
+/// The cells of a node's grid that are looked up, of those that the attack touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Lookup {
-    /// The one that is nearest to the character's root (the paper's).
+    /// The cell nearest to the character's root, as in the paper.
     Nearest,
-    /// The nearest one that a path in time is filed in.
+    /// The nearest cell that has a path in time.
     NearestFiled,
-    /// All of them.
+    /// All cells.
     #[default]
     Union,
 }
 
-/// Where candidates come from.
+/// The set that candidates come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Enumerate {
-    /// From the node's grid; where nothing is filed in the attack's cells, or nothing of it is
-    /// clean, from everywhere.
+    /// The grid of the node. If the cells have no paths in time, or no clean path: [`Enumerate::Whole`].
     Grid(Lookup),
-    /// Every path from the node to an evasion, and where those are no better, moves.
+    /// All paths from the node to an evasion, and moves if those could be better.
     Whole,
 }
 
@@ -38,27 +37,25 @@ impl Default for Enumerate {
     }
 }
 
-/// How a query is answered.
+/// Settings of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuerySettings {
-    /// Where candidates come from.
+    /// The set that candidates come from.
     pub enumerate: Enumerate,
     /// Limits of the playback rate.
     pub rates: RateSettings,
-    /// Candidates that perform the same evasion are alike when they do so in one cell of a grid
-    /// with this side, metres; 0.001 at least. Default 0.05.
+    /// Cell size for positions, metres, 0.001 or more. Default 0.05. Of candidates that perform the same evasion in the same cells,
+    /// one is kept.
     pub alike_distance: f32,
-    /// And when the character faces into one cell of this size then, radians; 0.001 at least.
-    /// Default 5°.
+    /// Cell size for headings, radians, 0.001 or more. Default 5°.
     pub alike_angle: f32,
-    /// Most candidates that end in an evasion, those first whose rate is nearest to 1. Default 256.
+    /// Largest number of candidates that end in an evasion. Default 256. Those with rates nearest to 1 are kept.
     pub most_evasions: usize,
-    /// The search for paths that only move.
+    /// Limits of the search for moves.
     pub moves: MoveSettings,
     /// Weights of the score.
     pub weights: Weights,
-    /// Whether the answer also lists the paths that are not in time, each with its reason. Default
-    /// no: they are counted only.
+    /// Whether the answer lists the paths that are not in time, with their reasons. Default false: they are only counted.
     pub list_late: bool,
     /// Number of threads that test candidates exactly. 0 for one per core. Default 1. The answer does not depend on it.
     ///
@@ -88,29 +85,29 @@ impl Default for QuerySettings {
     }
 }
 
-/// A setting of a query is out of its range.
+/// A setting of a query that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("query setting {name} is {value}; it must be {range}")]
 pub struct QuerySettingsError {
-    /// Which.
+    /// Name of the setting.
     pub name: &'static str,
-    /// What it is.
+    /// Value of the setting.
     pub value: f64,
-    /// What it may be.
+    /// Range of the setting, in words.
     pub range: &'static str,
 }
 
 impl QuerySettings {
-    /// Most candidates, and most paths that are followed at a time, that may be asked for.
+    /// Upper limit of the settings that count candidates or paths.
     pub const MOST_CANDIDATES: usize = 1 << 16;
 
-    /// Most threads that may be asked for.
+    /// Upper limit of [`QuerySettings::threads`].
     pub const MOST_THREADS: usize = 1024;
 
-    /// Whether every setting is in its range.
+    /// Checks that every setting is in range.
     ///
     /// # Errors
-    /// The first one that is not, by name.
+    /// The first setting that is not.
     pub fn check(&self) -> Result<(), QuerySettingsError> {
         type Range = (RangeInclusive<f64>, &'static str);
         const CELL: Range = (0.001..=1000.0, "0.001 to 1000");

@@ -1,2 +1,2 @@
 //! Tests of `sabaki::character`.
-mod troupe;
+mod hybrid_crowd;

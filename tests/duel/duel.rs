@@ -9,7 +9,9 @@ use std::sync::OnceLock;
 use common::baked::embedded;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
-use sabaki::duel::{Core, Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side};
+use sabaki::duel::{
+    Duel, DuelError, DuelSettings, Exchange, Fighter, Settled, Side, Strunk, Trunk,
+};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::math::Rigid2;
@@ -20,7 +22,7 @@ const SIDES: [Side; 2] = [Side::White, Side::Blue];
 struct Fought {
     exchanges: Vec<Exchange>,
     fighters: [Fighter; 2],
-    score: Score,
+    strunk: Strunk,
     seconds: f32,
 }
 
@@ -58,7 +60,7 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
     }
     Fought {
         exchanges: duel.exchanges().to_vec(),
-        score: duel.score(),
+        strunk: duel.strunk(),
         seconds: duel.now(),
         fighters: duel.into_fighters(),
     }
@@ -70,7 +72,7 @@ fn some() -> &'static [Fought; 3] {
 }
 
 #[test]
-fn there_are_hits_and_dodges_and_the_score_counts_them() {
+fn there_are_hits_and_dodges_and_the_strunk_counts_them() {
     let (mut hits, mut dodges) = (0, 0);
     for fought in some() {
         assert_eq!(fought.exchanges.len(), 6);
@@ -80,8 +82,11 @@ fn there_are_hits_and_dodges_and_the_score_counts_them() {
             fought.exchanges.iter().filter(of).count() as u32
         };
         for side in SIDES {
-            assert_eq!(fought.score.hits[side.index()], count(side, false));
-            assert_eq!(fought.score.dodges[side.index()], count(side.other(), true));
+            assert_eq!(fought.strunk.hits[side.index()], count(side, false));
+            assert_eq!(
+                fought.strunk.dodges[side.index()],
+                count(side.other(), true)
+            );
         }
         hits += count(Side::White, false) + count(Side::Blue, false);
         dodges += count(Side::White, true) + count(Side::Blue, true);
@@ -170,13 +175,13 @@ fn a_dodge_is_none_by_hearsay() {
 #[test]
 fn nobody_stands_in_the_other_one_leaves_the_arena_or_jumps() {
     let (baked, settings) = (embedded(), DuelSettings::default());
-    let (graph, core) = (baked.graph(), Core::of(embedded()));
+    let (graph, trunk) = (baked.graph(), Trunk::of(embedded()));
     for fought in some() {
         let ticks = (fought.seconds * 120.0) as usize;
         let mut before: Option<[glam::Vec3; 2]> = None;
         for t in (0..=ticks).map(|tick| tick as f32 / 120.0) {
             let playheads = SIDES.map(|side| fought.fighters[side.index()].playhead(graph, t));
-            let apart = core.distance(baked, playheads);
+            let apart = trunk.distance(baked, playheads);
             assert!(apart > 0.0, "at {t} s they are {apart} m apart");
             let places = playheads.map(|playhead| {
                 let place = playhead.placement(graph);

@@ -11,7 +11,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{Extent, MotionBody, SAMPLE_RATE, Sampling, on_motion};
+use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, Attack, CandidateReport, Evaluation, Fate, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
@@ -375,9 +375,10 @@ fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
         }
         let end = throw.attack.end();
         let mut exact = |report| {
-            let motion = answer.motion_of((baked, throw.playhead), report, end + 0.1);
-            let motion = (&motion.unwrap(), Sampling::Each);
-            on_motion(baked, motion, (&throw.attack, Extent::WHOLE), &mut body).metres
+            let mut motion = answer.motion_of(baked, throw.playhead, report).unwrap();
+            motion.extend(baked.graph(), end + 0.1);
+            let test = ExactTest::new(baked, &throw.attack);
+            test.on_motion(&motion, &mut body).metres
         };
         let chosen = exact(answer.chosen());
         for report in answer.candidates.iter().filter(|one| one.rate.is_ok()) {

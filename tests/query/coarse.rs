@@ -9,7 +9,7 @@ use common::captures::fight_graph;
 use sabaki::graph::{Motion, Step};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::Attack;
-use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
+use sabaki::query::clearance::{ExactTest, Extent, MotionBody, Sampling};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 /// Metres.
@@ -37,8 +37,12 @@ fn agree(baked: &BakedGraph, count: u64) {
     let (mut body, mut hits, mut near) = (MotionBody::default(), 0, 0);
     for (motion, attack) in walks(baked, count) {
         let mut test = |sampling, extent| {
-            let found = on_motion(baked, (&motion, sampling), (&attack, extent), &mut body);
-            found.metres
+            let test = ExactTest {
+                extent,
+                sampling,
+                ..ExactTest::new(baked, &attack)
+            };
+            test.on_motion(&motion, &mut body).metres
         };
         let exact = test(Sampling::Each, Extent::WHOLE);
         let coarse = test(Sampling::CoarseFirst, Extent::WHOLE);

@@ -12,7 +12,7 @@ use sabaki::maps::{BodyTrack, MovingSphere, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::Attack;
 use sabaki::query::clearance::{
-    Clearance, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest, on_track,
+    Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
 };
 
 /// A sphere on a way of some keys near a body, within a track's time.
@@ -87,7 +87,11 @@ fn hulls_leave_out_nothing_that_is_near() {
         let attack = Attack::new(spheres.collect()).unwrap();
         let mut of = |extent| -> Clearance {
             let no_motion = |_: &mut _| panic!("the track lasts as long as the attack");
-            on_track(baked, &evasion, (&attack, extent), &mut scratch, no_motion)
+            let test = ExactTest {
+                extent,
+                ..ExactTest::new(baked, &attack)
+            };
+            test.on_track(&evasion, &mut scratch, no_motion)
         };
         let expected = naive(&evasion, &radii, &attack);
         let found = of(Extent::WHOLE);
@@ -119,7 +123,7 @@ fn a_tracks_hulls_hold_the_body() {
     for index in 0..baked.evasions().len() {
         let track = baked.track(index);
         for tick in 0..track.ticks() {
-            let (middle, radius) = track.hull(tick / BodyTrack::STRETCH);
+            let (middle, radius) = track.hull(tick / BodyTrack::INTERVAL);
             for (at, sphere) in baked.body().spheres.iter().enumerate() {
                 let away = track.centre(tick, at).distance(middle) + sphere.radius;
                 assert!(away <= radius + 1e-4, "{away} {radius}");

@@ -232,10 +232,9 @@ fn warps_are_the_same_for_any_number_of_threads_and_again_by_its_report() {
         assert_eq!(one.motion, three.motion);
         assert_eq!(one.candidates, three.candidates);
         if one.chosen().warp.is_some() {
-            let from = (baked, throw.playhead);
-            let again = one
-                .motion_of(from, one.chosen(), throw.attack.end())
-                .unwrap();
+            let again = one.motion_of(baked, throw.playhead, one.chosen());
+            let mut again = again.unwrap();
+            again.extend(baked.graph(), throw.attack.end());
             let (mut a, mut b) = (Pose::default(), Pose::default());
             for step in 0..60 {
                 let t = throw.attack.end() * step as f32 / 60.0;

@@ -24,8 +24,9 @@ fn a_candidate_that_was_chosen_plays_the_answers_motion() {
             throw_at(&mut fighter);
             let last = fighter.last().unwrap();
             let (answer, end) = (last.answer(), last.ball.attack.end());
-            let from = (baked, last.playhead);
-            let again = answer.motion_of(from, answer.chosen(), end).unwrap();
+            let again = answer.motion_of(baked, last.playhead, answer.chosen());
+            let mut again = again.unwrap();
+            again.extend(baked.graph(), end);
             for step in 0..=20 {
                 let t = end * step as f32 / 20.0;
                 let (one, other) = (

@@ -7,7 +7,7 @@ use sabaki::anim::{Event, EventKind, JointId};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
+use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 
 use super::clips::{small_skeleton, swinging_clip};
@@ -75,13 +75,8 @@ pub fn use_it(baked: &BakedGraph) {
     let attack = Attack::new(vec![vec![key(0.9, -1.0), key(1.1, 1.0)]]).unwrap();
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     Query::new(baked, &settings).answer(Request::new(playhead, &attack), &mut context, &mut answer);
-    let whole = (&attack, Extent::WHOLE);
-    let _ = on_motion(
-        baked,
-        (&answer.motion, Sampling::Each),
-        whole,
-        &mut MotionBody::default(),
-    );
+    let test = ExactTest::new(baked, &attack);
+    let _ = test.on_motion(&answer.motion, &mut MotionBody::default());
     let _ = (baked.responsive_share(1.0), baked.graph().seconds_kept());
     let _ = baked.atlas().pack();
     for event in baked.graph().events() {

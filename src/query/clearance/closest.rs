@@ -1,13 +1,13 @@
-//! Two spheres on their straight ways.
+//! The distance of two moving spheres, in closed form.
 
 use glam::Vec3;
 
-/// The smallest distance of two spheres that both go straight: `apart` is the vector from one
-/// centre to the other at the start and at the end, `radii` the sum of their radii then. Returns
-/// when (0 at the start, 1 at the end) and the distance of the surfaces.
+/// The smallest distance of two spheres that both move straight. `apart` is the vector from one centre to the other at the start
+/// and at the end, `radii` the sum of the radii then. Returns the time (0 at the start, 1 at the end) and the distance of the
+/// surfaces.
 ///
-/// With d(t) = |a + t v| - (r + t k), a convex function, the smallest value lies at an end or where
-/// d' = 0: `(v·a + t v·v)² = k² |a + t v|²`.
+/// With d(t) = |a + t v| - (r + t k), a convex function, the smallest value lies at an end or where d' = 0:
+/// `(v·a + t v·v)² = k² |a + t v|²`.
 #[must_use]
 pub fn closest(apart: [Vec3; 2], radii: [f32; 2]) -> (f32, f32) {
     let (start, motion) = (apart[0], apart[1] - apart[0]);
@@ -24,8 +24,7 @@ pub fn closest(apart: [Vec3; 2], radii: [f32; 2]) -> (f32, f32) {
         (0.0, distance(0.0))
     };
     if vv > growth * growth {
-        // Along the line, the point nearest to the other centre lies at -av/vv; the growing radius
-        // shifts the minimum by this much.
+        // The point of the line that is nearest to the other centre lies at -av/vv. The growing radius shifts the minimum.
         let shift = match growth {
             0.0 => 0.0,
             _ => {

@@ -1,127 +1,104 @@
-//! The attack's spheres from sample to sample of the body.
+//! The sweep of the attack's spheres along the samples of the body.
+//!
+//! Each straight segment of a sphere is tested in intervals of samples, in the order of a lower bound of their distances. The
+//! search ends when the bound of the next interval is above the smallest distance so far.
 
 use std::ops::RangeInclusive;
 
-use super::balls::{LANES, Lanes};
-use super::nearest::{Ball, Nearest, Spheres};
-use super::{Clearance, Extent, SAMPLE_RATE};
+use super::body_samples::{BodySamples, Intervals, Near, TimeWindow};
+use super::extent::{Extent, SAMPLE_RATE, Sampling};
+use super::nearest::{Nearest, NearestSearch};
+use super::result::Clearance;
+use super::segment::{LANES, SphereSegment};
 use crate::maps::{BodyTrack, MovingSphere, SphereKey};
-use crate::math::Rigid2;
 use crate::query::attack::Attack;
 
-/// Where the body's spheres are at the samples of some clock.
-pub(super) trait Samples {
-    /// How many samples there are from the start of a stretch to its end.
-    fn stretch(&self) -> usize;
-    /// For each of so many stretches, sixteen at most, that follow each other from a sample on: something that the distance of
-    /// a sphere, on its way between two keys, from the whole body all through the stretch is not below.
-    fn bounds(&self, keys: [SphereKey; 2], stretches: (usize, usize)) -> Lanes;
-    /// Adds the blocks of the body's spheres that may come nearer than `limit` to a ball all through the stretch from a sample on.
-    fn near(&self, tick: usize, ball: &Ball, limit: f32, blocks: &mut Vec<usize>);
-    /// How samples are gone through.
-    fn pace(&self) -> Pace;
-    /// Makes the spheres of a sample known.
-    fn prepare(&mut self, tick: usize);
-    /// The spheres at two samples, which are prepared.
-    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_>;
-    /// How many spheres are not padding.
-    fn count(&self) -> usize;
-}
-
-/// How the samples of a stretch are gone through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Pace {
-    /// One by one.
-    Each,
-    /// The stretch's ends first, as if it were straight.
-    EndsFirst,
-}
-
-/// From which time to which the samples are asked, and how they lie in the attack's world.
-#[derive(Clone, Copy)]
-pub(super) struct Course {
-    /// Seconds of the attack's clock.
-    pub known: (f32, f32),
-    /// The attack's time at sample 0.
-    pub origin: f32,
-    /// Takes the attack's world to that of the samples.
-    pub placement: Rigid2,
-}
-
-impl Course {
-    /// On a motion the clock and the world are the attack's own.
-    pub(super) fn of_motion(known: (f32, f32)) -> Self {
-        Self {
-            known,
-            origin: 0.0,
-            placement: Rigid2::IDENTITY,
-        }
-    }
-}
-
-/// Stretches between two samples, each with a distance that it is not nearer than; kept from one
-/// sweep to the next.
+/// Scratch of a sweep.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stretches {
-    /// By the bounds of the whole body.
-    bounded: Vec<(f32, usize)>,
-    /// By what is half known of its spheres.
-    coarse: Vec<(f32, usize)>,
-    /// The blocks of the body's spheres that may come near in one of them.
-    near: Vec<usize>,
+pub(super) struct SweepScratch {
+    /// Intervals by the bounds of the whole body.
+    bounded: Vec<BoundedInterval>,
+    /// Intervals by the distance at their two ends.
+    coarse: Vec<BoundedInterval>,
+    /// Blocks of body spheres that may be near in one interval.
+    blocks: Vec<usize>,
 }
 
-/// By how much the body's spheres leave the straight lines between samples that are a whole stretch
-/// apart, metres: 15 rad/s at 0.7 m from the joint make 0.7 (1 - cos(15 / 60)) m = 2.2 cm. What goes
-/// further out may be taken for cleaner than it is, until its very motion is tested.
-const STRAY: f32 = 0.025;
+/// An interval, and a lower bound of its distances.
+#[derive(Clone, Copy, Debug)]
+struct BoundedInterval {
+    /// The bound, metres.
+    bound: f32,
+    /// First sample.
+    tick: usize,
+}
 
-/// The smallest distance so far.
+/// Deviation of the body's spheres from the straight line between samples a whole interval apart, metres.
+///
+/// 15 rad/s at 0.7 m from the joint make 0.7 (1 - cos(15 / 60)) m = 2.2 cm. The clearance of a sphere that deviates more may be
+/// overestimated, until the final motion is tested.
+const DEVIATION: f32 = 0.025;
+
+/// A test of one attack, in parts.
 pub(super) struct Sweep<'a> {
     attack: &'a Attack,
+    search: Search,
+    scratch: &'a mut SweepScratch,
+}
+
+/// The smallest distance so far.
+struct Search {
     extent: Extent,
     best: Clearance,
-    /// The nearest of what is half known: as if the body went straight from the start of a stretch to its end.
-    half_known: Option<Nearest>,
-    stretches: &'a mut Stretches,
+    /// The smallest distance if the body moved straight from the start of an interval to its end.
+    straight: Option<Nearest>,
+}
+
+impl Search {
+    fn is_over(&self) -> bool {
+        self.best.metres < self.extent.enough
+    }
 }
 
 impl<'a> Sweep<'a> {
-    /// Looks for distances below the extent's limit.
-    pub(super) fn new(attack: &'a Attack, extent: Extent, stretches: &'a mut Stretches) -> Self {
-        let none = Clearance::none(attack.start());
+    pub(super) fn new(attack: &'a Attack, extent: Extent, scratch: &'a mut SweepScratch) -> Self {
+        let best = Clearance {
+            metres: extent.below,
+            ..Clearance::none(attack.start())
+        };
         Self {
             attack,
-            extent,
-            best: Clearance {
-                metres: extent.below,
-                ..none
+            search: Search {
+                extent,
+                best,
+                straight: None,
             },
-            half_known: None,
-            stretches,
+            scratch,
         }
     }
 
-    /// The smallest distance. Where the extent asks for no more than a hit, one that it is not above.
+    /// The smallest distance; after an early end of the search, an upper bound of it.
     pub(super) fn nearest(&self) -> Clearance {
-        let half_known = { self.half_known }.filter(|_| self.is_over());
-        let at_most = half_known.map_or(f32::INFINITY, |nearest| nearest.metres + STRAY);
+        let Search { best, straight, .. } = &self.search;
+        let straight = straight.filter(|_| self.is_over());
+        let at_most = straight.map_or(f32::INFINITY, |nearest| nearest.metres + DEVIATION);
         Clearance {
-            metres: self.best.metres.min(at_most),
-            ..self.best
+            metres: best.metres.min(at_most),
+            ..*best
         }
     }
 
+    /// Whether the search has found a distance that is small enough.
     pub(super) fn is_over(&self) -> bool {
-        self.best.metres < self.extent.enough
+        self.search.is_over()
     }
 
-    /// Goes through the part of the attack that lies in the course's time.
-    pub(super) fn part(&mut self, samples: &mut impl Samples, course: Course) {
+    /// Tests the part of the attack in a time window.
+    pub(super) fn run(&mut self, samples: &mut impl BodySamples, window: TimeWindow) {
         for sphere in self.attack.spheres() {
             if let [only] = sphere.keys() {
-                if (course.known.0..=course.known.1).contains(&only.t) {
-                    self.pair([*only; 2], samples, course);
+                if (window.from..=window.to).contains(&only.t) {
+                    self.test([*only; 2], samples, window);
                 }
                 continue;
             }
@@ -129,117 +106,168 @@ impl<'a> Sweep<'a> {
                 if self.is_over() {
                     return;
                 }
-                let (from, to) = (pair[0].t.max(course.known.0), pair[1].t.min(course.known.1));
+                let (from, to) = (pair[0].t.max(window.from), pair[1].t.min(window.to));
                 if from < to {
                     let cut = [from, to].map(|t| MovingSphere::between(pair[0], pair[1], t));
-                    self.pair(cut, samples, course);
+                    self.test(cut, samples, window);
                 }
             }
         }
     }
 
-    /// A sphere on one straight way.
-    fn pair(&mut self, keys: [SphereKey; 2], samples: &mut impl Samples, course: Course) {
+    /// Tests a sphere on one straight line.
+    fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples, window: TimeWindow) {
         let keys = keys.map(|key| SphereKey {
-            t: (key.t - course.origin).max(0.0),
-            center: course.placement.point(key.center),
+            t: (key.t - window.origin).max(0.0),
+            center: window.placement.point(key.center),
             ..key
         });
-        let mut stretches = std::mem::take(self.stretches);
-        self.bound(keys, samples, &mut stretches.bounded);
-        stretches.coarse.clear();
-        // Where the attack comes nearest to the middle of the body it is looked at first: there
-        // a hit is found at once, and nearly at its deepest.
-        for &(bound, tick) in &stretches.bounded {
-            if self.is_over() || bound >= self.best.metres {
+        let mut line = LineTest {
+            search: &mut self.search,
+            samples,
+            keys,
+            origin: window.origin,
+        };
+        line.run(self.scratch);
+    }
+}
+
+/// The test of a sphere on one straight line.
+struct LineTest<'s, S> {
+    search: &'s mut Search,
+    samples: &'s mut S,
+    /// Start and end of the line, by the clock and in the frame of the samples.
+    keys: [SphereKey; 2],
+    /// The attack's time at sample 0, seconds.
+    origin: f32,
+}
+
+impl<S: BodySamples> LineTest<'_, S> {
+    fn run(&mut self, scratch: &mut SweepScratch) {
+        let SweepScratch {
+            bounded,
+            coarse,
+            blocks,
+        } = scratch;
+        self.find_intervals(bounded);
+        coarse.clear();
+        // The interval in which the attack is nearest to the middle of the body comes first: there a hit is found at once, and
+        // nearly at its deepest.
+        for &BoundedInterval { bound, tick } in bounded.iter() {
+            if self.search.is_over() || bound >= self.search.best.metres {
                 break;
             }
-            if samples.pace() == Pace::Each {
-                let ends = [tick, tick + samples.stretch()];
-                let limit = self.best.metres + rounding(keys);
-                stretches.near.clear();
-                samples.near(tick, &ball(keys, ends), limit, &mut stretches.near);
-                if stretches.near.is_empty() {
-                    continue;
-                }
-                for tick in within(tick, keys, samples.stretch()) {
-                    let near = Some(&stretches.near[..]);
-                    self.meet((tick, near), keys, samples, course.origin);
-                }
+            if self.samples.sampling() == Sampling::Each {
+                self.test_each(tick, blocks);
                 continue;
             }
-            let metres = self.approach(tick, keys, samples, course.origin);
-            if self.is_over() {
-                self.follow(tick, keys, samples);
+            let metres = self.test_straight(tick);
+            if self.search.is_over() {
+                self.deepen(tick);
                 break;
             }
-            if metres < 0.0 && self.best.metres >= 0.0 {
-                self.refine(tick, keys, samples, course.origin);
+            if metres < 0.0 && self.search.best.metres >= 0.0 {
+                self.refine(tick);
             } else {
-                stretches.coarse.push((metres - STRAY, tick));
+                coarse.push(BoundedInterval {
+                    bound: metres - DEVIATION,
+                    tick,
+                });
             }
         }
-        sort(&mut stretches.coarse);
-        for &(bound, tick) in &stretches.coarse {
-            if self.is_over() || bound >= self.best.metres {
+        sort(coarse);
+        for &BoundedInterval { bound, tick } in coarse.iter() {
+            if self.search.is_over() || bound >= self.search.best.metres {
                 break;
             }
-            self.refine(tick, keys, samples, course.origin);
+            self.refine(tick);
         }
-        *self.stretches = stretches;
     }
 
-    /// The stretches of a way on which the body may come near, nearest first. Often that is proof
-    /// enough that none does.
-    fn bound(&self, keys: [SphereKey; 2], samples: &impl Samples, bounded: &mut Vec<(f32, usize)>) {
-        let stretch = samples.stretch();
-        let [first, last] = keys.map(tick_of);
-        let stray = match samples.pace() {
-            Pace::Each => 0.0,
-            Pace::EndsFirst => STRAY,
+    /// Finds the intervals in which the body may be near, nearest first. Often there are none.
+    fn find_intervals(&self, bounded: &mut Vec<BoundedInterval>) {
+        let interval = self.samples.interval();
+        let [first, last] = self.keys.map(tick_of);
+        let deviation = match self.samples.sampling() {
+            Sampling::Each => 0.0,
+            Sampling::CoarseFirst => DEVIATION,
         };
         bounded.clear();
-        let all = first - first % stretch..last + 1;
-        for tick in all.clone().step_by(LANES * stretch) {
-            let ticks = (tick..all.end).step_by(stretch).take(LANES);
-            let bounds = samples.bounds(keys, (tick, ticks.len()));
-            let bounds = bounds.iter().map(|bound| bound - stray).zip(ticks);
-            bounded.extend(bounds.filter(|&(bound, _)| bound < self.best.metres));
+        let all = first - first % interval..last + 1;
+        for tick in all.clone().step_by(LANES * interval) {
+            let ticks = (tick..all.end).step_by(interval).take(LANES);
+            let intervals = Intervals {
+                tick,
+                count: ticks.len(),
+            };
+            let bounds = self.samples.bounds(self.keys, intervals);
+            bounded.extend(
+                bounds
+                    .iter()
+                    .zip(ticks)
+                    .map(|(bound, tick)| BoundedInterval {
+                        bound: bound - deviation,
+                        tick,
+                    })
+                    .filter(|interval| interval.bound < self.search.best.metres),
+            );
         }
         sort(bounded);
     }
 
-    /// The distance on a stretch as if the body went straight from its start to its end. Where that
-    /// is a hit, it often is one at either end as well, where the body truly is: then no more is asked.
-    fn approach(
-        &mut self,
-        tick: usize,
-        keys: [SphereKey; 2],
-        samples: &mut impl Samples,
-        origin: f32,
-    ) -> f32 {
-        let ends = [tick, tick + samples.stretch()];
-        ends.iter().for_each(|&tick| samples.prepare(tick));
-        let (limit, ball) = (self.best.metres + STRAY, ball(keys, ends));
-        let spheres = samples.spheres(ends);
-        let Some(nearest) = spheres.nearest(&ball, samples.count(), limit) else {
+    /// Tests every sample of an interval, with those blocks of body spheres that may be near.
+    fn test_each(&mut self, tick: usize, blocks: &mut Vec<usize>) {
+        let ends = [tick, tick + self.samples.interval()];
+        let near = Near {
+            segment: &SphereSegment::between(self.keys, ends),
+            limit: self.search.best.metres + rounding(self.keys),
+        };
+        blocks.clear();
+        self.samples.near_blocks(tick, near, blocks);
+        if blocks.is_empty() {
+            return;
+        }
+        for tick in self.ticks_within(tick) {
+            self.test_sample(tick, Some(blocks));
+        }
+    }
+
+    /// The distance in an interval if the body moved straight from its start to its end.
+    ///
+    /// Such a hit is often a hit at one of the ends too, where the body's position is exact. That may be enough.
+    fn test_straight(&mut self, tick: usize) -> f32 {
+        let ends = [tick, tick + self.samples.interval()];
+        ends.iter().for_each(|&tick| self.samples.prepare(tick));
+        let segment = SphereSegment::between(self.keys, ends);
+        let (count, spheres) = (self.samples.count(), self.samples.spheres(ends));
+        let limit = self.search.best.metres + DEVIATION;
+        let found = spheres.nearest(NearestSearch {
+            segment: &segment,
+            count,
+            limit,
+        });
+        let Some(nearest) = found else {
             return limit;
         };
-        if self
-            .half_known
-            .is_none_or(|known| nearest.metres < known.metres)
-        {
-            self.half_known = Some(nearest);
+        let search = &mut *self.search;
+        let is_nearer = |known: Nearest| nearest.metres < known.metres;
+        if search.straight.is_none_or(is_nearer) {
+            search.straight = Some(nearest);
         }
-        if nearest.metres < self.extent.enough {
-            for (still, tick) in ball.at_ends().zip(ends) {
-                let met = still
-                    .and_then(|still| spheres.nearest(&still, samples.count(), self.best.metres));
-                if let Some(met) = met {
-                    self.best = Clearance {
-                        metres: met.metres,
-                        time: origin + tick as f32 / SAMPLE_RATE,
-                        body_sphere: met.sphere,
+        if nearest.metres < search.extent.enough {
+            for (at_end, tick) in segment.at_ends().zip(ends) {
+                let found = at_end.and_then(|segment| {
+                    spheres.nearest(NearestSearch {
+                        segment: &segment,
+                        count,
+                        limit: search.best.metres,
+                    })
+                });
+                if let Some(found) = found {
+                    search.best = Clearance {
+                        metres: found.metres,
+                        time: self.origin + tick as f32 / SAMPLE_RATE,
+                        body_sphere: found.sphere,
                     };
                 }
             }
@@ -247,117 +275,101 @@ impl<'a> Sweep<'a> {
         nearest.metres
     }
 
-    /// Where a hit goes on to get deeper beside the stretch in which it was found, looks there too, by half.
-    fn follow(&mut self, tick: usize, keys: [SphereKey; 2], samples: &mut impl Samples) {
-        let Some(known) = self.half_known else {
+    /// Follows a hit that is deepest at an end of its interval into the next interval.
+    fn deepen(&mut self, tick: usize) {
+        let Some(known) = self.search.straight else {
             return;
         };
-        let (stretch, [first, last]) = (samples.stretch(), keys.map(tick_of));
-        let beside = match known.share {
-            late if late > 0.99 && tick + stretch <= last => tick + stretch,
-            early if early < 0.01 && tick > first => tick - stretch,
+        let (interval, [first, last]) = (self.samples.interval(), self.keys.map(tick_of));
+        let next = match known.share {
+            late if late > 0.99 && tick + interval <= last => tick + interval,
+            early if early < 0.01 && tick > first => tick - interval,
             _ => return,
         };
-        let ends = [beside, beside + stretch];
-        ends.iter().for_each(|&tick| samples.prepare(tick));
-        let spheres = samples.spheres(ends);
-        let nearest = spheres.nearest(&ball(keys, ends), samples.count(), known.metres);
-        self.half_known = nearest.or(self.half_known);
+        let ends = [next, next + interval];
+        ends.iter().for_each(|&tick| self.samples.prepare(tick));
+        let nearest = self.samples.spheres(ends).nearest(NearestSearch {
+            segment: &SphereSegment::between(self.keys, ends),
+            count: self.samples.count(),
+            limit: known.metres,
+        });
+        self.search.straight = nearest.or(self.search.straight);
     }
 
-    /// Looks at the samples of a stretch that may be nearer than what is known.
-    fn refine(
-        &mut self,
-        tick: usize,
-        keys: [SphereKey; 2],
-        samples: &mut impl Samples,
-        origin: f32,
-    ) {
-        let ends = [tick, tick + samples.stretch()];
-        let mut parts = [(f32::INFINITY, 0); BodyTrack::STRETCH];
+    /// Tests the samples of an interval that may be nearer than the smallest distance so far.
+    fn refine(&mut self, tick: usize) {
+        let ends = [tick, tick + self.samples.interval()];
+        let mut parts = [BoundedInterval {
+            bound: f32::INFINITY,
+            tick: 0,
+        }; BodyTrack::INTERVAL];
         let mut count = 0;
-        for part in within(tick, keys, samples.stretch()) {
-            let spheres = samples.spheres(ends);
-            let ball = part_of_ball(keys, [part, part + 1], ends);
-            let limit = self.best.metres + STRAY;
-            if let Some(nearest) = spheres.nearest(&ball, samples.count(), limit) {
-                parts[count] = (nearest.metres - STRAY, part);
+        let spheres = self.samples.spheres(ends);
+        for part in self.ticks_within(tick) {
+            let nearest = spheres.nearest(NearestSearch {
+                segment: &SphereSegment::part(self.keys, [part, part + 1], ends),
+                count: self.samples.count(),
+                limit: self.search.best.metres + DEVIATION,
+            });
+            if let Some(nearest) = nearest {
+                parts[count] = BoundedInterval {
+                    bound: nearest.metres - DEVIATION,
+                    tick: part,
+                };
                 count += 1;
             }
         }
         let parts = &mut parts[..count];
         sort(parts);
-        for &(bound, part) in parts.iter() {
-            if self.is_over() || bound >= self.best.metres {
+        for &BoundedInterval { bound, tick } in parts.iter() {
+            if self.search.is_over() || bound >= self.search.best.metres {
                 break;
             }
-            self.meet((part, None), keys, samples, origin);
+            self.test_sample(tick, None);
         }
     }
 
-    /// Between a sample and the next one, where only some blocks of the body's spheres may be near, if it is known which.
-    fn meet(
-        &mut self,
-        (tick, near): (usize, Option<&[usize]>),
-        keys: [SphereKey; 2],
-        samples: &mut impl Samples,
-        origin: f32,
-    ) {
+    /// Tests the time between a sample and the next one, with some blocks of body spheres or with all.
+    fn test_sample(&mut self, tick: usize, blocks: Option<&[usize]>) {
         let ends = [tick, tick + 1];
-        ends.iter().for_each(|&tick| samples.prepare(tick));
-        let (ball, spheres) = (ball(keys, ends), samples.spheres(ends));
-        let limit = (samples.count(), self.best.metres);
-        let nearest = match near {
-            Some(blocks) => spheres.nearest_of(|| blocks.iter().copied(), &ball, limit),
-            None => spheres.nearest(&ball, limit.0, limit.1),
+        ends.iter().for_each(|&tick| self.samples.prepare(tick));
+        let segment = SphereSegment::between(self.keys, ends);
+        let spheres = self.samples.spheres(ends);
+        let search = NearestSearch {
+            segment: &segment,
+            count: self.samples.count(),
+            limit: self.search.best.metres,
+        };
+        let nearest = match blocks {
+            Some(blocks) => spheres.nearest_of(search, || blocks.iter().copied()),
+            None => spheres.nearest(search),
         };
         if let Some(nearest) = nearest {
-            self.best = Clearance {
+            self.search.best = Clearance {
                 metres: nearest.metres,
-                time: origin + ball.tick(ends, nearest.share) / SAMPLE_RATE,
+                time: self.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE,
                 body_sphere: nearest.sphere,
             };
         }
     }
+
+    /// The samples of an interval that lie on the line.
+    fn ticks_within(&self, tick: usize) -> RangeInclusive<usize> {
+        let [first, last] = self.keys.map(tick_of);
+        tick.max(first)..=(tick + self.samples.interval() - 1).min(last)
+    }
 }
 
-/// What rounding adds at most to a distance from a sphere on its way between these keys, and more.
+/// An upper bound of the rounding error of a distance from a sphere between these keys, metres.
 fn rounding(keys: [SphereKey; 2]) -> f32 {
     let furthest = |key: SphereKey| key.center.abs().max_element();
     1e-4 + 1e-6 * furthest(keys[0]).max(furthest(keys[1]))
-}
-
-/// The samples of a stretch that lie on a way.
-fn within(tick: usize, keys: [SphereKey; 2], stretch: usize) -> RangeInclusive<usize> {
-    let [first, last] = keys.map(tick_of);
-    tick.max(first)..=(tick + stretch - 1).min(last)
 }
 
 fn tick_of(key: SphereKey) -> usize {
     (key.t * SAMPLE_RATE) as usize
 }
 
-fn sort(stretches: &mut [(f32, usize)]) {
-    stretches.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-}
-
-/// A sphere on its way between two keys, from one sample to another.
-pub(super) fn ball(keys: [SphereKey; 2], ticks: [usize; 2]) -> Ball {
-    part_of_ball(keys, ticks, ticks)
-}
-
-/// The same during `part` alone; its shares are those of the way between `ticks`.
-fn part_of_ball(keys: [SphereKey; 2], part: [usize; 2], ticks: [usize; 2]) -> Ball {
-    let at = |tick: usize| {
-        let t = (tick as f32 / SAMPLE_RATE).clamp(keys[0].t, keys[1].t);
-        MovingSphere::between(keys[0], keys[1], t)
-    };
-    let (from, to) = (at(part[0]), at(part[1]));
-    let whole = (ticks[1] - ticks[0]) as f32;
-    let share = |t: f32| ((t * SAMPLE_RATE - ticks[0] as f32) / whole).clamp(0.0, 1.0);
-    Ball {
-        centres: [from.center, to.center],
-        radii: [from.radius, to.radius],
-        shares: [share(from.t), share(to.t)],
-    }
+fn sort(intervals: &mut [BoundedInterval]) {
+    intervals.sort_unstable_by(|a, b| a.bound.total_cmp(&b.bound).then(a.tick.cmp(&b.tick)));
 }

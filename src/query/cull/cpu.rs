@@ -1,8 +1,8 @@
-//! The `cpu` culling path: twin of `gpu`'s, equal to the texel.
+//! The `cpu` culling path. It counts the same texels as the paths of `gpu`.
 //!
-//! The attack is drawn once, into blocks of 4 × 4 texels. A candidate turns the blocks' middles,
-//! sixteen at once, and looks up which slices a block there can meet at all; few blocks are left,
-//! whose texels are turned, looked up and counted, again sixteen at once.
+//! The attack is drawn once, into blocks of 4 × 4 texels. For each candidate, the middles of sixteen blocks at once are transformed
+//! into its frame, and a coarse map tells which blocks can overlap its maps. The texels of the few remaining blocks are transformed,
+//! looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};
 use super::input::{CullCandidate, CullInput};
@@ -13,7 +13,7 @@ use crate::maps::{
 };
 use crate::math::{Isa, Lookup, Words};
 
-/// Counts overlaps on the CPU. Holds the scratch: nothing is allocated once it has counted as much.
+/// Counts overlaps on the CPU. It keeps its memory: after inputs of similar size it allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Culler {
     isa: Isa,
@@ -29,7 +29,7 @@ impl Default for Culler {
 }
 
 impl Culler {
-    /// One that counts with an instruction set; with the program's own where the machine lacks it.
+    /// Uses an instruction set, or the program's own if the machine lacks it.
     #[must_use]
     pub fn with_isa(isa: Isa) -> Self {
         Self {
@@ -40,13 +40,13 @@ impl Culler {
         }
     }
 
-    /// The same, and from now on it counts only some things.
+    /// Counts only some parts of the overlaps.
     #[must_use]
     pub fn counting(self, counted: Counted) -> Self {
         Self { counted, ..self }
     }
 
-    /// Counts the overlaps of every candidate into `overlaps`, in the order of the candidates.
+    /// Writes the overlap of each candidate to `overlaps`, in order.
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         let lanes = input.atlas.grid().lanes();
         self.texels
@@ -63,7 +63,7 @@ impl Culler {
     }
 }
 
-/// All candidates against the attack's blocks.
+/// The count of all candidates.
 struct Counting<'a> {
     input: &'a CullInput<'a>,
     near: &'a [CoarseRegion],
@@ -80,10 +80,10 @@ impl Lookup for Counting<'_> {
         let (texels, groups) = self.attack;
         let up_to_hits = self.counted.up_to_hits && self.input.atlas.grid().is_certain();
         for candidate in self.input.candidates {
-            let look = Look {
+            let count = CandidateCount {
                 texels,
                 turn: candidate.turn,
-                steps: Steps::new(candidate.turn),
+                steps: TexelSteps::new(candidate.turn),
                 widest: (2 * self.input.atlas.grid().attack_pitch as i32)
                     << (FixedTransform2::SHIFT - 1),
                 words,
@@ -98,9 +98,9 @@ impl Lookup for Counting<'_> {
                 ..Overlap::default()
             };
             if up_to_hits {
-                // Most candidates are hit: of these nothing else is looked at.
+                // Most candidates are hit, and need no other counts.
                 let body = Counted::BODY;
-                look.count(&maps, (groups, body), &mut overlap, |so_far| {
+                count.count(&maps, (groups, body), &mut overlap, |so_far| {
                     so_far.body > 0
                 });
                 if overlap.body == 0 {
@@ -108,24 +108,24 @@ impl Lookup for Counting<'_> {
                         body: false,
                         ..self.counted
                     };
-                    look.count(&maps, (groups, rest), &mut overlap, |_| false);
+                    count.count(&maps, (groups, rest), &mut overlap, |_| false);
                 }
             } else {
-                look.count(&maps, (groups, self.counted), &mut overlap, |_| false);
+                count.count(&maps, (groups, self.counted), &mut overlap, |_| false);
             }
             self.overlaps.push(overlap);
         }
     }
 }
 
-/// A candidate's turn from a block's first texel to the others.
+/// The offsets of a block's texels from its first texel, in a candidate's frame.
 #[derive(Clone, Copy)]
-struct Steps {
+struct TexelSteps {
     x: [i32; BLOCK_TEXELS],
     z: [i32; BLOCK_TEXELS],
 }
 
-impl Steps {
+impl TexelSteps {
     #[inline(always)]
     fn new(turn: FixedTransform2) -> Self {
         let (mut x, mut z) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
@@ -138,12 +138,12 @@ impl Steps {
     }
 }
 
-/// One candidate's look at the attack.
-struct Look<'a, W> {
+/// The count of one candidate.
+struct CandidateCount<'a, W> {
     texels: &'a AttackTexels,
     turn: FixedTransform2,
-    steps: Steps,
-    /// |cos| + |sin| of a turn, in its fixed point, is no more.
+    steps: TexelSteps,
+    /// Upper bound of |cos| + |sin| of a rotation, in fixed point.
     widest: i32,
     words: W,
 }
@@ -155,7 +155,7 @@ struct CandidateMaps<'a> {
     region: &'a RegionMaps,
 }
 
-/// Which blocks of a group may share something with a map, a bit each.
+/// The blocks of a group that may overlap each map, a bit each.
 #[derive(Clone, Copy, Debug, Default)]
 struct Met {
     outer: u32,
@@ -163,8 +163,8 @@ struct Met {
     evasion: u32,
 }
 
-impl<W: Words> Look<'_, W> {
-    /// Adds what the candidate's maps and the attack share, until it is enough.
+impl<W: Words> CandidateCount<'_, W> {
+    /// Adds the overlaps of the candidate's maps and the attack, until `is_enough`.
     #[inline(always)]
     fn count(
         &self,
@@ -192,11 +192,11 @@ impl<W: Words> Look<'_, W> {
         }
     }
 
-    /// Which of the blocks may share something with the maps.
+    /// Finds the blocks that may overlap the maps.
     #[inline(always)]
     fn meets(&self, group: &Group, near: &CoarseMap, counted: Counted) -> Met {
         let turn = self.turn;
-        // More than a turn stretches blocks beyond what cells know.
+        // The cells of the coarse maps hold for rotations only.
         if turn.a.abs().saturating_add(turn.b.abs()) > self.widest {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
@@ -237,7 +237,7 @@ impl<W: Words> Look<'_, W> {
         met
     }
 
-    /// Counts the texels of the blocks that may share something.
+    /// Counts the texels of the blocks that may overlap.
     #[inline(always)]
     fn add(&self, (met, first): (Met, usize), maps: &SlabMaps, overlap: &mut Overlap) {
         let mut left = met.outer | met.body | met.evasion;
@@ -263,7 +263,7 @@ impl<W: Words> Look<'_, W> {
         }
     }
 
-    /// Where the texels of a block fall.
+    /// The positions of a block's texels in the candidate's frame.
     #[inline(always)]
     fn turned(&self, block: usize) -> [[i32; BLOCK_TEXELS]; 2] {
         let [u, v] = self.texels.places[block];
@@ -278,7 +278,7 @@ impl<W: Words> Look<'_, W> {
         ]
     }
 
-    /// Bits that masks and those of a map at these places share.
+    /// Number of bits that the masks share with those of a map at these positions.
     #[inline(always)]
     fn masks(
         &self,
@@ -308,7 +308,7 @@ impl<W: Words> Look<'_, W> {
         shared.iter().map(|word| word.count_ones()).sum()
     }
 
-    /// How many inner texels of a block, of whatever slice, lie on a set bit.
+    /// Number of a block's inner texels, in any slice, that lie on a set bit.
     #[inline(always)]
     fn bits(&self, block: usize, map: &BitMap, [x, z]: &[[i32; BLOCK_TEXELS]; 2]) -> u32 {
         let (rect, words) = (map.rect(), map.words_per_row() as u32);
@@ -334,7 +334,7 @@ impl<W: Words> Look<'_, W> {
     }
 }
 
-/// A bit for each lane in which two words share one.
+/// A bit for each lane in which two words share a bit.
 #[inline(always)]
 fn shared(a: &[u32; LANES], b: &[u32; LANES]) -> u32 {
     let mut lanes = 0;
@@ -344,7 +344,7 @@ fn shared(a: &[u32; LANES], b: &[u32; LANES]) -> u32 {
     lanes
 }
 
-/// Counts with a culler of its own: for one query in a while.
+/// Counts with a new culler, for occasional queries.
 pub fn count(input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
     Culler::default().count(input, overlaps);
 }

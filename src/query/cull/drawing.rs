@@ -1,40 +1,39 @@
-//! The attack as discs: slab by slab, clock by clock, each disc with its slice of time.
+//! The attack as discs, by slab and clock; each disc has a slice of time.
 //!
-//! Source: Masaoka & Oshita, section 5.3. Differs: discs have a time, and are drawn twice, rounded
-//! inwards and outwards. A step of the attack's way stands for a short time: in its middle the
-//! sphere is surely where it is drawn; in all of that time it is nowhere outside of a sphere that
-//! is larger by half of the step.
+//! Source: Masaoka & Oshita, section 5.3. Differs: discs have a time, and there are two kinds, rounded inwards and outwards. The
+//! attack is cut into short steps. Inner discs show the sphere in the middle of a step. Outer discs show a sphere that is larger by
+//! half of the step, and so contains the attack's sphere during the whole step.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-use super::scene::{Reach, Scene};
-use super::steps::Steps;
+use super::draw_input::{DrawInput, Reach};
+use super::steps::AttackSteps;
 use crate::maps::{Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, ROUNDING, Slab};
 use crate::math::floor;
 
-/// The attack's discs, in the frame that the paths start in.
+/// The attack's discs, in the frame in which the paths start.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AttackDrawing {
-    /// The place of all its maps; at most [`AttackDrawing::MAX_SIDE`] texels a side.
+    /// Rectangle of all maps; each side has [`AttackDrawing::MAX_SIDE`] texels or less.
     pub rect: MapRect,
-    /// One for each clock and each slab in which something is drawn.
+    /// Layers: one for each clock and each slab that has discs.
     pub layers: Vec<AttackLayer>,
-    /// Of all layers, relative to the rectangle's first texel.
+    /// Discs of all layers, relative to the rectangle's first texel.
     pub discs: Vec<TimedDisc>,
 }
 
 /// The attack in one slab, by one clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AttackLayer {
-    /// Which height.
+    /// Slab.
     pub slab: Slab,
-    /// Which clock ([`CullCandidate::clock`](super::CullCandidate::clock)).
+    /// Clock ([`CullCandidate::clock`](super::CullCandidate::clock)).
     pub clock: u32,
-    /// In [`AttackDrawing::discs`], by slice: what the attack covers at some time of the slice.
+    /// Range of the inner discs in [`AttackDrawing::discs`], sorted by slice: texels that the attack covers at some time of the slice.
     pub inner: Range<u32>,
-    /// The same for all that it may touch at any time of the slice and any height of the slab.
+    /// Range of the outer discs: texels that the attack may touch at any time of the slice and any height of the slab.
     pub outer: Range<u32>,
 }
 
@@ -42,32 +41,31 @@ pub struct AttackLayer {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedDisc {
-    /// Where.
+    /// Disc.
     pub disc: Disc,
-    /// When; 0 where maps are untimed.
+    /// Slice of time; 0 if maps are not timed.
     pub slice: u32,
 }
 
 impl AttackDrawing {
-    /// Most texels a side of an attack's maps. What is further out is left away, and candidates are
-    /// open.
+    /// Largest side of an attack's maps, texels. The part further out is not drawn, and candidates are open.
     pub const MAX_SIDE: u32 = 1024;
 
-    /// Most discs of all layers, 16 MB. Layers that would bring more are left away, and candidates are open.
+    /// Largest number of discs of all layers, 16 MB. Layers beyond that are not drawn, and candidates are open.
     pub const MOST_DISCS: usize = 1 << 20;
 
-    /// Draws a scene's attack within `reach`. Returns whether all of it within reach is drawn.
+    /// Draws the attack within `reach`. Returns whether everything within reach is drawn.
     pub(in crate::query) fn draw(
         &mut self,
-        scene: &Scene<'_>,
+        input: &DrawInput<'_>,
         reach: &Reach,
-        scratch: &mut Steps,
+        scratch: &mut AttackSteps,
     ) -> bool {
-        let grid = scene.atlas.grid().for_attacks();
-        // Without time every clock draws the same.
+        let grid = input.atlas.grid().for_attacks();
+        // Untimed maps are the same for every clock.
         let clocks = match grid.is_timed() {
-            true => scene.clocks,
-            false => &scene.clocks[..scene.clocks.len().min(1)],
+            true => input.clocks,
+            false => &input.clocks[..input.clocks.len().min(1)],
         };
         self.layers.clear();
         self.discs.clear();
@@ -76,8 +74,8 @@ impl AttackDrawing {
         if rect.is_empty() || reach.slabs.is_empty() {
             return whole;
         }
-        scratch.take(scene, reach);
-        let pen = Pen {
+        scratch.take(input, reach);
+        let cutter = DiscCutter {
             grid,
             rect,
             inner: ROUNDING + FixedTransform2::error(rect.width, rect.height),
@@ -87,10 +85,10 @@ impl AttackDrawing {
         for (clock, &offset) in (0..).zip(clocks) {
             for slab in reach.slabs.clone() {
                 let inner = self.discs.len();
-                pen.inner((scratch, slab), (clock, offset), &mut self.discs);
+                cutter.inner((scratch, slab), (clock, offset), &mut self.discs);
                 let outer = self.discs.len();
-                if scene.outer {
-                    pen.outer((scratch, slab), (clock, offset), &mut self.discs);
+                if input.outer {
+                    cutter.outer((scratch, slab), (clock, offset), &mut self.discs);
                 }
                 let end = self.discs.len();
                 if inner == end {
@@ -128,7 +126,7 @@ impl AttackDrawing {
     }
 }
 
-/// The middle of a rectangle, as far as fixed-point turns are exact enough, and whether that is all.
+/// The middle of a rectangle, limited to the size for which fixed-point transforms are exact enough, and whether that is all of it.
 fn limited(rect: MapRect) -> (MapRect, bool) {
     let side = |first: i32, texels: u32| {
         let kept = texels.min(AttackDrawing::MAX_SIDE);
@@ -152,19 +150,19 @@ fn timed_rect(discs: &[TimedDisc]) -> MapRect {
         .fold(MapRect::default(), MapRect::union)
 }
 
-/// Cuts steps into discs.
-struct Pen {
+/// Cuts the spheres of steps into discs.
+struct DiscCutter {
     grid: MapGrid,
     rect: MapRect,
-    /// Margins, sub-texels.
+    /// Margins of inner and outer discs, sub-texels.
     inner: f32,
     outer: f32,
 }
 
-impl Pen {
+impl DiscCutter {
     fn inner(
         &self,
-        (steps, slab): (&Steps, i32),
+        (steps, slab): (&AttackSteps, i32),
         (clock, offset): (u32, f32),
         discs: &mut Vec<TimedDisc>,
     ) {
@@ -195,7 +193,7 @@ impl Pen {
 
     fn outer(
         &self,
-        (steps, slab): (&Steps, i32),
+        (steps, slab): (&AttackSteps, i32),
         (clock, offset): (u32, f32),
         discs: &mut Vec<TimedDisc>,
     ) {

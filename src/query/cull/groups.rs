@@ -1,24 +1,24 @@
-//! The attack's blocks in groups of sixteen, with what is known of each as a whole.
+//! Summaries of the attack's blocks of texels, in groups of sixteen.
 
 use super::texels::{AttackTexels, BLOCK, any_of};
 use crate::math::Isa;
 
-/// Blocks of a group.
+/// Number of blocks in a group.
 pub(super) const LANES: usize = 16;
 
-/// What is known of sixteen blocks, block by block.
+/// Summaries of sixteen blocks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Group {
-    /// Twice the place of the block's middle, texels.
+    /// Position of each block's middle, half texels.
     pub u: [i32; LANES],
     pub v: [i32; LANES],
-    /// `[lane][block]`: slices of any of its texels.
+    /// Slices of any texel of each block, `[lane][block]`.
     pub outer: [[u32; LANES]; 2],
     pub inner: [[u32; LANES]; 2],
-    /// All bits where a texel is an inner one.
+    /// All bits set for blocks with an inner texel.
     pub any_inner: [u32; LANES],
     pub has_inner: bool,
-    /// A bit for each block that there is.
+    /// A bit for each block of the group.
     pub blocks: u32,
 }
 
@@ -26,13 +26,13 @@ pub(super) struct Group {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Groups {
     groups: Vec<Group>,
-    /// For each layer its first group and its first block; one more at the end.
+    /// First group and first block of each layer, and of the end.
     layers: Vec<(usize, usize)>,
     largest_first: Vec<usize>,
 }
 
 impl Groups {
-    /// Sums up the blocks of an attack.
+    /// Replaces the groups by those of an attack.
     pub(super) fn take(&mut self, isa: Isa, texels: &AttackTexels) {
         self.groups.clear();
         self.layers.clear();
@@ -56,7 +56,7 @@ impl Groups {
             .sort_unstable_by_key(|&index| (std::cmp::Reverse(blocks(index)), index));
     }
 
-    /// The layers, those first where the attack is widest: there a hit is likeliest.
+    /// The layers, the largest first: there a hit is most likely.
     pub(super) fn largest_first(&self) -> &[usize] {
         &self.largest_first
     }
@@ -79,7 +79,7 @@ impl Group {
             group.blocks |= 1 << at;
             for lane in 0..texels.lanes {
                 let index = block * texels.lanes + lane;
-                // Outer ones may not be drawn.
+                // There may be no outer texels.
                 group.outer[lane][at] = texels.outer.get(index).map_or(0, any_of);
                 group.inner[lane][at] = any_of(&texels.inner[index]);
                 if group.inner[lane][at] != 0 {

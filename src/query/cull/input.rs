@@ -1,27 +1,27 @@
 use super::drawing::AttackDrawing;
 use crate::maps::{FixedTransform2, RegionAtlas, RegionId};
 
-/// What a culling path is given.
+/// The input of a culling path.
 #[derive(Clone, Copy, Debug)]
 pub struct CullInput<'a> {
-    /// The maps of all evasions.
+    /// Maps of all evasions.
     pub atlas: &'a RegionAtlas,
-    /// The attack in the frame that the paths start in.
+    /// Discs of the attack, in the frame in which the paths start.
     pub attack: &'a AttackDrawing,
-    /// Every one is counted.
+    /// Candidates; all are counted.
     pub candidates: &'a [CullCandidate],
 }
 
 /// One evasion at one place and time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CullCandidate {
-    /// Which maps are moved into place.
+    /// Maps of the evasion.
     pub region: RegionId,
-    /// Which of the attack's clocks it goes by: layers of other clocks are not its.
+    /// Clock of the candidate. Only the layers of that clock are compared with its maps.
     pub clock: u32,
-    /// From the attack's maps to the evasion's frame.
+    /// Transform from the attack's maps to the evasion's frame.
     pub turn: FixedTransform2,
-    /// Whether the attack may come near where or when the maps know nothing: then an
-    /// [`Overlap::outer`](super::Overlap::outer) of 0 proves nothing.
+    /// Whether the attack may come near outside of the space or time of the maps. An
+    /// [`Overlap::outer`](super::Overlap::outer) of 0 then proves no miss.
     pub open: bool,
 }

@@ -7,19 +7,19 @@
 //! of the inner maps a certain hit, and no shared texel of the outer maps a certain miss.
 
 pub mod cpu;
+mod draw_input;
 mod drawing;
 mod groups;
 mod input;
 mod overlap;
 mod path;
 mod query_maps;
-mod scene;
 mod steps;
 mod texels;
 
+pub(super) use draw_input::{DrawInput, PlacedRegion};
 pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub use input::{CullCandidate, CullInput};
 pub use overlap::{Counted, Overlap};
 pub use path::{CullPath, UnknownCullPath};
 pub(super) use query_maps::QueryMaps;
-pub(super) use scene::{PlacedRegion, Scene};

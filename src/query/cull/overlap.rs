@@ -1,16 +1,15 @@
-/// What of an [`Overlap`] is counted: what is left out costs nothing.
+/// The parts of an [`Overlap`] that are counted. Parts that are left out cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counted {
-    /// [`Overlap::body`], 0 where it is not counted: what the attack hits for certain.
+    /// Whether [`Overlap::body`] is counted, for certain hits. It is 0 otherwise.
     pub body: bool,
-    /// [`Overlap::outer`], the largest number there is where it is not counted: what the attack
-    /// misses for certain. The dearest: its maps are the largest, and most candidates have some.
+    /// Whether [`Overlap::outer`] is counted, for certain misses. It is `u32::MAX` otherwise. This part costs the most: its maps are
+    /// the largest, and most candidates have some overlap.
     pub outer: bool,
-    /// [`Overlap::evasion`], 0 where it is not counted: a term of the score.
+    /// Whether [`Overlap::evasion`] is counted, a term of the score. It is 0 otherwise.
     pub evasion: bool,
-    /// Whether a candidate is done with as soon as its body overlap is above 0, where that is a hit
-    /// for certain: nothing else of it matters then, and all its counts may be less than they would be.
-    /// The CPU and the compute path save time by it, the stencil path does not look.
+    /// Whether counting a candidate may end at its first certain hit. All its counts may then be too small. The CPU and the compute
+    /// path save time by this; the stencil path ignores it.
     pub up_to_hits: bool,
 }
 
@@ -23,15 +22,15 @@ impl Counted {
         up_to_hits: false,
     };
 
-    /// What is hit for certain, and no more.
+    /// Only certain hits.
     pub(super) const BODY: Self = Self {
         outer: false,
         evasion: false,
         ..Self::ALL
     };
 
-    /// What a query's choice needs: a candidate that the attack misses for certain has to be tested
-    /// all the same, for its distance is a part of its score.
+    /// The parts that a query needs. Certain misses are not among them: those candidates are tested too, since the distance is a part
+    /// of the score.
     pub const FOR_A_CHOICE: Self = Self {
         outer: false,
         up_to_hits: true,
@@ -45,16 +44,16 @@ impl Default for Counted {
     }
 }
 
-/// What a candidate's maps and the attack share, summed over the slabs.
+/// The overlap of a candidate's maps and the attack, summed over the slabs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlap {
-    /// Slices of texels of the attack's inner map that the candidate's body map has too. Where
-    /// sections are planes and maps are timed, one is a hit for certain.
+    /// Number of texel slices that the attack's inner map and the candidate's body map share. If sections are planes and maps are
+    /// timed, one is a certain hit.
     pub body: u32,
-    /// Slices of texels of the attack's outer map that the candidate's outer map has too. 0 is a
-    /// miss for certain, unless the candidate is [`CullCandidate::open`](super::CullCandidate::open).
+    /// Number of texel slices that the two outer maps share. 0 is a certain miss, unless the candidate is
+    /// [`CullCandidate::open`](super::CullCandidate::open).
     pub outer: u32,
-    /// Texels of the attack's inner map, of any slice, on the candidate's evasion map: the more,
-    /// the more it looks like an avoidance.
+    /// Number of texels that the attack's inner map, in any slice, and the candidate's evasion map share. The more, the more the
+    /// motion looks like an evasion of this attack.
     pub evasion: u32,
 }

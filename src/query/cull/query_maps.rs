@@ -1,37 +1,36 @@
-//! Where candidates stand, and the attack's maps that they are held against.
+//! The maps of the candidates of a query, and the attack's discs that they are compared with.
 //!
-//! Source: Masaoka & Oshita, section 5.3: the attack is drawn in the frame in which the paths
-//! start, the evasions' maps are moved and turned into place. Differs: only the part of the attack
-//! is drawn that some candidate's maps can reach.
+//! Source: Masaoka & Oshita, section 5.3: the attack is drawn in the frame in which the paths start, and the evasions' maps are
+//! transformed to their places. Differs: only the part of the attack is drawn that some candidate's maps can reach.
 
 use glam::{Vec2, Vec3};
 
+use super::draw_input::{DrawInput, PlacedRegion, Reach};
 use super::drawing::AttackDrawing;
 use super::input::CullCandidate;
-use super::scene::{PlacedRegion, Reach, Scene};
-use super::steps::Steps;
+use super::steps::AttackSteps;
 use crate::maps::{CLOCK_ERROR, FixedTransform2, Slab, SphereKey};
 
-/// The maps of one query, and the scratch of drawing them: filled again and again.
+/// The maps of one round of a query. Their memory is used again by the next round.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::query) struct QueryMaps {
     pub attack: AttackDrawing,
-    /// One for each placed region, in order.
+    /// Candidates: one for each placed evasion, in order.
     pub candidates: Vec<CullCandidate>,
-    scratch: Steps,
+    scratch: AttackSteps,
 }
 
 impl QueryMaps {
-    /// The slabs that the attack reaches near a candidate's body and evasion maps, while they last.
+    /// The slabs in which the attack may overlap a candidate's body and evasion maps.
     pub(in crate::query) fn slabs(&self, candidate: usize) -> impl Iterator<Item = Slab> + '_ {
         let touched = self.scratch.touched.get(candidate).cloned();
         touched.unwrap_or_default().map(Slab)
     }
 
-    /// Draws the attack where the maps of the placed evasions may meet it.
-    pub(in crate::query) fn draw(&mut self, scene: &Scene<'_>) {
-        let grid = scene.atlas.grid();
-        let whole = self.attack.draw(scene, &reach(scene), &mut self.scratch);
+    /// Draws the part of the attack that the maps of the placed evasions may overlap.
+    pub(in crate::query) fn draw(&mut self, input: &DrawInput<'_>) {
+        let grid = input.atlas.grid();
+        let whole = self.attack.draw(input, &reach(input), &mut self.scratch);
         let origin = (self.attack.rect.u, self.attack.rect.v);
         self.candidates.clear();
         let candidate = |placed: &PlacedRegion| {
@@ -40,22 +39,22 @@ impl QueryMaps {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
                 turn: FixedTransform2::new(back, origin, grid),
-                open: !scene.outer
+                open: !input.outer
                     || !whole
                     || !FixedTransform2::keeps(back, grid.texel)
-                    || is_open(scene, placed),
+                    || is_open(input, placed),
             }
         };
-        self.candidates.extend(scene.placed.iter().map(candidate));
+        self.candidates.extend(input.placed.iter().map(candidate));
     }
 }
 
-/// What the maps of all placed evasions reach.
-fn reach(scene: &Scene<'_>) -> Reach {
-    let (near, grid) = (scene.atlas.coarse(), scene.atlas.grid());
+/// The space that the maps of all placed evasions cover.
+fn reach(input: &DrawInput<'_>) -> Reach {
+    let (near, grid) = (input.atlas.coarse(), input.atlas.grid());
     let mut reach = Reach::default();
-    for placed in scene.placed {
-        let region = scene.atlas.region(placed.region);
+    for placed in input.placed {
+        let region = input.atlas.region(placed.region);
         let rect = near[placed.region.index()].rect;
         reach.rect = reach
             .rect
@@ -70,15 +69,15 @@ fn reach(scene: &Scene<'_>) -> Reach {
     reach
 }
 
-/// Whether the attack may come near before the evasion's first slice or after its last one.
-fn is_open(scene: &Scene<'_>, placed: &PlacedRegion) -> bool {
-    let start = scene.attack.start() + scene.clocks[placed.clock as usize];
-    let seconds = scene.atlas.region(placed.region).seconds;
+/// Whether the attack may come near before the evasion's first slice or after its last.
+fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
+    let start = input.attack.start() + input.clocks[placed.clock as usize];
+    let seconds = input.atlas.region(placed.region).seconds;
     let (first, last) = (start - CLOCK_ERROR, start + seconds + CLOCK_ERROR);
-    if scene.attack.start() >= first && scene.attack.end() <= last {
+    if input.attack.start() >= first && input.attack.end() <= last {
         return false;
     }
-    scene.attack.spheres().iter().any(|sphere| {
+    input.attack.spheres().iter().any(|sphere| {
         let before = [sphere.start(), sphere.end().min(first)];
         let after = [sphere.start().max(last), sphere.end()];
         [before, after]
@@ -86,31 +85,30 @@ fn is_open(scene: &Scene<'_>, placed: &PlacedRegion) -> bool {
             .filter(|[from, to]| from <= to && (*from < first || *to > last))
             .any(|times| {
                 let ends = times.map(|time| sphere.at(time));
-                // Between them lie straight pieces, whose ends are tested as well.
+                // Straight pieces from key to key.
                 let keys = sphere.keys().iter().copied();
                 let between = keys.filter(|key| key.t > times[0] && key.t < times[1]);
                 let mut from = ends[0];
                 between.chain([ends[1]]).any(|to| {
                     let piece = [from, to];
                     from = to;
-                    may_touch(piece, (scene, placed), start)
+                    may_touch(piece, (input, placed), start)
                 })
             })
     })
 }
 
-/// Whether a body that evades at a place may be where a sphere passes at another time than the
-/// evasion's.
+/// Whether the body may be where a sphere passes at a time outside of the evasion's.
 fn may_touch(
     piece: [SphereKey; 2],
-    (scene, placed): (&Scene<'_>, &PlacedRegion),
+    (input, placed): (&DrawInput<'_>, &PlacedRegion),
     start: f32,
 ) -> bool {
-    /// No character's root goes faster, metres per second.
+    /// Upper limit of the speed of a character's root, metres per second.
     const FASTEST: f32 = 20.0;
     let times = piece.map(|key| (key.t - start).abs());
     let radius = piece[0].radius.max(piece[1].radius);
-    let reach = scene.reach + radius + FASTEST * times[0].max(times[1]);
+    let reach = input.reach + radius + FASTEST * times[0].max(times[1]);
     let ground = |point: Vec3| Vec2::new(point.x, point.z);
     let [a, b] = piece.map(|key| ground(key.center) - placed.placement.ground());
     let way = b - a;

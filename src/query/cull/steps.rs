@@ -1,30 +1,31 @@
-//! The way of an attack's spheres in short steps: which of them any candidate's maps can meet.
+//! The lines of an attack's spheres in short steps, and which of these steps the maps of any candidate can overlap.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-use super::scene::{Reach, Scene};
+use super::draw_input::{DrawInput, Reach};
 use crate::maps::{CLOCK_ERROR, Disc, MapGrid, MapRect, MovingSphere, SUB_TEXELS, SphereKey};
 use crate::math::floor;
 
-/// A short part of a sphere's way.
+/// A short part of a sphere's line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Step {
-    /// In the middle of its time.
+    /// Centre in the middle of the step's time.
     pub(super) centre: Vec3,
     pub(super) radius: f32,
-    /// The sphere is never larger than this around that centre.
+    /// Radius around that centre that contains the sphere during the whole step, metres.
     pub(super) within: f32,
-    /// Seconds since the attack's start.
+    /// Middle of the step's time, seconds since the attack's start.
     pub(super) middle: f32,
     from: f32,
     to: f32,
-    /// Slabs within reach that it may touch.
+    /// First and last slab within reach that the step may touch.
     slabs: (i32, i32),
-    /// By which clocks some candidate's outer or body maps may be met, and which may use its inner
-    /// discs: a bit each; the last one for all clocks further on.
+    /// Clocks, a bit each, for which the step may overlap the outer or body maps of some candidate. The last bit stands for all
+    /// further clocks.
     met: u64,
+    /// The same for inner discs.
     met_inner: u64,
 }
 
@@ -33,27 +34,26 @@ fn clock_bit(clock: u32) -> u64 {
     1 << clock.min(63)
 }
 
-/// The steps of an attack's spheres: scratch of a query.
+/// The steps of an attack's spheres.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::query) struct Steps {
+pub(in crate::query) struct AttackSteps {
     steps: Vec<Step>,
-    /// Where maps are untimed: the spheres as the paper draws them.
+    /// Spheres as the paper draws them, for untimed maps.
     pub(super) untimed: Vec<(Vec3, f32)>,
-    /// For each placed evasion the slabs in which a step may meet its inner maps.
+    /// Slabs in which a step may overlap the inner maps of each placed evasion.
     pub(in crate::query) touched: Vec<Range<i32>>,
-    /// Whether something is too large to be drawn whole.
+    /// Whether a limit has cut something off.
     pub(super) cut_off: bool,
 }
 
-/// Most steps within reach. Those beyond are drawn nowhere: then more candidates are left to the exact test.
+/// Largest number of steps within reach. Steps beyond are not drawn, so more candidates are left to the exact test.
 const MOST_STEPS: usize = 1 << 18;
 
-impl Steps {
-    /// Fills itself with the steps of an attack that may come within reach, at a time that some
-    /// clock draws.
-    pub(super) fn take(&mut self, scene: &Scene<'_>, reach: &Reach) {
-        let (clocks, attack) = (scene.clocks, scene.attack);
-        let grid = scene.atlas.grid().for_attacks();
+impl AttackSteps {
+    /// Replaces the steps by those of an attack that may come within reach at a time of some clock.
+    pub(super) fn take(&mut self, input: &DrawInput<'_>, reach: &Reach) {
+        let (clocks, attack) = (input.clocks, input.attack);
+        let grid = input.atlas.grid().for_attacks();
         self.steps.clear();
         self.untimed.clear();
         self.touched.clear();
@@ -64,7 +64,7 @@ impl Steps {
         for sphere in attack.spheres() {
             if !grid.is_timed() {
                 sphere.for_each_step(|centre, radius| {
-                    // What no map reaches is drawn nowhere.
+                    // No map reaches this sphere.
                     if !meets((centre, radius), grid, reach.rect) {
                         return;
                     }
@@ -112,14 +112,14 @@ impl Steps {
                 self.steps.push(step);
             });
         }
-        self.meet_inner(scene);
-        if grid.is_timed() && scene.outer {
-            self.meet(scene);
+        self.meet_inner(input);
+        if grid.is_timed() && input.outer {
+            self.meet(input);
         }
     }
 }
 
-/// Whether a sphere may touch a texel of the rectangle, or one of the attack's that falls into it.
+/// Whether a sphere may touch a texel of the rectangle, or an attack's texel that falls into it.
 fn meets((centre, radius): (Vec3, f32), grid: MapGrid, rect: MapRect) -> bool {
     let reach = radius / grid.texel + 2.0 * grid.attack_pitch as f32;
     let axis = |place: f32, first: i32, texels: u32| {
@@ -129,10 +129,9 @@ fn meets((centre, radius): (Vec3, f32), grid: MapGrid, rect: MapRect) -> bool {
     axis(centre.x, rect.u, rect.width) && axis(centre.z, rect.v, rect.height)
 }
 
-/// Calls `visit` with the ends of each step of a sphere: at most half its radius and half a slice
-/// long.
+/// Calls `visit` with the ends of each step of a sphere. A step is no longer than half the radius and half a slice.
 fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([SphereKey; 2])) {
-    /// A sphere that is far faster than wide is drawn in large steps rather than without end.
+    /// Largest number of steps between two keys. The steps of very fast spheres are longer.
     const MOST_STEPS: f32 = 1024.0;
     let keys = sphere.keys();
     if let [only] = keys {
@@ -162,17 +161,17 @@ fn for_each_span(sphere: &MovingSphere, grid: MapGrid, mut visit: impl FnMut([Sp
 }
 
 impl Step {
-    /// Whether its outer discs may be met by a clock's candidates.
+    /// Whether its outer discs may overlap maps of a clock's candidates.
     pub(super) fn is_met(&self, clock: u32) -> bool {
         self.met & clock_bit(clock) != 0
     }
 
-    /// Whether its inner discs may be.
+    /// Whether its inner discs may overlap maps of a clock's candidates.
     pub(super) fn is_inner(&self, clock: u32) -> bool {
         self.met_inner & clock_bit(clock) != 0
     }
 
-    /// The slices that it may last in, first and last.
+    /// The first and last slice of the step's time.
     pub(super) fn slices(&self, grid: MapGrid, offset: f32) -> Option<(u32, u32)> {
         if !grid.is_timed() {
             return Some((0, 0));
@@ -184,14 +183,14 @@ impl Step {
     }
 }
 
-impl Steps {
-    /// Finds out of which steps some candidate's inner maps can meet something, and in which slabs those are.
-    fn meet_inner(&mut self, scene: &Scene<'_>) {
-        let (grid, regions) = (scene.atlas.grid(), scene.atlas.coarse());
-        for placed in scene.placed {
+impl AttackSteps {
+    /// Finds the steps that the inner maps of some candidate can overlap, and their slabs.
+    fn meet_inner(&mut self, input: &DrawInput<'_>) {
+        let (grid, regions) = (input.atlas.grid(), input.atlas.coarse());
+        for placed in input.placed {
             let inner = regions[placed.region.index()].inner;
             let rect = grid.transformed_rect(inner, placed.placement);
-            let (bit, offset) = (clock_bit(placed.clock), scene.clocks[placed.clock as usize]);
+            let (bit, offset) = (clock_bit(placed.clock), input.clocks[placed.clock as usize]);
             let (mut low, mut end) = (i32::MAX, i32::MIN);
             if !rect.is_empty() {
                 for step in &mut self.steps {
@@ -202,7 +201,7 @@ impl Steps {
                     }
                 }
             }
-            let region = scene.atlas.region(placed.region);
+            let region = input.atlas.region(placed.region);
             let first = region.first_slab.0;
             low = low.max(first);
             self.touched
@@ -210,12 +209,12 @@ impl Steps {
         }
     }
 
-    /// Finds out which steps some candidate's outer or body maps can meet.
-    fn meet(&mut self, scene: &Scene<'_>) {
-        let (grid, regions) = (scene.atlas.grid(), scene.atlas.coarse());
-        for placed in scene.placed {
+    /// Finds the steps that the outer or body maps of some candidate can overlap.
+    fn meet(&mut self, input: &DrawInput<'_>) {
+        let (grid, regions) = (input.atlas.grid(), input.atlas.coarse());
+        for placed in input.placed {
             let bit = clock_bit(placed.clock);
-            let offset = scene.clocks[placed.clock as usize];
+            let offset = input.clocks[placed.clock as usize];
             let (maps, back) = (&regions[placed.region.index()], placed.placement.inverse());
             for step in &mut self.steps {
                 if step.met & bit != 0 {

@@ -1,8 +1,7 @@
-//! The attack's maps as lists of small blocks of texels, which are drawn once a query and every
-//! candidate is held against.
+//! The attack's maps as lists of small blocks of texels. They are drawn once per query and compared with every candidate.
 //!
-//! A layer is drawn disc by disc onto a canvas of blocks, sixteen texels at once, and taken from
-//! there to the list; what was drawn is wiped on the way.
+//! Each layer is drawn disc by disc onto a canvas of blocks, sixteen texels at once. Blocks with texels are then moved to the list,
+//! which clears the canvas.
 
 use std::ops::Range;
 
@@ -13,29 +12,26 @@ use crate::math::Isa;
 
 /// Side of a block, texels.
 pub(super) const BLOCK: usize = 4;
-/// The same in sub-texels.
+/// Side of a block, sub-texels.
 const SIDE: i32 = BLOCK as i32 * SUB_TEXELS;
-/// Texels of a block.
+/// Number of texels in a block.
 pub(super) const BLOCK_TEXELS: usize = BLOCK * BLOCK;
 
-/// One lane of the masks of a block: texel `k` lies `k % 4` columns and `k / 4` rows from the block's
-/// first one.
+/// One lane of the masks of a block. Texel `k` lies `k % 4` columns and `k / 4` rows from the block's first texel.
 pub(super) type BlockMasks = [u32; BLOCK_TEXELS];
 
-/// The texels that an attack covers, in blocks of 4 × 4.
-///
-/// Texels that nothing covers, and those beyond the attack's rectangle, have masks of 0.
+/// The texels that an attack covers, in blocks of 4 × 4. Other texels of these blocks have masks of 0.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AttackTexels {
-    /// Words of a mask: 1 or 2.
+    /// Number of words in a mask: 1 or 2.
     pub(super) lanes: usize,
-    /// Those of the drawing, in order.
+    /// Layers of the drawing, in order.
     pub(super) layers: Vec<TexelLayer>,
-    /// Column and row of each block's first texel, counted from the attack's rectangle.
+    /// Column and row of each block's first texel, relative to the attack's rectangle.
     pub(super) places: Vec<[i32; 2]>,
-    /// `[block][lane]`.
+    /// Masks of inner texels, `[block][lane]`.
     pub(super) inner: Vec<BlockMasks>,
-    /// `[block][lane]`; none where outer maps are not counted.
+    /// Masks of outer texels, `[block][lane]`; empty if outer maps are not counted.
     pub(super) outer: Vec<BlockMasks>,
     canvas: Canvas,
 }
@@ -43,43 +39,43 @@ pub(super) struct AttackTexels {
 /// The attack in one slab, by one clock.
 #[derive(Clone, Debug)]
 pub(super) struct TexelLayer {
-    /// Which height.
+    /// Slab.
     pub(super) slab: Slab,
-    /// Which clock.
+    /// Clock.
     pub(super) clock: u32,
-    /// Its blocks.
+    /// Blocks of the layer.
     pub(super) blocks: Range<u32>,
 }
 
-/// One layer, dense: scratch.
+/// One layer, as a dense array of blocks.
 #[derive(Clone, Debug, Default)]
 struct Canvas {
     rect: MapRect,
-    /// Blocks in a row of them.
+    /// Number of blocks in a row.
     columns: usize,
-    /// Masks of a block: of inner maps, then of outer ones, a lane each.
+    /// Number of masks in a block: the lanes of the inner map, then those of the outer map.
     parts: usize,
-    /// `[row][column][part]`, in blocks; all 0 between two layers.
+    /// Masks, `[row][column][part]`, in blocks; all 0 between two layers.
     masks: Vec<BlockMasks>,
-    /// For each row of blocks which ones may be drawn into.
+    /// Blocks of each row that may have texels.
     bands: Vec<Range<usize>>,
 }
 
-/// Nothing is drawn into a row of blocks.
+/// A row of blocks without texels.
 const NOTHING: Range<usize> = Range {
     start: usize::MAX,
     end: 0,
 };
 
-/// How a disc is drawn: into which mask of a block, and which bit.
+/// The mask and the bit that a disc sets in each block.
 #[derive(Clone, Copy)]
-struct Ink {
+struct MaskBit {
     part: usize,
     bit: u32,
 }
 
 impl AttackTexels {
-    /// Draws what is counted of an attack, with masks of `lanes` words. Allocates nothing once it has held as much.
+    /// Draws the counted maps of an attack, with masks of `lanes` words.
     pub(super) fn draw(
         &mut self,
         isa: Isa,
@@ -110,7 +106,7 @@ impl AttackTexels {
         );
     }
 
-    /// Moves what is drawn from the canvas to the end of the lists.
+    /// Moves the blocks with texels from the canvas to the end of the lists.
     #[inline(always)]
     fn take_blocks(&mut self) {
         let canvas = &mut self.canvas;
@@ -139,13 +135,13 @@ impl AttackTexels {
     }
 }
 
-/// The bits that any texel of a block has.
+/// The bits that are set in any texel of a block.
 #[inline(always)]
 pub(super) fn any_of(masks: &BlockMasks) -> u32 {
     masks.iter().fold(0, |any, mask| any | mask)
 }
 
-/// All bits for each texel of a block that lies in a rectangle; `None` where all of them do.
+/// A mask of the block's texels that lie in a rectangle; `None` if all of them do.
 #[inline(always)]
 fn inside(rect: MapRect, block: [usize; 2]) -> Option<BlockMasks> {
     let [left, below] = [(rect.width, block[0]), (rect.height, block[1])]
@@ -159,7 +155,7 @@ fn inside(rect: MapRect, block: [usize; 2]) -> Option<BlockMasks> {
 }
 
 impl Canvas {
-    /// Makes room for maps of a rectangle.
+    /// Resizes the canvas for the maps of a rectangle.
     fn stretch(&mut self, rect: MapRect, parts: usize) {
         let rows = (rect.height as usize).div_ceil(BLOCK);
         self.rect = rect;
@@ -167,7 +163,7 @@ impl Canvas {
         self.parts = parts;
         self.bands.clear();
         self.bands.resize(rows, NOTHING);
-        // What is there is 0, whatever its place was.
+        // All existing masks are 0.
         let blocks = rows * self.columns * parts;
         if self.masks.len() < blocks {
             self.masks.resize(blocks, [0; BLOCK_TEXELS]);
@@ -184,18 +180,18 @@ impl Canvas {
         let discs = attack.discs_of(layer).into_iter().take(kinds);
         for (kind, discs) in discs.enumerate() {
             for &TimedDisc { disc, slice } in discs {
-                let ink = Ink {
+                let bit = MaskBit {
                     part: kind * lanes + slice as usize / 32,
                     bit: 1 << (slice % 32),
                 };
-                self.draw(disc, ink);
+                self.draw(disc, bit);
             }
         }
     }
 
     /// Draws a disc block by block, with the arithmetic of [`Disc::covers`].
     #[inline(always)]
-    fn draw(&mut self, disc: Disc, ink: Ink) {
+    fn draw(&mut self, disc: Disc, bit: MaskBit) {
         let radius = disc.radius.min(Disc::MAX_RADIUS);
         let (rows, columns) = (
             blocks_near(disc.z, radius, (SIDE, self.bands.len())),
@@ -213,18 +209,18 @@ impl Canvas {
                 *left = radius * radius - dz * dz;
             }
             for column in columns.clone() {
-                let at = (row * self.columns + column) * self.parts + ink.part;
+                let at = (row * self.columns + column) * self.parts + bit.part;
                 let masks = &mut self.masks[at];
                 for (k, (mask, left)) in masks.iter_mut().zip(&left).enumerate() {
                     let dx = centre(column, k % BLOCK) - disc.x;
-                    *mask |= if dx * dx <= *left { ink.bit } else { 0 };
+                    *mask |= if dx * dx <= *left { bit.bit } else { 0 };
                 }
             }
         }
     }
 }
 
-/// Centre of a block's texel along one axis, sub-texels.
+/// Centre of a texel of a block along one axis, sub-texels.
 #[inline(always)]
 fn centre(block: usize, texel: usize) -> i32 {
     (block * BLOCK + texel) as i32 * SUB_TEXELS + SUB_TEXELS / 2

@@ -19,7 +19,7 @@ mod ticks;
 pub use settings::{WarpBounds, WarpLimits, WarpSettings};
 
 use super::Attack;
-use super::clearance::{Clearance, Extent, MotionBody, SAMPLE_RATE, Sampling, on_one_motion};
+use super::clearance::{Clearance, ExactTest, MotionBody, SAMPLE_RATE};
 use crate::anim::{Rig, Warp};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
@@ -109,12 +109,7 @@ impl Warper {
                 bend,
             }));
             motion.extend(baked.graph(), goal.envelope.end);
-            nearest = on_one_motion(
-                baked,
-                (motion, Sampling::Each),
-                (attack, Extent::WHOLE),
-                body,
-            );
+            nearest = ExactTest::new(baked, attack).on_shared_motion(motion, body);
             if nearest.is_clean() {
                 self.plain.extend(baked.graph(), goal.envelope.end);
                 let graph = baked.graph();

@@ -3,7 +3,7 @@
 //! Source: Masaoka & Oshita, section 6, Table 1.
 
 use sabaki::maps::BakedGraph;
-use sabaki::query::measure::{MapTally, Truth};
+use sabaki::query::measure::{GroundTruth, MapTally};
 use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};
@@ -130,9 +130,9 @@ fn measure(
         }
         // The first two are exact, without and with the grid.
         let of = |index: usize| (&askers[index].answer, askers[index].rounds.as_slice());
-        let truth = Truth::new([of(0), of(1)]);
+        let truth = GroundTruth::new([of(0), of(1)]);
         for ((row, runner), run) in rows.iter_mut().zip(&askers).zip(&runs) {
-            truth.judge(&runner.rounds, &mut row.tally);
+            truth.compare(&runner.rounds, &mut row.tally);
             row.hit_though_avoidable += usize::from(!run.avoided && runs[0].avoided);
             row.runs.push(run.clone());
         }

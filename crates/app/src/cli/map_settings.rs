@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sabaki::maps::{BakedGraph, MapGrid, Section};
 use sabaki::query::cull::cpu;
-use sabaki::query::measure::{MapTally, Round, Truth};
+use sabaki::query::measure::{GroundTruth, MapTally, Round};
 use sabaki::query::{Query, QueryContext};
 use sabaki_app::demo::throw::Throw;
 use serde_json::{Value, json};
@@ -80,20 +80,23 @@ pub(crate) fn run(baked: &BakedGraph, throws: &[Throw], as_json: bool) -> Result
 }
 
 /// For each attack, which candidates of the whole search are hit.
-fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<Truth>, Failure> {
+fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<GroundTruth>, Failure> {
     let mut culling = Culling::without_device(String::new());
     let mut runner = QueryRunner::new(baked);
     runner.watches = true;
     let truth = |throw: &Throw| {
         let method = Method::EXACT;
         runner.ask(&method.settings(), throw, (&mut culling, method.cull))?;
-        Ok(Truth::new([(&runner.answer, runner.rounds.as_slice())]))
+        Ok(GroundTruth::new([(
+            &runner.answer,
+            runner.rounds.as_slice(),
+        )]))
     };
     throws.iter().map(truth).collect()
 }
 
 /// What the maps say of all candidates, and how long they take for one, microseconds.
-fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[Truth]) -> (MapTally, f64) {
+fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[GroundTruth]) -> (MapTally, f64) {
     let settings = Method::EXACT.settings();
     let query = Query::new(baked, &settings);
     let (mut context, mut culler) = (QueryContext::default(), cpu::Culler::default());
@@ -106,7 +109,7 @@ fn tally(baked: &BakedGraph, throws: &[Throw], truths: &[Truth]) -> (MapTally, f
             seconds += started.elapsed().as_secs_f64();
             Ok::<_, Infallible>(())
         });
-        truth.judge(&[Round::new(&session)], &mut tally);
+        truth.compare(&[Round::new(&session)], &mut tally);
     }
     (tally, seconds * 1e6 / tally.candidates().max(1) as f64)
 }

@@ -16,7 +16,7 @@ use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{Extent, MotionBody, Sampling, on_motion};
+use sabaki::query::clearance::{ExactTest, Extent, MotionBody};
 use sabaki::query::{Attack, AttackError};
 
 /// From the query to the contact, seconds.
@@ -158,9 +158,11 @@ impl<'a> BallThrower<'a> {
         let mut scratch = MotionBody::default();
         for _ in 0..MOST_DRAWN {
             let attack = self.ball(&motion, (contact, part), &mut random)?;
-            let measured = (&attack, Extent::UNTIL_HIT);
-            let how = (&motion, Sampling::Each);
-            if !on_motion(self.baked, how, measured, &mut scratch).is_clean() {
+            let test = ExactTest {
+                extent: Extent::UNTIL_HIT,
+                ..ExactTest::new(self.baked, &attack)
+            };
+            if !test.on_motion(&motion, &mut scratch).is_clean() {
                 return Ok(Some(TimedThrow {
                     throw: Throw { playhead, attack },
                     part,

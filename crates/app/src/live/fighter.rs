@@ -224,8 +224,10 @@ impl<'a> Fighter<'a> {
         self.picked = candidate.and_then(|index| {
             let last = self.last.as_ref()?;
             let report = last.answer().candidates.get(index)?;
-            let (from, until) = ((self.baked, last.playhead), last.dodge.span().1);
-            Some((index, last.answer().motion_of(from, report, until)?))
+            let answer = last.answer();
+            let mut motion = answer.motion_of(self.baked, last.playhead, report)?;
+            motion.extend(self.baked.graph(), last.dodge.span().1);
+            Some((index, motion))
         });
         if self.picked.is_none() {
             self.replay = None;

@@ -1,4 +1,4 @@
-//! Promise: a member of a troupe is where its playhead is, whoever poses it, and looks like its
+//! Promise: a member of a crowd is where its playhead is, whoever poses it, and looks like its
 //! level; nothing jumps where it goes from the graph to the crowd or back.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -9,7 +9,7 @@ use common::random::Random;
 use common::small::small;
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::character::{MemberId, PosedBy, Troupe, TroupeSettings};
+use sabaki::character::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
 use sabaki::crowd::{CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
@@ -45,13 +45,17 @@ impl Scene {
         }
     }
 
-    fn troupe(&self, crowd: CrowdSettings) -> Troupe<'_> {
-        let settings = TroupeSettings { crowd, near: 3.0 };
-        Troupe::new(self.graph, (&self.levels, self.switching.clone()), settings).unwrap()
+    fn crowd(&self, crowd: CrowdSettings) -> HybridCrowd<'_> {
+        let settings = HybridCrowdSettings {
+            crowd,
+            near: 3.0,
+            switching: self.switching.clone(),
+        };
+        HybridCrowd::new(self.graph, &self.levels, settings).unwrap()
     }
 
     /// Everywhere in the graph and on the ground.
-    fn fill(&self, troupe: &mut Troupe<'_>, count: usize) -> Vec<MemberId> {
+    fn fill(&self, crowd: &mut HybridCrowd<'_>, count: usize) -> Vec<MemberId> {
         let mut random = Random::new(9);
         let mut number = |most: f32| most * (random.next() >> 40) as f32 / (1 << 24) as f32;
         let edges = self.graph.edges().len() as f32;
@@ -60,7 +64,7 @@ impl Scene {
             let frame = number(self.graph.edge(edge).frames as f32);
             let world = Rigid2::new(number(6.0), number(30.0) - 15.0, number(30.0) - 15.0);
             let playhead = Playhead::at(self.graph, edge, frame, world);
-            troupe.add(playhead).unwrap()
+            crowd.add(playhead).unwrap()
         });
         members.collect()
     }
@@ -91,13 +95,13 @@ impl Scene {
     /// How far the worst point of a member is from where it should be, and who posed it.
     fn check(
         &self,
-        (troupe, out): (&mut Troupe<'_>, &[F32x16]),
+        (crowd, out): (&mut HybridCrowd<'_>, &[F32x16]),
         member: MemberId,
         form: Form,
     ) -> (f64, PosedBy) {
-        let slice = troupe.pose_slice(member).unwrap();
-        let detail = troupe.detail(member).unwrap();
-        let drawn = self.drawn(troupe.playhead(member).unwrap(), detail);
+        let slice = crowd.pose_slice(member).unwrap();
+        let detail = crowd.detail(member).unwrap();
+        let drawn = self.drawn(crowd.playhead(member).unwrap(), detail);
         let level = &self.levels.levels[usize::from(slice.level.0)];
         let mut worst: f64 = 0.0;
         for (joint, id) in level.kept.iter().enumerate() {
@@ -109,7 +113,7 @@ impl Scene {
                 worst = worst.max(apart);
             }
         }
-        (worst, troupe.posed_by(member).unwrap())
+        (worst, crowd.posed_by(member).unwrap())
     }
 }
 
@@ -121,23 +125,23 @@ fn members_are_where_their_playheads_are() {
             output,
             ..CrowdSettings::default()
         };
-        let mut troupe = scene.troupe(settings);
-        let members = scene.fill(&mut troupe, 150);
+        let mut crowd = scene.crowd(settings);
+        let members = scene.fill(&mut crowd, 150);
         let mut out = Vec::new();
         let mut seen = [0, 0];
         let mut changes = 0;
         let mut before = vec![PosedBy::Graph; members.len()];
         for frame in 0..90 {
-            troupe.advance(1.0 / 30.0).unwrap();
+            crowd.advance(1.0 / 30.0).unwrap();
             // A camera that flies across.
             let eye = Vec3::new(frame as f32 * 0.5 - 20.0, 1.6, 0.0);
-            troupe.look_from(eye).unwrap();
-            out.resize(troupe.lines(), F32x16::ZERO);
-            troupe.pose(&mut out).unwrap();
+            crowd.look_from(eye).unwrap();
+            out.resize(crowd.lines(), F32x16::ZERO);
+            crowd.pose(&mut out).unwrap();
             for (&member, before) in members.iter().zip(&mut before) {
-                let (worst, by) = scene.check((&mut troupe, &out), member, output.form);
+                let (worst, by) = scene.check((&mut crowd, &out), member, output.form);
                 // Quaternions and matrices are blended differently.
-                let blend = troupe.detail(member).unwrap().fract();
+                let blend = crowd.detail(member).unwrap().fract();
                 if output.form == Form::Matrices || blend == 0.0 {
                     assert!(
                         worst < NEAR,
@@ -159,31 +163,31 @@ fn members_are_where_their_playheads_are() {
 #[test]
 fn an_answer_is_played_and_then_the_member_walks_on() {
     let scene = Scene::new();
-    let mut troupe = scene.troupe(CrowdSettings::default());
-    let members = scene.fill(&mut troupe, 20);
+    let mut crowd = scene.crowd(CrowdSettings::default());
+    let members = scene.fill(&mut crowd, 20);
     let far = Vec3::new(500.0, 0.0, 0.0);
     let mut out = Vec::new();
-    troupe.look_from(far).unwrap();
+    crowd.look_from(far).unwrap();
     // Its own way, at another speed.
-    let start = troupe.playhead(members[3]).unwrap();
+    let start = crowd.playhead(members[3]).unwrap();
     let graph = scene.graph;
     let step = |edge| sabaki::graph::Step { edge, rate: 1.5 };
     let first = graph.natural_edge(start.next_node(graph));
     let second = graph.natural_edge(graph.edge(first).to);
     let motion = Motion::new(graph, start, &[step(first), step(second)]);
-    troupe.play(members[3], &motion);
+    crowd.play(members[3], &motion);
     let (mut seconds, mut by_graph, mut by_crowd) = (0.0f32, 0, 0);
     for _ in 0..200 {
         seconds += 0.02;
-        troupe.advance(0.02).unwrap();
-        troupe.look_from(far).unwrap();
-        out.resize(troupe.lines(), F32x16::ZERO);
-        troupe.pose(&mut out).unwrap();
-        let (worst, by) = scene.check((&mut troupe, &out), members[3], Form::Matrices);
+        crowd.advance(0.02).unwrap();
+        crowd.look_from(far).unwrap();
+        out.resize(crowd.lines(), F32x16::ZERO);
+        crowd.pose(&mut out).unwrap();
+        let (worst, by) = scene.check((&mut crowd, &out), members[3], Form::Matrices);
         assert!(worst < NEAR, "{worst} m after {seconds} s by {by:?}");
         if seconds < motion.duration() {
             let expected = motion.playhead(graph, seconds);
-            let found = troupe.playhead(members[3]).unwrap();
+            let found = crowd.playhead(members[3]).unwrap();
             assert_eq!(found.edge, expected.edge);
             assert!((found.frame - expected.frame).abs() < 1e-3);
             by_graph += usize::from(by == PosedBy::Graph);
@@ -197,16 +201,16 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
 #[test]
 fn strangers_and_small_memory_are_errors() {
     let scene = Scene::new();
-    let mut troupe = scene.troupe(CrowdSettings::default());
-    assert!(troupe.is_empty() && troupe.pose_slice(MemberId(0)).is_err());
-    assert_eq!(troupe.playhead(MemberId(0)), None);
-    scene.fill(&mut troupe, 3);
-    assert_eq!(troupe.len(), 3);
-    let needed = troupe.lines();
-    assert!(troupe.pose(&mut vec![F32x16::ZERO; needed - 1]).is_err());
-    troupe.pose(&mut vec![F32x16::ZERO; needed]).unwrap();
-    let frozen = troupe.playhead(MemberId(0));
-    troupe.advance(f32::NAN).unwrap();
-    troupe.advance(-1.0).unwrap();
-    assert_eq!(troupe.playhead(MemberId(0)), frozen);
+    let mut crowd = scene.crowd(CrowdSettings::default());
+    assert!(crowd.is_empty() && crowd.pose_slice(MemberId(0)).is_err());
+    assert_eq!(crowd.playhead(MemberId(0)), None);
+    scene.fill(&mut crowd, 3);
+    assert_eq!(crowd.len(), 3);
+    let needed = crowd.lines();
+    assert!(crowd.pose(&mut vec![F32x16::ZERO; needed - 1]).is_err());
+    crowd.pose(&mut vec![F32x16::ZERO; needed]).unwrap();
+    let frozen = crowd.playhead(MemberId(0));
+    crowd.advance(f32::NAN).unwrap();
+    crowd.advance(-1.0).unwrap();
+    assert_eq!(crowd.playhead(MemberId(0)), frozen);
 }

@@ -1,59 +1,54 @@
-//! A sphere of the attack on its way through many stretches of time: from how far away sixteen of them, or
-//! sixteen parts of the body, are seen at once not to be near.
+//! A moving sphere in sixteen intervals at once, and its distances from spheres and cylinders around the body.
 
 use glam::Vec3;
 
-use super::SAMPLE_RATE;
-use super::nearest::Ball;
+use super::extent::SAMPLE_RATE;
+use super::segment::{LANES, Lanes};
 use crate::maps::{HullRows, SphereKey};
 
-pub(super) const LANES: usize = 16;
+/// Vertical cylinders: x and z of the axis, radius, lowest and highest y.
+pub(super) type CylinderRows = [Lanes; 5];
 
-/// A number for each of sixteen.
-pub(super) type Lanes = [f32; LANES];
-
-/// Upright cylinders: x and z of the axis, radius, low and high end.
-pub(super) type UprightRows = [Lanes; 5];
-
-/// A sphere on its way between two keys: a [`Ball`] for each of sixteen stretches that follow each other.
-pub(super) struct Balls {
+/// A sphere that moves between two keys: one [`SphereSegment`](super::segment::SphereSegment) for each of sixteen consecutive intervals.
+pub(super) struct SegmentLanes {
     /// `[end][axis]`
     centres: [[Lanes; 3]; 2],
     radii: [Lanes; 2],
     shares: [Lanes; 2],
 }
 
-impl Balls {
-    /// From sample `first` on, in stretches of so many samples.
+impl SegmentLanes {
+    /// Starts at sample `first`; an interval has `interval` samples.
     #[inline(always)]
-    pub(super) fn new(keys: [SphereKey; 2], first: usize, stretch: usize) -> Self {
-        let mut balls = Self {
+    pub(super) fn new(keys: [SphereKey; 2], first: usize, interval: usize) -> Self {
+        let mut segments = Self {
             centres: [[[0.0; LANES]; 3]; 2],
             radii: [[0.0; LANES]; 2],
             shares: [[0.0; LANES]; 2],
         };
         let (start, end) = (keys[0].center.to_array(), keys[1].center.to_array());
         let (span, growth) = (keys[1].t - keys[0].t, keys[1].radius - keys[0].radius);
-        let (first, stretch) = (first as i32, stretch as i32);
+        let (first, interval) = (first as i32, interval as i32);
         for side in 0..2 {
             for lane in 0..LANES {
-                let from = first + lane as i32 * stretch;
-                let tick = from + side as i32 * stretch;
+                let from = first + lane as i32 * interval;
+                let tick = from + side as i32 * interval;
                 let t = (tick as f32 / SAMPLE_RATE).max(keys[0].t).min(keys[1].t);
                 let way = ((t - keys[0].t) / span).clamp(0.0, 1.0);
                 let way = if span > 0.0 { way } else { 0.0 };
                 for axis in 0..3 {
-                    balls.centres[side][axis][lane] = start[axis] * (1.0 - way) + end[axis] * way;
+                    segments.centres[side][axis][lane] =
+                        start[axis] * (1.0 - way) + end[axis] * way;
                 }
-                balls.radii[side][lane] = keys[0].radius + growth * way;
-                let share = (t * SAMPLE_RATE - from as f32) / stretch as f32;
-                balls.shares[side][lane] = share.clamp(0.0, 1.0);
+                segments.radii[side][lane] = keys[0].radius + growth * way;
+                let share = (t * SAMPLE_RATE - from as f32) / interval as f32;
+                segments.shares[side][lane] = share.clamp(0.0, 1.0);
             }
         }
-        balls
+        segments
     }
 
-    /// The smallest distances from spheres that hold the whole body at the two ends of each stretch.
+    /// The smallest distances from spheres that hold the whole body at the two ends of each interval.
     #[inline(always)]
     pub(super) fn distances_to_spheres(&self, hulls: [&HullRows; 2]) -> Lanes {
         self.distances(hulls, ([(0, 0), (1, 1), (2, 2)], 3))
@@ -61,7 +56,7 @@ impl Balls {
 
     /// The same from upright cylinders.
     #[inline(always)]
-    pub(super) fn distances_to_uprights(&self, [from, to]: [&UprightRows; 2]) -> Lanes {
+    pub(super) fn distances_to_cylinders(&self, [from, to]: [&CylinderRows; 2]) -> Lanes {
         let mut distances = self.distances([from, to], ([(0, 0), (1, 2)], 2));
         for lane in 0..LANES {
             let (radius, heights) = (
@@ -77,8 +72,8 @@ impl Balls {
         distances
     }
 
-    /// The smallest distances from what lies around points, or lines along the axes that are not named: `axes` are rows and the
-    /// axes that they are places on, `radii` is a row too.
+    /// The smallest distances from points, or from lines along the axes that are left out. `axes` pairs the rows of coordinates with
+    /// their axes; `radii` is the row of radii.
     #[inline(always)]
     fn distances<const ROWS: usize, const AXES: usize>(
         &self,
@@ -105,7 +100,7 @@ impl Balls {
     }
 }
 
-/// [`closest`](super::closest) for radii that stay: the smallest distances.
+/// [`closest`](super::closest) for constant radii: the smallest distances.
 #[inline(always)]
 fn closest(apart: &[[Lanes; 3]; 2], radii: &Lanes) -> Lanes {
     let mut best = [0.0; LANES];
@@ -124,51 +119,34 @@ fn closest(apart: &[[Lanes; 3]; 2], radii: &Lanes) -> Lanes {
     best
 }
 
-impl Ball {
-    /// Distances from spheres that stay where they are: those of the ball's whole way, as far as it can be anywhere on it.
-    #[inline(always)]
-    pub(super) fn distances_to_hulls(&self, [x, y, z, radii]: &HullRows) -> Lanes {
-        let ([start, end], radius) = (self.centres, self.radii[0].max(self.radii[1]));
-        let motion = end - start;
-        // So small that it matters only where nothing moves, and then nothing is multiplied by it.
-        let squared = motion.length_squared() + f32::MIN_POSITIVE;
-        let mut distances = [0.0; LANES];
-        for lane in 0..LANES {
-            let apart = Vec3::new(x[lane], y[lane], z[lane]) - start;
-            let share = (apart.dot(motion) / squared).clamp(0.0, 1.0);
-            distances[lane] = (apart - motion * share).length() - (radii[lane] + radius);
-        }
-        distances
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::closest::closest;
-    use super::super::sweep::ball;
+    use super::super::segment::SphereSegment;
     use super::*;
     use crate::math::Isa;
     use proptest::prelude::*;
 
-    /// Of one stretch, with its ends' spheres: the naive way.
-    fn to_spheres(ball: &Ball, [from, to]: [[f32; 4]; 2]) -> f32 {
+    /// Of one interval, with its ends' spheres: the naive way.
+    fn to_spheres(segment: &SphereSegment, [from, to]: [[f32; 4]; 2]) -> f32 {
         let hull = [from, to].map(|[x, y, z, _]| Vec3::new(x, y, z));
-        let apart = [0, 1].map(|end| hull[0].lerp(hull[1], ball.shares[end]) - ball.centres[end]);
-        let reach = from[3].max(to[3]) + ball.radii[0].max(ball.radii[1]);
+        let apart =
+            [0, 1].map(|end| hull[0].lerp(hull[1], segment.shares[end]) - segment.centres[end]);
+        let reach = from[3].max(to[3]) + segment.radii[0].max(segment.radii[1]);
         closest(apart, [reach; 2]).1
     }
 
     /// The way on the ground, or what lies between the heights.
-    fn to_uprights(ball: &Ball, [from, to]: [[f32; 5]; 2]) -> f32 {
+    fn to_cylinders(segment: &SphereSegment, [from, to]: [[f32; 5]; 2]) -> f32 {
         let apart = [0, 1].map(|end| {
-            let share = ball.shares[end];
+            let share = segment.shares[end];
             let axis = |row: usize| from[row] * (1.0 - share) + to[row] * share;
-            let centre = ball.centres[end];
+            let centre = segment.centres[end];
             Vec3::new(axis(0) - centre.x, 0.0, axis(1) - centre.z)
         });
-        let radius = ball.radii[0].max(ball.radii[1]);
+        let radius = segment.radii[0].max(segment.radii[1]);
         let beside = closest(apart, [from[2].max(to[2]) + radius; 2]).1;
-        let heights = ball.centres.map(|centre| centre.y);
+        let heights = segment.centres.map(|centre| centre.y);
         let above = heights[0].min(heights[1]) - radius - from[4].max(to[4]);
         let below = from[3].min(to[3]) - radius - heights[0].max(heights[1]);
         beside.max(above).max(below)
@@ -194,22 +172,22 @@ mod tests {
         fn sixteen_are_each_what_one_is(
             (from, to) in (prop::array::uniform4(0.01f32..3.0), prop::array::uniform4(0.01f32..3.0)),
             (start, seconds) in (0.0f32..2.0, prop_oneof![Just(0.0f32), 0.01f32..1.0]),
-            (first, stretch) in (0usize..60, prop::sample::select(vec![1usize, 4])),
-            spheres in rows::<4>(), uprights in rows::<5>(), stays in any::<bool>(),
+            (first, interval) in (0usize..60, prop::sample::select(vec![1usize, 4])),
+            spheres in rows::<4>(), cylinders in rows::<5>(), stays in any::<bool>(),
         ) {
             let to = if stays { from } else { to };
             let keys = [key(start, from), key(start + seconds, to)];
             for isa in Isa::available() {
                 let found = isa.run(|| {
-                    let balls = Balls::new(keys, first, stretch);
+                    let segments = SegmentLanes::new(keys, first, interval);
                     let [a, b] = &spheres;
-                    let [c, d] = &uprights;
-                    (balls.distances_to_spheres([a, b]), balls.distances_to_uprights([c, d]))
+                    let [c, d] = &cylinders;
+                    (segments.distances_to_spheres([a, b]), segments.distances_to_cylinders([c, d]))
                 });
                 for at in 0..LANES {
-                    let tick = first + at * stretch;
-                    let one = ball(keys, [tick, tick + stretch]);
-                    let expected = (to_spheres(&one, lane(&spheres, at)), to_uprights(&one, lane(&uprights, at)));
+                    let tick = first + at * interval;
+                    let one = SphereSegment::between(keys, [tick, tick + interval]);
+                    let expected = (to_spheres(&one, lane(&spheres, at)), to_cylinders(&one, lane(&cylinders, at)));
                     prop_assert_eq!(found.0[at].to_bits(), expected.0.to_bits(), "{:?} {}", isa, at);
                     prop_assert_eq!(found.1[at].to_bits(), expected.1.to_bits(), "{:?} {}", isa, at);
                 }
@@ -218,17 +196,17 @@ mod tests {
 
         #[test]
         fn nothing_in_a_hull_is_nearer_than_it(
-            ball in prop::array::uniform6(-2.0f32..2.0), radii in prop::array::uniform2(0.01f32..0.3),
+            segment in prop::array::uniform6(-2.0f32..2.0), radii in prop::array::uniform2(0.01f32..0.3),
             hulls in rows::<4>(), (towards, share) in (prop::array::uniform3(-1.0f32..1.0), 0.0f32..=1.0),
         ) {
-            let ball = Ball {
-                centres: [Vec3::from_slice(&ball[..3]), Vec3::from_slice(&ball[3..])],
+            let segment = SphereSegment {
+                centres: [Vec3::from_slice(&segment[..3]), Vec3::from_slice(&segment[3..])],
                 radii,
                 shares: [0.0, 1.0],
             };
             let mut hulls = hulls[0];
             hulls[3][0] = f32::NEG_INFINITY;
-            let found = ball.distances_to_hulls(&hulls);
+            let found = segment.distances_to_hulls(&hulls);
             prop_assert_eq!(found[0], f32::INFINITY);
             for at in 1..LANES {
                 let [x, y, z, radius] = hulls.map(|row| row[at]);
@@ -236,11 +214,11 @@ mod tests {
                 // A small sphere somewhere in the hull.
                 let small = 0.3 * radius;
                 let centre = Vec3::new(x, y, z) + Vec3::from(towards).normalize_or(Vec3::X) * (radius - small) * share;
-                let apart = [0, 1].map(|end| centre - ball.centres[end]);
-                let nearest = closest(apart, ball.radii.map(|own| own + small)).1;
+                let apart = [0, 1].map(|end| centre - segment.centres[end]);
+                let nearest = closest(apart, segment.radii.map(|own| own + small)).1;
                 let mut positive = hulls;
                 positive[3][at] = radius;
-                prop_assert!(ball.distances_to_hulls(&positive)[at] <= nearest + 1e-5);
+                prop_assert!(segment.distances_to_hulls(&positive)[at] <= nearest + 1e-5);
             }
         }
     }

@@ -1,12 +1,12 @@
-//! Random numbers that are the same everywhere.
+//! Random numbers that are the same on every machine.
 //!
-//! Source: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators" (2014): SplitMix64. The crate's other random
-//! numbers come with the feature `demo`, which a duel does not need.
+//! Source: Steele, Lea & Flood, "Fast Splittable Pseudorandom Number Generators" (2014): SplitMix64. A duel needs
+//! no other generator, so the component needs no crate for it.
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chance(u64);
+pub(super) struct SplitMix64(u64);
 
-impl Chance {
+impl SplitMix64 {
     pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -18,12 +18,12 @@ impl Chance {
         mixed ^ (mixed >> 31)
     }
 
-    /// From 0 up to, but not, 1.
+    /// A number from 0 to 1, without 1.
     pub(super) fn share(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// Below `count`, which is above 0.
+    /// An integer from 0 to `count`, without `count`. `count` is above 0.
     pub(super) fn below(&mut self, count: usize) -> usize {
         ((self.share() * count as f32) as usize).min(count.saturating_sub(1))
     }
@@ -36,11 +36,11 @@ mod tests {
     #[test]
     fn the_numbers_are_those_of_the_paper() {
         // The reference implementation's, from seed 1234567.
-        let mut chance = Chance::new(1_234_567);
-        assert_eq!(chance.next(), 6_457_827_717_110_365_317);
-        assert_eq!(chance.next(), 3_203_168_211_198_807_973);
+        let mut rng = SplitMix64::new(1_234_567);
+        assert_eq!(rng.next(), 6_457_827_717_110_365_317);
+        assert_eq!(rng.next(), 3_203_168_211_198_807_973);
         let mut seen = [0; 4];
-        (0..4000).for_each(|_| seen[chance.below(4)] += 1);
+        (0..4000).for_each(|_| seen[rng.below(4)] += 1);
         assert!(seen.iter().all(|&count| count > 850), "{seen:?}");
     }
 }

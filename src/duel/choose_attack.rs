@@ -1,0 +1,140 @@
+//! The choice of an attack.
+//!
+//! Source: Lee & Lee (2004). The node's grid is looked up at the predicted positions of the opponent's body. Each attack that it names is
+//! tested on the actual motions: whether it hits an opponent that goes on as planned, and whether both stay apart.
+
+use glam::Vec3;
+
+use super::challenge::Challenge;
+use super::duel_state::Duel;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{EdgeId, Motion, Playhead, Step};
+use crate::maps::AttackOption;
+use crate::query::Attack;
+
+/// An attack of the grid, with its rank.
+#[derive(Clone, Copy)]
+struct Choice {
+    option: AttackOption,
+    /// Rank; smaller values are tried first.
+    rank: f32,
+}
+
+/// Number of recent attacks to which others are preferred.
+const REMEMBERED: usize = 4;
+
+impl Duel<'_> {
+    /// Finds an attack that would hit.
+    pub(super) fn find_challenge(&mut self) -> Option<Challenge> {
+        let graph = self.baked.graph();
+        let attacker = self.turn;
+        let me = self.fighters[attacker.index()].ahead(graph, self.now);
+        let them = self.fighters[attacker.other().index()].ahead(graph, self.now);
+        let mut options: Vec<Choice> = Vec::new();
+        for option in self.attacks((&me, &them), 0.0) {
+            let strike = self.grid.attack_move(self.baked, option.path).edge;
+            let recent = self.used.iter().rev().take(REMEMBERED);
+            let used = recent.filter(|&&used| used == strike).count() as f32;
+            options.push(Choice {
+                option,
+                rank: self.rng.share() + 2.0 * used,
+            });
+        }
+        options.sort_by(|a, b| a.rank.total_cmp(&b.rank).then(a.option.cmp(&b.option)));
+        options
+            .iter()
+            .find_map(|choice| self.challenge_by(choice.option, &them))
+    }
+
+    /// Whether the grid has an attack at the next node after a time, seconds.
+    pub(super) fn reaches(&self, motions: (&Motion, &Motion), seconds: f32) -> bool {
+        !self.attacks(motions, seconds).is_empty()
+    }
+
+    /// The attacks that the grid of the next node after `seconds` has for the positions of the opponent's trunk and thighs. Each path is
+    /// listed once.
+    fn attacks(&self, (me, them): (&Motion, &Motion), seconds: f32) -> Vec<AttackOption> {
+        /// Usual time from a node to the impact, seconds.
+        const USUAL: f32 = 0.6;
+        let graph = self.baked.graph();
+        let mine = me.playhead(graph, seconds);
+        let (node, wait) = (mine.next_node(graph), mine.seconds_to_next_node(graph));
+        let frame = mine.next_clip_to_world(graph) * self.baked.placement(node);
+        let mut attacks = Vec::new();
+        for target in self.targets(them.playhead(graph, seconds + wait + USUAL)) {
+            attacks.extend_from_slice(self.grid.at(node, frame.inverse().point(target)));
+        }
+        attacks.sort_unstable();
+        attacks.dedup_by_key(|option| option.path);
+        attacks
+    }
+
+    /// The positions of a body's targets.
+    fn targets(&self, playhead: Playhead) -> Vec<Vec3> {
+        let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
+        playhead.pose(self.baked.graph(), &mut pose);
+        forward_kinematics(self.baked.graph().skeleton(), &pose, &mut joints);
+        let mut targets: Vec<Vec3> = self
+            .trunk
+            .spheres()
+            .iter()
+            .map(|sphere| sphere.centre(&joints))
+            .collect();
+        // The legs below the trunk: at three quarters and at half of the hips' height.
+        let hips = joints[0].translation;
+        targets.extend([0.75, 0.5].map(|share| Vec3::new(hips.x, share * hips.y, hips.z)));
+        targets
+    }
+
+    /// The challenge of an attack; `None` if its time is wrong, it would not hit, or the fighters would not stay apart.
+    fn challenge_by(&mut self, option: AttackOption, them: &Motion) -> Option<Challenge> {
+        let graph = self.baked.graph();
+        let rate = graph.frame_rate() as f32;
+        let attacker = self.turn;
+        let me = &self.fighters[attacker.index()];
+        let wait = me.branch(graph, self.now, &[]).duration();
+        let impact = wait + self.grid.frames(option) as f32 / rate;
+        if impact < self.settings.lead.0 {
+            return None;
+        }
+        let strike = *self.grid.attack_move(self.baked, option.path);
+        let path: Vec<EdgeId> = self.grid.paths().edges(option.path).collect();
+        let edges = path.iter().chain([&strike.edge]);
+        let steps: Vec<Step> = edges.map(|&edge| Step { edge, rate: 1.0 }).collect();
+        let mut motion = me.branch(graph, self.now, &steps);
+        let start = wait + f32::from(self.grid.paths().path(option.path).frames) / rate;
+        // The transform of the attack's clip at that time.
+        let placement = motion.playhead(graph, start + 0.5 / rate).clip_to_world * strike.placement;
+        let attack = Attack::of_attack_move(self.baked, &strike, placement, start).ok()?;
+        let end = attack.end();
+        motion.extend(graph, end + self.settings.window);
+        let without = self.depth(them, &attack);
+        let lands = without < -self.settings.depth;
+        let seconds = end + self.settings.pause;
+        let fits = lands
+            && self.stays_inside(&motion, seconds)
+            && self.stays_apart([&motion, them], seconds);
+        if !fits {
+            return None;
+        }
+        // The attack begins now. It is announced later, at a random time before the impact.
+        let (shortest, longest) = self.settings.lead;
+        let wanted = shortest + (longest - shortest).max(0.0) * self.rng.share();
+        // It is announced before it starts.
+        let hidden = (impact - wanted).clamp(0.0, start);
+        let now = self.now;
+        self.fighters[attacker.index()].play(graph, now, motion);
+        self.now += hidden;
+        let attack = Attack::of_attack_move(self.baked, &strike, placement, start - hidden).ok()?;
+        Some(Challenge {
+            attacker,
+            playhead: self.fighters[attacker.other().index()].playhead(graph, self.now),
+            attack,
+            strike: strike.edge,
+            path,
+            announced: self.now,
+            lead: impact - hidden,
+            without,
+        })
+    }
+}

@@ -1,0 +1,74 @@
+//! The space between two fighters and in their arena.
+
+use super::duel_state::Duel;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::Motion;
+use crate::maps::BodySphere;
+use crate::query::Attack;
+
+/// Samples per second at which distances are tested.
+const RATE: f32 = 30.0;
+
+impl Duel<'_> {
+    /// The smallest distance of an attack and its targets, metres, on a motion with the same clock. Hands and forearms are no targets.
+    pub(super) fn depth(&self, motion: &Motion, attack: &Attack) -> f32 {
+        let graph = self.baked.graph();
+        let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
+        let mut nearest = f32::INFINITY;
+        let (start, end) = (attack.start(), attack.end());
+        for t in ticks(2.0 * (end - start)).map(|t| (start + 0.5 * t).min(end)) {
+            motion.sample(graph, t, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut joints);
+            let here = attack.spheres().iter();
+            let here = here.filter(|sphere| (sphere.start()..=sphere.end()).contains(&t));
+            for key in here.map(|sphere| sphere.at(t)) {
+                let away = |part: &BodySphere| {
+                    part.centre(&joints).distance(key.center) - part.radius - key.radius
+                };
+                nearest = self.trunk.targets.iter().map(away).fold(nearest, f32::min);
+            }
+        }
+        nearest
+    }
+
+    /// Whether two motions that start now keep the trunks apart for a time, seconds.
+    pub(super) fn stays_apart(&self, motions: [&Motion; 2], seconds: f32) -> bool {
+        /// Smallest distance at the samples, metres: a reserve for the time between them.
+        const SPARE: f32 = 0.04;
+        /// Distance of the roots beyond which trunks cannot touch, metres.
+        const FAR: f32 = 2.0;
+        let graph = self.baked.graph();
+        ticks(seconds).all(|t| {
+            let [a, b] = motions.map(|motion| motion.root(graph, t));
+            if a.distance(b) > FAR {
+                return true;
+            }
+            let playheads = motions.map(|motion| motion.playhead(graph, t));
+            self.trunk.distance(self.baked, playheads) > SPARE
+        })
+    }
+
+    /// Whether the root stays in the arena for a time, seconds.
+    pub(super) fn stays_inside(&self, motion: &Motion, seconds: f32) -> bool {
+        /// Smallest distance from the border, metres.
+        const SPARE: f32 = 0.02;
+        ticks(seconds).all(|t| {
+            let root = motion.root(self.baked.graph(), t);
+            root.x.hypot(root.z) < self.settings.arena - SPARE
+        })
+    }
+
+    /// Whether the roots keep the distance of [`DuelSettings::closest`](super::DuelSettings::closest) for a time, seconds.
+    pub(super) fn keeps_distance(&self, motions: [&Motion; 2], seconds: f32) -> bool {
+        let graph = self.baked.graph();
+        ticks(seconds).step_by(3).all(|t| {
+            let [a, b] = motions.map(|motion| motion.root(graph, t));
+            (a.x - b.x).hypot(a.z - b.z) >= self.settings.closest
+        })
+    }
+}
+
+fn ticks(seconds: f32) -> impl Iterator<Item = f32> {
+    let count = (seconds * RATE).ceil().max(0.0) as usize;
+    (0..=count).map(|tick| tick as f32 / RATE)
+}

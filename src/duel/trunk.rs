@@ -1,0 +1,66 @@
+use glam::Vec3;
+
+use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::graph::Playhead;
+use crate::maps::{BakedGraph, BodySphere};
+
+/// The spheres of trunk and head. Two fighters keep these apart; limbs may touch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trunk {
+    spheres: Vec<BodySphere>,
+    /// Targets of attacks: trunk, head, and the first bone of each limb.
+    pub(super) targets: Vec<BodySphere>,
+}
+
+impl Trunk {
+    /// The spheres of joints without a mirrored joint. If joint names tell no sides, those of the root.
+    #[must_use]
+    pub fn of(baked: &BakedGraph) -> Self {
+        let skeleton = baked.graph().skeleton();
+        let middle = |sphere: &&BodySphere| skeleton.mirror(sphere.joint).is_none();
+        let has_sides = skeleton.ids().any(|id| skeleton.mirror(id).is_some());
+        let first = |sphere: &&BodySphere| {
+            let sided = |id: &JointId| skeleton.mirror(*id).is_some();
+            skeleton.ancestry(sphere.joint).take_while(sided).count() <= 1
+        };
+        let root = |sphere: &&BodySphere| sphere.joint == JointId::ROOT;
+        let all = baked.body().spheres.iter();
+        let spheres = match has_sides {
+            true => all.filter(middle).copied().collect(),
+            false => all.filter(root).copied().collect(),
+        };
+        let targets = baked.body().spheres.iter().filter(first);
+        Self {
+            spheres,
+            targets: targets.copied().collect(),
+        }
+    }
+
+    /// The spheres of trunk and head.
+    #[must_use]
+    pub fn spheres(&self) -> &[BodySphere] {
+        &self.spheres
+    }
+
+    /// Writes the centres and radii at a position of the graph, in the world.
+    pub fn at(&self, baked: &BakedGraph, playhead: Playhead, out: &mut Vec<(Vec3, f32)>) {
+        let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
+        playhead.pose(baked.graph(), &mut pose);
+        forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+        out.clear();
+        let spheres = self.spheres.iter();
+        out.extend(spheres.map(|sphere| (sphere.centre(&joints), sphere.radius)));
+    }
+
+    /// The smallest distance between the surfaces of two bodies' trunks, metres; negative where they overlap.
+    #[must_use]
+    pub fn distance(&self, baked: &BakedGraph, playheads: [Playhead; 2]) -> f32 {
+        let [mut a, mut b] = [Vec::new(), Vec::new()];
+        self.at(baked, playheads[0], &mut a);
+        self.at(baked, playheads[1], &mut b);
+        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+        pairs
+            .map(|(a, b)| a.0.distance(b.0) - a.1 - b.1)
+            .fold(f32::INFINITY, f32::min)
+    }
+}

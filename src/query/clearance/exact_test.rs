@@ -1,0 +1,125 @@
+//! The exact test: how near does an attack come to the body?
+//!
+//! Source: Masaoka & Oshita, section 5.4, V_d: the smallest distance between any sphere of the body and any sphere of the attack at
+//! equal times. Differs: the distance is also measured between samples. The body's spheres are sampled at [`SAMPLE_RATE`] and move
+//! in straight lines between samples; the attack's spheres move in straight lines between keys. The smallest distance of two such
+//! spheres has a closed form.
+//!
+//! The body comes from one of two sources. On any motion it is posed sample by sample. From an evasion's start on, a baked body
+//! track has the samples, relative to the start; then the attack is moved into the track's frame, and nothing is posed.
+//!
+//! [`SAMPLE_RATE`]: super::SAMPLE_RATE
+
+use super::body_samples::TimeWindow;
+use super::extent::{Extent, Sampling};
+use super::posed_body::MotionBody;
+use super::result::Clearance;
+use super::sweep::Sweep;
+use super::tracked_body::TrackedBody;
+use crate::graph::Motion;
+use crate::maps::{BakedGraph, BodyTrack};
+use crate::math::Rigid2;
+use crate::query::attack::Attack;
+
+/// A test of one attack.
+#[derive(Clone, Copy, Debug)]
+pub struct ExactTest<'a> {
+    /// The graph of the motions.
+    pub baked: &'a BakedGraph,
+    /// Attack, in the world of the motions; its clock starts with them.
+    pub attack: &'a Attack,
+    /// The range of distances that are told apart. Default: [`Extent::WHOLE`].
+    pub extent: Extent,
+    /// The samples of a posed motion. Default: [`Sampling::Each`].
+    pub sampling: Sampling,
+}
+
+/// An evasion that a character performs.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedEvasion<'a> {
+    /// Body from the evasion's start on.
+    pub track: &'a BodyTrack,
+    /// The character's frame at the start, in the world.
+    pub placement: Rigid2,
+    /// Start, seconds since the query.
+    pub start: f32,
+}
+
+impl<'a> ExactTest<'a> {
+    /// The exact smallest distance over the whole attack, at every sample.
+    #[must_use]
+    pub fn new(baked: &'a BakedGraph, attack: &'a Attack) -> Self {
+        Self {
+            baked,
+            attack,
+            extent: Extent::WHOLE,
+            sampling: Sampling::Each,
+        }
+    }
+
+    /// The smallest distance on a motion, which must last as long as the attack. `scratch` is kept from one test to the next.
+    pub fn on_motion(&self, motion: &Motion, scratch: &mut MotionBody) -> Clearance {
+        scratch.forget();
+        self.on_shared_motion(motion, scratch)
+    }
+
+    /// The same for one of several motions in the graph: poses that they have in common are computed once.
+    pub(in crate::query) fn on_shared_motion(
+        &self,
+        motion: &Motion,
+        scratch: &mut MotionBody,
+    ) -> Clearance {
+        let parts = scratch.parts();
+        let mut body = parts.posed.on(self.baked, motion, self.sampling);
+        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
+        sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
+        sweep.nearest()
+    }
+
+    /// The same for a motion that is built for the test alone, in the memory of `scratch`.
+    pub(in crate::query) fn on_built_motion(
+        &self,
+        scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
+    ) -> Clearance {
+        let parts = scratch.parts();
+        build(parts.motion);
+        let mut body = parts.posed.on(self.baked, parts.motion, self.sampling);
+        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
+        sweep.run(&mut body, TimeWindow::of_motion(0.0, f32::INFINITY));
+        sweep.nearest()
+    }
+
+    /// The smallest distance on a motion that leads to an evasion. This costs a fraction of a test of the posed motion.
+    ///
+    /// `build` writes the motion. It is called only if the attack begins before the evasion or ends after its track, and the
+    /// distance on the track does not decide the result. The posed part takes every sample.
+    pub fn on_track(
+        &self,
+        evasion: &PlacedEvasion<'_>,
+        scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
+    ) -> Clearance {
+        let (start, end) = (evasion.start, evasion.start + evasion.track.seconds());
+        let is_covered = self.attack.start() >= start && self.attack.end() <= end;
+        let parts = scratch.parts();
+        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
+        let mut body = TrackedBody::new(self.baked, evasion.track);
+        sweep.run(
+            &mut body,
+            TimeWindow {
+                from: start,
+                to: end,
+                origin: start,
+                placement: evasion.placement.inverse(),
+            },
+        );
+        if !is_covered && !sweep.is_over() {
+            build(parts.motion);
+            let mut body = parts.posed.on(self.baked, parts.motion, Sampling::Each);
+            sweep.run(&mut body, TimeWindow::of_motion(0.0, start));
+            sweep.run(&mut body, TimeWindow::of_motion(end, f32::INFINITY));
+        }
+        sweep.nearest()
+    }
+}

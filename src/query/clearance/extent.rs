@@ -1,0 +1,48 @@
+use crate::maps::BodyTrack;
+
+/// Samples of the body per second.
+pub const SAMPLE_RATE: f32 = BodyTrack::RATE;
+
+/// The range of distances that a test tells apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Distances are clamped to this value, in metres.
+    pub below: f32,
+    /// The search stops once it finds a distance below this value, in metres. The true distance may then be smaller.
+    pub enough: f32,
+}
+
+impl Extent {
+    /// The exact smallest distance over the whole attack.
+    pub const WHOLE: Self = Self {
+        below: f32::INFINITY,
+        enough: f32::NEG_INFINITY,
+    };
+
+    /// The exact smallest distance of a clean motion. The search stops at the first hit it finds.
+    pub const UNTIL_HIT: Self = Self {
+        enough: 0.0,
+        ..Self::WHOLE
+    };
+}
+
+/// How the samples of a motion are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sampling {
+    /// Every sample that the attack may be near.
+    #[default]
+    Each,
+    /// Every fourth sample, then the samples between those where the attack is near. Every hit that it reports is a hit. It may
+    /// overestimate the clearance of a body that leaves the straight line between two such samples by more than 2.5 cm.
+    CoarseFirst,
+}
+
+impl Sampling {
+    /// The distance of samples that are always taken.
+    pub(super) fn interval(self) -> usize {
+        match self {
+            Self::Each => 1,
+            Self::CoarseFirst => BodyTrack::INTERVAL,
+        }
+    }
+}

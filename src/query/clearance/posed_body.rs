@@ -1,0 +1,265 @@
+//! The body along a motion, posed sample by sample.
+
+use rustc_hash::FxHashMap;
+
+use super::body_samples::{BodySamples, Intervals, Near};
+use super::extent::{SAMPLE_RATE, Sampling};
+use super::nearest::Spheres;
+use super::segment::{LANES, Lanes};
+use super::segment_lanes::SegmentLanes;
+use super::sweep::SweepScratch;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{Motion, Playhead};
+use crate::maps::{BakedGraph, BodyTrack, SphereKey};
+use crate::math::Isa;
+
+/// The memory of tests, with the poses that several motions have in common. Keep it from one test to the next.
+#[derive(Clone, Debug, Default)]
+pub struct MotionBody {
+    posed: PosedRows,
+    sweep: SweepScratch,
+    /// A motion that is built for one test.
+    motion: Motion,
+}
+
+/// The parts of a [`MotionBody`].
+pub(super) struct MotionBodyParts<'a> {
+    pub posed: &'a mut PosedRows,
+    pub sweep: &'a mut SweepScratch,
+    pub motion: &'a mut Motion,
+}
+
+/// The posed samples.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PosedRows {
+    pose: Pose,
+    joints: Vec<JointTransform>,
+    /// Start of the rows of each sample, from `first_tick` on.
+    slots: Vec<Option<usize>>,
+    first_tick: Option<usize>,
+    /// Start of the rows of each pose, of any motion, since [`MotionBody::forget`].
+    known: FxHashMap<PoseKey, usize>,
+    /// Coordinates, `[slot][x, y, z][sphere]`, padded.
+    rows: Vec<f32>,
+}
+
+/// Key of a pose: edge, frame, and placement in the world.
+type PoseKey = [u32; 6];
+
+/// Number of poses that are kept. It is enough for the moves of a query.
+const MOST_KNOWN: usize = 4096;
+
+impl PosedRows {
+    /// The body along a motion.
+    pub(super) fn on<'a>(
+        &'a mut self,
+        baked: &'a BakedGraph,
+        motion: &'a Motion,
+        sampling: Sampling,
+    ) -> PosedBody<'a> {
+        if self.known.len() > MOST_KNOWN {
+            self.forget();
+        }
+        self.slots.clear();
+        self.first_tick = None;
+        PosedBody {
+            baked,
+            motion,
+            sampling,
+            scratch: self,
+        }
+    }
+
+    fn forget(&mut self) {
+        self.known.clear();
+        self.rows.clear();
+    }
+
+    /// Start of the rows of a pose.
+    fn rows_of(&mut self, baked: &BakedGraph, playhead: Playhead) -> usize {
+        let start = *self.known.entry(key(playhead)).or_insert(self.rows.len());
+        if start == self.rows.len() {
+            playhead.pose(baked.graph(), &mut self.pose);
+            self.push(baked);
+        }
+        start
+    }
+
+    /// Start of the rows of a warped pose, which no other motion has.
+    fn rows_of_warped(&mut self, baked: &BakedGraph, motion: &Motion, seconds: f32) -> usize {
+        let start = self.rows.len();
+        motion.sample(baked.graph(), seconds, &mut self.pose);
+        self.push(baked);
+        start
+    }
+
+    /// Appends the rows of the current pose.
+    fn push(&mut self, baked: &BakedGraph) {
+        forward_kinematics(baked.graph().skeleton(), &self.pose, &mut self.joints);
+        baked.body_rows().push(&self.joints, &mut self.rows);
+    }
+}
+
+fn key(playhead: Playhead) -> PoseKey {
+    let place = playhead.clip_to_world;
+    let [frame, cos, sin, x, z] =
+        [playhead.frame, place.cos(), place.sin(), place.x, place.z].map(f32::to_bits);
+    [playhead.edge.0, frame, cos, sin, x, z]
+}
+
+impl MotionBody {
+    /// Borrows all parts.
+    pub(super) fn parts(&mut self) -> MotionBodyParts<'_> {
+        MotionBodyParts {
+            posed: &mut self.posed,
+            sweep: &mut self.sweep,
+            motion: &mut self.motion,
+        }
+    }
+
+    /// Forgets all poses. This must be called before a test on another graph.
+    pub(in crate::query) fn forget(&mut self) {
+        self.posed.forget();
+    }
+}
+
+/// The body along a motion. Samples are posed on demand.
+pub(super) struct PosedBody<'a> {
+    baked: &'a BakedGraph,
+    motion: &'a Motion,
+    sampling: Sampling,
+    scratch: &'a mut PosedRows,
+}
+
+impl PosedBody<'_> {
+    fn slot(&self, tick: usize) -> Option<usize> {
+        let index = tick.checked_sub(self.scratch.first_tick?)?;
+        self.scratch.slots.get(index).copied().flatten()
+    }
+
+    fn pose(&mut self, tick: usize) {
+        let first = *self.scratch.first_tick.get_or_insert(tick);
+        if tick < first {
+            let earlier = std::iter::repeat_n(None, first - tick);
+            self.scratch.slots.splice(0..0, earlier);
+            self.scratch.first_tick = Some(tick);
+        }
+        let index = tick.saturating_sub(first);
+        if self.scratch.slots.len() <= index {
+            self.scratch.slots.resize(index + 1, None);
+        }
+        if self.scratch.slots[index].is_none() {
+            let seconds = tick as f32 / SAMPLE_RATE;
+            let warp = self.motion.warp();
+            let rows = if warp.is_some_and(|warp| warp.acts_at(seconds)) {
+                self.scratch
+                    .rows_of_warped(self.baked, self.motion, seconds)
+            } else {
+                let playhead = self.motion.playhead(self.baked.graph(), seconds);
+                self.scratch.rows_of(self.baked, playhead)
+            };
+            self.scratch.slots[index] = Some(rows);
+        }
+    }
+
+    /// A sphere around the root that contains every pose of the body: x, y, z and radius.
+    fn bounding_sphere(&self, tick: usize) -> [f32; 4] {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let [x, y, z] = self.motion.root(self.baked.graph(), seconds).to_array();
+        [x, y, z, self.baked.reach()]
+    }
+
+    /// A vertical cylinder around the body: x, z, radius, lowest and highest y.
+    fn bounding_cylinder(&self, tick: usize) -> [f32; 5] {
+        let seconds = tick as f32 / SAMPLE_RATE;
+        let playhead = self.motion.playhead(self.baked.graph(), seconds);
+        let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
+        let cylinder = cylinder.placed(playhead.clip_to_world);
+        let [x, z] = cylinder.axis.to_array();
+        [x, z, cylinder.radius, cylinder.low, cylinder.high]
+    }
+
+    /// Values at the start and the end of each interval.
+    fn ends<const ROWS: usize>(
+        &self,
+        Intervals { tick, count }: Intervals,
+        of: impl Fn(usize) -> [f32; ROWS],
+    ) -> ([Lanes; ROWS], [Lanes; ROWS]) {
+        let (mut from, mut to) = ([[0.0; LANES]; ROWS], [[0.0; LANES]; ROWS]);
+        for at in 0..=count {
+            let values = of(tick + at * self.sampling.interval());
+            if at < count {
+                put(&mut from, at, values);
+            }
+            if let Some(before) = at.checked_sub(1) {
+                put(&mut to, before, values);
+            }
+        }
+        (from, to)
+    }
+
+    fn axes(&self, tick: usize) -> [&[f32]; 3] {
+        let row = self.baked.body_rows().radii().len();
+        let start = self.slot(tick).unwrap_or(0);
+        [0, 1, 2].map(|axis| &self.scratch.rows[start + axis * row..start + (axis + 1) * row])
+    }
+}
+
+impl BodySamples for PosedBody<'_> {
+    fn interval(&self) -> usize {
+        self.sampling.interval()
+    }
+
+    fn sampling(&self) -> Sampling {
+        self.sampling
+    }
+
+    fn bounds(&self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+        let (first, interval) = (intervals.tick, self.interval());
+        match self.sampling {
+            Sampling::Each => {
+                let (from, to) = self.ends(intervals, |tick| self.bounding_sphere(tick));
+                Isa::best().run(
+                    #[inline(always)]
+                    || SegmentLanes::new(keys, first, interval).distances_to_spheres([&from, &to]),
+                )
+            }
+            Sampling::CoarseFirst => {
+                let (from, to) = self.ends(intervals, |tick| self.bounding_cylinder(tick));
+                Isa::best().run(
+                    #[inline(always)]
+                    || {
+                        SegmentLanes::new(keys, first, interval)
+                            .distances_to_cylinders([&from, &to])
+                    },
+                )
+            }
+        }
+    }
+
+    fn near_blocks(&self, _: usize, _: Near<'_>, blocks: &mut Vec<usize>) {
+        blocks.extend(0..self.baked.body_rows().radii().len() / BodyTrack::LANES);
+    }
+
+    fn prepare(&mut self, tick: usize) {
+        self.pose(tick);
+    }
+
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
+        Spheres {
+            from: self.axes(ticks[0]),
+            to: self.axes(ticks[1]),
+            radii: self.baked.body_rows().radii(),
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.baked.body().spheres.len()
+    }
+}
+
+fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; ROWS]) {
+    for (row, value) in rows.iter_mut().zip(values) {
+        row[lane] = value;
+    }
+}

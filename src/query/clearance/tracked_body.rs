@@ -1,0 +1,78 @@
+use super::body_samples::{BodySamples, Intervals, Near};
+use super::extent::Sampling;
+use super::nearest::Spheres;
+use super::segment::{LANES, Lanes};
+use super::segment_lanes::SegmentLanes;
+use crate::maps::{BakedGraph, BodyTrack, PART, SphereKey};
+use crate::math::Isa;
+
+/// The body from an evasion's start on, by its baked track.
+pub(super) struct TrackedBody<'a> {
+    track: &'a BodyTrack,
+    radii: &'a [f32],
+    count: usize,
+}
+
+impl<'a> TrackedBody<'a> {
+    pub(super) fn new(baked: &'a BakedGraph, track: &'a BodyTrack) -> Self {
+        Self {
+            track,
+            radii: baked.body_rows().radii(),
+            count: baked.body().spheres.len(),
+        }
+    }
+}
+
+impl BodySamples for TrackedBody<'_> {
+    fn interval(&self) -> usize {
+        BodyTrack::INTERVAL
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling::Each
+    }
+
+    fn bounds(&self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+        let tick = intervals.tick;
+        let hulls = self.track.hulls(tick / BodyTrack::INTERVAL);
+        Isa::best().run(
+            #[inline(always)]
+            || SegmentLanes::new(keys, tick, BodyTrack::INTERVAL).distances_to_spheres([&hulls; 2]),
+        )
+    }
+
+    fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>) {
+        /// Number of parts of a block.
+        const PARTS: usize = BodyTrack::LANES / PART;
+        let hulls = self.track.part_hulls(tick / BodyTrack::INTERVAL);
+        Isa::best().run(
+            #[inline(always)]
+            || {
+                for (first, hulls) in (0..).step_by(LANES / PARTS).zip(hulls) {
+                    let distances = near.segment.distances_to_hulls(hulls);
+                    for (at, parts) in distances.chunks_exact(PARTS).enumerate() {
+                        if parts.iter().any(|&distance| distance < near.limit) {
+                            blocks.push(first + at);
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    fn prepare(&mut self, _: usize) {}
+
+    fn spheres(&self, ticks: [usize; 2]) -> Spheres<'_> {
+        // The last sample has no next one. The body rests there.
+        let last = self.track.ticks() - 1;
+        Spheres {
+            from: self.track.axes(ticks[0].min(last)),
+            to: self.track.axes(ticks[1].min(last)),
+            radii: self.radii,
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+}
