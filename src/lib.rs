@@ -64,6 +64,9 @@ pub mod maps;
 pub mod math;
 pub mod query;
 
+pub use maps::BakedGraph;
+pub use query::{Answer, Attack, CullPath, Query, QueryContext, QuerySettings, Request, Session};
+
 /// The README's code, compiled with the tests of the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

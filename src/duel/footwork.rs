@@ -7,7 +7,7 @@ use glam::Vec2;
 use super::duel_state::Duel;
 use super::side::Side;
 use crate::anim::EventKind;
-use crate::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Step};
+use crate::graph::{EdgeMotion, Motion, MotionGraph, NodeId, Step};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
 

@@ -9,9 +9,7 @@ use std::sync::OnceLock;
 use common::baked::embedded;
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
-use sabaki::duel::{
-    Duel, DuelError, DuelSettings, Exchange, Fighter, Settled, Side, Strunk, Trunk,
-};
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side, Trunk};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::math::Rigid2;
@@ -22,7 +20,7 @@ const SIDES: [Side; 2] = [Side::White, Side::Blue];
 struct Fought {
     exchanges: Vec<Exchange>,
     fighters: [Fighter; 2],
-    strunk: Strunk,
+    score: Score,
     seconds: f32,
 }
 
@@ -60,7 +58,7 @@ fn fight((seed, rounds): (u64, usize), grid: &AttackGrid, query: &QuerySettings)
     }
     Fought {
         exchanges: duel.exchanges().to_vec(),
-        strunk: duel.strunk(),
+        score: duel.score(),
         seconds: duel.now(),
         fighters: duel.into_fighters(),
     }
@@ -72,7 +70,7 @@ fn some() -> &'static [Fought; 3] {
 }
 
 #[test]
-fn there_are_hits_and_dodges_and_the_strunk_counts_them() {
+fn there_are_hits_and_dodges_and_the_score_counts_them() {
     let (mut hits, mut dodges) = (0, 0);
     for fought in some() {
         assert_eq!(fought.exchanges.len(), 6);
@@ -82,11 +80,8 @@ fn there_are_hits_and_dodges_and_the_strunk_counts_them() {
             fought.exchanges.iter().filter(of).count() as u32
         };
         for side in SIDES {
-            assert_eq!(fought.strunk.hits[side.index()], count(side, false));
-            assert_eq!(
-                fought.strunk.dodges[side.index()],
-                count(side.other(), true)
-            );
+            assert_eq!(fought.score.hits[side.index()], count(side, false));
+            assert_eq!(fought.score.dodges[side.index()], count(side.other(), true));
         }
         hits += count(Side::White, false) + count(Side::Blue, false);
         dodges += count(Side::White, true) + count(Side::Blue, true);
