@@ -43,7 +43,7 @@ fn a_cull_allocates_nothing() {
             region: RegionId(0),
             clock: 0,
             open: false,
-            turn: FixedTransform2::new(
+            transform: FixedTransform2::new(
                 Rigid2::new(index as f32, 0.1, 0.0),
                 (-20, -20),
                 MapGrid::PAPER,

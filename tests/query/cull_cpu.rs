@@ -150,7 +150,7 @@ fn candidate(random: &mut Random, grid: MapGrid, attack: &AttackDrawing) -> Cull
     CullCandidate {
         region: RegionId(random.below(12) as u32),
         clock: random.below(2) as u32,
-        turn: FixedTransform2::new(placement, (attack.rect.u, attack.rect.v), grid),
+        transform: FixedTransform2::new(placement, (attack.rect.u, attack.rect.v), grid),
         open: false,
     }
 }
@@ -208,7 +208,7 @@ fn what_is_no_turn_and_what_is_not_there_is_counted_too() {
         .collect();
     for (index, candidate) in candidates.iter_mut().enumerate() {
         let (a, b) = [(0, 0), (32_768, 32_768), (-60_000, 40_000), (0, 80_000)][index % 4];
-        (candidate.turn.a, candidate.turn.b) = (a, b);
+        (candidate.transform.a, candidate.transform.b) = (a, b);
     }
     let (mut culler, mut overlaps) = (Culler::default(), vec![Overlap::default(); 3]);
     for (attack, candidates) in [

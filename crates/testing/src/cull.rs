@@ -86,7 +86,7 @@ pub fn candidates(
             region: RegionId(random.int(0, atlas.regions().len() as i32 - 1) as u32),
             clock: 0,
             open: false,
-            turn: FixedTransform2::new(
+            transform: FixedTransform2::new(
                 Rigid2::new(heading, x, z),
                 (origin.u, origin.v),
                 atlas.grid(),

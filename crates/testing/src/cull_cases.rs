@@ -162,21 +162,21 @@ fn odd_candidates(many: &[CullCandidate]) -> Vec<(&'static str, Vec<CullCandidat
     let with_turn = |a: i32, b: i32| -> Vec<CullCandidate> {
         let mut turned = many.to_vec();
         for candidate in &mut turned {
-            (candidate.turn.a, candidate.turn.b) = (a, b);
+            (candidate.transform.a, candidate.transform.b) = (a, b);
         }
         turned
     };
     // A candidate's borders through the middle of the attack, one texel further each time.
     let stepped = (-70..70).flat_map(|step| {
         let mut candidate = many[0];
-        candidate.turn.tz = step << 15;
+        candidate.transform.tz = step << 15;
         let (mut along, mut turned) = (candidate, candidate);
-        (along.turn.a, along.turn.b, along.turn.tx) = (1 << 14, 0, 0);
-        (turned.turn.a, turned.turn.b, turned.turn.tx) = (0, 1 << 14, 0);
+        (along.transform.a, along.transform.b, along.transform.tx) = (1 << 14, 0, 0);
+        (turned.transform.a, turned.transform.b, turned.transform.tx) = (0, 1 << 14, 0);
         [along, turned]
     });
     let mut one_larger = many.to_vec();
-    (one_larger[1].turn.a, one_larger[1].turn.b) = (20_000, 9_000);
+    (one_larger[1].transform.a, one_larger[1].transform.b) = (20_000, 9_000);
     vec![
         ("none", Vec::new()),
         ("one", many[..1].to_vec()),

@@ -147,7 +147,7 @@ pub fn oracle(input: &CullInput<'_>) -> Vec<Overlap> {
                 let Some(maps) = maps.filter(|_| layer.clock == candidate.clock) else {
                     continue;
                 };
-                let (x, z) = candidate.turn.texel(u, v);
+                let (x, z) = candidate.transform.texel(u, v);
                 let at = |rect: MapRect| (x - rect.u, z - rect.v);
                 let ((bu, bv), (ou, ov)) = (at(maps.body.rect()), at(maps.outer.rect()));
                 let (eu, ev) = at(maps.evasion.rect());

@@ -179,7 +179,9 @@ impl Gathered {
         for &(_, _, index) in &self.order {
             let candidate = &candidates[index as usize];
             let region = planes.regions[candidate.region.index()];
-            let turn = candidate.turn.with_narrow_texels(planes.grid.attack_pitch);
+            let turn = candidate
+                .transform
+                .with_narrow_texels(planes.grid.attack_pitch);
             self.is_large |= blocks::is_large(turn);
             self.candidates.push(PlacedPlanes {
                 turn: [turn.a, turn.b, turn.tx, turn.tz],

@@ -100,7 +100,7 @@ impl Gathered {
             parts().any(|part| of(part) == source)
         })?;
         self.clear();
-        let turns = input.candidates.iter().map(|one| one.turn);
+        let turns = input.candidates.iter().map(|one| one.transform);
         self.ways.extend(turns.map(WayBack::new));
         for pass in 0..self.cells.passes.len() as u32 {
             for part in parts() {

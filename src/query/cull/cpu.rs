@@ -82,8 +82,8 @@ impl Lookup for Counting<'_> {
         for candidate in self.input.candidates {
             let count = CandidateCount {
                 texels,
-                turn: candidate.turn,
-                steps: TexelSteps::new(candidate.turn),
+                transform: candidate.transform,
+                steps: TexelSteps::new(candidate.transform),
                 widest: (2 * self.input.atlas.grid().attack_pitch as i32)
                     << (FixedTransform2::SHIFT - 1),
                 words,
@@ -127,12 +127,12 @@ struct TexelSteps {
 
 impl TexelSteps {
     #[inline(always)]
-    fn new(turn: FixedTransform2) -> Self {
+    fn new(transform: FixedTransform2) -> Self {
         let (mut x, mut z) = ([0; BLOCK_TEXELS], [0; BLOCK_TEXELS]);
         for k in 0..BLOCK_TEXELS {
             let (du, dv) = (2 * (k % BLOCK) as i32, 2 * (k / BLOCK) as i32);
-            x[k] = turn.a * du + turn.b * dv;
-            z[k] = turn.a * dv - turn.b * du;
+            x[k] = transform.a * du + transform.b * dv;
+            z[k] = transform.a * dv - transform.b * du;
         }
         Self { x, z }
     }
@@ -141,7 +141,7 @@ impl TexelSteps {
 /// The count of one candidate.
 struct CandidateCount<'a, W> {
     texels: &'a AttackTexels,
-    turn: FixedTransform2,
+    transform: FixedTransform2,
     steps: TexelSteps,
     /// Upper bound of |cos| + |sin| of a rotation, in fixed point.
     widest: i32,
@@ -195,9 +195,9 @@ impl<W: Words> CandidateCount<'_, W> {
     /// Finds the blocks that may overlap the maps.
     #[inline(always)]
     fn meets(&self, group: &Group, near: &CoarseMap, counted: Counted) -> Met {
-        let turn = self.turn;
+        let transform = self.transform;
         // The cells of the coarse maps hold for rotations only.
-        if turn.a.abs().saturating_add(turn.b.abs()) > self.widest {
+        if transform.a.abs().saturating_add(transform.b.abs()) > self.widest {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
@@ -208,7 +208,7 @@ impl<W: Words> CandidateCount<'_, W> {
         }
         let (mut cells, mut some) = ([0; LANES], 0);
         for (k, cell_of) in cells.iter_mut().enumerate() {
-            let (x, z) = turn.half_texels(group.u[k], group.v[k]);
+            let (x, z) = transform.half_texels(group.u[k], group.v[k]);
             let x = x.wrapping_sub(near.u) >> near.shift;
             let z = z.wrapping_sub(near.v) >> near.shift;
             let within = ((x as u32) < near.columns) & ((z as u32) < near.rows);
@@ -267,7 +267,7 @@ impl<W: Words> CandidateCount<'_, W> {
     #[inline(always)]
     fn turned(&self, block: usize) -> [[i32; BLOCK_TEXELS]; 2] {
         let [u, v] = self.texels.places[block];
-        let (x, z) = self.turn.start(2 * u + 1, 2 * v + 1);
+        let (x, z) = self.transform.start(2 * u + 1, 2 * v + 1);
         [
             self.steps
                 .x

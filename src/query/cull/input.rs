@@ -20,7 +20,7 @@ pub struct CullCandidate {
     /// Clock of the candidate. Only the layers of that clock are compared with its maps.
     pub clock: u32,
     /// Transform from the attack's maps to the evasion's frame.
-    pub turn: FixedTransform2,
+    pub transform: FixedTransform2,
     /// Whether the attack may come near outside of the space or time of the maps. An
     /// [`Overlap::outer`](super::Overlap::outer) of 0 then proves no miss.
     pub open: bool,

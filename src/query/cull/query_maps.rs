@@ -38,7 +38,7 @@ impl QueryMaps {
             CullCandidate {
                 region: placed.region,
                 clock: if grid.is_timed() { placed.clock } else { 0 },
-                turn: FixedTransform2::new(back, origin, grid),
+                transform: FixedTransform2::new(back, origin, grid),
                 open: !input.outer
                     || !whole
                     || !FixedTransform2::keeps(back, grid.texel)

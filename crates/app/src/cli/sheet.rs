@@ -165,7 +165,7 @@ fn window(columns: &[Column<'_>], candidate: &CullCandidate) -> Window {
 
 /// The slices in which the texel falls on the body map, and whether it falls on the evasion map.
 fn region(column: &Column<'_>, candidate: &CullCandidate, u: i32, v: i32) -> (u64, bool) {
-    let (x, z) = candidate.turn.texel(u, v);
+    let (x, z) = candidate.transform.texel(u, v);
     let (body, evasion) = (&column.maps.body, &column.maps.evasion);
     (
         body.get(x - body.rect().u, z - body.rect().v),
