@@ -50,8 +50,8 @@ impl Fighter {
 
     /// Writes the pose at a time, in the world.
     pub fn pose(&self, graph: &MotionGraph, t: f32, out: &mut Pose) {
-        let take = self.take(t);
-        take.motion.sample(graph, t - take.from, out);
+        let current = self.current(t);
+        current.motion.sample(graph, t - current.from, out);
     }
 
     /// The character's frame at a time, in the world.
