@@ -60,7 +60,7 @@ impl<'a> CullerDesc<'a> {
 impl CullerDesc<'_> {
     /// The same for as many queries in flight, each as large as its settings need: a slot takes a third of a megabyte at most with
     /// default settings, where [`CullerDesc::new`] takes 11. What does not fit (attacks that are larger than usual; on the stencil
-    /// path also many candidates on maps with many slices, a fifth of all queries) is refused by name, and the CPU counts.
+    /// path also many candidates on maps with many slices, one query in nine) is refused by name, and the CPU counts.
     #[must_use]
     pub fn for_settings(mut self, settings: &QuerySettings, queries: u32) -> Self {
         /// Boxes of a candidate: its maps are near the attack in few slabs and slices.
