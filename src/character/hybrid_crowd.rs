@@ -283,10 +283,9 @@ impl<'a> HybridCrowd<'a> {
         let first_line = self.crowd.output_len();
         for (single, &index) in self.singles.iter().enumerate() {
             let member = &self.members[index as usize];
-            member.playhead.pose(self.graph, &mut self.pose);
-            if member.is_playing() {
-                let motion = &member.motion;
-                motion.apply_warp(self.graph, member.seconds, &mut self.pose);
+            match member.is_playing() {
+                true => { &member.motion }.sample(self.graph, member.seconds, &mut self.pose),
+                false => member.playhead.pose(self.graph, &mut self.pose),
             }
             forward_kinematics(self.graph.skeleton(), &self.pose, &mut self.joints);
             let kept = self.levels.levels[0].kept.iter();

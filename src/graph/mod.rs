@@ -10,6 +10,7 @@ pub mod distance;
 mod error;
 mod events;
 mod feet;
+mod inertia;
 mod limits;
 mod links;
 mod minima;
@@ -30,6 +31,7 @@ pub use build::build;
 pub use cloud::PointCloud;
 pub use error::GraphError;
 pub use feet::{Feet, FeetSettings, FootSlide, LegBlend, Plant};
+pub use inertia::Entry;
 pub use links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent};
 pub use motion::{Motion, Playhead, Step};
 pub use motion_graph::{

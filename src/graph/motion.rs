@@ -1,8 +1,9 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::inertia::{Entry, EntryScratch, Inertia};
 use super::{EdgeId, EventId, MotionGraph, NodeId};
-use crate::anim::{Facing, Pose, Warp, forward_kinematics};
+use crate::anim::{EventKind, Facing, Pose, Warp, forward_kinematics};
 use crate::math::Rigid2;
 
 /// A character's position in the graph and in the world.
@@ -111,11 +112,23 @@ pub struct Step {
 }
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
-/// default continuation.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// default continuation. It can jump to another position of the graph at any time ([`Motion::enter`]).
+#[derive(Clone, Debug, Default)]
 pub struct Motion {
     pieces: Vec<Piece>,
     warp: Option<Warp>,
+    /// Offsets that fade out, by start time. Only the first `entered` are in use; the others are kept as memory.
+    inertias: Vec<Inertia>,
+    entered: usize,
+    scratch: EntryScratch,
+}
+
+impl PartialEq for Motion {
+    fn eq(&self, other: &Self) -> bool {
+        self.pieces == other.pieces
+            && self.warp == other.warp
+            && self.inertias() == other.inertias()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,8 +176,7 @@ impl Motion {
         steps: impl IntoIterator<Item = Step>,
     ) {
         let playhead = playhead.sanitized(graph);
-        self.warp = None;
-        self.pieces.clear();
+        self.clear();
         self.pieces.push(Piece {
             playhead,
             rate: 1.0,
@@ -224,6 +236,14 @@ impl Motion {
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.pieces.clone_from(&other.pieces);
         self.warp = other.warp;
+        self.entered = 0;
+        for inertia in other.inertias() {
+            match self.inertias.get_mut(self.entered) {
+                Some(memory) => memory.clone_from(inertia),
+                None => self.inertias.push(inertia.clone()),
+            }
+            self.entered += 1;
+        }
     }
 
     /// Bends what is played for a moment, or, with `None`, no longer does. The graph's skeleton may lack the parts: what it lacks is not bent.
@@ -235,6 +255,121 @@ impl Motion {
     #[must_use]
     pub fn warp(&self) -> Option<&Warp> {
         self.warp.as_ref()
+    }
+
+    /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
+    /// during the entry's blend. The motion that was planned from there on is dropped.
+    pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let step = (1.0 / graph.frame_rate()) as f32;
+        self.extend(graph, seconds + step);
+        self.sample(graph, seconds, &mut scratch.from[0]);
+        self.sample(graph, seconds + step, &mut scratch.from[1]);
+        // What an earlier entry has left is in these poses.
+        self.cut(seconds);
+        self.push_entry(graph, entry, seconds);
+        self.extend(graph, seconds + step);
+        for (later, pose) in [0.0, step].into_iter().zip(&mut scratch.to) {
+            self.playhead(graph, seconds + later).pose(graph, pose);
+        }
+        if self.inertias.len() == self.entered {
+            self.inertias.push(Inertia::default());
+        }
+        let times = (seconds, entry.blend.max(step), step);
+        self.inertias[self.entered].measure(graph, &mut scratch, times);
+        self.entered += 1;
+        self.scratch = scratch;
+    }
+
+    /// Ends the motion just before `seconds`, so that the next piece starts at that time.
+    fn cut(&mut self, seconds: f32) {
+        let played = self.pieces.partition_point(|piece| piece.start < seconds);
+        self.pieces.truncate(played);
+        if let Some(last) = self.pieces.last_mut() {
+            last.end = last.end.min(seconds.next_down());
+        }
+        let begun = |inertia: &Inertia| inertia.start < seconds;
+        self.entered = self.inertias[..self.entered].partition_point(begun);
+    }
+
+    /// Appends the entry's edge and the edges of its clip up to the end of the evasion, all at the entry's rate.
+    fn push_entry(&mut self, graph: &MotionGraph, entry: &Entry, seconds: f32) {
+        let rate = entry.rate;
+        let playhead = Playhead {
+            edge: entry.edge,
+            frame: entry.frame,
+            clip_to_world: entry.clip_to_world,
+        };
+        let left = playhead.seconds_to_next_node(graph) / rate;
+        self.pieces.push(Piece {
+            playhead,
+            rate,
+            start: seconds,
+            end: seconds + left,
+        });
+        let mut edge = entry.edge;
+        let is_evasion = |edge: EdgeId| {
+            let event = graph.edge(edge).event;
+            event.is_some_and(|event| graph.event(event).kind == EventKind::Evasion)
+        };
+        /// Upper limit of the number of edges of a lead-in.
+        const MOST: usize = 256;
+        let mut pushed = 0;
+        while !is_evasion(edge) && pushed < MOST {
+            edge = graph.natural_edge(graph.edge(edge).to);
+            if graph.edge(edge).motion != super::EdgeMotion::Clip {
+                break;
+            }
+            self.push(graph, Step { edge, rate });
+            pushed += 1;
+        }
+    }
+
+    fn inertias(&self) -> &[Inertia] {
+        &self.inertias[..self.entered]
+    }
+
+    /// Offset that still fades out after `seconds`.
+    fn inertia(&self, seconds: f32) -> Option<&Inertia> {
+        let begun = self
+            .inertias()
+            .partition_point(|inertia| inertia.start <= seconds);
+        let last = self.inertias[..begun].last()?;
+        last.lasts(seconds).then_some(last)
+    }
+
+    /// Whether the offset of an earlier motion still fades out after `seconds`. The pose then differs from the playhead's.
+    #[must_use]
+    pub fn is_blending(&self, seconds: f32) -> bool {
+        self.inertia(self.moment(seconds)).is_some()
+    }
+
+    /// Forgets everything; the memory is kept.
+    pub fn clear(&mut self) {
+        self.pieces.clear();
+        self.warp = None;
+        self.entered = 0;
+    }
+
+    /// Keeps the offset that fades out after `seconds` of `other`, which this motion continues from its start on. Call it before
+    /// any [`Motion::enter`].
+    pub fn continue_blend(&mut self, other: &Self, seconds: f32) {
+        let Some(left) = other.inertia(seconds) else {
+            return;
+        };
+        self.entered = 0;
+        if self.inertias.is_empty() {
+            self.inertias.push(Inertia::default());
+        }
+        self.inertias[0].clone_from(left);
+        self.inertias[0].start -= seconds;
+        self.entered = 1;
+    }
+
+    /// Time until the offset that fades out at the start is gone, in seconds; 0 without one.
+    #[must_use]
+    pub fn blends_until(&self) -> f32 {
+        self.inertia(0.0).map_or(0.0, Inertia::end)
     }
 
     /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
@@ -259,7 +394,24 @@ impl Motion {
             envelope: warp.envelope.since(seconds),
             ..warp
         });
-        Self { pieces, warp }
+        let left = { self.inertias().iter() }.filter(|one| one.lasts(seconds));
+        let mut inertias: Vec<Inertia> = left.cloned().collect();
+        for inertia in &mut inertias {
+            inertia.start -= seconds;
+            // Rounding may bring the end of what was left there up to the entry.
+            let left =
+                |piece: &&mut Piece| piece.start < inertia.start && piece.end >= inertia.start;
+            if let Some(piece) = pieces.iter_mut().rev().find(left) {
+                piece.end = inertia.start.next_down();
+            }
+        }
+        Self {
+            pieces,
+            warp,
+            entered: inertias.len(),
+            inertias,
+            scratch: EntryScratch::default(),
+        }
     }
 
     /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
@@ -268,6 +420,7 @@ impl Motion {
     pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[Step]) -> Self {
         let mut branch = self.rest(graph, seconds);
         branch.pieces.truncate(1);
+        branch.entered = branch.inertias().partition_point(|one| one.start <= 0.0);
         for &step in steps {
             branch.push(graph, step);
         }
@@ -293,7 +446,8 @@ impl Motion {
     }
 
     /// Playhead after `seconds`. Times before the start or after the end are clamped. A motion that
-    /// was never started is at the start of the first edge.
+    /// was never started is at the start of the first edge. During a blend ([`Motion::is_blending`]) the pose differs from the
+    /// playhead's.
     #[must_use]
     pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
         let seconds = self.warp.map_or(seconds, |warp| warp.moment(seconds));
@@ -322,6 +476,14 @@ impl Motion {
     /// The same as if it were not bent, but for the time at which it is.
     pub(crate) fn sample_unbent(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
         self.playhead(graph, seconds).pose(graph, out);
+        if let Some(inertia) = self.inertia(self.moment(seconds)) {
+            inertia.apply(graph, self.moment(seconds), out);
+        }
+    }
+
+    /// The time that is played, where a warp shifts it.
+    fn moment(&self, seconds: f32) -> f32 {
+        self.warp.map_or(seconds, |warp| warp.moment(seconds))
     }
 
     /// Bends the pose of a moment, which was sampled without.
@@ -338,7 +500,9 @@ impl Motion {
         let playhead = self.playhead(graph, seconds);
         let root = graph.sample_edge_root(playhead.edge, playhead.frame);
         let moved = self.warp.map_or(Vec3::ZERO, |warp| warp.root(seconds));
-        playhead.clip_to_world.point(root) + moved
+        let moment = self.moment(seconds);
+        let faded = { self.inertia(moment) }.map_or(Vec3::ZERO, |left| left.root(moment));
+        playhead.clip_to_world.point(root) + moved + faded
     }
 
     /// Steps after the first edge, which has already started.

@@ -13,8 +13,8 @@ use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
 use super::raster;
 use super::retime::retimable_edges;
 use super::{
-    AttackMove, BakedGraph, BitMap, Body, Drawing, Evasion, GridSettings, MapGrid, MapRect,
-    PathSettings, Prop, RegionAtlas, RegionId, RetimeSettings,
+    AttackMove, BakedGraph, BitMap, Body, Drawing, EntrySettings, EntryTable, Evasion,
+    GridSettings, MapGrid, MapRect, PathSettings, Prop, RegionAtlas, RegionId, RetimeSettings,
 };
 use crate::anim::EventKind;
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
@@ -31,6 +31,8 @@ pub struct BakeSettings {
     pub paths: PathSettings,
     /// Size of the cells that paths are filed in.
     pub grid: GridSettings,
+    /// Settings of the jumps into evasions that need no edge.
+    pub entries: EntrySettings,
     /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
     pub body: Option<Body>,
     /// Number of threads that draw the maps, or 0 for one thread per CPU core. The maps do not
@@ -43,6 +45,8 @@ pub struct BakeSettings {
 impl BakeSettings {
     fn check_numbers(&self) -> Result<(), BakeError> {
         let (retime, paths) = (&self.retime, &self.paths);
+        let (entries, plausible) = (&self.entries, &self.entries.plausible);
+        let percent = |value: f32| f64::from(value);
         let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
         let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
         let checks = [
@@ -64,6 +68,32 @@ impl BakeSettings {
                 1.0..=1e7,
                 "1 to 10000000",
             ),
+            (
+                "entries.lead_in",
+                f64::from(entries.lead_in),
+                0.0..=10.0,
+                "0 to 10 s",
+            ),
+            (
+                "entries.late",
+                f64::from(entries.late),
+                0.0..=60.0,
+                "0 to 60 s",
+            ),
+            (
+                "entries.plausible.joints",
+                percent(plausible.joints),
+                0.0..=100.0,
+                "0 to 100",
+            ),
+            (
+                "entries.plausible.departure",
+                percent(plausible.departure),
+                0.0..=100.0,
+                "0 to 100",
+            ),
+            metres("entries.plausible.slide", plausible.slide),
+            metres("entries.plausible.toe_speed", plausible.toe_speed),
             (
                 "grid.cell",
                 f64::from(self.grid.cell),
@@ -339,6 +369,9 @@ impl Baker {
             })
             .collect();
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
+        let evasions: Vec<Evasion> = evasions;
+        let how = (&self.settings.entries, self.settings.threads);
+        let entries = EntryTable::find(&self.graph, &evasions, how);
         let parts = BakedParts {
             graph: self.graph,
             body: self.body,
@@ -346,6 +379,7 @@ impl Baker {
             retimable,
             evasions,
             attack_moves,
+            entries,
         };
         Ok(BakedGraph::new(
             parts,

@@ -2,13 +2,14 @@ use serde::{Deserialize, Serialize};
 
 use super::attack_move::attack_spheres;
 use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
+use super::entries::{EntryTable, EntryTrack, EntryTracks, Stance};
 use super::grid::{Grid, GridSettings, GridSource};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::{
     AttackMove, Body, BodyRows, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps,
     Retimable, Slab, TrackStart,
 };
-use crate::anim::{EventKind, Skeleton};
+use crate::anim::{EventKind, Facing, JointTransform, Skeleton};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
 use crate::math::Rigid2;
 
@@ -34,6 +35,7 @@ pub struct BakedGraph {
     evasions: Vec<Evasion>,
     #[serde(rename = "strikes")]
     attack_moves: Vec<AttackMove>,
+    entries: EntryTable,
     paths: PathTable,
     grid_settings: GridSettings,
     #[serde(skip)]
@@ -41,6 +43,9 @@ pub struct BakedGraph {
     /// Body spheres over time, by evasion.
     #[serde(skip)]
     tracks: Vec<BodyTrack>,
+    /// Data derived from the entries.
+    #[serde(skip)]
+    entry_tracks: EntryTracks,
     /// Minimum number of frames from each node to an evasion's start, at rate 1.
     #[serde(skip)]
     frames_to_evasion: Vec<u32>,
@@ -68,6 +73,7 @@ pub(super) struct BakedParts {
     pub retimable: Vec<Retimable>,
     pub evasions: Vec<Evasion>,
     pub attack_moves: Vec<AttackMove>,
+    pub entries: EntryTable,
 }
 
 impl BakedGraph {
@@ -86,6 +92,7 @@ impl BakedGraph {
             retimable,
             evasions,
             attack_moves,
+            entries,
         } = parts;
         let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
         let source = PathSource {
@@ -103,10 +110,12 @@ impl BakedGraph {
             retimable,
             evasions,
             attack_moves,
+            entries,
             paths,
             grid_settings,
             grid,
             tracks,
+            entry_tracks: EntryTracks::default(),
             frames_to_evasion,
             reach,
             body_rows: BodyRows::default(),
@@ -183,6 +192,32 @@ impl BakedGraph {
     #[must_use]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
         &self.tracks[evasion]
+    }
+
+    /// Jumps into evasions that need no edge, by moment.
+    #[must_use]
+    pub fn entries(&self) -> &EntryTable {
+        &self.entries
+    }
+
+    /// Body spheres from the first frame at which an evasion can be entered, or `None` if it cannot be entered.
+    #[must_use]
+    pub fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
+        self.entry_tracks.tracks.get(evasion)?.as_ref()
+    }
+
+    /// Stance of a body, for [`Stance::align`].
+    #[must_use]
+    pub fn stance(&self, joints: &[JointTransform]) -> Stance {
+        let found = || Facing::of(self.graph.skeleton());
+        let facing = self.entry_tracks.facing.unwrap_or_else(found);
+        Stance::of(&self.graph, facing, joints)
+    }
+
+    /// Stance at an entry's target, in the space of its clip.
+    #[must_use]
+    pub fn entry_stance(&self, target: usize) -> &Stance {
+        &self.entry_tracks.stances[target]
     }
 
     /// Evasion that plays on an edge, or `None` if the edge is not an evasion.
@@ -314,6 +349,7 @@ impl BakedGraph {
             return Err(what.to_owned());
         }
         self.atlas.check().map_err(str::to_owned)?;
+        self.entries.check(&self.graph, &self.evasions)?;
         let needed = self.derived_bytes();
         if needed > bytes {
             return Err(format!(
@@ -341,7 +377,9 @@ impl BakedGraph {
             })
             .sum();
         let spheres = self.body.spheres.len() + self.body.props.len();
+        let entries = EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries);
         tracks
+            + entries
             + of(frames, size_of::<BoundingCylinder>())
             + of(
                 self.atlas.regions().len() * self.atlas.grid().slices as usize,
@@ -363,12 +401,15 @@ impl BakedGraph {
         let track = |evasion: &Evasion| {
             let start = TrackStart {
                 edge: evasion.edge,
+                frame: 0.0,
                 placement: evasion.placement,
             };
             let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
             BodyTrack::along(&self.graph, &self.body, start, seconds)
         };
         self.tracks = self.evasions.iter().map(track).collect();
+        self.entry_tracks =
+            EntryTracks::new(&self.graph, &self.body, &self.evasions, &self.entries);
         let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
         let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
         let source = GridSource {

@@ -114,7 +114,11 @@ pub(super) fn of_evasion(
     };
     let seconds = slices as f32 * slice_seconds;
     let beyond = seconds + 3.0 / BodyTrack::RATE;
-    let start = TrackStart { edge, placement };
+    let start = TrackStart {
+        edge,
+        frame: 0.0,
+        placement,
+    };
     let track = BodyTrack::along(graph, body, start, beyond);
     let moving = MovingBody::new(body, &track);
     let outer: Vec<_> = (0..slices)

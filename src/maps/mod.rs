@@ -17,6 +17,7 @@ mod coarse;
 mod collect;
 mod disc;
 mod drawings;
+mod entries;
 mod fixed_transform;
 mod grid;
 mod hulls;
@@ -44,6 +45,10 @@ pub(crate) use coarse::{CoarseMap, CoarseRegion};
 pub use collect::DrawnMaps;
 pub use disc::{Disc, SUB_TEXELS};
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
+pub use entries::{
+    BLENDS, DEPARTURES, EntryReport, EntrySettings, EntryTable, EntryTarget, EntryTrack,
+    Implausible, KnownEntry, MotionLimits, PlausibilitySettings, RATES, Stance,
+};
 pub use fixed_transform::FixedTransform2;
 pub use grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub(crate) use hulls::{HullRows, PART};

@@ -28,7 +28,9 @@ pub struct BodyTrack {
 pub struct TrackStart {
     /// Edge that starts.
     pub edge: EdgeId,
-    /// Character's frame at the edge's start, in the space of its clip.
+    /// Frames since the edge's start.
+    pub frame: f32,
+    /// Character's frame then, in the space of the edge's clip.
     pub placement: Rigid2,
 }
 
@@ -50,7 +52,7 @@ impl BodyTrack {
         let ticks = (seconds * Self::RATE).ceil() as usize + 1;
         let playhead = Playhead {
             edge: start.edge,
-            frame: 0.0,
+            frame: start.frame,
             clip_to_world: start.placement.inverse(),
         };
         let mut motion = Motion::new(graph, playhead, &[]);

@@ -7,7 +7,7 @@ use super::retime::{Rate, RateError};
 use super::score::Score;
 use super::source::Source;
 use crate::anim::Warp;
-use crate::graph::{EdgeId, Motion};
+use crate::graph::{EdgeId, Entry, Motion};
 use crate::maps::{BakedGraph, PathId};
 
 /// The answer to a query. Keep it from one query to the next: its memory is used again.
@@ -37,6 +37,8 @@ pub struct CandidateReport {
     pub(super) route: Route,
     /// Edge of the evasion, which follows the path; `None` for a move.
     pub evasion: Option<EdgeId>,
+    /// Entry into the evasion, if no edge leads to it.
+    pub entry: Option<EnteredAt>,
     /// Rate of the retimable edges, or the reason why there is none.
     pub rate: Result<Rate, RateError>,
     /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
@@ -49,6 +51,15 @@ pub struct CandidateReport {
     pub warp: Option<Warp>,
     /// Result of the candidate.
     pub fate: Fate,
+}
+
+/// An entry and its time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnteredAt {
+    /// Time of the entry, seconds since the query. Until then the natural motion continues.
+    pub delay: f32,
+    /// The entry.
+    pub entry: Entry,
 }
 
 /// The place of the edges of a candidate's path.
@@ -83,6 +94,9 @@ pub struct Counts {
     pub candidates: usize,
     /// Candidates that end in an evasion.
     pub with_evasion: usize,
+    /// Candidates that enter an evasion without an edge. They count as candidates with an evasion too.
+    #[serde(default)]
+    pub entered: usize,
     /// Paths to an evasion that no rate brings in time; these are no candidates.
     pub not_in_time: usize,
     /// Candidates that the maps removed.

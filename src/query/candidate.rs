@@ -22,14 +22,16 @@ pub(super) enum CandidateKind {
     },
     /// By moving on, for as long as the attack lasts.
     Move(MoveId),
+    /// By an evasion that is entered without an edge: a position among the query's entries.
+    Entry(u32),
 }
 
 impl Candidate {
-    /// The path to the evasion; `None` for a move.
+    /// The path to the evasion; `None` for a move or an entry.
     pub(super) fn path(&self) -> Option<PathId> {
         match self.kind {
             CandidateKind::Evasion { path, .. } => Some(path),
-            CandidateKind::Move(_) => None,
+            CandidateKind::Move(_) | CandidateKind::Entry(_) => None,
         }
     }
 }

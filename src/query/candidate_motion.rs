@@ -1,4 +1,4 @@
-use super::answer::{Answer, CandidateReport};
+use super::answer::{Answer, CandidateReport, EnteredAt};
 use super::retime::retimed;
 use crate::graph::{Motion, Playhead, Step};
 use crate::maps::BakedGraph;
@@ -15,10 +15,15 @@ impl Answer {
         playhead: Playhead,
         report: &CandidateReport,
     ) -> Option<Motion> {
-        let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
-        let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
         let mut motion = Motion::default();
-        motion.restart(baked.graph(), playhead, steps.chain(evasion));
+        if let Some(EnteredAt { delay, entry }) = &report.entry {
+            motion.restart(baked.graph(), playhead, []);
+            motion.enter(baked.graph(), *delay, entry);
+        } else {
+            let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
+            let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
+            motion.restart(baked.graph(), playhead, steps.chain(evasion));
+        }
         if let Some(warp) = report.warp {
             motion.extend(baked.graph(), warp.envelope.end);
         }

@@ -6,6 +6,7 @@
 
 use super::candidate::CandidateKind;
 use super::clearance::{Clearance, Extent};
+use super::entries::EntryScratch;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
@@ -23,6 +24,7 @@ pub(super) struct EvaluateScratch {
     /// The candidates to be tested, each with the bound of its score.
     order: Vec<Bound>,
     results: Results,
+    pub(super) entries: EntryScratch,
     warper: Warper,
 }
 
@@ -84,6 +86,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             order,
             results,
             warper,
+            entries: _,
         } = scratch;
         let count = input.state.candidates.list.len();
         results.evaluated.resize(count, None);

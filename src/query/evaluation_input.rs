@@ -1,6 +1,7 @@
 use super::candidate::CandidateKind;
 use super::clearance::{Clearance, ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::cull::Overlap;
+use super::entries::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;
@@ -22,7 +23,7 @@ impl EvaluationInput<'_> {
     pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
         match self.state.candidates.list[index].kind {
             CandidateKind::Move(path) => Some(path),
-            CandidateKind::Evasion { .. } => None,
+            CandidateKind::Evasion { .. } | CandidateKind::Entry(_) => None,
         }
     }
 
@@ -34,7 +35,16 @@ impl EvaluationInput<'_> {
     /// Whether the maps remove a candidate.
     pub(super) fn is_culled(&self, index: usize) -> bool {
         self.state.request.evaluation == Evaluation::Lazy
+            && !self.starts_in_blend(index)
             && self.overlap(index).is_some_and(|overlap| overlap.body > 0)
+    }
+
+    /// Whether an evasion starts while the offset of an earlier motion still fades out. Maps and tracks do not show that body.
+    fn starts_in_blend(&self, index: usize) -> bool {
+        match self.state.candidates.list[index].kind {
+            CandidateKind::Evasion { start, .. } => start < self.state.request.blend.blends_until(),
+            CandidateKind::Move(_) | CandidateKind::Entry(_) => false,
+        }
     }
 
     /// The score of a candidate at a clearance of `metres`.
@@ -86,6 +96,17 @@ impl EvaluationInput<'_> {
     pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         let build = |motion: &mut Motion| self.motion(index, motion);
         match self.state.candidates.list[index].kind {
+            CandidateKind::Evasion { .. } if self.starts_in_blend(index) => {
+                self.exact_test(extent).on_built_motion(body, build)
+            }
+            CandidateKind::Entry(entry) => {
+                // Where distance is rewarded, it must be that of the whole motion.
+                if self.query.settings.weights.distance < 0.0 {
+                    return self.exact_test(extent).on_built_motion(body, build);
+                }
+                let entry = &self.state.entries[entry as usize];
+                self.exact_test(extent).after_entry(entry, body)
+            }
             CandidateKind::Evasion { path, start } => {
                 let request = &self.state.request;
                 let evasion = request.evasion(self.query.baked, path, start);
@@ -121,11 +142,19 @@ impl EvaluationInput<'_> {
                     rate: 1.0,
                 };
                 motion.restart(graph, request.playhead, steps.chain([evasion]));
+                motion.continue_blend(&request.blend, 0.0);
             }
             CandidateKind::Move(path) => {
                 let backwards = self.state.moves.edges_backwards(path);
                 let steps = backwards.map(|edge| Step { edge, rate: 1.0 });
                 motion.restart_backwards(graph, request.playhead, steps);
+                motion.continue_blend(&request.blend, 0.0);
+            }
+            CandidateKind::Entry(entry) => {
+                let EntryCandidate { delay, entry, .. } = &self.state.entries[entry as usize];
+                motion.restart(graph, request.playhead, []);
+                motion.continue_blend(&request.blend, 0.0);
+                motion.enter(graph, *delay, entry);
             }
         }
         motion.extend(graph, request.attack.end() + 2.0 / SAMPLE_RATE);

@@ -1,5 +1,6 @@
-use super::answer::{Answer, CandidateReport, Counts, Fate, Route};
+use super::answer::{Answer, CandidateReport, Counts, EnteredAt, Fate, Route};
 use super::candidate::CandidateKind;
+use super::entries::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
@@ -48,6 +49,7 @@ impl Answer {
                 self.edges[start..].reverse();
                 Route::Edges(start as u32, self.edges.len() as u32)
             }
+            CandidateKind::Entry(_) => Route::Edges(0, 0),
         }
     }
 }
@@ -63,9 +65,21 @@ impl Report<'_> {
         let score = evaluated.and_then(|one| one.score);
         CandidateReport {
             route,
-            evasion: candidate
-                .path()
-                .map(|path| evasion_of(self.query.baked, path)),
+            evasion: match candidate.kind {
+                CandidateKind::Evasion { path, .. } => Some(evasion_of(self.query.baked, path)),
+                CandidateKind::Entry(entry) => {
+                    let evasion = self.state.entries[entry as usize].evasion;
+                    Some(self.query.baked.evasions()[evasion].edge)
+                }
+                CandidateKind::Move(_) => None,
+            },
+            entry: match candidate.kind {
+                CandidateKind::Entry(entry) => {
+                    let EntryCandidate { delay, entry, .. } = self.state.entries[entry as usize];
+                    Some(EnteredAt { delay, entry })
+                }
+                CandidateKind::Evasion { .. } | CandidateKind::Move(_) => None,
+            },
             rate: Ok(candidate.rate),
             overlap: input.overlap(index),
             clearance: evaluated.map(|one| one.clearance),
@@ -92,6 +106,7 @@ impl Report<'_> {
         Counts {
             candidates: candidates.len(),
             with_evasion: count(|report| report.evasion.is_some()),
+            entered: count(|report| report.entry.is_some()),
             not_in_time: self.state.late.count,
             culled,
             reconsidered: self.selection.reconsidered,
@@ -105,6 +120,7 @@ fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateRep
     CandidateReport {
         route: Route::Table(path),
         evasion: Some(evasion_of(baked, path)),
+        entry: None,
         rate: Err(error),
         overlap: None,
         clearance: None,

@@ -4,7 +4,7 @@ use super::attack::Attack;
 use super::clearance::PlacedEvasion;
 use super::evaluation::Evaluation;
 use super::retime::Durations;
-use crate::graph::{EdgeId, NodeId, Playhead};
+use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::{BakedGraph, NodePath, PathId};
 use crate::math::Rigid2;
 
@@ -15,6 +15,9 @@ pub struct Request<'a> {
     pub playhead: Playhead,
     /// Attack in the same world; its clock starts now.
     pub attack: &'a Attack,
+    /// The motion that is playing and the time since its start, in seconds. Needed only during a blend: its offset then fades out in
+    /// every candidate. Default: none.
+    pub playing: Option<(&'a Motion, f32)>,
     /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
     pub evaluation: Evaluation,
 }
@@ -26,7 +29,21 @@ impl<'a> Request<'a> {
         Self {
             playhead,
             attack,
+            playing: None,
             evaluation: Evaluation::Lazy,
+        }
+    }
+
+    /// For a character that plays a motion since `seconds`.
+    #[must_use]
+    pub fn of_motion(
+        graph: &MotionGraph,
+        (motion, seconds): (&'a Motion, f32),
+        attack: &'a Attack,
+    ) -> Self {
+        Self {
+            playing: Some((motion, seconds)),
+            ..Self::new(motion.playhead(graph, seconds), attack)
         }
     }
 }
@@ -36,6 +53,8 @@ impl<'a> Request<'a> {
 pub(super) struct ActiveRequest {
     pub playhead: Playhead,
     pub attack: Attack,
+    /// The offset that still fades out; otherwise empty.
+    pub blend: Motion,
     pub evaluation: Evaluation,
     /// The next node.
     pub node: NodeId,
@@ -56,6 +75,7 @@ impl Default for ActiveRequest {
                 clip_to_world: Rigid2::IDENTITY,
             },
             attack: Attack::empty(),
+            blend: Motion::default(),
             evaluation: Evaluation::Lazy,
             node: NodeId(0),
             wait: 0.0,
@@ -73,6 +93,10 @@ impl ActiveRequest {
         self.attack.clone_from(request.attack);
         self.playhead = playhead;
         self.evaluation = request.evaluation;
+        self.blend.clear();
+        if let Some((motion, seconds)) = request.playing {
+            self.blend.continue_blend(motion, seconds);
+        }
         self.node = playhead.next_node(graph);
         self.wait = playhead.seconds_to_next_node(graph);
         self.available = self.attack.start() - self.wait;

@@ -6,6 +6,7 @@
 //! which all kept candidates are hit pay for this: one exact test of each removed candidate, up to its first hit, and a second
 //! round.
 
+use super::entries::gather_entries;
 use super::evaluate::{EvaluateScratch, ExactEvaluator};
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
@@ -32,7 +33,7 @@ pub(super) fn select(
     motion: &mut Motion,
 ) -> Option<Selection> {
     let is_grid = state.source == Source::Grid;
-    let (mut has_moves, mut reconsidered) = (false, 0);
+    let (mut has_moves, mut has_entries, mut reconsidered) = (false, false, 0);
     scratch.start(state);
     loop {
         let input = EvaluationInput { query, state };
@@ -46,7 +47,14 @@ pub(super) fn select(
             }
             return None;
         }
-        if !is_grid && !has_moves && evaluator.can_moves_win() {
+        if !is_grid && !has_entries && !evaluator.has_clean() {
+            has_entries = true;
+            gather_entries(query, state, &mut scratch.entries);
+            continue;
+        }
+        // Where an entry is clean, moves are not searched: few would score better, and all would be tested.
+        let is_entered = has_entries && evaluator.has_clean();
+        if !is_grid && !has_moves && !is_entered && evaluator.can_moves_win() {
             has_moves = true;
             gather_moves(query, state);
             continue;

@@ -3,6 +3,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::entries::EntryUse;
 use super::moves::MoveSettings;
 use super::retime::RateSettings;
 use super::score::Weights;
@@ -51,6 +52,9 @@ pub struct QuerySettings {
     pub alike_angle: f32,
     /// Largest number of candidates that end in an evasion. Default 256. Those with rates nearest to 1 are kept.
     pub most_evasions: usize,
+    /// Limits of the evasions that are entered without an edge. Recordings from before there were any have none.
+    #[serde(default = "EntryUse::none")]
+    pub entries: EntryUse,
     /// Limits of the search for moves.
     pub moves: MoveSettings,
     /// Weights of the score.
@@ -76,6 +80,7 @@ impl Default for QuerySettings {
             alike_distance: 0.05,
             alike_angle: 5f32.to_radians(),
             most_evasions: 256,
+            entries: EntryUse::default(),
             moves: MoveSettings::default(),
             weights: Weights::default(),
             list_late: false,
@@ -114,6 +119,7 @@ impl QuerySettings {
         const RATE: Range = (0.01..=100.0, "0.01 to 100");
         const WEIGHT: Range = (-1e6..=1e6, "-1000000 to 1000000");
         const COUNT: Range = (1.0..=QuerySettings::MOST_CANDIDATES as f64, "1 to 65536");
+        const ENTRIES: Range = (0.0..=QuerySettings::MOST_CANDIDATES as f64, "0 to 65536");
         const THREADS: Range = (0.0..=QuerySettings::MOST_THREADS as f64, "0 to 1024");
         const TIME: Range = (0.0..=10.0, "0 to 10 s");
         let (rates, moves, weights) = (&self.rates, &self.moves, &self.weights);
@@ -127,6 +133,10 @@ impl QuerySettings {
             number("alike_distance", self.alike_distance, CELL),
             number("alike_angle", self.alike_angle, CELL),
             count("most_evasions", self.most_evasions, COUNT),
+            ("entries.most", self.entries.most as f64, ENTRIES),
+            number("entries.slowest", self.entries.slowest, RATE),
+            number("entries.fastest", self.entries.fastest, RATE),
+            number("entries.longest_delay", self.entries.longest_delay, TIME),
             count("moves.width", moves.width, COUNT),
             count("moves.candidates", moves.candidates, COUNT),
             number("moves.alike_distance", moves.alike_distance, CELL),

@@ -1,5 +1,6 @@
 use super::candidate::CandidateList;
 use super::cull::QueryMaps;
+use super::entries::EntryCandidate;
 use super::moves::{MoveSearch, SearchReport};
 use super::request::ActiveRequest;
 use super::retime::RateError;
@@ -20,6 +21,8 @@ pub(super) struct QueryState {
     pub search: SearchReport,
     /// The paths of those candidates that are moves.
     pub moves: MoveSearch,
+    /// Those candidates that enter an evasion.
+    pub entries: Vec<EntryCandidate>,
     /// The maps of this round's candidates.
     pub maps: QueryMaps,
 }

@@ -13,7 +13,9 @@ use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::warp::WarpSettings;
-use sabaki::query::{Answer, Attack, CandidateReport, Evaluation, Fate, Query, QuerySettings};
+use sabaki::query::{
+    Answer, Attack, CandidateReport, EntryUse, Evaluation, Fate, Query, QuerySettings,
+};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
 const ATTACKS: u64 = 60;
@@ -63,9 +65,10 @@ fn stepped_clearance(baked: &BakedGraph, motion: &Motion, attack: &Attack) -> f3
     smallest
 }
 
-/// What candidates are as they are.
+/// The candidates that edges lead to, without warps.
 fn unwarped() -> QuerySettings {
     QuerySettings {
+        entries: EntryUse::none(),
         warp: WarpSettings::off(),
         ..QuerySettings::default()
     }
@@ -181,7 +184,7 @@ fn the_maps_never_hide_the_only_clean_candidate() {
 
 #[test]
 fn the_evasion_starts_when_the_attack_does() {
-    let (mut settings, baked) = (QuerySettings::default(), embedded());
+    let (mut settings, baked) = (unwarped(), embedded());
     settings.rates.nearest = 0.0;
     let mut evasions = 0;
     for throw in throws() {
@@ -212,7 +215,7 @@ fn the_evasion_starts_when_the_attack_does() {
 
 #[test]
 fn where_nothing_is_in_time_the_nearest_is_taken() {
-    let near = QuerySettings::default();
+    let near = unwarped();
     let mut strict = near;
     strict.rates.nearest = 0.0;
     let mut taken = 0;
@@ -233,7 +236,7 @@ fn where_nothing_is_in_time_the_nearest_is_taken() {
 
 #[test]
 fn paths_are_connected_and_motion_is_continuous() {
-    let (settings, baked) = (QuerySettings::default(), embedded());
+    let (settings, baked) = (unwarped(), embedded());
     for throw in throws().take(20) {
         let answer = answer(&settings, &throw, Evaluation::Lazy);
         let mut node: NodeId = throw.playhead.next_node(baked.graph());
@@ -364,7 +367,7 @@ fn what_is_called_a_hit_is_one_and_none_is_less_deep_than_what_is_chosen() {
     /// What an evasion is known by beforehand lies elsewhere between the samples of the motion that is played, metres.
     const SAMPLES: f32 = 2e-3;
     let baked = embedded();
-    let settings = QuerySettings::default();
+    let settings = unwarped();
     let query = Query::new(baked, &settings);
     let (mut body, mut hits) = (MotionBody::default(), 0);
     for index in 0..150 {

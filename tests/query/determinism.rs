@@ -11,7 +11,7 @@ use sabaki::archive::to_bytes;
 use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
 use sabaki::query::warp::WarpSettings;
-use sabaki::query::{Answer, Enumerate, Evaluation, Query, QuerySettings};
+use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 #[test]
@@ -75,7 +75,8 @@ fn any_number_of_threads_gives_the_same_answers() {
         for evaluation in [Evaluation::Exhaustive, Evaluation::Lazy] {
             for (a, b) in answers(&one, evaluation).zip(answers(&three, evaluation)) {
                 assert_eq!(a.candidates, b.candidates);
-                let is_hit = !a.avoided || a.chosen().warp.is_some();
+                let chosen = a.chosen();
+                let is_hit = !a.avoided || chosen.warp.is_some() || chosen.entry.is_some();
                 assert_eq!((a.chosen, a.motion), (b.chosen, b.motion));
                 hits += usize::from(is_hit);
             }
@@ -118,6 +119,7 @@ fn digest(settings: &QuerySettings) -> u64 {
 #[test]
 fn the_answers_are_those_of_the_last_version() {
     let settings = QuerySettings {
+        entries: EntryUse::none(),
         warp: WarpSettings::off(),
         ..QuerySettings::default()
     };

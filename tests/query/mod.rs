@@ -5,6 +5,7 @@ mod cull_alloc;
 mod cull_cpu;
 mod culling;
 mod determinism;
+mod entries;
 mod pause;
 mod query_alloc;
 mod tracks;

@@ -15,7 +15,7 @@ use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhea
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::SAMPLE_RATE;
-use sabaki::query::{Answer, Attack, CandidateReport};
+use sabaki::query::{Answer, Attack, CandidateReport, EnteredAt};
 
 /// Unit of exported BVH positions: centimetres.
 const METRES_PER_UNIT: f64 = 0.01;
@@ -201,6 +201,9 @@ pub fn evasion_placement(
     candidate: &CandidateReport,
 ) -> Option<Rigid2> {
     let evasion = baked.evasion(candidate.evasion?)?;
+    if let Some(entered) = candidate.entry {
+        return Some(entered.entry.clip_to_world * evasion.placement);
+    }
     let graph = baked.graph();
     let at_node = playhead.next_clip_to_world(graph);
     let edges = answer.path(baked, candidate);
@@ -217,6 +220,16 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
         "evasion": candidate.evasion.and_then(|edge| describe_evasion(baked, edge)),
         "fate": candidate.fate,
     });
+    if let Some(EnteredAt { delay, entry }) = candidate.entry {
+        let edge = baked.graph().edge(entry.edge);
+        let from = baked.graph().node(edge.from);
+        value["entry"] = json!({
+            "after": delay,
+            "blend": entry.blend,
+            "clip": baked.graph().clip(from.clip).name(),
+            "frame": from.frame as f32 + entry.frame,
+        });
+    }
     match &candidate.rate {
         Ok(rate) => value["p"] = json!(rate.rate),
         Err(error) => value["reason"] = json!(error.to_string()),

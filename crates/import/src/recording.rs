@@ -12,7 +12,7 @@ use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, AttackError, Evaluation, Query, QueryContext, QuerySettings,
+    Answer, Attack, AttackError, EnteredAt, Evaluation, Query, QueryContext, QuerySettings,
     QuerySettingsError, Request, cull::cpu,
 };
 
@@ -48,7 +48,10 @@ pub struct Chosen {
     pub edges: Vec<EdgeId>,
     /// Evasion at the end of the path, or `None` if the path has none.
     pub evasion: Option<EdgeId>,
-    /// Rate of the path's retimable edges.
+    /// Entry into the evasion without an edge, or `None` if edges lead to it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entry: Option<EnteredAt>,
+    /// Rate of the path's retimable edges, or of the entered evasion.
     pub p: f32,
     /// Clearance, in metres, negative for a hit.
     pub clearance: f32,
@@ -113,6 +116,7 @@ impl Chosen {
         Self {
             edges: answer.path(baked, report).collect(),
             evasion: report.evasion,
+            entry: report.entry,
             p: report.rate.as_ref().map_or(1.0, |rate| rate.rate),
             clearance: answer.clearance().metres,
             avoided: answer.avoided,

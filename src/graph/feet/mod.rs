@@ -81,7 +81,8 @@ impl Feet {
         self.root_drops.get(edge.index()).copied().unwrap_or(0.0)
     }
 
-    fn stands(&self, clip: ClipId, leg: usize, frame: u32) -> bool {
+    /// Whether the foot of a leg stands in a frame of a clip.
+    pub(crate) fn stands(&self, clip: ClipId, leg: usize, frame: u32) -> bool {
         let plants = self.plants(clip, leg);
         let next = plants.partition_point(|plant| plant.last < frame);
         plants.get(next).is_some_and(|plant| plant.holds(frame))

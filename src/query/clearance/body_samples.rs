@@ -48,6 +48,8 @@ pub(super) struct TimeWindow {
     pub to: f32,
     /// The attack's time at sample 0, seconds.
     pub origin: f32,
+    /// Rate of the samples' clock by the attack's.
+    pub rate: f32,
     /// Transform from the attack's world to that of the samples.
     pub placement: Rigid2,
 }
@@ -59,6 +61,7 @@ impl TimeWindow {
             from,
             to,
             origin: 0.0,
+            rate: 1.0,
             placement: Rigid2::IDENTITY,
         }
     }

@@ -20,6 +20,7 @@ use crate::graph::Motion;
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Rigid2;
 use crate::query::attack::Attack;
+use crate::query::entries::EntryCandidate;
 
 /// A test of one attack.
 #[derive(Clone, Copy, Debug)]
@@ -111,6 +112,7 @@ impl<'a> ExactTest<'a> {
                 from: start,
                 to: end,
                 origin: start,
+                rate: 1.0,
                 placement: evasion.placement.inverse(),
             },
         );
@@ -119,6 +121,34 @@ impl<'a> ExactTest<'a> {
             let mut body = parts.posed.on(self.baked, parts.motion, Sampling::Each);
             sweep.run(&mut body, TimeWindow::of_motion(0.0, start));
             sweep.run(&mut body, TimeWindow::of_motion(end, f32::INFINITY));
+        }
+        sweep.nearest()
+    }
+
+    /// The smallest distance on an evasion that is entered, from the end of its blend to the end of its track. Other times are not
+    /// tested.
+    pub(in crate::query) fn after_entry(
+        &self,
+        candidate: &EntryCandidate,
+        scratch: &mut MotionBody,
+    ) -> Clearance {
+        let mut sweep = Sweep::new(self.attack, self.extent, scratch.parts().sweep);
+        let (delay, rate) = (candidate.delay, candidate.entry.rate);
+        if let Some(entered) = self.baked.entry_track(candidate.evasion) {
+            let last = match rate {
+                1.0 => entered.track.seconds() - candidate.ahead,
+                // The rate ends with the evasion.
+                _ => candidate.left / rate,
+            };
+            let window = TimeWindow {
+                from: delay + candidate.entry.blend,
+                to: delay + last,
+                origin: delay - candidate.ahead / rate,
+                rate,
+                placement: candidate.placement.inverse(),
+            };
+            let mut body = TrackedBody::new(self.baked, &entered.track);
+            sweep.run(&mut body, window);
         }
         sweep.nearest()
     }

@@ -85,7 +85,7 @@ impl PosedRows {
         start
     }
 
-    /// Start of the rows of a warped pose, which no other motion has.
+    /// Start of the rows of a warped or blending pose, which no other motion has.
     fn rows_of_warped(&mut self, baked: &BakedGraph, motion: &Motion, seconds: f32) -> usize {
         let start = self.rows.len();
         motion.sample(baked.graph(), seconds, &mut self.pose);
@@ -151,7 +151,8 @@ impl PosedBody<'_> {
         if self.scratch.slots[index].is_none() {
             let seconds = tick as f32 / SAMPLE_RATE;
             let warp = self.motion.warp();
-            let rows = if warp.is_some_and(|warp| warp.acts_at(seconds)) {
+            let is_blending = self.motion.is_blending(seconds);
+            let rows = if is_blending || warp.is_some_and(|warp| warp.acts_at(seconds)) {
                 self.scratch
                     .rows_of_warped(self.baked, self.motion, seconds)
             } else {
@@ -172,6 +173,10 @@ impl PosedBody<'_> {
     /// A vertical cylinder around the body: x, z, radius, lowest and highest y.
     fn bounding_cylinder(&self, tick: usize) -> [f32; 5] {
         let seconds = tick as f32 / SAMPLE_RATE;
+        if self.motion.is_blending(seconds) {
+            let [x, y, z, reach] = self.bounding_sphere(tick);
+            return [x, z, reach, y - reach, y + reach];
+        }
         let playhead = self.motion.playhead(self.baked.graph(), seconds);
         let cylinder = self.baked.bounding_cylinder(playhead.edge, playhead.frame);
         let cylinder = cylinder.placed(playhead.clip_to_world);

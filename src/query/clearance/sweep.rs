@@ -118,7 +118,7 @@ impl<'a> Sweep<'a> {
     /// Tests a sphere on one straight line.
     fn test(&mut self, keys: [SphereKey; 2], samples: &mut impl BodySamples, window: TimeWindow) {
         let keys = keys.map(|key| SphereKey {
-            t: (key.t - window.origin).max(0.0),
+            t: ((key.t - window.origin) * window.rate).max(0.0),
             center: window.placement.point(key.center),
             ..key
         });
@@ -127,6 +127,7 @@ impl<'a> Sweep<'a> {
             samples,
             keys,
             origin: window.origin,
+            rate: window.rate,
         };
         line.run(self.scratch);
     }
@@ -140,6 +141,8 @@ struct LineTest<'s, S> {
     keys: [SphereKey; 2],
     /// The attack's time at sample 0, seconds.
     origin: f32,
+    /// Rate of the samples' clock by the attack's.
+    rate: f32,
 }
 
 impl<S: BodySamples> LineTest<'_, S> {
@@ -266,7 +269,7 @@ impl<S: BodySamples> LineTest<'_, S> {
                 if let Some(found) = found {
                     search.best = Clearance {
                         metres: found.metres,
-                        time: self.origin + tick as f32 / SAMPLE_RATE,
+                        time: self.origin + tick as f32 / SAMPLE_RATE / self.rate,
                         body_sphere: found.sphere,
                     };
                 }
@@ -347,7 +350,7 @@ impl<S: BodySamples> LineTest<'_, S> {
         if let Some(nearest) = nearest {
             self.search.best = Clearance {
                 metres: nearest.metres,
-                time: self.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE,
+                time: self.origin + segment.tick(ends, nearest.share) / SAMPLE_RATE / self.rate,
                 body_sphere: nearest.sphere,
             };
         }

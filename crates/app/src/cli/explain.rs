@@ -255,7 +255,11 @@ fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &C
         }
     }
     let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
-    let path = way(case.baked, &edges, report.evasion);
+    let mut path = way(case.baked, &edges, report.evasion);
+    if let Some(entered) = report.entry {
+        let (delay, blend) = (entered.delay, entered.entry.blend);
+        path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
+    }
     let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 

@@ -1,0 +1,282 @@
+//! A jump from one motion to another that nobody sees: the difference between the two fades out after it.
+//!
+//! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): from the jump on only the new
+//! motion is evaluated, and on it lies what the old one was off from it then, with its speed, as a quintic that comes to rest. Differs:
+//! offsets are rotation vectors with three quintics each, not an angle about one axis; their acceleration starts at 0. Feet have offsets of
+//! their own in the space of the motion, and the legs follow by inverse kinematics, so that a foot that stands in both motions at one
+//! place stays there, and one that must move takes a step.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::{EdgeId, MotionGraph};
+use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton, reach};
+use crate::math::Rigid2;
+
+/// A place of the graph that a motion goes on at, without an edge that leads there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// What is played from there.
+    pub edge: EdgeId,
+    /// Frames since the edge's start.
+    pub frame: f32,
+    /// Takes the space of the clip in which the edge starts to the world.
+    pub clip_to_world: Rigid2,
+    /// Playback rate of the edge, and of those of its clip up to the end of the next event.
+    pub rate: f32,
+    /// Until nothing is left of the motion before, seconds; above 0.
+    pub blend: f32,
+}
+
+/// A value that comes to rest at 0: where it starts, and how fast it changes then, a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Decay {
+    value: Vec3,
+    speed: Vec3,
+}
+
+impl Decay {
+    /// Of what is `now`, and will be `then` after so many seconds.
+    fn new(now: Vec3, then: Vec3, seconds: f32) -> Self {
+        Self {
+            value: now,
+            speed: (then - now) / seconds,
+        }
+    }
+
+    fn at(&self, weights: Weights) -> Vec3 {
+        self.value * weights.value + self.speed * weights.speed
+    }
+}
+
+/// What is left at a moment of a decay's value, and what its speed has brought, in seconds.
+#[derive(Clone, Copy)]
+struct Weights {
+    value: f32,
+    speed: f32,
+    /// Of a foot's lift: 1 in the middle.
+    lift: f32,
+}
+
+impl Weights {
+    /// At a share of a decay that lasts so many seconds: the quintics with no speed and no acceleration at their end.
+    fn new(share: f32, seconds: f32) -> Self {
+        let s = share.clamp(0.0, 1.0);
+        let cube = s * s * s;
+        let flat = s * (1.0 - s);
+        Self {
+            value: 1.0 - cube * (10.0 - s * (15.0 - 6.0 * s)),
+            speed: seconds * (s - cube * (6.0 - s * (8.0 - 3.0 * s))),
+            lift: 16.0 * flat * flat,
+        }
+    }
+}
+
+/// A foot's place and rotation in the space of the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct FootDecay {
+    place: Decay,
+    rotation: Decay,
+    /// How high it is lifted on its way, metres.
+    lift: f32,
+}
+
+/// One jump of a motion: all that fades out after it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Inertia {
+    /// Seconds since the motion's start; below 0 where the motion is the rest of another.
+    pub(super) start: f32,
+    pub(super) seconds: f32,
+    root: Decay,
+    /// By joint.
+    joints: Vec<Decay>,
+    /// By joint, where one of the motions moves joints.
+    places: Vec<Decay>,
+    /// By leg.
+    feet: Vec<FootDecay>,
+}
+
+/// Poses of two motions, now and a moment later; kept from one entry to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EntryScratch {
+    pub(super) from: [Pose; 2],
+    pub(super) to: [Pose; 2],
+}
+
+/// A foot that goes less far than this is not lifted, metres.
+const DRAGGED: f32 = 0.02;
+/// A foot is lifted by this share of its way, and at most so high, metres.
+const LIFT: (f32, f32) = (0.25, 0.12);
+
+impl Inertia {
+    /// Becomes what takes `poses.to` to `poses.from` at `start`; the second of each is `step` seconds later.
+    pub(super) fn measure(
+        &mut self,
+        graph: &MotionGraph,
+        poses: &mut EntryScratch,
+        (start, seconds, step): (f32, f32, f32),
+    ) {
+        let skeleton = graph.skeleton();
+        let EntryScratch { from, to } = poses;
+        (self.start, self.seconds) = (start, seconds);
+        self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
+        self.joints.clear();
+        let turn = |at: usize, joint: usize| {
+            rotation_vector(from[at].rotations[joint] * to[at].rotations[joint].conjugate())
+        };
+        let turns =
+            (0..skeleton.len()).map(|joint| decay_of_turn([0, 1].map(|at| turn(at, joint)), step));
+        self.joints.extend(turns);
+        self.feet.clear();
+        for leg in graph.feet().legs() {
+            let foot = |pose: &Pose| Chain::of(skeleton, pose).global(leg.foot);
+            let (from, to) = (
+                [foot(&from[0]), foot(&from[1])],
+                [foot(&to[0]), foot(&to[1])],
+            );
+            self.feet.push(FootDecay::new(from, to, step));
+        }
+        self.places.clear();
+        let moved = |poses: &[Pose; 2]| poses.iter().any(|pose| !pose.translations.is_empty());
+        if moved(from) || moved(to) {
+            from.iter_mut()
+                .chain(to.iter_mut())
+                .for_each(|pose| pose.fill_translations(skeleton));
+            let apart =
+                |at: usize, joint: usize| from[at].translations[joint] - to[at].translations[joint];
+            let places =
+                (0..skeleton.len()).map(|joint| Decay::new(apart(0, joint), apart(1, joint), step));
+            self.places.extend(places);
+        }
+    }
+
+    /// Whether anything is left of it after `seconds` of the motion.
+    pub(super) fn lasts(&self, seconds: f32) -> bool {
+        seconds - self.start < self.seconds
+    }
+
+    /// When nothing is left of it, seconds since the motion's start.
+    pub(super) fn end(&self) -> f32 {
+        self.start + self.seconds
+    }
+
+    fn weights(&self, seconds: f32) -> Weights {
+        Weights::new((seconds - self.start) / self.seconds, self.seconds)
+    }
+
+    /// What the root is off the new motion's, metres.
+    pub(super) fn root(&self, seconds: f32) -> Vec3 {
+        self.root.at(self.weights(seconds))
+    }
+
+    /// Takes the new motion's pose after `seconds` to what is seen.
+    pub(super) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+        /// More legs than any figure has.
+        const MOST: usize = 8;
+        let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
+        let legs = graph.feet().legs();
+        let mut feet = [JointTransform::IDENTITY; MOST];
+        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(&mut feet) {
+            *foot = decay.foot(skeleton, pose, (leg, weights));
+        }
+        pose.root += self.root.at(weights);
+        for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
+            *rotation = (turn_of(decay.at(weights)) * *rotation).normalize();
+        }
+        if !self.places.is_empty() {
+            pose.fill_translations(skeleton);
+            for (place, decay) in pose.translations.iter_mut().zip(&self.places) {
+                *place += decay.at(weights);
+            }
+        }
+        for (leg, foot) in legs.iter().zip(feet) {
+            reach(skeleton, pose, leg, foot);
+        }
+    }
+}
+
+impl FootDecay {
+    fn new(from: [JointTransform; 2], to: [JointTransform; 2], step: f32) -> Self {
+        let apart = |at: usize| from[at].translation - to[at].translation;
+        let turn = |at: usize| rotation_vector(from[at].rotation * to[at].rotation.conjugate());
+        let way = apart(0).with_y(0.0).length();
+        let (share, most) = LIFT;
+        Self {
+            place: Decay::new(apart(0), apart(1), step),
+            rotation: decay_of_turn([turn(0), turn(1)], step),
+            lift: share * (way - DRAGGED).clamp(0.0, most / share),
+        }
+    }
+
+    /// Where the foot of the new motion's pose is seen.
+    fn foot(
+        &self,
+        skeleton: &Skeleton,
+        pose: &Pose,
+        (leg, weights): (&Leg, Weights),
+    ) -> JointTransform {
+        let foot = Chain::of(skeleton, pose).global(leg.foot);
+        let lift = Vec3::Y * (self.lift * weights.lift);
+        JointTransform {
+            rotation: (turn_of(self.rotation.at(weights)) * foot.rotation).normalize(),
+            translation: foot.translation + self.place.at(weights) + lift,
+        }
+    }
+}
+
+/// A turn as its axis times its angle, radians, by the shorter way.
+fn rotation_vector(turn: Quat) -> Vec3 {
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let (axis, sin) = (turn.xyz(), turn.xyz().length());
+    if sin < 1e-6 {
+        return 2.0 * axis;
+    }
+    axis * (2.0 * sin.atan2(turn.w) / sin)
+}
+
+fn turn_of(vector: Vec3) -> Quat {
+    Quat::from_scaled_axis(vector)
+}
+
+/// Two turns near half a turn may differ by a whole one; then only the first one is known.
+fn decay_of_turn([now, then]: [Vec3; 2], step: f32) -> Decay {
+    match (then - now).length() > std::f32::consts::PI {
+        true => Decay::new(now, now, step),
+        false => Decay::new(now, then, step),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_decays_starts_as_it_was_and_comes_to_rest() {
+        let seconds = 0.2;
+        let decay = Decay {
+            value: Vec3::new(0.3, -0.1, 0.0),
+            speed: Vec3::new(1.0, 0.0, -2.0),
+        };
+        let at = |t: f32| decay.at(Weights::new(t / seconds, seconds));
+        assert_eq!(at(0.0), decay.value);
+        assert_eq!(at(seconds), Vec3::ZERO);
+        let h = 1e-3;
+        let first = (at(h) - at(0.0)) / h;
+        assert!(first.distance(decay.speed) < 0.05, "{first}");
+        let last = (at(seconds) - at(seconds - h)) / h;
+        assert!(last.length() < 0.01, "{last}");
+    }
+
+    #[test]
+    fn turns_come_back_from_their_vectors() {
+        for turn in [
+            Quat::from_rotation_x(0.4) * Quat::from_rotation_z(-2.0),
+            Quat::from_rotation_y(3.0),
+            Quat::IDENTITY,
+            -Quat::from_rotation_y(1e-4),
+        ] {
+            let back = turn_of(rotation_vector(turn));
+            assert!(back.dot(turn).abs() > 1.0 - 1e-6, "{turn}");
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! What a body can do, as its clips show it.
+//!
+//! Percentiles of what is seen in the clips: how fast each joint turns and how fast that changes, how far hips and head leave the way
+//! that their speed would take them, how fast toes go. A motion that stays within them is called plausible.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use crate::graph::{Motion, MotionGraph};
+
+/// How much of what the clips show is taken for plausible.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlausibilitySettings {
+    /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed. Default 99.9.
+    pub joints: f32,
+    /// Percentile of the departure of hips and head from constant velocity. Default 99.8: of fighting clips 0.17 m in 0.2 s and 0.26 m in
+    /// 0.3 s for the hips.
+    pub departure: f32,
+    /// How far the better one of the feet that stand may slide, metres. Default 0.12.
+    pub slide: f32,
+    /// No toe goes faster, metres per second. Default 5.
+    pub toe_speed: f32,
+}
+
+impl Default for PlausibilitySettings {
+    fn default() -> Self {
+        Self {
+            joints: 99.9,
+            departure: 99.8,
+            slide: 0.12,
+            toe_speed: 5.0,
+        }
+    }
+}
+
+/// What the clips show, by the settings' percentiles.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MotionLimits {
+    /// By joint, radians per second.
+    pub joint_speed: Vec<f32>,
+    /// By joint, radians per second squared.
+    pub joint_acceleration: Vec<f32>,
+    /// Of the hips over the ground, after each of [`DEPARTURES`], metres.
+    pub hip_departure: [f32; 2],
+    /// Of the head in space, after each of [`DEPARTURES`], metres.
+    pub head_departure: [f32; 2],
+    /// Of a toe, metres per second.
+    pub toe_speed: f32,
+    /// Of the better foot that stands, metres.
+    pub slide: f32,
+}
+
+/// Departures are measured after these, seconds.
+pub const DEPARTURES: [f32; 2] = [0.2, 0.3];
+
+/// Why an entry is not plausible: the first limit that it breaks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Implausible {
+    /// A joint turns too fast.
+    JointSpeed(JointId),
+    /// A joint's turning changes too fast.
+    JointAcceleration(JointId),
+    /// The hips leave their way.
+    Hips,
+    /// The head leaves its way.
+    Head,
+    /// A toe darts.
+    Toe,
+    /// No foot that stands stays.
+    Slide,
+}
+
+/// What is looked at of a pose.
+#[derive(Clone, Debug, Default)]
+struct Sample {
+    rotations: Vec<Quat>,
+    hip: Vec3,
+    head: Vec3,
+    /// By leg.
+    ankles: Vec<Vec3>,
+    toes: Vec<Vec3>,
+}
+
+impl Sample {
+    fn take(
+        &mut self,
+        graph: &MotionGraph,
+        head: JointId,
+        (pose, joints): (&Pose, &[JointTransform]),
+    ) {
+        self.rotations.clone_from(&pose.rotations);
+        self.hip = pose.root;
+        self.head = joints[head.index()].translation;
+        let legs = graph.feet().legs();
+        self.ankles.clear();
+        { &mut self.ankles }.extend(legs.iter().map(|leg| joints[leg.foot.index()].translation));
+        self.toes.clear();
+        { &mut self.toes }.extend(
+            legs.iter()
+                .map(|leg| joints[leg.toe_or_foot().index()].translation),
+        );
+    }
+}
+
+/// The turn of each joint between two samples, radians.
+fn turns<'a>(from: &'a Sample, to: &'a Sample) -> impl Iterator<Item = Vec3> + 'a {
+    let both = from.rotations.iter().zip(&to.rotations);
+    both.map(|(from, to)| {
+        let turn = *to * from.conjugate();
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        turn.to_scaled_axis()
+    })
+}
+
+/// How far a point is from where its speed between `before` and `now` would have taken it.
+fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
+    then - (now + (now - before) * frames as f32)
+}
+
+/// The joint of the trunk that is furthest from the root: the head.
+pub(super) fn head(skeleton: &Skeleton) -> JointId {
+    let trunk = skeleton.ids().filter(|&id| skeleton.mirror(id).is_none());
+    let length = |&id: &JointId| skeleton.chain_length(id);
+    trunk
+        .max_by(|a, b| length(a).total_cmp(&length(b)))
+        .unwrap_or(JointId::ROOT)
+}
+
+impl MotionLimits {
+    /// Learns from all clips of a graph.
+    #[must_use]
+    pub fn learn(graph: &MotionGraph, settings: &PlausibilitySettings) -> Self {
+        let (rate, joints) = (graph.frame_rate() as f32, graph.skeleton().len());
+        let head = head(graph.skeleton());
+        let mut speeds = vec![Vec::new(); joints];
+        let mut accelerations = vec![Vec::new(); joints];
+        let (mut hips, mut heads) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+        let mut toes = Vec::new();
+        for clip in graph.clips() {
+            let (mut pose, mut globals) = (Pose::default(), Vec::new());
+            let mut samples = vec![Sample::default(); clip.frames()];
+            for (frame, sample) in samples.iter_mut().enumerate() {
+                clip.pose(frame, &mut pose);
+                forward_kinematics(graph.skeleton(), &pose, &mut globals);
+                sample.take(graph, head, (&pose, &globals));
+            }
+            let mut before: Vec<Vec3> = Vec::new();
+            for pair in samples.windows(2) {
+                let now: Vec<Vec3> = turns(&pair[0], &pair[1]).collect();
+                for (joint, turn) in now.iter().enumerate() {
+                    speeds[joint].push(turn.length() * rate);
+                    if let Some(before) = before.get(joint) {
+                        accelerations[joint].push((*turn - *before).length() * rate * rate);
+                    }
+                }
+                before = now;
+                let ways = pair[0].toes.iter().zip(&pair[1].toes);
+                toes.extend(ways.map(|(from, to)| from.distance(*to) * rate));
+            }
+            for (which, seconds) in DEPARTURES.into_iter().enumerate() {
+                let frames = (seconds * rate).round() as usize;
+                for window in samples.windows(frames + 2) {
+                    let ends = [&window[0], &window[1], &window[frames + 1]];
+                    hips[which].push(departure(ends.map(|s| s.hip), frames).with_y(0.0).length());
+                    heads[which].push(departure(ends.map(|s| s.head), frames).length());
+                }
+            }
+        }
+        let of_joints = |all: Vec<Vec<f32>>| {
+            { all.into_iter() }
+                .map(|values| percentile(values, settings.joints))
+                .collect()
+        };
+        Self {
+            joint_speed: of_joints(speeds),
+            joint_acceleration: of_joints(accelerations),
+            hip_departure: hips.map(|values| percentile(values, settings.departure)),
+            head_departure: heads.map(|values| percentile(values, settings.departure)),
+            toe_speed: percentile(toes, settings.joints).min(settings.toe_speed),
+            slide: settings.slide,
+        }
+    }
+
+    /// Whether it fits a skeleton: asked of what is read from a file.
+    #[must_use]
+    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        let numbers = { self.joint_speed.iter() }.chain(&self.joint_acceleration);
+        let ends = self.hip_departure.iter().chain(&self.head_departure);
+        let others = [self.toe_speed, self.slide];
+        [&self.joint_speed, &self.joint_acceleration]
+            .iter()
+            .all(|list| list.len() == skeleton.len())
+            && { numbers.chain(ends).chain(&others) }.all(|&number| number >= 0.0)
+    }
+}
+
+/// 0 of nothing.
+fn percentile(mut values: Vec<f32>, percent: f32) -> f32 {
+    values.sort_by(f32::total_cmp);
+    let last = values.len().saturating_sub(1) as f32;
+    let at = (last * percent / 100.0).round() as usize;
+    values.get(at).copied().unwrap_or(0.0)
+}
+
+/// Looks at motions; kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Examiner {
+    pose: Pose,
+    joints: Vec<JointTransform>,
+    samples: Vec<Sample>,
+}
+
+impl Examiner {
+    /// Whether a motion that is entered at its second frame and blends for so many frames is plausible. `standing` are the
+    /// legs whose feet stand then.
+    pub(super) fn examine(
+        &mut self,
+        graph: &MotionGraph,
+        limits: &MotionLimits,
+        (motion, blend, standing): (&Motion, usize, &[bool]),
+    ) -> Result<(), Implausible> {
+        let rate = graph.frame_rate() as f32;
+        let head = head_of(graph);
+        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
+        let count = (blend + 3).max(after[1] + 2);
+        self.samples
+            .resize_with(count.max(self.samples.len()), Sample::default);
+        // The ends of the departures first: most entries fail there.
+        let mut taken = [false; 64];
+        let mut take = |examiner: &mut Self, frame: usize| {
+            if frame >= taken.len() || std::mem::replace(&mut taken[frame], true) {
+                return;
+            }
+            motion.sample(graph, frame as f32 / rate, &mut examiner.pose);
+            forward_kinematics(graph.skeleton(), &examiner.pose, &mut examiner.joints);
+            let posed = (&examiner.pose, &examiner.joints[..]);
+            examiner.samples[frame].take(graph, head, posed);
+        };
+        for (which, frames) in after.into_iter().enumerate() {
+            let ends = [0, 1, 1 + frames];
+            ends.into_iter().for_each(|frame| take(self, frame));
+            let ends = ends.map(|frame| &self.samples[frame]);
+            let hip = departure(ends.map(|s| s.hip), frames).with_y(0.0).length();
+            if hip > limits.hip_departure[which] {
+                return Err(Implausible::Hips);
+            }
+            if departure(ends.map(|s| s.head), frames).length() > limits.head_departure[which] {
+                return Err(Implausible::Head);
+            }
+        }
+        (0..blend + 3).for_each(|frame| take(self, frame));
+        let samples = &self.samples[..blend + 3];
+        self::joints(samples, limits, rate)?;
+        feet(&samples[1..blend + 2], limits, (rate, standing))
+    }
+}
+
+fn head_of(graph: &MotionGraph) -> JointId {
+    head(graph.skeleton())
+}
+
+fn joints(samples: &[Sample], limits: &MotionLimits, rate: f32) -> Result<(), Implausible> {
+    for window in samples.windows(3) {
+        let both = turns(&window[0], &window[1]).zip(turns(&window[1], &window[2]));
+        for (joint, (before, now)) in both.enumerate() {
+            let id = JointId(joint as u16);
+            if now.length() * rate > limits.joint_speed[joint] {
+                return Err(Implausible::JointSpeed(id));
+            }
+            if (now - before).length() * rate * rate > limits.joint_acceleration[joint] {
+                return Err(Implausible::JointAcceleration(id));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a foot that stands stays, and no toe darts.
+fn feet(
+    samples: &[Sample],
+    limits: &MotionLimits,
+    (rate, standing): (f32, &[bool]),
+) -> Result<(), Implausible> {
+    /// A foot that is so much higher than it stood has left the ground, metres.
+    const LEFT: f32 = 0.03;
+    let mut least = f32::INFINITY;
+    for (leg, &stands) in standing.iter().enumerate() {
+        let (mut way, first) = (0.0, samples[0].ankles[leg]);
+        for pair in samples.windows(2) {
+            let toe = pair[0].toes[leg].distance(pair[1].toes[leg]) * rate;
+            if toe > limits.toe_speed {
+                return Err(Implausible::Toe);
+            }
+            let [from, to] = [&pair[0], &pair[1]].map(|sample| sample.ankles[leg]);
+            if to.y < first.y + LEFT {
+                way += (to - from).with_y(0.0).length();
+            }
+        }
+        if stands {
+            least = least.min(way);
+        }
+    }
+    match least.is_finite() && least > limits.slide {
+        true => Err(Implausible::Slide),
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_those_of_sorted_values() {
+        let values: Vec<f32> = (0..=1000).rev().map(|value| value as f32).collect();
+        assert_eq!(percentile(values.clone(), 99.9), 999.0);
+        assert_eq!(percentile(values, 50.0), 500.0);
+        assert_eq!(percentile(Vec::new(), 99.0), 0.0);
+    }
+
+    #[test]
+    fn what_goes_straight_on_departs_from_nothing() {
+        let at = |t: f32| Vec3::new(0.1, 0.0, -0.2) * t;
+        assert!(departure([at(0.0), at(1.0), at(7.0)], 6).length() < 1e-6);
+    }
+}

@@ -1,0 +1,205 @@
+//! Candidates that begin at once: evasions entered from wherever the character is.
+//!
+//! Source: the jumps are those of [`EntryTable`](crate::maps::EntryTable), found when the graph was baked. What is looked for here is which
+//! of them bring an evasion's body to the attack's contact in time: after a delay on the natural way, and at some playback rate.
+
+use serde::{Deserialize, Serialize};
+
+use super::candidate::{Candidate, CandidateKind};
+use super::clearance::{ExactTest, Extent, MotionBody, Sampling};
+use super::query::Query;
+use super::request::ActiveRequest;
+use super::retime::{Direction, Rate};
+use super::state::QueryState;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{Entry, Motion};
+use crate::maps::{BakedGraph, KnownEntry, Stance};
+use crate::math::Rigid2;
+
+/// How entries are used.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EntryUse {
+    /// Most candidates that enter an evasion; 0 for none, as in the paper. Default 384.
+    pub most: usize,
+    /// Slowest rate of what is entered. Default 0.75.
+    pub slowest: f32,
+    /// Fastest rate of what is entered; each entry has a limit of its own as well. Default 1.5.
+    pub fastest: f32,
+    /// The natural motion goes on at most so long before an entry, seconds. Default 0.8.
+    pub longest_delay: f32,
+}
+
+impl Default for EntryUse {
+    fn default() -> Self {
+        Self {
+            most: 384,
+            slowest: 0.75,
+            fastest: 1.5,
+            longest_delay: 0.8,
+        }
+    }
+}
+
+impl EntryUse {
+    /// No entries: the paper's way.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            most: 0,
+            ..Self::default()
+        }
+    }
+}
+
+/// Rates that are tried.
+const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
+/// Entries begin at multiples of it, seconds.
+const DELAY_STEP: f32 = 0.1;
+/// An evasion that is entered later than this before the contact helps hardly, seconds.
+const SHORTEST: f32 = 0.2;
+/// The contact falls into an evasion, from so long after its start to so long after its end, seconds.
+const USEFUL: (f32, f32) = (0.1, 0.15);
+
+/// An evasion that is entered after a delay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EntryCandidate {
+    /// Seconds since the query.
+    pub delay: f32,
+    pub entry: Entry,
+    /// Position among the evasions.
+    pub evasion: usize,
+    /// Seconds at rate 1 from the first moment of the evasion's track to the one that is entered.
+    pub ahead: f32,
+    /// Takes the track's frame to the world.
+    pub placement: Rigid2,
+    /// Seconds at rate 1 from the one that is entered to the evasion's end.
+    pub left: f32,
+}
+
+/// Scratch of the stage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EntryScratch {
+    motion: Motion,
+    body: MotionBody,
+    pose: Pose,
+    joints: Vec<JointTransform>,
+}
+
+/// Adds the evasions that can be entered in time, if the natural way on is hit.
+pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: &mut EntryScratch) {
+    let Query { baked, settings } = query;
+    let (graph, uses) = (baked.graph(), &settings.entries);
+    state.entries.clear();
+    if uses.most == 0 || baked.entries().is_empty() {
+        return;
+    }
+    let Some(contact) = contact(baked, &state.request, scratch) else {
+        return;
+    };
+    let longest = uses.longest_delay.min(contact - SHORTEST).max(0.0);
+    let delays = (longest / DELAY_STEP) as usize;
+    for number in 0..=delays {
+        let delay = number as f32 * DELAY_STEP;
+        let stance = stance(baked, delay, scratch);
+        let playhead = scratch.motion.playhead(graph, delay);
+        for &known in baked.entries().at(graph, playhead) {
+            let moment = (delay, contact - delay);
+            add_rates((baked, uses), (known, &stance), moment, &mut state.entries);
+        }
+    }
+    keep_even(&mut state.entries, uses.most);
+    let list = &mut state.candidates.list;
+    list.extend(state.entries.iter().zip(0..).map(|(one, index)| Candidate {
+        kind: CandidateKind::Entry(index),
+        rate: rate_of(one.entry.rate),
+    }));
+    state.search.followed += state.entries.len();
+}
+
+/// When the attack meets the natural way on, seconds; leaves that way in `scratch`.
+fn contact(baked: &BakedGraph, request: &ActiveRequest, scratch: &mut EntryScratch) -> Option<f32> {
+    let EntryScratch { motion, body, .. } = scratch;
+    motion.restart(baked.graph(), request.playhead, []);
+    motion.continue_blend(&request.blend, 0.0);
+    motion.extend(baked.graph(), request.attack.end() + 0.1);
+    let test = ExactTest {
+        extent: Extent::UNTIL_HIT,
+        sampling: Sampling::CoarseFirst,
+        ..ExactTest::new(baked, &request.attack)
+    };
+    let found = test.on_motion(motion, body);
+    (!found.is_clean()).then_some(found.time)
+}
+
+fn stance(baked: &BakedGraph, seconds: f32, scratch: &mut EntryScratch) -> Stance {
+    let EntryScratch {
+        motion,
+        pose,
+        joints,
+        ..
+    } = scratch;
+    motion.sample(baked.graph(), seconds, pose);
+    forward_kinematics(baked.graph().skeleton(), pose, joints);
+    baked.stance(joints)
+}
+
+/// Adds an entry at the rates that bring its evasion to the contact, `left` seconds after the delay.
+fn add_rates(
+    (baked, uses): (&BakedGraph, &EntryUse),
+    (known, stance): (KnownEntry, &Stance),
+    (delay, left): (f32, f32),
+    entries: &mut Vec<EntryCandidate>,
+) {
+    let target = baked.entries().targets()[usize::from(known.target)];
+    let evasion = usize::from(target.evasion);
+    let Some(track) = baked.entry_track(evasion) else {
+        return;
+    };
+    let graph = baked.graph();
+    let edge = graph.edge(baked.evasions()[evasion].edge);
+    let seconds =
+        |from: u32, to: u32| ((f64::from(to) - f64::from(from)) / graph.frame_rate()) as f32;
+    let start = graph.node(edge.from).frame;
+    // Since the evasion's start.
+    let (now, end) = (seconds(start, target.frame), seconds(0, edge.frames));
+    let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
+    let fastest = known.fastest().min(uses.fastest);
+    for rate in RATES {
+        let at_contact = now + left * rate;
+        let is_useful = (USEFUL.0..=end + USEFUL.1).contains(&at_contact);
+        if is_useful && rate <= fastest && rate >= uses.slowest {
+            entries.push(EntryCandidate {
+                delay,
+                entry: Entry {
+                    edge: target.edge,
+                    frame: target.edge_frame as f32,
+                    clip_to_world: align,
+                    rate,
+                    blend: known.blend(),
+                },
+                evasion,
+                ahead: seconds(track.first, target.frame),
+                placement: align * track.placement,
+                left: end - now,
+            });
+        }
+    }
+}
+
+/// At most so many, evenly spread.
+fn keep_even(entries: &mut Vec<EntryCandidate>, most: usize) {
+    let all = entries.len();
+    if all > most {
+        (0..most).for_each(|at| entries[at] = entries[at * all / most]);
+        entries.truncate(most);
+    }
+}
+
+fn rate_of(rate: f32) -> Rate {
+    let direction = match rate {
+        faster if faster > 1.0 => Direction::Faster,
+        slower if slower < 1.0 => Direction::Slower,
+        _ => Direction::Unchanged,
+    };
+    Rate { rate, direction }
+}

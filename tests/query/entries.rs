@@ -1,0 +1,227 @@
+//! Promise: an entry begins where the character is and ends on the evasion's own motion, within what the clips show a body to do; what
+//! it avoids is avoided, and it avoids what is too near for an edge.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use common::answer::answer_throw;
+use common::baked::embedded;
+use glam::{Quat, Vec3};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::graph::{EdgeMotion, Entry, Motion, Playhead};
+use sabaki::maps::{BakedGraph, SphereKey};
+use sabaki::math::Rigid2;
+use sabaki::query::clearance::{ExactTest, MotionBody};
+use sabaki::query::warp::WarpSettings;
+use sabaki::query::{
+    Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
+};
+use sabaki_app::demo::by_time::{BallSettings, BallThrower, TimedThrow};
+
+/// Some moments' first entries: the natural motion, when it is entered, and what.
+fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
+    let graph = baked.graph();
+    let mut found = Vec::new();
+    for edge in graph.edge_ids().step_by(7) {
+        if graph.edge(edge).motion != EdgeMotion::Clip {
+            continue;
+        }
+        let mut motion = Motion::new(graph, Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY), &[]);
+        motion.extend(graph, 2.0);
+        let (mut pose, mut joints, seconds) = (Pose::default(), Vec::new(), 0.1);
+        motion.sample(graph, seconds, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        let known = baked.entries().at(graph, motion.playhead(graph, seconds));
+        let Some(known) = known.get(found.len() % known.len().max(1)) else {
+            continue;
+        };
+        let target = baked.entries().targets()[usize::from(known.target)];
+        let stance = baked.entry_stance(usize::from(known.target));
+        let entry = Entry {
+            edge: target.edge,
+            frame: target.edge_frame as f32,
+            clip_to_world: baked.stance(&joints).align(stance, known.pin()),
+            rate: 1.0,
+            blend: known.blend(),
+        };
+        found.push((motion, seconds, entry));
+    }
+    assert!(found.len() > 20, "{}", found.len());
+    found
+}
+
+fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<Vec3> {
+    let (mut pose, mut joints, mut out) = (Pose::default(), Vec::new(), Vec::new());
+    motion.sample(baked.graph(), seconds, &mut pose);
+    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    baked.body().centres(&joints, &mut out);
+    out
+}
+
+#[test]
+fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
+    let baked = embedded();
+    let graph = baked.graph();
+    for (before, seconds, entry) in entered(baked) {
+        let mut motion = before.clone();
+        motion.enter(graph, seconds, &entry);
+        motion.extend(graph, 2.0);
+        let furthest = |a: &[Vec3], b: &[Vec3]| {
+            let apart = a.iter().zip(b).map(|(a, b)| a.distance(*b));
+            apart.fold(0.0, f32::max)
+        };
+        let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
+        assert!(furthest(&start[0], &start[1]) < 1e-3);
+        // A thousandth of a second further, both have gone the same way.
+        let later = [&before, &motion].map(|motion| centres(baked, motion, seconds + 1e-3));
+        assert!(furthest(&later[0], &later[1]) < 2e-3);
+        assert!(motion.is_blending(seconds + 0.5 * entry.blend));
+        let over = seconds + entry.blend + 1e-3;
+        assert!(!motion.is_blending(over));
+        let [mut played, mut of_graph] = [Pose::default(), Pose::default()];
+        motion.sample(graph, over, &mut played);
+        motion.playhead(graph, over).pose(graph, &mut of_graph);
+        assert_eq!(played, of_graph);
+        // The rest of a motion fades on.
+        let half = seconds + 0.5 * entry.blend;
+        let rest = motion.rest(graph, half);
+        let ends = [
+            centres(baked, &motion, half + 0.02),
+            centres(baked, &rest, 0.02),
+        ];
+        assert!(furthest(&ends[0], &ends[1]) < 1e-3);
+    }
+}
+
+/// Of each joint, radians per second.
+fn speeds(from: &Pose, to: &Pose, rate: f32) -> Vec<f32> {
+    let angle = |(from, to): (&Quat, &Quat)| from.angle_between(*to) * rate;
+    from.rotations
+        .iter()
+        .zip(&to.rotations)
+        .map(angle)
+        .collect()
+}
+
+#[test]
+fn entries_turn_no_joint_faster_than_the_clips_do() {
+    let baked = embedded();
+    let (graph, limits) = (baked.graph(), baked.entries().limits());
+    let rate = graph.frame_rate() as f32;
+    let mut blended = 0;
+    for (before, seconds, entry) in entered(baked) {
+        let mut motion = before;
+        motion.enter(graph, seconds, &entry);
+        motion.extend(graph, 2.0);
+        let poses: Vec<Pose> = (0..=(entry.blend * rate).ceil() as usize)
+            .map(|frame| {
+                let mut pose = Pose::default();
+                motion.sample(graph, seconds + frame as f32 / rate, &mut pose);
+                pose
+            })
+            .collect();
+        for pair in poses.windows(2) {
+            for (joint, speed) in speeds(&pair[0], &pair[1], rate).into_iter().enumerate() {
+                // A moment is known by the nearest one that was tried.
+                assert!(
+                    speed <= 1.25 * limits.joint_speed[joint] + 0.3,
+                    "{joint}: {speed}"
+                );
+                blended += 1;
+            }
+        }
+    }
+    assert!(blended > 1000);
+}
+
+fn balls(contact: f32) -> Vec<TimedThrow> {
+    let thrower = BallThrower::new(embedded(), BallSettings::default());
+    let thrown = (0..40).filter_map(|index| thrower.throw(contact, (5, index)).unwrap());
+    thrown.collect()
+}
+
+fn answer_to(entries: EntryUse, thrown: &TimedThrow, evaluation: Evaluation) -> Answer {
+    let settings = QuerySettings {
+        entries,
+        warp: WarpSettings::off(),
+        ..QuerySettings::default()
+    };
+    answer_throw(
+        &Query::new(embedded(), &settings),
+        &thrown.throw,
+        evaluation,
+    )
+}
+
+#[test]
+fn an_attack_in_the_middle_of_a_blend_is_answered_from_there() {
+    let baked = embedded();
+    let graph = baked.graph();
+    let settings = QuerySettings {
+        warp: WarpSettings::off(),
+        ..QuerySettings::default()
+    };
+    let query = Query::new(baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let (mut asked, mut entered_again) = (0, 0);
+    for thrown in balls(0.4).iter().chain(&balls(0.5)) {
+        let first = answer_to(EntryUse::default(), thrown, Evaluation::Lazy);
+        let now = 0.08;
+        if first
+            .chosen()
+            .entry
+            .is_none_or(|entered| entered.delay > 0.0)
+        {
+            continue;
+        }
+        assert!(first.motion.is_blending(now));
+        let spheres = { thrown.throw.attack.spheres().iter() }.map(|sphere| {
+            let later = |key: &SphereKey| SphereKey {
+                t: key.t + 0.15,
+                ..*key
+            };
+            sphere.keys().iter().map(later).collect()
+        });
+        let second = Attack::new(spheres.collect()).unwrap();
+        let request = Request::of_motion(graph, (&first.motion, now), &second);
+        query.answer(request, &mut context, &mut answer);
+        let here = [(&first.motion, now), (&answer.motion, 0.0)].map(|(m, t)| centres(baked, m, t));
+        let furthest = { here[0].iter().zip(&here[1]) }.map(|(a, b)| a.distance(*b));
+        assert!(furthest.fold(0.0, f32::max) < 1e-3);
+        let test = ExactTest::new(baked, &second);
+        let measured = test.on_motion(&answer.motion, &mut MotionBody::default());
+        assert_eq!(measured.is_clean(), answer.avoided);
+        asked += 1;
+        entered_again += usize::from(answer.chosen().entry.is_some());
+    }
+    assert!(asked > 10 && entered_again > 0, "{asked} {entered_again}");
+}
+
+#[test]
+fn what_is_half_a_second_away_is_avoided_by_entries() {
+    let baked = embedded();
+    let (mut with, mut without) = (0, 0);
+    for thrown in balls(0.5) {
+        let lazy = answer_to(EntryUse::default(), &thrown, Evaluation::Lazy);
+        let all = answer_to(EntryUse::default(), &thrown, Evaluation::Exhaustive);
+        assert_eq!(lazy.avoided, all.avoided);
+        let attack = &thrown.throw.attack;
+        let test = ExactTest::new(baked, attack);
+        let measured = test.on_motion(&lazy.motion, &mut MotionBody::default());
+        assert_eq!(measured.is_clean(), lazy.avoided);
+        if lazy.chosen().entry.is_some() && lazy.avoided {
+            assert!(lazy.counts.entered > 0);
+            let again = lazy.motion_of(baked, thrown.throw.playhead, lazy.chosen());
+            let [again, played] = [&again.unwrap(), &lazy.motion].map(|m| centres(baked, m, 0.5));
+            assert_eq!(again, played);
+        }
+        with += usize::from(lazy.avoided);
+        let bare = answer_to(EntryUse::none(), &thrown, Evaluation::Lazy);
+        assert_eq!(bare.counts.entered, 0);
+        without += usize::from(bare.avoided);
+    }
+    assert!(
+        with >= without + 8,
+        "{with} with entries, {without} without"
+    );
+}
