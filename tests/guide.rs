@@ -7,6 +7,7 @@ use std::path::Path;
 use sabaki::anim::Skeleton;
 use sabaki::archive::LARGEST_FILE;
 use sabaki::graph::GraphSettings;
+use sabaki::lod::LevelSettings;
 use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
 use sabaki_import::{LONGEST_CLIP, gltf};
@@ -91,6 +92,11 @@ fn the_limits_are_those_of_the_code() {
             "PathSettings::MOST_OF_ALL",
             PathSettings::MOST_OF_ALL as f64,
         ),
+        (
+            "LevelSettings::MOST_JOINTS",
+            LevelSettings::MOST_JOINTS as f64,
+        ),
+        ("LevelSettings::MOST_WORK", LevelSettings::MOST_WORK as f64),
         ("MapGrid::MAX_SIDE", f64::from(MapGrid::MAX_SIDE)),
         ("MapGrid::MAX_SLICES", f64::from(MapGrid::MAX_SLICES)),
         ("Attack::MOST_KEYS", Attack::MOST_KEYS as f64),

@@ -189,7 +189,7 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
         path: path.to_owned(),
         source,
     };
-    let file = File::open(path).map_err(io)?;
+    let file = open_regular(path).map_err(io)?;
     let mut bytes = Vec::new();
     // Read only the magic bytes first: another kind of file may be large or endless.
     let mut head = (&file).take(MAGIC.len() as u64);
@@ -203,6 +203,18 @@ pub fn read(path: &Path) -> Result<BakedGraph, ArchiveError> {
         }
     }
     from_bytes(&bytes, path)
+}
+
+/// Opens a file to be read. A named pipe or a device is an error, since reading from it may never end.
+///
+/// # Errors
+/// What the file system refuses; a path that is no regular file.
+pub fn open_regular(path: &Path) -> std::io::Result<File> {
+    let there = std::fs::metadata(path)?;
+    if there.is_file() || there.is_dir() {
+        return File::open(path);
+    }
+    Err(std::io::Error::other("not a regular file"))
 }
 
 /// Writes a baked file atomically ([`write_atomically`]).

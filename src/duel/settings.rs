@@ -54,8 +54,13 @@ impl DuelSettings {
     /// The first setting that is not.
     pub fn check(&self) -> Result<(), DuelError> {
         let checks = [
-            ("opening", self.opening, (0.3, 100.0)),
             ("arena", self.arena, (0.5, 1000.0)),
+            // A fighter that begins outside of the arena cannot stay in it.
+            (
+                "opening",
+                self.opening,
+                (0.3, (2.0 * self.arena).min(100.0)),
+            ),
             ("closest", self.closest, (0.0, 10.0)),
             ("distance", self.distance, (0.1, 100.0)),
             ("lead.0", self.lead.0, (0.0, 10.0)),
@@ -65,8 +70,6 @@ impl DuelSettings {
             ("window", self.window, (0.1, 4.0)),
             ("step", self.step, (0.05, 4.0)),
             ("patience", self.patience, (0.1, 600.0)),
-            // Who begins outside of the arena cannot stay in it.
-            ("opening", 0.5 * self.opening, (0.0, self.arena)),
         ];
         for (name, value, (least, most)) in checks {
             if !(least..=most).contains(&value) {

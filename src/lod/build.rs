@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::attach::{Riders, Seat};
 use super::displacement::measure;
+use super::energy::Energies;
 use super::motion::check;
 use super::samples::Samples;
 use super::{EnergySettings, Level, Levels, LodError, joint_energies};
@@ -69,6 +70,12 @@ impl Default for LevelSettings {
 }
 
 impl LevelSettings {
+    /// The most joints of a skeleton that levels are made for. There is a level for each joint, and each looks at all joints.
+    pub const MOST_JOINTS: usize = 1024;
+
+    /// The most joints times joints times frames that levels are made of: about a quarter of an hour on one core.
+    pub const MOST_WORK: u64 = 1 << 32;
+
     fn check(&self, skeleton: &Skeleton) -> Result<(), LodError> {
         self.energy.check()?;
         if !(self.skin.is_finite() && self.skin > 0.0) {
@@ -120,10 +127,11 @@ impl Levels {
             return Err(LodError::NoClips);
         }
         clips.iter().try_for_each(|clip| check(skeleton, clip))?;
+        check_work(skeleton.len(), clips.iter().map(Clip::frames).sum())?;
         let mut builder = Builder {
             skeleton,
-            clips,
             settings,
+            energies: Energies::new(skeleton, clips, &settings.energy)?,
             samples: Samples::of(skeleton, clips, (settings.samples, settings.skin)),
             riders: Riders::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
@@ -157,10 +165,22 @@ impl Levels {
     }
 }
 
+fn check_work(joints: usize, frames: usize) -> Result<(), LodError> {
+    let product = (joints as u64 * joints as u64).saturating_mul(frames as u64);
+    if joints <= LevelSettings::MOST_JOINTS && product <= LevelSettings::MOST_WORK {
+        return Ok(());
+    }
+    Err(LodError::TooMuch {
+        joints,
+        frames,
+        product,
+    })
+}
+
 struct Builder<'a> {
     skeleton: &'a Skeleton,
-    clips: &'a [Clip],
     settings: &'a LevelSettings,
+    energies: Energies<'a>,
     samples: Samples,
     riders: Riders,
     keeps: Vec<bool>,
@@ -178,7 +198,7 @@ impl Builder<'_> {
 
     /// The next level, and where the joint that it has lost sits.
     fn next(&mut self, before: &Level) -> Result<(Level, Seat), LodError> {
-        let energies = joint_energies(self.skeleton, self.clips, before, &self.settings.energy)?;
+        let energies = self.energies.update(before)?;
         let mut best: Option<(f64, usize)> = None;
         for (index, id) in before.kept.iter().enumerate() {
             if !self.removable[id.index()] {

@@ -20,7 +20,7 @@ use super::frames::{Place, place_all};
 use super::mass::{Moments, moments_below};
 use super::motion::check;
 use super::{BoneShape, Level, LodError, Masses};
-use crate::anim::{Clip, Skeleton};
+use crate::anim::{Clip, JointId, Skeleton};
 
 /// What energies are made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,91 +117,254 @@ impl EnergySettings {
     }
 }
 
-/// The energy of every joint that `level` keeps, in its order, joules: as the level plays the clips, with what hung on removed
-/// joints on those that took their children. 0 where no clip has a second frame.
+/// The energy of every joint that `level` keeps, in its order, joules, as the level plays the clips. What hung on removed joints
+/// counts for the joints that took their children. 0 where no clip has a second frame.
 ///
-/// The root has no bone to a parent, and an end none to a child: they count as straight.
+/// The root has no bone to a parent and an end none to a child: they count as straight.
 ///
 /// # Errors
-/// Settings that make no sense, a clip or a level that is not of this skeleton.
+/// Settings out of range, a clip or a level that is not of this skeleton.
 pub fn joint_energies(
     skeleton: &Skeleton,
     clips: &[Clip],
     level: &Level,
     settings: &EnergySettings,
 ) -> Result<Vec<f32>, LodError> {
-    settings.check()?;
     level.check(skeleton)?;
-    let mut sums = Sums {
-        level,
-        settings,
-        masses: settings.masses.on_level(skeleton, level)?,
-        moments: Vec::new(),
-        energies: vec![0.0; level.kept.len()],
-    };
-    let mut seconds = 0.0;
-    let (mut before, mut now) = (Vec::new(), Vec::new());
-    for clip in clips {
-        check(skeleton, clip)?;
-        place_all(skeleton, clip, 0, &mut before);
-        for frame in 1..clip.frames() {
-            place_all(skeleton, clip, frame, &mut now);
-            sums.add(&before, &now, 1.0 / clip.frame_rate());
-            std::mem::swap(&mut before, &mut now);
-        }
-        seconds += clip.duration();
-    }
-    let mean = |sum: &f64| (if seconds > 0.0 { sum / seconds } else { 0.0 }) as f32;
-    Ok(sums.energies.iter().map(mean).collect())
+    let mut energies = Energies::new(skeleton, clips, settings)?;
+    energies.update(level)
 }
 
-/// Energies by time, frame after frame.
-struct Sums<'a> {
+/// The energies of levels, one level after another. Turns and energies that the removal of a joint does not change are kept, which
+/// gives the same bits.
+pub(super) struct Energies<'a> {
+    skeleton: &'a Skeleton,
+    clips: &'a [Clip],
+    settings: &'a EnergySettings,
+    /// The joints in all frames, frame by frame; empty where they are more than [`MOST_KEPT`].
+    places: Vec<Place>,
+    /// How the joints turn in all frames but each clip's first, in the order of `places`.
+    turns: Vec<Turn>,
+    /// Sum over frames of energy by time, for each joint of the skeleton.
+    sums: Vec<f64>,
+}
+
+/// Places that are kept, frames times joints. More are computed again for each level.
+const MOST_KEPT: usize = 1 << 20;
+
+/// How a joint turns from one frame to the next.
+#[derive(Clone, Copy)]
+struct Turn {
+    /// Radians per second.
+    speed: f64,
+    /// What the bend at the joint multiplies the energy by.
+    weight: f64,
+    /// In the space of the motion; `None` where the joint does not turn.
+    axis: Option<DVec3>,
+}
+
+impl Turn {
+    const NONE: Self = Self {
+        speed: 0.0,
+        weight: 1.0,
+        axis: None,
+    };
+}
+
+impl<'a> Energies<'a> {
+    pub(super) fn new(
+        skeleton: &'a Skeleton,
+        clips: &'a [Clip],
+        settings: &'a EnergySettings,
+    ) -> Result<Self, LodError> {
+        settings.check()?;
+        clips.iter().try_for_each(|clip| check(skeleton, clip))?;
+        let count = clips.iter().map(Clip::frames).sum::<usize>() * skeleton.len();
+        let (mut places, mut frame_places) = (Vec::new(), Vec::new());
+        if count <= MOST_KEPT {
+            for clip in clips {
+                for frame in 0..clip.frames() {
+                    place_all(skeleton, clip, frame, &mut frame_places);
+                    places.extend_from_slice(&frame_places);
+                }
+            }
+        }
+        Ok(Self {
+            skeleton,
+            clips,
+            settings,
+            turns: vec![Turn::NONE; places.len()],
+            places,
+            sums: vec![0.0; skeleton.len()],
+        })
+    }
+
+    /// The energies on a level: the first that is asked for, or the one that follows the last by the removal of a joint.
+    pub(super) fn update(&mut self, level: &Level) -> Result<Vec<f32>, LodError> {
+        let masses = self.settings.masses.on_level(self.skeleton, level)?;
+        let changes = if self.places.is_empty() {
+            Changes::all(level)
+        } else {
+            Changes::of(self.skeleton, level, self.settings.branch)
+        };
+        for &index in &changes.energies {
+            self.sums[level.kept[index].index()] = 0.0;
+        }
+        let mut pass = Pass {
+            level,
+            settings: self.settings,
+            masses,
+            moments: Vec::new(),
+            changes,
+            children: children(level),
+        };
+        let joints = self.skeleton.len();
+        let mut start = 0;
+        let (mut before, mut now) = (Vec::new(), Vec::new());
+        for clip in self.clips {
+            let seconds = 1.0 / clip.frame_rate();
+            if self.places.is_empty() {
+                let mut turns = vec![Turn::NONE; joints];
+                place_all(self.skeleton, clip, 0, &mut before);
+                for frame in 1..clip.frames() {
+                    place_all(self.skeleton, clip, frame, &mut now);
+                    pass.add([&before, &now], seconds, &mut turns, &mut self.sums);
+                    std::mem::swap(&mut before, &mut now);
+                }
+            } else {
+                let end = start + clip.frames() * joints;
+                for at in (start + joints..end).step_by(joints) {
+                    let pair = [at - joints, at].map(|at| &self.places[at..at + joints]);
+                    let turns = &mut self.turns[at..at + joints];
+                    pass.add(pair, seconds, turns, &mut self.sums);
+                }
+                start = end;
+            }
+        }
+        let seconds: f64 = self.clips.iter().map(Clip::duration).sum();
+        let mean = |id: &JointId| {
+            let sum = self.sums[id.index()];
+            (if seconds > 0.0 { sum / seconds } else { 0.0 }) as f32
+        };
+        Ok(level.kept.iter().map(mean).collect())
+    }
+}
+
+fn children(level: &Level) -> Vec<Vec<usize>> {
+    let mut children = vec![Vec::new(); level.kept.len()];
+    for (child, parent) in level.bones() {
+        children[parent].push(child);
+    }
+    children
+}
+
+/// Which of a level's joints differ from the level before, as indices into its kept joints.
+struct Changes {
+    /// Joints that turn or bend otherwise: the parent of the removed joint, and the parent's children.
+    turns: Vec<usize>,
+    /// Joints with another energy: those, and all above them, which carry the straightened bones.
+    energies: Vec<usize>,
+}
+
+impl Changes {
+    fn all(level: &Level) -> Self {
+        let all: Vec<usize> = (0..level.kept.len()).collect();
+        Self {
+            turns: all.clone(),
+            energies: all,
+        }
+    }
+
+    fn of(skeleton: &Skeleton, level: &Level, branch: Branch) -> Self {
+        let Some(removed) = level.removed else {
+            return Self::all(level);
+        };
+        let places = level.places(skeleton.len());
+        let parent = { skeleton.ancestry(removed) }.find_map(|above| places[above.index()]);
+        let Some(parent) = parent else {
+            return Self::all(level);
+        };
+        let mut turns = vec![parent];
+        turns.extend(level.neighbours(parent).filter(|&index| index > parent));
+        let above = |&index: &usize| level.parents[index].map(usize::from);
+        let mut energies = turns.clone();
+        energies.extend(std::iter::successors(above(&parent), above));
+        if branch == Branch::Heaviest {
+            // Sums of masses are rounded otherwise, which may decide between two children as heavy as one another.
+            turns.clone_from(&energies);
+        }
+        Self { turns, energies }
+    }
+}
+
+/// One pass over the frames, for one level.
+struct Pass<'a> {
     level: &'a Level,
     settings: &'a EnergySettings,
     masses: Vec<f64>,
     moments: Vec<Moments>,
-    energies: Vec<f64>,
+    changes: Changes,
+    /// Of each kept joint its children, as indices into the kept joints.
+    children: Vec<Vec<usize>>,
 }
 
-impl Sums<'_> {
-    fn add(&mut self, before: &[Place], now: &[Place], seconds: f64) {
+impl Pass<'_> {
+    /// Adds what the joints do from one frame to the next.
+    fn add(
+        &mut self,
+        [before, now]: [&[Place]; 2],
+        seconds: f64,
+        turns: &mut [Turn],
+        sums: &mut [f64],
+    ) {
         let origin = now[0].translation;
         let mass = (self.masses.as_slice(), self.settings.shape);
         moments_below(self.level, (now, origin), mass, &mut self.moments);
-        let bends = self.bends(now);
-        for (index, id) in self.level.kept.iter().enumerate() {
-            let above =
-                self.level.parents[index].map(|parent| self.level.kept[usize::from(parent)]);
-            let local = |places: &[Place]| match above {
-                Some(above) => places[above.index()].sees(&places[id.index()]).rotation,
-                None => places[id.index()].rotation,
-            };
-            let turn = local(before).conjugate() * local(now);
-            let (axis, angle) = (turn.xyz(), 2.0 * turn.xyz().length().atan2(turn.w.abs()));
-            let place = now[id.index()];
-            let at = place.translation - origin;
-            let inertia = match (self.settings.inertia, axis.try_normalize()) {
-                (Inertia::Axis, Some(axis)) => {
-                    self.moments[index].about_axis(at, place.rotation * axis)
-                }
+        for &index in &self.changes.turns {
+            turns[self.level.kept[index].index()] = self.turn(index, [before, now], seconds);
+        }
+        for &index in &self.changes.energies {
+            let joint = self.level.kept[index].index();
+            let at = now[joint].translation - origin;
+            let Turn {
+                speed,
+                weight,
+                axis,
+            } = turns[joint];
+            let inertia = match (self.settings.inertia, axis) {
+                (Inertia::Axis, Some(axis)) => self.moments[index].about_axis(at, axis),
                 _ => self.moments[index].about_point(at),
             };
-            let speed = angle / seconds;
-            let weight = self.settings.weight(bends[index]);
-            self.energies[index] += 0.5 * inertia * speed * speed * weight * seconds;
+            sums[joint] += 0.5 * inertia * speed * speed * weight * seconds;
         }
     }
 
-    /// The inner angle at every joint, radians.
-    fn bends(&self, now: &[Place]) -> Vec<f64> {
+    fn turn(&self, index: usize, [before, now]: [&[Place]; 2], seconds: f64) -> Turn {
+        let id = self.level.kept[index];
+        let above = self.level.parents[index].map(|parent| self.level.kept[usize::from(parent)]);
+        let local = |places: &[Place]| match above {
+            Some(above) => places[above.index()].sees(&places[id.index()]).rotation,
+            None => places[id.index()].rotation,
+        };
+        let turn = local(before).conjugate() * local(now);
+        let (axis, angle) = (turn.xyz(), 2.0 * turn.xyz().length().atan2(turn.w.abs()));
+        let axis = axis.try_normalize();
+        Turn {
+            speed: angle / seconds,
+            weight: self.settings.weight(self.bend(index, now)),
+            axis: axis.map(|axis| now[id.index()].rotation * axis),
+        }
+    }
+
+    /// The inner angle at a joint, radians.
+    fn bend(&self, joint: usize, now: &[Place]) -> f64 {
         let at = |index: usize| now[self.level.kept[index].index()].translation;
-        // Of the children so far: what speaks for the best one, and its angle.
-        let mut best: Vec<Option<(f64, f64)>> = vec![None; self.level.kept.len()];
-        for (child, joint) in self.level.bones() {
-            let Some(parent) = self.level.parents[joint].map(usize::from) else {
-                continue;
-            };
+        let Some(parent) = self.level.parents[joint].map(usize::from) else {
+            return PI;
+        };
+        // The best child so far: its claim, and the angle to it.
+        let mut best: Option<(f64, f64)> = None;
+        for &child in &self.children[joint] {
             let Some(angle) = angle_between(at(parent) - at(joint), at(child) - at(joint)) else {
                 continue;
             };
@@ -209,13 +372,11 @@ impl Sums<'_> {
                 Branch::Straightest => angle,
                 Branch::Heaviest => self.moments[child].mass(),
             };
-            if best[joint].is_none_or(|(other, _)| claim > other) {
-                best[joint] = Some((claim, angle));
+            if best.is_none_or(|(other, _)| claim > other) {
+                best = Some((claim, angle));
             }
         }
-        { best.into_iter() }
-            .map(|best| best.map_or(PI, |(_, angle)| angle))
-            .collect()
+        best.map_or(PI, |(_, angle)| angle)
     }
 }
 

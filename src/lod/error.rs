@@ -27,6 +27,20 @@ pub enum LodError {
     /// No clip was given.
     #[error("levels of detail need a clip at least")]
     NoClips,
+    /// The clips and the skeleton are too large: levels would take hours.
+    #[error(
+        "levels of detail of {joints} joints in {frames} frames: {} joints are the most, and joints times joints times frames is {product}, of at most {}",
+        super::LevelSettings::MOST_JOINTS,
+        super::LevelSettings::MOST_WORK
+    )]
+    TooMuch {
+        /// Joints of the skeleton.
+        joints: usize,
+        /// Frames of all clips.
+        frames: usize,
+        /// Joints times joints times frames.
+        product: u64,
+    },
     /// A total mass that is negative, NaN or infinite.
     #[error("a mass of {0} kg is not possible")]
     TotalMass(f32),

@@ -81,11 +81,12 @@ impl Masses {
         level: &Level,
     ) -> Result<Vec<f64>, LodError> {
         let mut masses = vec![0.0; level.kept.len()];
-        let places = level.places(skeleton.len());
+        // Parents stand before their children, so a removed joint finds its parent's kept joint ready.
+        let mut places = level.places(skeleton.len());
         for (id, mass) in skeleton.ids().zip(self.of_joints(skeleton)?) {
-            let kept = skeleton
-                .ancestry(id)
-                .find_map(|above| places[above.index()]);
+            let above = skeleton.joint(id).parent;
+            let kept = places[id.index()].or_else(|| places[above?.index()]);
+            places[id.index()] = kept;
             masses[kept.unwrap_or(0)] += mass;
         }
         Ok(masses)

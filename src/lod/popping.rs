@@ -1,18 +1,87 @@
 //! How far a point jumps on the screen where levels are switched.
 //!
 //! A camera comes from where the coarsest level is drawn to the character and goes away again, while the clip plays. In each frame
-//! of the screen what is drawn is compared with what the choice of the frame before would draw of the same pose: what is
+//! of the screen what is drawn is compared with what the choice of the frame before would draw of the same pose. What is
 //! left is the switch alone, without the motion of the character or the camera.
 
 use glam::{Affine3A, Vec3};
 
 use super::motion::check;
 use super::samples::Samples;
-use super::{Choice, Levels, LodError, SwitchSettings, Switching, affine};
+use super::{Band, Choice, LevelId, Levels, LodError, SwitchSettings, Switching, affine};
 use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
 
-/// The camera comes no nearer to the body than this, metres.
+/// The least distance of the camera from the body, metres.
 const NEAREST: f32 = 0.5;
+/// Frames times joints that are compared. Of a longer walk as many frames as that allows are compared, evenly spread.
+const MOST_PLACED: u64 = 1 << 24;
+/// Frames of the walk in one direction.
+const MOST_FRAMES: u64 = 1 << 40;
+
+/// The camera's way to the character and back, frame by frame.
+struct Walk<'a> {
+    switching: &'a Switching,
+    /// Where it begins and ends, metres.
+    far: f32,
+    /// From one frame to the next, metres.
+    travel: f32,
+    /// The frame in which the camera turns back.
+    turn: u64,
+}
+
+impl Walk<'_> {
+    fn distance(&self, frame: u64) -> f32 {
+        self.far - self.travel * frame.min(2 * self.turn - frame) as f32
+    }
+
+    /// What is drawn in a frame. A camera that comes nearer keeps the coarser level while that is allowed, one that goes away the
+    /// finer one.
+    fn choice(&self, frame: u64) -> Choice {
+        /// No level is coarser.
+        const COARSEST: LevelId = LevelId(u16::MAX);
+        let before = if frame <= self.turn {
+            COARSEST
+        } else {
+            let nearest = self.distance(self.turn);
+            self.switching.choose(nearest, Some(COARSEST)).level
+        };
+        self.switching.choose(self.distance(frame), Some(before))
+    }
+
+    /// The frames on the way there in which a band changes what is drawn, as ranges with both ends.
+    fn frames_of_bands(&self) -> Vec<[u64; 2]> {
+        let frame = |distance: f64| {
+            let frames = (f64::from(self.far) - distance) / f64::from(self.travel);
+            (frames as u64).clamp(1, self.turn)
+        };
+        if self.turn == 0 {
+            return Vec::new();
+        }
+        let margin = 2.0 * f64::from(self.travel);
+        let mut ranges: Vec<[u64; 2]> = Vec::new();
+        let reaches_in = |band: &&Band| band.end + 2.0 * self.travel >= self.distance(self.turn);
+        for band in self.switching.bands().iter().rev().filter(reaches_in) {
+            let first = frame(f64::from(band.end) + margin);
+            let last = frame(f64::from(band.start) - margin);
+            match ranges.last_mut() {
+                Some(range) if first <= range[1] + 1 => range[1] = range[1].max(last),
+                _ => ranges.push([first, last]),
+            }
+        }
+        ranges
+    }
+
+    /// The frames to compare with the ones before them: at most `most`, on the way there and back.
+    fn frames(&self, most: u64) -> impl Iterator<Item = u64> + '_ {
+        let ranges = self.frames_of_bands();
+        let count: u64 = ranges.iter().map(|[first, last]| last - first + 1).sum();
+        let stride = (2 * count).div_ceil(most.max(1)).max(1) as usize;
+        let there = ranges
+            .into_iter()
+            .flat_map(move |[first, last]| (first..=last).step_by(stride));
+        there.flat_map(|frame| [frame, 2 * self.turn - frame + 1])
+    }
+}
 
 impl Levels {
     /// The matrices of all joints of the full skeleton as they are drawn, in the space of the motion, into `out`; `joints` are those of
@@ -34,7 +103,7 @@ impl Levels {
     /// root from its height, at the speed and frame rate of the settings' blending (those of its default where there is none).
     ///
     /// # Errors
-    /// A clip that is not of this skeleton, settings that make no sense.
+    /// A clip that is not of this skeleton, settings out of range.
     pub fn largest_step(
         &self,
         (skeleton, clip): (&Skeleton, &Clip),
@@ -46,34 +115,38 @@ impl Levels {
         let points = Samples::of(skeleton, std::slice::from_ref(clip), (500, self.skin));
         let travel = camera.speed / camera.frame_rate;
         let (near, far) = (self.reach + NEAREST, switching.furthest() + 2.0 * travel);
-        let steps = ((far - near) / travel).max(0.0) as usize;
+        let walk = Walk {
+            switching: &switching,
+            far,
+            travel,
+            turn: (((far - near) / travel).max(0.0) as u64).min(MOST_FRAMES),
+        };
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         let (mut old, mut new) = (Vec::new(), Vec::new());
-        let mut before = switching.choose(far, None);
         let mut largest = 0.0f32;
-        for step in 0..2 * steps {
-            let distance = far - travel * step.min(2 * steps - step) as f32;
-            let now = switching.choose(distance, Some(before.level));
-            if now != before {
-                let frame = step as f64 / f64::from(camera.frame_rate) * clip.frame_rate();
-                clip.pose(frame as usize % clip.frames(), &mut pose);
-                forward_kinematics(skeleton, &pose, &mut joints);
-                let matrices: Vec<Affine3A> = joints.iter().map(affine).collect();
-                self.draw(before, &matrices, &mut old);
-                self.draw(now, &matrices, &mut new);
-                let root = Vec3::from(matrices[0].translation);
-                let pixel = |matrix: &Affine3A, point: Vec3| {
-                    let place = matrix.transform_point3(point) - root;
-                    settings.view.pixels_at_one_metre() * place.truncate() / (distance - place.z)
-                };
-                for (joint, (old, new)) in old.iter().zip(&new).enumerate() {
-                    for point in points.points(JointId(joint as u16)) {
-                        let point = point.as_vec3();
-                        largest = largest.max(pixel(old, point).distance(pixel(new, point)));
-                    }
+        for frame in walk.frames(MOST_PLACED / skeleton.len() as u64) {
+            let (before, now) = (walk.choice(frame - 1), walk.choice(frame));
+            if now == before || frame >= 2 * walk.turn {
+                continue;
+            }
+            let distance = walk.distance(frame);
+            let of_clip = frame as f64 / f64::from(camera.frame_rate) * clip.frame_rate();
+            clip.pose(of_clip as usize % clip.frames(), &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let matrices: Vec<Affine3A> = joints.iter().map(affine).collect();
+            self.draw(before, &matrices, &mut old);
+            self.draw(now, &matrices, &mut new);
+            let root = Vec3::from(matrices[0].translation);
+            let pixel = |matrix: &Affine3A, point: Vec3| {
+                let place = matrix.transform_point3(point) - root;
+                settings.view.pixels_at_one_metre() * place.truncate() / (distance - place.z)
+            };
+            for (joint, (old, new)) in old.iter().zip(&new).enumerate() {
+                for point in points.points(JointId(joint as u16)) {
+                    let point = point.as_vec3();
+                    largest = largest.max(pixel(old, point).distance(pixel(new, point)));
                 }
             }
-            before = now;
         }
         Ok(largest)
     }

@@ -303,8 +303,14 @@ impl Band {
         } else {
             start
         };
+        // Where the area is too small to move the start, the difference is 0 and the square root is the width.
+        let room = if start > near {
+            start - near
+        } else {
+            area.sqrt()
+        };
         let full = if area > 0.0 {
-            start + area / (start - near)
+            start + area / room
         } else {
             start
         };

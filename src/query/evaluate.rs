@@ -10,6 +10,7 @@ use super::entries::EntryScratch;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
+use super::near_ties::NEAR_TIE;
 use super::prefix_cache::{PrefixCache, PrefixTest};
 use super::score::Score;
 use super::state::QueryState;
@@ -37,10 +38,10 @@ struct Bound {
 
 /// The results of the tests, and the memory of testing.
 #[derive(Clone, Debug, Default)]
-struct Results {
+pub(super) struct Results {
     /// By candidate; `None` for those that were not tested.
-    evaluated: Vec<Option<Evaluated>>,
-    workers: Workers,
+    pub(super) evaluated: Vec<Option<Evaluated>>,
+    pub(super) workers: Workers,
     /// Moves that are hit.
     hits: PrefixCache,
     /// Moves that were tested over the whole attack.
@@ -74,9 +75,9 @@ pub(super) struct ExactEvaluator<'s, 'a> {
 }
 
 /// The tests of one query.
-struct Tests<'s, 'a> {
-    input: EvaluationInput<'a>,
-    results: &'s mut Results,
+pub(super) struct Tests<'s, 'a> {
+    pub(super) input: EvaluationInput<'a>,
+    pub(super) results: &'s mut Results,
 }
 
 impl<'s, 'a> ExactEvaluator<'s, 'a> {
@@ -131,6 +132,9 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         tests.possible_winners(first);
         let tested = tests.until_clean(rest);
         tests.possible_winners(&rest[tested..]);
+        while tests.settle_near_ties() {
+            tests.possible_winners(order);
+        }
     }
 
     /// Bends one of the least deep hits so that it is clean, the least deep first, and leaves its motion in `motion`. Returns its
@@ -180,6 +184,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         }
         least_deep_first(order, &tests.results.evaluated);
         tests.deepest_points(order);
+        tests.settle_hits();
     }
 
     /// The clean candidate with the smallest score; if none is clean, the hit with the largest clearance. Of equal ones the first.
@@ -226,7 +231,7 @@ impl Tests<'_, '_> {
     const ALONE: usize = 4;
 
     /// The best score so far; infinite if no candidate is clean.
-    fn best_score(&self) -> f32 {
+    pub(super) fn best_score(&self) -> f32 {
         let scores = self.results.evaluated.iter().flatten();
         scores
             .filter_map(|one| one.score)
@@ -240,13 +245,11 @@ impl Tests<'_, '_> {
             && self.input.query.settings.weights.distance >= 0.0
     }
 
-    /// The clearance below which a clean candidate with this bound scores better than `best`, metres.
+    /// The clearance below which a clean candidate with this bound scores better than `best` or is nearly tied with it, metres.
     fn winning_clearance(&self, bound: f32, best: f32) -> f32 {
-        /// Keeps candidates whose scores are nearly equal.
-        const TIE: f32 = 1e-4;
         let weight = self.input.query.settings.weights.distance;
         match self.is_bounded() && weight > 0.0 {
-            true => (best - bound) / weight + TIE,
+            true => (best - bound) / weight + NEAR_TIE,
             false => f32::INFINITY,
         }
     }
@@ -255,8 +258,11 @@ impl Tests<'_, '_> {
     fn possible_winners(&mut self, order: &[Bound]) {
         let mut best = self.best_score();
         for &Bound { value, index } in order {
-            if self.is_bounded() && value >= best {
+            if self.is_bounded() && value >= best + self.near_tie() {
                 break;
+            }
+            if self.results.evaluated[index].is_some() {
+                continue;
             }
             let extent = Extent {
                 below: self.winning_clearance(value, best),
@@ -329,7 +335,7 @@ impl Tests<'_, '_> {
     fn deepest_points(&mut self, order: &[Bound]) {
         let mut least = f32::NEG_INFINITY;
         for &Bound { value, index } in order {
-            if value < least {
+            if value < least - NEAR_TIE {
                 break;
             }
             if self.results.evaluated[index].is_some_and(|one| one.is_final) {
@@ -337,7 +343,7 @@ impl Tests<'_, '_> {
                 continue;
             }
             let extent = Extent {
-                enough: least,
+                enough: least - NEAR_TIE,
                 ..Extent::WHOLE
             };
             let (input, results) = (&self.input, &mut *self.results);

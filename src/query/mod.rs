@@ -22,6 +22,7 @@ mod gather;
 mod gather_moves;
 pub mod measure;
 pub(crate) mod moves;
+mod near_ties;
 mod place;
 mod prefix_cache;
 mod query;

@@ -66,12 +66,15 @@ pub(super) fn select(
         }
         if !evaluator.has_clean() {
             evaluator.measure_least_deep_hit();
-            if let Some(chosen) = evaluator.warp(motion) {
-                return Some(Selection {
-                    chosen,
-                    reconsidered,
-                });
-            }
+        }
+        // What seemed a hit by less than the sampling may be clean.
+        if !evaluator.has_clean()
+            && let Some(chosen) = evaluator.warp(motion)
+        {
+            return Some(Selection {
+                chosen,
+                reconsidered,
+            });
         }
         let chosen = evaluator.best();
         // If the final test shows a hit, candidates that were skipped because of this one are tested in another turn.

@@ -14,7 +14,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::warp::WarpSettings;
 use sabaki::query::{
-    Answer, Attack, CandidateReport, EntryUse, Evaluation, Fate, Query, QuerySettings,
+    Answer, Attack, CandidateReport, EntryUse, Enumerate, Evaluation, Fate, Query, QuerySettings,
 };
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
@@ -180,6 +180,32 @@ fn the_maps_never_hide_the_only_clean_candidate() {
         reconsidered > 0,
         "the second look was never needed, so this shows nothing of it"
     );
+}
+
+/// The exhaustive test and the lazy one sample evasions differently; what they choose must not hang on that.
+#[test]
+fn the_exact_search_and_the_culled_one_choose_the_same_path() {
+    const THROWN: u64 = 480;
+    let chosen = |answer: &Answer| {
+        let path: Vec<EdgeId> = answer.path(embedded(), answer.chosen()).collect();
+        (answer.avoided, answer.chosen().evasion, path)
+    };
+    for enumerate in [Enumerate::default(), Enumerate::Whole] {
+        let settings = QuerySettings {
+            enumerate,
+            ..QuerySettings::default()
+        };
+        for index in 0..THROWN {
+            let throw = throw(embedded(), &ThrowSettings::default(), 1, index).unwrap();
+            let lazy = answer(&settings, &throw, Evaluation::Lazy);
+            let exact = answer(&settings, &throw, Evaluation::Exhaustive);
+            assert_eq!(
+                chosen(&lazy),
+                chosen(&exact),
+                "{enumerate:?}, attack {index}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -8,7 +8,9 @@ mod duel;
 mod figure;
 mod lod;
 mod measure;
+mod notes;
 mod plots;
+mod refusals;
 mod render;
 mod run;
 

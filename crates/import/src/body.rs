@@ -67,6 +67,16 @@ pub enum BodyFileError {
         /// Description of valid values.
         wanted: String,
     },
+    /// Several joints of the clips' file have that name.
+    #[error(
+        "sphere {sphere}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
+    )]
+    Ambiguous {
+        /// Index of the sphere.
+        sphere: usize,
+        /// As written.
+        joint: String,
+    },
     /// The skeleton has no joint of this name.
     #[error("sphere {sphere}: the skeleton has no joint \"{joint}\"")]
     UnknownJoint {
@@ -169,6 +179,21 @@ impl BodyFile {
             .map(sphere)
             .collect::<Result<_, BodyFileError>>()?;
         Ok(Body::new(spheres))
+    }
+
+    /// Refuses joints by names that several joints have ([`ClipSet::repeated_names`](super::ClipSet)).
+    ///
+    /// # Errors
+    /// The first sphere on such a joint.
+    pub fn check_names(&self, repeated: &[String]) -> Result<(), BodyFileError> {
+        let joint = |entry: &BodyEntry| repeated.contains(&entry.joint);
+        match self.spheres.iter().position(joint) {
+            None => Ok(()),
+            Some(sphere) => Err(BodyFileError::Ambiguous {
+                sphere,
+                joint: self.spheres[sphere].joint.clone(),
+            }),
+        }
     }
 
     /// Writes the file atomically.

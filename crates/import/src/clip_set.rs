@@ -23,8 +23,10 @@ pub struct ClipSet {
     pub events: Vec<Event>,
     /// Scale of each clip.
     pub scales: Vec<Scale>,
+    /// Names that several joints of the first file have. Such a name identifies no joint.
+    pub repeated_names: Vec<String>,
     /// Warnings for the user, one line each, for example about different bone lengths, clips of one
-    /// frame, or different scales.
+    /// frame, different scales, or doubtful contents of the files.
     pub warnings: Vec<String>,
 }
 
@@ -57,8 +59,10 @@ pub fn read_clips(
         clips: Vec::new(),
         events: Vec::new(),
         scales: Vec::new(),
+        repeated_names: first.repeated_names,
         warnings: Vec::new(),
     };
+    set.note(&first.clip, first.notes);
     let mut own = vec![of_clip(&first.clip, first.events)];
     set.add(first.clip, first.scale);
     for (path, next) in loaded {
@@ -71,6 +75,7 @@ pub fn read_clips(
             });
         }
         set.warn_of_bones(path, &next.skeleton);
+        set.note(&next.clip, next.notes);
         own.push(of_clip(&next.clip, next.events));
         set.add(next.clip, next.scale);
     }
@@ -80,7 +85,8 @@ pub fn read_clips(
     };
     own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
     labels.clips.append(&mut own);
-    let resolved = labels.resolve(&set.clips, &set.skeleton);
+    let resolved = { labels.check_names(&set.repeated_names) }
+        .and_then(|()| labels.resolve(&set.clips, &set.skeleton));
     set.events = resolved.map_err(|error| ReadError::Events {
         path: events.unwrap_or(first_path).to_owned(),
         error,
@@ -96,6 +102,11 @@ fn of_clip(clip: &Clip, events: Vec<EventEntry>) -> ClipEvents {
 }
 
 impl ClipSet {
+    fn note(&mut self, clip: &Clip, notes: Vec<String>) {
+        let named = notes.iter().map(|note| format!("{}: {note}", clip.name()));
+        self.warnings.extend(named);
+    }
+
     fn add(&mut self, clip: Clip, scale: Scale) {
         if clip.frames() == 1 {
             self.warnings

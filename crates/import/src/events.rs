@@ -61,6 +61,18 @@ pub enum EventsError {
         /// Name of the joint, as written.
         joint: String,
     },
+    /// Several joints of the clip's file have that name.
+    #[error(
+        "\"{file}\", event {event}: several joints are called \"{joint}\"; name one of them, as \"{joint}_2\", or rename them in the file"
+    )]
+    Ambiguous {
+        /// As written.
+        file: String,
+        /// Index of the event.
+        event: usize,
+        /// As written.
+        joint: String,
+    },
     /// An attack has no joints.
     #[error("\"{file}\", event {event}: an attack needs the joints that strike")]
     NoJoints {
@@ -165,6 +177,22 @@ impl EventsFile {
             }),
             None => Ok(events),
         }
+    }
+
+    /// Refuses joints by names that several joints have.
+    pub(super) fn check_names(&self, repeated: &[String]) -> Result<(), EventsError> {
+        for clip in &self.clips {
+            for (event, entry) in clip.events.iter().enumerate() {
+                if let Some(joint) = entry.joints.iter().find(|joint| repeated.contains(joint)) {
+                    return Err(EventsError::Ambiguous {
+                        file: clip.file.clone(),
+                        event,
+                        joint: joint.clone(),
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Whether the file has events for a clip.

@@ -1,3 +1,4 @@
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use glam::Quat;
@@ -33,6 +34,12 @@ pub(super) fn ends_with(path: &Path, endings: &[&str]) -> bool {
 #[must_use]
 pub fn is_gltf(path: &Path) -> bool {
     ends_with(path, &["glb", "gltf"])
+}
+
+/// Whether a file's name ends as those of motion files do. Of a folder, these files are read.
+#[must_use]
+pub fn is_motion_file(path: &Path) -> bool {
+    ends_with(path, &ENDINGS)
 }
 
 /// Reads a glTF file in its own unit. External buffers are read from its folder.
@@ -78,6 +85,21 @@ fn skeleton_of(path: &Path) -> Result<PathBuf, ReadError> {
     }
 }
 
+/// A note on a figure that is far from any person's height, as with a wrong scale.
+fn doubtful_stature(skeleton: &Skeleton, clip: &Clip) -> Option<String> {
+    /// Metres: from a hand-sized creature to one as high as a house.
+    const USUAL: RangeInclusive<f64> = 0.1..=20.0;
+    let mut pose = Pose::default();
+    clip.pose(0, &mut pose);
+    let metres = stature(skeleton, &pose);
+    let doubtful = metres > 0.0 && !USUAL.contains(&metres);
+    doubtful.then(|| {
+        format!(
+            "the figure is {metres:.2} m high: say the metres per unit (--scale) if that is wrong"
+        )
+    })
+}
+
 impl MotionFile {
     /// Reads a file whose extension determines its format. Files with other extensions are read as
     /// BVH.
@@ -119,6 +141,28 @@ impl MotionFile {
         }
     }
 
+    fn repeated_names(&self) -> &[String] {
+        match self {
+            Self::Bvh(file) => file.repeated_names(),
+            Self::Gltf(file) => file.repeated_names(),
+            // Two bones of one name are an error there.
+            Self::Amc(..) => &[],
+        }
+    }
+
+    /// What is doubtful in the file, and in what it was read as.
+    fn notes(&self, skeleton: &Skeleton, clip: &Clip) -> Vec<String> {
+        let mut notes = match self {
+            Self::Bvh(file) => file.notes(),
+            Self::Gltf(_) | Self::Amc(..) => Vec::new(),
+        };
+        notes.extend(self.repeated_names().iter().map(|name| {
+            format!("several joints are called \"{name}\": the later ones are read as \"{name}_2\" and so on")
+        }));
+        notes.extend(doubtful_stature(skeleton, clip));
+        notes
+    }
+
     /// Skeleton, in the file's unit.
     pub(super) fn skeleton(&self) -> Option<Skeleton> {
         match self {
@@ -153,10 +197,12 @@ impl MotionFile {
                 error,
             })?;
             Ok(LoadedClip {
+                notes: self.notes(&skeleton, &clip),
                 skeleton,
                 clip,
                 scale,
                 events: Vec::new(),
+                repeated_names: self.repeated_names().to_vec(),
             })
         };
         let metres = scale.metres_per_unit;

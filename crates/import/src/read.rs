@@ -1,16 +1,19 @@
-use sabaki::archive::LARGEST_FILE;
-use std::fs::File;
 use std::io::Read;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use super::bvh::BvhFile;
 use super::motion_file::MotionFile;
 use super::{EventEntry, ReadError, Scale, ScaleSource, Up};
 use sabaki::anim::{Clip, Skeleton};
+use sabaki::archive::{LARGEST_FILE, open_regular};
 
 /// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
 /// would exhaust memory.
 pub const LONGEST_CLIP: f64 = 36_000.0;
+
+/// Metres per unit that may be given: from a millionth of a millimetre to a thousand kilometres.
+pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
 
 /// Options for reading files.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +39,10 @@ pub struct LoadedClip {
     pub scale: Scale,
     /// Events in the file itself. Only glTF files can contain them, in their `extras`.
     pub events: Vec<EventEntry>,
+    /// Names that several joints have in the file. The first joint keeps the name, the others have a number behind it.
+    pub repeated_names: Vec<String>,
+    /// What was read although it is doubtful, one line each.
+    pub notes: Vec<String>,
 }
 
 /// Reads a BVH file in its own unit.
@@ -87,7 +94,7 @@ pub(super) fn given(metres_per_unit: f64) -> Scale {
 
 pub(super) fn check_scale(options: &ReadOptions) -> Result<(), ReadError> {
     match options.scale {
-        Some(scale) if !(scale.is_finite() && scale > 0.0) => return Err(ReadError::Scale(scale)),
+        Some(scale) if !SCALES.contains(&scale) => return Err(ReadError::Scale(scale)),
         _ => {}
     }
     match options.amc_rate {
@@ -110,7 +117,7 @@ pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
         source,
     };
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(io)?;
+    let file = open_regular(path).map_err(io)?;
     file.take(LARGEST_FILE + 1)
         .read_to_end(&mut bytes)
         .map_err(io)?;

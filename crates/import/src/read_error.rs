@@ -48,8 +48,8 @@ pub enum ReadError {
         /// Names of the motions.
         clips: Vec<String>,
     },
-    /// The given scale is not a positive number.
-    #[error("a scale of {0} metres per unit is not possible")]
+    /// The given scale is out of range.
+    #[error("a scale of {0} metres per unit is not possible; it must be {least:e} to {most:e}", least = super::SCALES.start(), most = super::SCALES.end())]
     Scale(f64),
     /// The given frame rate is invalid.
     #[error("{0} frames a second are not possible")]

@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use sabaki::anim::{Clip, Facing, Limbs, Pose, Skeleton, forward_kinematics};
+use sabaki::anim::{Clip, Facing, JointId, Limbs, Pose, Skeleton, forward_kinematics};
 
 /// Warnings about clips that are readable but suspicious, one line each.
 #[must_use]
@@ -27,6 +27,19 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     })
 }
 
+/// The joint that all legs come from: the nearest that stands above all feet. It is the root of many skeletons, but not of those whose
+/// root lies on the ground.
+fn hips(skeleton: &Skeleton, feet: &[JointId]) -> JointId {
+    let above = |joint: JointId, foot: JointId| skeleton.ancestry(foot).any(|id| id == joint);
+    let mut candidates = feet
+        .iter()
+        .take(usize::from(feet.len() > 1))
+        .flat_map(|&foot| skeleton.ancestry(foot).skip(1));
+    candidates
+        .find(|&joint| feet.iter().all(|&foot| above(joint, foot)))
+        .unwrap_or(JointId::ROOT)
+}
+
 /// Warns if the hips of the figure are not above its feet along Y, over all clips.
 fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     /// Number of samples of each clip.
@@ -35,6 +48,7 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
     if limbs.hands.is_empty() || limbs.feet.is_empty() {
         return None;
     }
+    let hips = hips(skeleton, &limbs.feet);
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
     let mut up = Vec3::ZERO;
     for clip in clips {
@@ -42,7 +56,7 @@ fn upright(skeleton: &Skeleton, clips: &[Clip]) -> Option<String> {
             clip.pose(frame, &mut pose);
             forward_kinematics(skeleton, &pose, &mut joints);
             let feet = limbs.feet.iter().map(|id| joints[id.index()].translation);
-            up += joints[0].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
+            up += joints[hips.index()].translation - feet.sum::<Vec3>() / limbs.feet.len() as f32;
         }
     }
     let axis = up.abs().max_position();

@@ -8,7 +8,7 @@ mod hostile;
 use common::random::Random;
 use common::shapes::Shape;
 use glam::Vec3;
-use sabaki::anim::{JointTransform, Skeleton};
+use sabaki::anim::{JointId, JointTransform, Skeleton};
 use sabaki::maps::Body;
 use sabaki_app::demo;
 use sabaki_import::fit::{BindPose, FitReport, FitSettings, Mesh, fit_body};
@@ -66,6 +66,92 @@ fn outside_of(body: &Body, joints: &[JointTransform], place: Vec3) -> f32 {
     let out =
         |sphere: &sabaki::maps::BodySphere| sphere.centre(joints).distance(place) - sphere.radius;
     body.spheres.iter().map(out).fold(f32::INFINITY, f32::min)
+}
+
+/// The bones that the figure has a capsule round, with the capsule's radius.
+fn capsules(skeleton: &Skeleton, joints: &[JointTransform]) -> Vec<([Vec3; 2], f32)> {
+    let bone = |id: JointId| {
+        let joint = skeleton.joint(id);
+        let ends = [joint.parent?, id].map(|joint| joints[joint.index()].translation);
+        (ends[0].distance(ends[1]) > 0.02).then(|| (ends, thickness(&joint.name)))
+    };
+    skeleton.ids().filter_map(bone).collect()
+}
+
+/// How far a place is outside of all capsules; negative inside.
+fn off_capsules(capsules: &[([Vec3; 2], f32)], place: Vec3) -> f32 {
+    let off = |&([a, b], radius): &([Vec3; 2], f32)| {
+        let along = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        place.distance(a.lerp(b, along)) - radius
+    };
+    capsules.iter().map(off).fold(f32::INFINITY, f32::min)
+}
+
+/// Closed capsules that reach into one another, merged without welding, from a thousand triangles to a third of a million.
+#[test]
+fn overlapping_shells_are_fitted_as_well_at_any_triangle_count() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let capsules = capsules(&skeleton, pose.joints());
+    let settings = FitSettings::default();
+    for grid in [[16, 8], [32, 16], [64, 32]] {
+        let mut shape = Shape::default();
+        for &(ends, radius) in &capsules {
+            shape.shell(ends, radius, grid);
+        }
+        let corner = |vertex| vertex as u32;
+        let triangles = { shape.triangles().into_iter() }
+            .map(|triangle| triangle.map(corner))
+            .collect();
+        let mesh = Mesh::new(shape.places.clone(), triangles, Vec::new()).unwrap();
+        let (body, report) = fitted(&mesh, &pose);
+        let what = format!("{} triangles: {report:#?}", mesh.triangles().len());
+        assert!(report.misfits(&settings).is_empty(), "{what}");
+        assert!(!report.worst().limited, "{what}");
+        // The capsules are known, so winding numbers need not be believed.
+        let mut random = Random::new(5);
+        for sphere in &body.spheres {
+            let centre = sphere.centre(pose.joints());
+            for _ in 0..200 {
+                let mut component = || random.below(2001) as f32 / 1000.0 - 1.0;
+                let direction =
+                    Vec3::new(component(), component(), component()).normalize_or(Vec3::X);
+                let out = off_capsules(&capsules, centre + direction * sphere.radius);
+                assert!(
+                    out <= settings.bulge + 0.006,
+                    "{grid:?}: a sphere of {} sticks out by {out} m",
+                    skeleton.joint(sphere.joint).name
+                );
+            }
+        }
+    }
+}
+
+/// Spheres that had to be few miss the mesh by far, which the report says by joint.
+#[test]
+fn a_fit_that_misses_by_far_names_the_joint() {
+    let skeleton = skeleton();
+    let pose = BindPose::rest(&skeleton);
+    let mesh = man(&pose, &skeleton);
+    let settings = FitSettings {
+        most_spheres: 1,
+        ..FitSettings::default()
+    };
+    let (_, report) = fit_body(&pose, &mesh, &settings).unwrap();
+    let misfits = report.misfits(&settings);
+    assert!(
+        misfits
+            .iter()
+            .any(|misfit| misfit.contains("the mesh sticks out of the spheres")),
+        "{misfits:?}"
+    );
+    for joint in &report.joints {
+        let misses = joint.mesh_out_max > 2.0 * settings.cover + report.spacing
+            || joint.spheres_out_max > 2.0 * settings.bulge + report.spacing;
+        let name = format!("joint \"{}\"", joint.joint);
+        let is_named = misfits.iter().any(|misfit| misfit.starts_with(&name));
+        assert_eq!(is_named, misses, "{joint:?}");
+    }
 }
 
 #[test]

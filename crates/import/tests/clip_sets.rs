@@ -4,10 +4,12 @@
 
 use std::path::PathBuf;
 
-use glam::Vec3;
-use sabaki::anim::{Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
+use glam::{Quat, Vec3};
+use sabaki::anim::{
+    Clip, ClipDesc, Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
+};
 use sabaki::maps::Body;
-use sabaki_import::{ClipSet, LengthUnit, ReadOptions, ScaleSource, read_clips};
+use sabaki_import::{ClipSet, LengthUnit, ReadOptions, ScaleSource, gltf, read_clips};
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
 type Names = [&'static str; 8];
@@ -226,6 +228,54 @@ fn another_axis_than_y_up_is_warned_of() {
     let lying = [("a.bvh", 0.0), ("b.bvh", 90.0), ("c.bvh", 0.0)];
     let set = read(&lying.map(|(name, turn)| (name, bvh(&LIMBS, turn))));
     assert_eq!(set.warnings, Vec::<String>::new());
+}
+
+/// A rig whose root lies on the ground and turns a skeleton that is made with +Z up: it stands, in the space of the scene.
+#[test]
+fn a_rig_that_its_root_turns_upright_stands() {
+    let joint = |name: &str, parent: Option<u16>, offset: [f32; 3]| Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset: Vec3::from(offset),
+        kind: JointKind::Moving,
+    };
+    let joints = vec![
+        joint("root", None, [0.0; 3]),
+        joint("hips", Some(0), [0.0, 0.0, 0.9]),
+        joint("foot.l", Some(1), [0.1, 0.0, -0.82]),
+        joint("foot.r", Some(1), [-0.1, 0.0, -0.82]),
+        joint("hand.l", Some(1), [0.4, 0.0, 0.5]),
+        joint("hand.r", Some(1), [-0.4, 0.0, 0.5]),
+    ];
+    let skeleton = Skeleton::new(joints).unwrap();
+    let clip = |turn: Quat| {
+        let mut rotations = vec![turn];
+        rotations.resize(skeleton.len(), Quat::IDENTITY);
+        let desc = ClipDesc {
+            name: "rig".into(),
+            frame_rate: 30.0,
+            roots: vec![Vec3::ZERO; 2],
+            rotations: rotations.repeat(2),
+            translations: Vec::new(),
+        };
+        Clip::new(&skeleton, desc).unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for (turn, axis) in [(-90.0f32, None), (0.0, Some("+Z")), (90.0, Some("-Y"))] {
+        let path = folder.path().join("rig.glb");
+        let mut file = std::fs::File::create(&path).unwrap();
+        let clip = clip(Quat::from_rotation_x(turn.to_radians()));
+        gltf::write(&mut file, &skeleton, &[clip]).unwrap();
+        let set = read_clips(&[path], None, &ReadOptions::default()).unwrap();
+        let told = set
+            .warnings
+            .iter()
+            .find(|note| note.contains("stand along"));
+        match axis {
+            None => assert_eq!(told, None, "{turn}"),
+            Some(axis) => assert!(told.unwrap().contains(axis), "{turn}: {told:?}"),
+        }
+    }
 }
 
 /// A first pose from which no height can be read: bent over, head and hands below the hips.

@@ -15,3 +15,4 @@ mod gltf;
 mod gltf_bad_input;
 mod gltf_events;
 mod props;
+mod readme;

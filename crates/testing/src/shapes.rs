@@ -65,6 +65,32 @@ impl Shape {
         }
     }
 
+    /// A closed capsule as modelling programs write one: a grid of `around` by `rings` quads whose seam and poles have a vertex for
+    /// each column, welded nowhere. Half of the quads at the poles have no area.
+    pub fn shell(&mut self, [from, to]: [Vec3; 2], radius: f32, [around, rings]: [usize; 2]) {
+        let axis = (to - from).normalize_or(Vec3::Y);
+        let side = axis.any_orthonormal_vector();
+        let other = axis.cross(side);
+        let first = self.places.len();
+        for ring in 0..=rings {
+            let angle = std::f32::consts::PI * (ring as f32 / rings as f32 - 0.5);
+            let centre = if 2 * ring < rings { from } else { to };
+            for step in 0..=around {
+                let turn = std::f32::consts::TAU * step as f32 / around as f32;
+                let round = side * turn.cos() + other * turn.sin();
+                let out = axis * angle.sin() + round * angle.cos();
+                self.places.push(centre + radius * out);
+            }
+        }
+        for ring in 0..rings {
+            for step in 0..around {
+                let [a, b] = [ring, ring + 1].map(|ring| first + ring * (around + 1) + step);
+                self.face([a, a + 1, b]);
+                self.face([a + 1, b + 1, b]);
+            }
+        }
+    }
+
     pub fn face(&mut self, face: [usize; 3]) {
         self.lines.push(Line::Face(face));
     }

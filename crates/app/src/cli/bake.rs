@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::distances::DistanceFigure;
 use super::plot::Plot;
-use super::{Done, Failure, source};
+use super::{Done, Failure, output, source};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -28,6 +28,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         ));
     }
     Plot::check(args.plot.as_ref(), as_json)?;
+    output::check_is_no_input("--out", &args.out, &args.clips.files())?;
     let baked = source::from_clips(&args.clips)?;
     archive::write(&args.out, &baked.graph)?;
     let out = args.out.display();

@@ -83,7 +83,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         format!(
             "{}{}\n\n{}{crossover}",
             source::describe(&baked),
-            culling.describe(),
+            culling.describe(culling.paths()),
             table.text(throws.len())
         ) + &drawn
     }))

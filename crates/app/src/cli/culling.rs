@@ -100,12 +100,28 @@ impl Culling {
         }
     }
 
-    /// In one line, which device culls, or why none does.
-    pub(crate) fn describe(&self) -> String {
-        match self.stencil() {
-            Ok(name) => format!("culling by stencil buffer on {name}"),
-            Err(why) => format!("culling on the cpu, since no Vulkan device can be used: {why}"),
+    /// In one line, which of these paths were used and on which device; where the stencil path was not, and cannot be, why.
+    pub(crate) fn describe(&self, used: impl IntoIterator<Item = CullPath>) -> String {
+        let device = self.device_name().unwrap_or("no device");
+        let mut ways: Vec<String> = Vec::new();
+        let mut by_device = false;
+        for path in used {
+            by_device |= path.needs_device();
+            let way = match path {
+                CullPath::Exact => "none, every candidate is tested".to_owned(),
+                CullPath::Cpu => "on the cpu".to_owned(),
+                CullPath::Stencil => format!("by stencil buffer on {device}"),
+                CullPath::Compute => format!("by compute shader on {device}"),
+            };
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
         }
+        let why = match self.stencil() {
+            Err(why) if !by_device => format!(" (no Vulkan device can be used: {why})"),
+            _ => String::new(),
+        };
+        format!("culling: {}{why}", ways.join("; "))
     }
 
     /// The name of the device that takes the stencil path, or why none does.

@@ -47,7 +47,7 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let files = write_files(&baked.graph, &throws[written], (&mut culling, method))?;
     let shown = Shown {
         baked,
-        culling: culling.describe(),
+        culling: culling.describe(passes.iter().map(|pass| pass.method.cull)),
         passes,
         written,
         files,

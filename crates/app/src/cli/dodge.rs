@@ -17,16 +17,16 @@ use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
-use super::{Done, Failure, explain, output, replay};
+use super::{Done, Failure, answer_folder, explain, output, replay};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of random attacks: balls thrown at a part of the body, which would hit a character
-    /// that does nothing.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    attacks: u64,
+    /// that does nothing [default: 20].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
@@ -42,9 +42,12 @@ pub(crate) struct Args {
     /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
     check: bool,
-    /// Writes each answer as a motion and as JSON to this folder.
+    /// Writes each answer as a motion and as JSON to this folder. A folder that holds the answers of an earlier run is refused.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
+    /// With --export: removes the answers of an earlier run first.
+    #[arg(long, requires = "export", conflicts_with = "explain")]
+    force: bool,
     /// Format of the motions: BVH, or glTF with their events.
     #[arg(long, value_enum, requires = "export", default_value = "bvh")]
     format: FormatArg,
@@ -74,20 +77,25 @@ impl FormatArg {
     }
 }
 
+/// Number of random attacks where none is given.
+const ATTACKS: u64 = 20;
 /// Largest number of attacks that are listed one by one.
 const LISTED: usize = 20;
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
+    args.check()?;
+    let earlier = match (&args.export, args.explain) {
+        // One more answer goes beside those that are there.
+        (Some(folder), None) => answer_folder::earlier(folder, args.force)?,
+        _ => Vec::new(),
+    };
     let baked = args.graph.load()?;
     if let Some(path) = &args.replay {
         return replay::run(path, &baked.graph, as_json);
     }
     let throws = throws(args, &baked.graph)?;
     if let Some(folder) = &args.export {
-        std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
-            path: folder.clone(),
-            source,
-        })?;
+        answer_folder::make(folder, &earlier)?;
     }
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
     let mut methods = args.methods.methods(&culling);
@@ -118,6 +126,21 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         tables(&baked, &passes, &culling)
     };
     Ok(Done { text, no })
+}
+
+impl Args {
+    /// What can be refused before any work is done.
+    fn check(&self) -> Result<(), Failure> {
+        match (self.explain, self.attacks) {
+            (Some(index), Some(count)) if self.attack.is_none() && index >= count => {
+                Err(Failure::Usage(format!(
+                    "--explain {index}: there is no such attack; --attacks {count} throws 0 to {}",
+                    count - 1
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Answers all attacks by each method. The answers of the first method are exported.
@@ -198,7 +221,9 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
         let settings = ThrowSettings::default();
         let numbers = args
             .explain
-            .map_or(0..args.attacks, |index| index..index.saturating_add(1));
+            .map_or(0..args.attacks.unwrap_or(ATTACKS), |index| {
+                index..index.saturating_add(1)
+            });
         let random = |index| {
             let thrown = throw(baked, &settings, args.seed, index);
             thrown.map_err(|error| Failure::Attack {
@@ -248,7 +273,7 @@ fn document(baked: &Baked, passes: &[Pass]) -> String {
 
 fn tables(baked: &Baked, passes: &[Pass], culling: &Culling) -> String {
     let mut text = source::describe(baked);
-    text.push_str(&culling.describe());
+    text.push_str(&culling.describe(passes.iter().map(|pass| pass.method.cull)));
     text.push('\n');
     let first = &passes[0];
     if first.runs.len() <= LISTED {

@@ -54,9 +54,10 @@ struct Filed {
 
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     args.film.check()?;
+    let settings = args.settings()?;
     let baked = args.graph.load()?;
     let filed = file(&baked.graph, args.threads as usize);
-    let fought = fight(args, &baked.graph, &filed.grid)?;
+    let fought = fight(args.rounds, &settings, (&baked.graph, &filed.grid))?;
     let told = args.film.draw(&baked.graph, &fought, device)?;
     // A duel that could not be fought out is no duel.
     let no = fought.ended.is_some();
@@ -88,21 +89,43 @@ fn file(baked: &BakedGraph, threads: usize) -> Filed {
     }
 }
 
-fn fight(args: &Args, baked: &BakedGraph, grid: &AttackGrid) -> Result<Fought, Failure> {
-    let settings = DuelSettings {
-        seed: args.seed,
-        opening: args.apart,
-        ..DuelSettings::default()
-    };
+impl Args {
+    /// The settings, checked before any work is done; errors name the option.
+    fn settings(&self) -> Result<DuelSettings, Failure> {
+        let settings = DuelSettings {
+            seed: self.seed,
+            opening: self.apart,
+            ..DuelSettings::default()
+        };
+        match settings.check() {
+            Ok(()) => Ok(settings),
+            Err(DuelError::Setting {
+                name: "opening",
+                value,
+                least,
+                most,
+            }) => Err(Failure::Usage(format!(
+                "--apart {value}: must be {least} to {most} metres"
+            ))),
+            Err(other) => Err(Failure::Usage(other.to_string())),
+        }
+    }
+}
+
+fn fight(
+    rounds: u32,
+    settings: &DuelSettings,
+    (baked, grid): (&BakedGraph, &AttackGrid),
+) -> Result<Fought, Failure> {
     let usage = |error: DuelError| Failure::Usage(error.to_string());
-    let mut duel = Duel::new(baked, grid, &settings).map_err(usage)?;
+    let mut duel = Duel::new(baked, grid, settings).map_err(usage)?;
     cancel::listen();
-    let bar = output::progress("fighting", u64::from(args.rounds));
+    let bar = output::progress("fighting", u64::from(rounds));
     let settings = QuerySettings::default();
     let query = Query::new(baked, &settings);
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
     let (mut query_ms, mut ended) = (Vec::new(), None);
-    while query_ms.len() < args.rounds as usize {
+    while query_ms.len() < rounds as usize {
         cancel::check()?;
         let challenge = match duel.challenge() {
             Ok(challenge) => challenge,

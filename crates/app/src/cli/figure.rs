@@ -60,6 +60,8 @@ pub(crate) struct Figure {
     pub(crate) body: Option<Body>,
     pub(crate) props: Vec<Prop>,
     fits: Vec<Fit>,
+    /// Joints whose spheres are far from their mesh, one line each.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// A mesh and its spheres.
@@ -73,6 +75,11 @@ struct Fit {
 }
 
 impl FigureArgs {
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.body.iter().chain(&self.prop).map(PathBuf::as_path)
+    }
+
     /// Reads the files and fits the meshes.
     pub(crate) fn read(&self, set: &ClipSet) -> Result<Figure, Failure> {
         if self.prop.len() != self.prop_joint.len() {
@@ -110,7 +117,8 @@ impl FigureArgs {
             .is_some_and(|extension| extension.eq_ignore_ascii_case("obj"))
         {
             let file = BodyFile::read(path)?;
-            let body = file.resolve(&set.skeleton);
+            let names = file.check_names(&set.repeated_names);
+            let body = names.and_then(|()| file.resolve(&set.skeleton));
             let path = path.to_owned();
             figure.body = Some(body.map_err(|error| ReadError::Body { path, error })?);
             return Ok(());
@@ -132,9 +140,12 @@ impl FigureArgs {
         if self.body_stand {
             mesh = placed(&mesh, 1.0, mesh.to_stand_at(pose.joints()))?;
         }
-        let (body, report) =
-            fit_body(&pose, &mesh, &self.settings(FitSettings::default())).map_err(wrong)?;
+        let settings = self.settings(FitSettings::default());
+        let (body, report) = fit_body(&pose, &mesh, &settings).map_err(wrong)?;
         figure.body = Some(body);
+        let misfits = report.misfits(&settings).into_iter();
+        let named = misfits.map(|misfit| format!("{}: {misfit}", path.display()));
+        figure.warnings.extend(named);
         figure.fits.push(Fit {
             spacing: Some(report.spacing),
             all: report.worst(),
@@ -146,6 +157,11 @@ impl FigureArgs {
 
     fn read_prop(&self, index: usize, set: &ClipSet, figure: &mut Figure) -> Result<(), Failure> {
         let (path, name) = (&self.prop[index], &self.prop_joint[index]);
+        if set.repeated_names.contains(name) {
+            return Err(Failure::Usage(format!(
+                "--prop-joint {name}: several joints have that name; name one of them, as {name}_2"
+            )));
+        }
         let joint = set
             .skeleton
             .find(name)
@@ -167,7 +183,8 @@ impl FigureArgs {
         let mesh = mesh
             .placed(scale as f32, grip)
             .map_err(|error| wrong(error.into()))?;
-        let fitted = sabaki_import::fit::fit_prop(joint, &mesh, &self.settings(FitSettings::HELD));
+        let settings = self.settings(FitSettings::HELD);
+        let fitted = sabaki_import::fit::fit_prop(joint, &mesh, &settings);
         let (prop, fit) = fitted.map_err(wrong)?;
         figure.props.push(Prop {
             is_body: self.prop_is_body,
@@ -177,6 +194,10 @@ impl FigureArgs {
             joint: name.clone(),
             ..fit
         };
+        // The spacing of a prop's points is at most what is covered.
+        let misfit = fit.misfit(&settings, settings.cover);
+        let named = misfit.map(|misfit| format!("{}: {misfit}", path.display()));
+        figure.warnings.extend(named);
         figure.fits.push(Fit {
             joints: vec![fit.clone()],
             all: fit,

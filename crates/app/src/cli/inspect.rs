@@ -1,7 +1,6 @@
 //! `sabaki inspect`.
 
 use std::fmt::Write;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -49,7 +48,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
 /// The first bytes of a file, which identify its kind.
 fn head(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(1024).read_to_end(&mut bytes)?;
+    archive::open_regular(path)?
+        .take(1024)
+        .read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -60,6 +61,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
         skeleton,
         clip,
         scale,
+        notes,
         ..
     }) = motions.first()
     else {
@@ -92,6 +94,11 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
             json!({ "name": joint.name, "parent": parent, "offset": joint.offset })
         })
         .collect();
+    let mut notes = notes.clone();
+    notes.extend(sabaki_import::clip_warnings(
+        skeleton,
+        std::slice::from_ref(clip),
+    ));
     let document = json!({
         "kind": "motion",
         "joints": moving,
@@ -101,7 +108,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
         "seconds": clip.duration(),
         "metres_per_unit": scale.metres_per_unit,
         "unit_found": reason(scale.found),
-        "notes": sabaki_import::clip_warnings(skeleton, std::slice::from_ref(clip)),
+        "notes": notes,
         "stature": stature,
         "moves_joints": !clip.desc().translations.is_empty(),
         "skeleton": joints,
@@ -141,7 +148,7 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
             clip.name()
         );
     }
-    for note in sabaki_import::clip_warnings(skeleton, std::slice::from_ref(clip)) {
+    for note in notes {
         let _ = writeln!(text, "note: {note}");
     }
     for joint in skeleton.joints() {

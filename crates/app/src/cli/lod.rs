@@ -2,7 +2,7 @@
 //!
 //! Source: Hasegawa, Nishio & Kobori; the columns beyond the energy are not in the paper.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use sabaki::anim::{Clip, JointId, Pose, Skeleton};
@@ -16,7 +16,7 @@ use sabaki_app::demo;
 use super::lod_report::Report;
 use super::plot::Plot;
 use super::source::ReadArgs;
-use super::{Done, Failure, lod_report};
+use super::{Done, Failure, lod_report, output};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -110,6 +110,12 @@ pub(crate) struct Source {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
+    let inputs: Vec<&Path> = { args.clips.iter().chain(&args.masses) }
+        .map(PathBuf::as_path)
+        .collect();
+    if let Some(path) = &args.export {
+        output::check_is_no_input("--export", path, &inputs)?;
+    }
     let source = args.source()?;
     let settings = args.level_settings(&source.skeleton)?;
     let levels = Levels::build(&source.skeleton, &source.clips, &settings).map_err(usage)?;

@@ -1,5 +1,6 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod answer_folder;
 mod bake;
 mod cancel;
 mod chart;

@@ -98,6 +98,29 @@ impl Failure {
     }
 }
 
+/// Refuses a file to write that is one of the files to read, or that lies in a folder of them and would be read with it.
+pub(crate) fn check_is_no_input(option: &str, out: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    // What is not there yet cannot be an input.
+    let Ok(out_place) = out.canonicalize() else {
+        return Ok(());
+    };
+    let is_input = |input: &&&Path| match input.canonicalize() {
+        Ok(folder) if folder.is_dir() => {
+            sabaki_import::is_motion_file(out) && out_place.parent() == Some(folder.as_path())
+        }
+        Ok(file) => file == out_place,
+        Err(_) => false,
+    };
+    match inputs.iter().find(is_input) {
+        None => Ok(()),
+        Some(input) => Err(Failure::Usage(format!(
+            "{option} {}: this would overwrite an input ({})",
+            out.display(),
+            input.display()
+        ))),
+    }
+}
+
 /// A table with a header. The first `left` columns are aligned to the left, the others to the right.
 pub(crate) fn table(head: &[&str], left: usize) -> Table {
     let mut table = Table::new();

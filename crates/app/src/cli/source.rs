@@ -59,6 +59,17 @@ pub(crate) struct ClipArgs {
     pub(crate) maps: MapArgs,
 }
 
+impl ClipArgs {
+    /// All files and folders that are read.
+    pub(crate) fn files(&self) -> Vec<&Path> {
+        let clips = self.clips.iter().chain(&self.events);
+        clips
+            .map(PathBuf::as_path)
+            .chain(self.figure.files())
+            .collect()
+    }
+}
+
 /// The graph to query.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct GraphArgs {
@@ -130,7 +141,9 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
         ))),
     })?;
     if let Some(made) = &mut baked.made {
-        made.warnings.splice(..0, set.warnings);
+        let of_figure = figure.warnings.iter().cloned();
+        made.warnings
+            .splice(..0, set.warnings.into_iter().chain(of_figure));
         made.figure = figure;
     }
     Ok(baked)

@@ -60,7 +60,7 @@ fn a_duel_that_cannot_be_fought_says_why() {
     let none = sabaki(folder.path(), &["duel", "--rounds", "0"]);
     assert_eq!(none.code, 2);
     let apart = sabaki(folder.path(), &["duel", baked(), "--apart", "nan"]);
-    apart.is_refused(&["opening"]);
+    apart.is_refused(&["--apart NaN"]);
     // Nobody walks in those clips, so nobody comes near.
     let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
     assert!(

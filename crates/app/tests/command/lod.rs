@@ -138,3 +138,36 @@ fn lod_refuses_what_makes_no_sense() {
         done.is_refused(&[expected]);
     }
 }
+
+/// A chain in which nothing moves, as a BVH file.
+fn still_chain(joints: usize) -> String {
+    let mut text = String::from("HIERARCHY\n");
+    for joint in 0..joints {
+        let (kind, root) = if joint == 0 {
+            ("ROOT", "6 Xposition Yposition Zposition")
+        } else {
+            ("JOINT", "3")
+        };
+        text += &format!(
+            "{kind} j{joint}\n{{\nOFFSET 0 0.03 0\nCHANNELS {root} Zrotation Xrotation Yrotation\n"
+        );
+    }
+    text += "End Site\n{\nOFFSET 0 1 0\n}\n";
+    text += &"}\n".repeat(joints);
+    text += "MOTION\nFrames: 20\nFrame Time: 0.0333333\n";
+    text + &format!("{}\n", "0 ".repeat(3 * joints + 3)).repeat(20)
+}
+
+#[test]
+fn a_chain_without_motion_is_told_of() {
+    let folder = folder();
+    std::fs::write(folder.path().join("chain.bvh"), still_chain(12)).unwrap();
+    let document = sabaki(folder.path(), &["lod", "chain.bvh", "--json"]).json(0);
+    let levels = levels(&document);
+    assert_eq!(levels.len(), 12);
+    for level in &levels[1..] {
+        assert!(level["band"]["end"].as_f64().unwrap().is_finite());
+    }
+    let args = ["crowd", "chain.bvh", "--count", "32", "--json"];
+    sabaki(folder.path(), &args).json(0);
+}

@@ -13,6 +13,7 @@ use sabaki::anim::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct BvhFile {
     joints: Vec<BvhJoint>,
+    repeated_names: Vec<String>,
     frame_time: f64,
     declared_frames: u64,
     channels: usize,
@@ -60,6 +61,7 @@ impl BvhFile {
         let mut lexer = Lexer::new(text)?;
         let raw = hierarchy::parse(&mut lexer)?;
         let names = names::unique(&raw);
+        let repeated_names = names::repeated(&raw);
         let mut channels = 0;
         let joints = raw
             .into_iter()
@@ -85,6 +87,7 @@ impl BvhFile {
         let motion = motion::parse(&mut lexer, channels)?;
         Ok(Self {
             joints,
+            repeated_names,
             frame_time: motion.frame_time,
             declared_frames: motion.declared_frames,
             channels,
@@ -96,6 +99,43 @@ impl BvhFile {
     #[must_use]
     pub fn joints(&self) -> &[BvhJoint] {
         &self.joints
+    }
+
+    /// The names that several joints have in the file; all but the first of each were renamed.
+    #[must_use]
+    pub fn repeated_names(&self) -> &[String] {
+        &self.repeated_names
+    }
+
+    /// What was read although the file is doubtful there, one line each: frames beyond the number that it states, and joints that
+    /// turn about one axis twice in a row.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let frames = self.frames();
+        if self.declared_frames != frames as u64 {
+            notes.push(format!(
+                "the file says that it has {} frames, but has {frames}: all of them are read",
+                self.declared_frames
+            ));
+        }
+        for joint in &self.joints {
+            let is_twice =
+                |pair: &[Channel]| matches!(pair[0], Channel::Rotation(_)) && pair[0] == pair[1];
+            if joint.channels.windows(2).any(is_twice) {
+                let names: Vec<&str> = joint
+                    .channels
+                    .iter()
+                    .map(|channel| channel.name())
+                    .collect();
+                notes.push(format!(
+                    "joint \"{}\" turns about one axis twice in a row ({}): it cannot turn about all three",
+                    joint.name,
+                    names.join(" ")
+                ));
+            }
+        }
+        notes
     }
 
     /// Number of frames in the file, at least 1.

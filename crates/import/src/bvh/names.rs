@@ -19,6 +19,25 @@ pub(super) fn unique(raw: &[RawJoint]) -> Vec<String> {
     names
 }
 
+/// The names that several joints have in the file, each once, in the order of the file.
+pub(super) fn repeated(raw: &[RawJoint]) -> Vec<String> {
+    let mut seen: HashMap<&str, bool> = HashMap::new();
+    let mut repeated = Vec::new();
+    for joint in raw.iter().filter(|joint| !joint.is_end) {
+        match seen.get_mut(joint.name.as_str()) {
+            Some(is_told) if *is_told => {}
+            Some(is_told) => {
+                *is_told = true;
+                repeated.push(joint.name.clone());
+            }
+            None => {
+                seen.insert(&joint.name, false);
+            }
+        }
+    }
+    repeated
+}
+
 /// The names in use and, for each repeated name, the next number to try.
 #[derive(Default)]
 pub(crate) struct Taken {

@@ -34,7 +34,7 @@ pub(super) struct Limits {
 
 /// Largest ball that touches the surface at a point. On an inner wall it is the largest ball around
 /// the point; on a sheet its radius is 0.
-pub(super) fn ball(surface: &Surface<'_>, point: usize, limits: Limits) -> Ball {
+pub(super) fn ball(surface: &Surface, point: usize, limits: Limits) -> Ball {
     /// Maximum number of steps. Each step shrinks the ball to one more point; a few suffice.
     const MOST_STEPS: usize = 64;
     let (place, normal) = (surface.places[point], surface.normals[point]);

@@ -24,7 +24,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    pub(super) fn of(surface: &Surface<'_>, joint: JointId) -> Self {
+    pub(super) fn of(surface: &Surface, joint: JointId) -> Self {
         let own = |point: &u32| surface.joints[*point as usize] == joint;
         let points: Vec<u32> = surface.tree.order.iter().copied().filter(own).collect();
         let places = points
@@ -48,7 +48,7 @@ impl Piece {
     }
 
     /// Finds few balls that cover the piece, in the space of the mesh.
-    pub(super) fn fit(&self, surface: &Surface<'_>, settings: &FitSettings) -> Vec<Ball> {
+    pub(super) fn fit(&self, surface: &Surface, settings: &FitSettings) -> Vec<Ball> {
         let (low, high) = self.places.iter().fold(
             (Vec3::INFINITY, Vec3::NEG_INFINITY),
             |(low, high), &place| (low.min(place), high.max(place)),
@@ -87,7 +87,7 @@ impl Piece {
     /// Measures how far the mesh and the balls stick out of each other.
     pub(super) fn measure(
         &self,
-        surface: &Surface<'_>,
+        surface: &Surface,
         balls: &[Ball],
         settings: &FitSettings,
     ) -> JointFit {

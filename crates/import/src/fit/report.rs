@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::FitSettings;
 use super::surface::Surface;
 
 /// Quality of a fit.
@@ -59,8 +60,50 @@ impl Misfit {
     }
 }
 
+impl JointFit {
+    /// What is wrong with the fit, in words, where it misses the settings by far: the spheres stick out by more than twice the bulge
+    /// and `spacing`, or the mesh by more than twice the cover and `spacing`.
+    #[must_use]
+    pub fn misfit(&self, settings: &FitSettings, spacing: f32) -> Option<String> {
+        let sides = [
+            (
+                "the spheres stick out of the mesh",
+                self.spheres_out_max,
+                settings.bulge,
+            ),
+            (
+                "the mesh sticks out of the spheres",
+                self.mesh_out_max,
+                settings.cover,
+            ),
+        ];
+        let wide = sides
+            .into_iter()
+            .filter(|&(_, found, wanted)| found > 2.0 * wanted + spacing);
+        let words: Vec<String> = wide
+            .map(|(what, found, wanted)| {
+                format!(
+                    "{what} by {:.0} mm, {:.0} mm is wanted",
+                    found * 1e3,
+                    wanted * 1e3
+                )
+            })
+            .collect();
+        (!words.is_empty()).then(|| format!("joint \"{}\": {}", self.joint, words.join("; ")))
+    }
+}
+
 impl FitReport {
-    pub(super) fn of(surface: &Surface<'_>) -> Self {
+    /// The joints whose fit misses the settings by far, one line each.
+    #[must_use]
+    pub fn misfits(&self, settings: &FitSettings) -> Vec<String> {
+        let joints = self.joints.iter();
+        joints
+            .filter_map(|joint| joint.misfit(settings, self.spacing))
+            .collect()
+    }
+
+    pub(super) fn of(surface: &Surface) -> Self {
         let border = surface.border.order.len() as f32 / surface.places.len().max(1) as f32;
         Self {
             joints: Vec::new(),

@@ -1,4 +1,4 @@
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use glam::{Quat, Vec3};
@@ -22,6 +22,7 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 pub struct GltfFile {
     skeleton: Skeleton,
     nodes: Vec<usize>,
+    repeated_names: Vec<String>,
     animations: Vec<GltfAnimation>,
 }
 
@@ -93,6 +94,7 @@ impl GltfFile {
         }
         Ok(Self {
             skeleton,
+            repeated_names: repeated_names(&container, &nodes.joints),
             nodes: nodes.joints,
             animations,
         })
@@ -108,6 +110,12 @@ impl GltfFile {
     #[must_use]
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
+    }
+
+    /// The names that several joints have in the file; all but the first of each were renamed.
+    #[must_use]
+    pub fn repeated_names(&self) -> &[String] {
+        &self.repeated_names
     }
 
     /// Animations in the order of the file, at least one.
@@ -146,6 +154,16 @@ impl GltfFile {
         let clip = Clip::new(&skeleton, desc)?;
         Ok((skeleton, clip))
     }
+}
+
+/// The names that several of the nodes have, each once.
+fn repeated_names(container: &Container, nodes: &[usize]) -> Vec<String> {
+    let mut counts = BTreeMap::new();
+    for &node in nodes {
+        *counts.entry(node_name(container, node)).or_insert(0) += 1;
+    }
+    counts.retain(|_, &mut count| count > 1);
+    counts.into_keys().collect()
 }
 
 /// Events in the `extras` of an animation.

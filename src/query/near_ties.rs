@@ -1,0 +1,77 @@
+//! The second test of candidates that the sampling of the body cannot tell apart.
+//!
+//! [`Evaluation::Lazy`] tests an evasion on its baked body track, whose samples lie up to half a sample away from those that
+//! [`Evaluation::Exhaustive`] poses. Where two candidates come closer to one another than this can move them, the order of their
+//! scores would depend on the culling path. Such candidates are posed at the samples of the exhaustive test, so that every path
+//! chooses the same one.
+
+use super::evaluate::Tests;
+use super::evaluated::Evaluated;
+use super::evaluation::Evaluation;
+
+/// How much the clearances of two candidates can change against one another between the two ways of sampling, metres. Between two
+/// samples a limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
+pub(super) const NEAR_TIE: f32 = 0.004;
+
+impl Tests<'_, '_> {
+    /// The largest difference of two scores that are nearly tied.
+    pub(super) fn near_tie(&self) -> f32 {
+        self.input.query.settings.weights.distance.abs() * NEAR_TIE
+    }
+
+    /// Tests the candidates again that are nearly tied with the best score, and those that are hit by so little that they may be
+    /// clean. Returns whether the best score is now so much worse that candidates may win that were skipped because of it.
+    pub(super) fn settle_near_ties(&mut self) -> bool {
+        if self.input.state.request.evaluation == Evaluation::Exhaustive {
+            return false;
+        }
+        let before = self.best_score();
+        let most = before + self.near_tie();
+        let is_near = |index: usize, one: &Evaluated| match one.score {
+            Some(score) => score.total <= most,
+            None => {
+                one.clearance.metres > -0.5 * NEAR_TIE && self.input.score(index, 0.0).total <= most
+            }
+        };
+        let near: Vec<(usize, Evaluated)> = { self.tested() }
+            .filter(|(index, one)| is_near(*index, one))
+            .collect();
+        if let [(_, only)] = near[..]
+            && only.score.is_some()
+        {
+            return false;
+        }
+        near.into_iter().for_each(|one| self.settle(one));
+        self.best_score() > most
+    }
+
+    /// Tests the hits again that are nearly as shallow as the shallowest.
+    pub(super) fn settle_hits(&mut self) {
+        let depths = self.tested().map(|(_, one)| one.clearance.metres);
+        let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;
+        let near: Vec<(usize, Evaluated)> = { self.tested() }
+            .filter(|(_, one)| one.clearance.metres >= least)
+            .collect();
+        if near.len() > 1 {
+            near.into_iter().for_each(|one| self.settle(one));
+        }
+    }
+
+    /// The results so far, with the candidates' indices.
+    fn tested(&self) -> impl Iterator<Item = (usize, Evaluated)> {
+        let evaluated = self.results.evaluated.iter().enumerate();
+        evaluated.filter_map(|(index, one)| Some((index, (*one)?)))
+    }
+
+    /// Tests a candidate on its final motion over the whole attack, unless that was done.
+    fn settle(&mut self, (index, before): (usize, Evaluated)) {
+        if before.is_final {
+            return;
+        }
+        let clearance = self.input.test_whole(index, self.results.workers.body());
+        self.results.evaluated[index] = Some(Evaluated {
+            is_final: true,
+            ..self.input.result(index, clearance)
+        });
+    }
+}
