@@ -71,6 +71,7 @@ fn check(grid: MapGrid) {
         baked.body(),
         TrackStart {
             edge: evasion.edge,
+            frame: 0.0,
             placement: evasion.placement,
         },
         seconds,

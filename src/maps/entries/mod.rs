@@ -16,7 +16,7 @@ pub use report::EntryReport;
 pub use stance::Stance;
 
 use super::{Body, BodyTrack, Evasion, TrackStart};
-use crate::anim::{Facing, JointTransform};
+use crate::anim::Facing;
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
