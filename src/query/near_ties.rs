@@ -27,21 +27,21 @@ impl Tests<'_, '_> {
         }
         let before = self.best_score();
         let most = before + self.near_tie();
+        let input = self.input;
         let is_near = |index: usize, one: &Evaluated| match one.score {
             Some(score) => score.total <= most,
-            None => {
-                one.clearance.metres > -0.5 * NEAR_TIE && self.input.score(index, 0.0).total <= most
-            }
+            None => one.clearance.metres > -0.5 * NEAR_TIE && input.score(index, 0.0).total <= most,
         };
-        let near: Vec<(usize, Evaluated)> = { self.tested() }
-            .filter(|(index, one)| is_near(*index, one))
-            .collect();
-        if let [(_, only)] = near[..]
+        let (first, second) = {
+            let mut near = { self.tested() }.filter(|(index, one)| is_near(*index, one));
+            (near.next(), near.next())
+        };
+        if let (Some((_, only)), None) = (first, second)
             && only.score.is_some()
         {
             return false;
         }
-        near.into_iter().for_each(|one| self.settle(one));
+        self.settle_all(is_near);
         self.best_score() > most
     }
 
@@ -49,11 +49,19 @@ impl Tests<'_, '_> {
     pub(super) fn settle_hits(&mut self) {
         let depths = self.tested().map(|(_, one)| one.clearance.metres);
         let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;
-        let near: Vec<(usize, Evaluated)> = { self.tested() }
-            .filter(|(_, one)| one.clearance.metres >= least)
-            .collect();
-        if near.len() > 1 {
-            near.into_iter().for_each(|one| self.settle(one));
+        let is_near = |one: &Evaluated| one.clearance.metres >= least;
+        if { self.tested() }.filter(|(_, one)| is_near(one)).count() > 1 {
+            self.settle_all(|_, one| is_near(one));
+        }
+    }
+
+    /// Tests all that are near. No test changes the result of another candidate.
+    fn settle_all(&mut self, is_near: impl Fn(usize, &Evaluated) -> bool) {
+        for index in 0..self.results.evaluated.len() {
+            let one = self.results.evaluated[index].filter(|one| is_near(index, one));
+            if let Some(one) = one {
+                self.settle((index, one));
+            }
         }
     }
 

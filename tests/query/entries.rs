@@ -108,7 +108,7 @@ fn entries_turn_no_joint_faster_than_the_clips_do() {
     let baked = embedded();
     let (graph, limits) = (baked.graph(), baked.entries().limits());
     let rate = graph.frame_rate() as f32;
-    let mut blended = 0;
+    let mut shares = Vec::new();
     for (before, seconds, entry) in entered(baked) {
         let mut motion = before;
         motion.enter(graph, seconds, &entry);
@@ -121,17 +121,18 @@ fn entries_turn_no_joint_faster_than_the_clips_do() {
             })
             .collect();
         for pair in poses.windows(2) {
-            for (joint, speed) in speeds(&pair[0], &pair[1], rate).into_iter().enumerate() {
-                // A moment is known by the nearest one that was tried.
-                assert!(
-                    speed <= 1.25 * limits.joint_speed[joint] + 0.3,
-                    "{joint}: {speed}"
-                );
-                blended += 1;
-            }
+            let speeds = speeds(&pair[0], &pair[1], rate);
+            let limited = speeds.into_iter().zip(&limits.joint_speed);
+            let moving = limited.filter(|(_, limit)| **limit > 0.5);
+            shares.extend(moving.map(|(speed, limit)| speed / limit));
         }
     }
-    assert!(blended > 1000);
+    assert!(shares.len() > 10_000);
+    shares.sort_by(f32::total_cmp);
+    // A moment is known by the nearest one that was tried, up to half a step away.
+    let of_a_thousand = shares[shares.len() * 999 / 1000];
+    assert!(of_a_thousand <= 1.05, "{of_a_thousand}");
+    assert!(shares[shares.len() - 1] < 2.0);
 }
 
 fn balls(contact: f32) -> Vec<TimedThrow> {
@@ -212,7 +213,9 @@ fn what_is_half_a_second_away_is_avoided_by_entries() {
         if lazy.chosen().entry.is_some() && lazy.avoided {
             assert!(lazy.counts.entered > 0);
             let again = lazy.motion_of(baked, thrown.throw.playhead, lazy.chosen());
-            let [again, played] = [&again.unwrap(), &lazy.motion].map(|m| centres(baked, m, 0.5));
+            let mut again = again.unwrap();
+            again.extend(baked.graph(), attack.end());
+            let [again, played] = [&again, &lazy.motion].map(|m| centres(baked, m, 0.5));
             assert_eq!(again, played);
         }
         with += usize::from(lazy.avoided);
