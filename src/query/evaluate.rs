@@ -175,6 +175,51 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
         None
     }
 
+    /// Bends the chosen candidate, which is clean and whose motion is `motion`, where the settings ask for a larger or a smaller
+    /// clearance.
+    pub(super) fn adjust(&mut self, chosen: usize, motion: &mut Motion) {
+        let Self { tests, warper, .. } = self;
+        let (input, results) = (tests.input, &mut *tests.results);
+        let weights = &input.query.settings.weights;
+        let mut settings = input.query.settings.warp;
+        let Some(before) = results.evaluated[chosen].filter(|one| one.score.is_some()) else {
+            return;
+        };
+        let is_near = before.clearance.metres < settings.nearest;
+        settings.margin = settings.margin.max(settings.nearest);
+        let case = WarpCase {
+            baked: input.query.baked,
+            attack: &input.state.request.attack,
+            settings: &settings,
+        };
+        let is_far = { settings.widest }.is_some_and(|widest| before.clearance.metres > widest);
+        let test = (before.clearance, results.workers.body());
+        let warped = match (is_near, is_far) {
+            (true, _) => warper.warp(case, motion, test),
+            (_, true) => warper.lessen(case, motion, test),
+            _ => return,
+        };
+        let Some(warped) = warped else {
+            return;
+        };
+        let metres = warped.clearance.metres;
+        let score = input.score(chosen, metres).warped(warped.effort, weights);
+        let gains = match is_near {
+            true => metres > before.clearance.metres,
+            false => before.score.is_some_and(|own| score.total < own.total),
+        };
+        if !gains {
+            motion.bend(None);
+            return;
+        }
+        results.evaluated[chosen] = Some(Evaluated {
+            clearance: warped.clearance,
+            score: Some(score),
+            is_final: true,
+            warp: motion.warp().copied(),
+        });
+    }
+
     /// Finds the hit with the largest clearance, for queries without a clean candidate. The clearance of a hit so far is a bound:
     /// over the whole attack it can only get smaller.
     pub(super) fn measure_least_deep_hit(&mut self) {

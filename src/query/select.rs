@@ -79,6 +79,7 @@ pub(super) fn select(
         let chosen = evaluator.best();
         // If the final test shows a hit, candidates that were skipped because of this one are tested in another turn.
         if evaluator.confirm(chosen, motion) {
+            evaluator.adjust(chosen, motion);
             return Some(Selection {
                 chosen,
                 reconsidered,

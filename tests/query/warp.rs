@@ -275,3 +275,60 @@ fn the_rest_of_a_bent_motion_goes_on_as_it_was() {
     }
     assert!(seen > 0);
 }
+
+/// What an answer is by default, and what it is with settings that bend clean ones.
+fn adjusted(change: impl Fn(&mut WarpSettings)) -> Vec<(Attack, Answer, Answer)> {
+    let baked = embedded();
+    let mut settings = QuerySettings::default();
+    change(&mut settings.warp);
+    let answers = (0..100).map(|index| {
+        let throw = throw(baked, &ThrowSettings::default(), 9, index).unwrap();
+        let [usual, other] = [QuerySettings::default(), settings]
+            .map(|settings| answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy));
+        (throw.attack, usual, other)
+    });
+    answers
+        .filter(|(_, usual, _)| usual.chosen().warp.is_none() && usual.avoided)
+        .collect()
+}
+
+#[test]
+fn close_misses_are_bent_away_where_settings_say_so() {
+    let mut bent = 0;
+    for (attack, usual, other) in adjusted(|warp| warp.nearest = 0.05) {
+        let [before, after] = [&usual, &other].map(|answer| answer.clearance().metres);
+        let warp = other.chosen().warp;
+        assert_eq!(warp.is_none(), before == after);
+        if warp.is_some() {
+            bent += 1;
+            assert!(before < 0.05 && after > before, "{before} and {after}");
+            assert_eq!(
+                complaints(embedded(), &attack, &other.motion, &WarpSettings::default()),
+                [""; 0]
+            );
+        }
+    }
+    assert!(bent > 2, "{bent}");
+}
+
+#[test]
+fn wide_misses_are_lessened_where_settings_say_so() {
+    let mut bent = 0;
+    for (attack, usual, other) in adjusted(|warp| warp.widest = Some(0.03)) {
+        let [before, after] = [&usual, &other].map(|answer| answer.clearance().metres);
+        if other.chosen().warp.is_some() {
+            bent += 1;
+            assert!(
+                before > 0.03 && after < before && after >= 0.0,
+                "{before} and {after}"
+            );
+            let [own, score] = [&usual, &other].map(|answer| answer.chosen().score.unwrap().total);
+            assert!(score < own, "{score} and {own}");
+            assert_eq!(
+                complaints(embedded(), &attack, &other.motion, &WarpSettings::default()),
+                [""; 0]
+            );
+        }
+    }
+    assert!(bent > 2, "{bent}");
+}

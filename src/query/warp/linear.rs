@@ -35,6 +35,16 @@ pub(super) struct Row {
     pub least: f32,
 }
 
+impl Row {
+    /// The condition that the same sum is not above `least`.
+    pub(super) fn reversed(&self) -> Self {
+        Self {
+            slope: self.slope.map(|number| -number),
+            least: -self.least,
+        }
+    }
+}
+
 /// What a quantity changes by with each part of a bend: one unit of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Gradient {

@@ -62,6 +62,19 @@ pub struct WarpCase<'a> {
     pub settings: &'a WarpSettings,
 }
 
+/// What a warp is to do to the smallest distance from the attack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wish {
+    /// Above the margin.
+    Away,
+    /// From one distance to a smaller one, metres.
+    Nearer { from: f32, to: f32 },
+}
+
+/// A distance is the wished one within this, metres.
+const NEARLY: f32 = 0.005;
+/// No warp ends later, seconds after the query.
+const LONGEST: f32 = 600.0;
 /// Samples on each side of the moment at which an attack is nearest.
 const SAMPLES: usize = 3;
 /// The most moments around which samples are taken.
@@ -78,8 +91,43 @@ impl Warper {
         motion: &mut Motion,
         (hit, body): (Clearance, &mut MotionBody),
     ) -> Option<Warped> {
+        self.bend(case, motion, (hit, body), Wish::Away)
+    }
+
+    /// Bends `motion`, which the attack misses by more than `widest` as `clear` says, so that it misses by that, or as nearly so as
+    /// the bounds let it; `None`, and the motion as it was, where that cannot be.
+    pub fn lessen(
+        &mut self,
+        case: WarpCase<'_>,
+        motion: &mut Motion,
+        (clear, body): (Clearance, &mut MotionBody),
+    ) -> Option<Warped> {
+        let widest = case.settings.widest?;
+        let wish = Wish::Nearer {
+            from: clear.metres,
+            to: widest,
+        };
+        let lessened = self.bend(case, motion, (clear, body), wish)?;
+        if lessened.clearance.metres < clear.metres {
+            return Some(lessened);
+        }
+        motion.copy_from(&self.plain);
+        None
+    }
+
+    fn bend(
+        &mut self,
+        case: WarpCase<'_>,
+        motion: &mut Motion,
+        (nearest, body): (Clearance, &mut MotionBody),
+        wish: Wish,
+    ) -> Option<Warped> {
+        let limits = &case.settings.limits;
+        // What stands and what does not is asked until the warp has gone.
+        let end = nearest.time + 2.0 * limits.hold + limits.way_out;
+        motion.extend(case.baked.graph(), end.min(LONGEST));
         self.plain.copy_from(motion);
-        let warped = self.solve(case, motion, (hit, body));
+        let warped = self.solve((case, wish), motion, (nearest, body));
         if warped.is_none() {
             motion.copy_from(&self.plain);
         }
@@ -88,7 +136,7 @@ impl Warper {
 
     fn solve(
         &mut self,
-        case: WarpCase<'_>,
+        (case, wish): (WarpCase<'_>, Wish),
         motion: &mut Motion,
         (hit, body): (Clearance, &mut MotionBody),
     ) -> Option<Warped> {
@@ -102,7 +150,7 @@ impl Warper {
         for _ in 0..MOMENTS {
             self.look_at(nearest.time);
             let goal = Goal::new(case, motion, &self.ticks[..self.used])?;
-            let numbers = self.solve_ticks((case, &goal), motion)?;
+            let numbers = self.solve_ticks((case, wish), &goal, motion)?;
             let bend = bend_of(&numbers, &goal.scales);
             motion.bend(Some(Warp {
                 envelope: goal.envelope,
@@ -150,7 +198,8 @@ impl Warper {
     /// The numbers of a bend that keeps the attack away at all samples; `None` where none does.
     fn solve_ticks(
         &mut self,
-        (case, goal): (WarpCase<'_>, &Goal),
+        (case, wish): (WarpCase<'_>, Wish),
+        goal: &Goal,
         motion: &mut Motion,
     ) -> Option<Numbers> {
         let WarpCase {
@@ -167,6 +216,10 @@ impl Warper {
             }
         }
         let fixed = self.rows.len();
+        let (margin, mut reach) = match wish {
+            Wish::Away => (settings.margin, settings.margin),
+            Wish::Nearer { from, to } => (to, from),
+        };
         let mut still = None;
         for _ in 0..settings.rounds {
             let bend = bend_of(&numbers, &goal.scales);
@@ -177,7 +230,7 @@ impl Warper {
             for tick in ticks.iter_mut() {
                 tick.pose(baked, motion, &settings.limits);
             }
-            contacts::find(baked, (attack, settings.margin), ticks, &mut self.contacts);
+            contacts::find(baked, (attack, reach), ticks, &mut self.contacts);
             let least = { self.contacts.iter() }
                 .map(|contact| contact.metres)
                 .fold(f32::INFINITY, f32::min);
@@ -188,19 +241,29 @@ impl Warper {
             let first = self.rows.len();
             goal.limit_rows(baked, (ticks, &numbers), &mut still, &mut self.rows);
             let are_kept = worst(&self.rows[first..], &numbers) <= KEPT;
-            if least > 0.5 * settings.margin && are_kept {
+            let is_there = match wish {
+                Wish::Away => least > 0.5 * margin,
+                Wish::Nearer { .. } => (least - margin).abs() < NEARLY,
+            };
+            if is_there && are_kept {
                 return Some(numbers);
             }
             for contact in &self.contacts {
-                let row = contact.row(baked, ticks, (&goal.scales, settings.margin), &numbers);
+                let row = contact.row(baked, ticks, (&goal.scales, margin), &numbers);
                 self.rows.push(row);
+                if matches!(wish, Wish::Nearer { .. }) && contact.metres == least {
+                    self.rows.push(row.reversed());
+                }
             }
             numbers = least_numbers(&self.rows, &mut self.factors);
-            if worst(&self.rows[first..], &numbers) > HOPE {
-                return None;
+            match wish {
+                Wish::Away if worst(&self.rows[first..], &numbers) > HOPE => return None,
+                Wish::Away => {}
+                Wish::Nearer { .. } => reach = least.min(reach).max(margin),
             }
         }
-        None
+        // Nearer is better than not, if the exact test says so.
+        matches!(wish, Wish::Nearer { .. }).then_some(numbers)
     }
 }
 

@@ -12,6 +12,11 @@ pub struct WarpSettings {
     pub candidates: usize,
     /// A hit that is deeper is not tried, metres. Default 0.3.
     pub deepest: f32,
+    /// A clean answer that is nearer to the attack than this is bent away from it, metres. Default 0: none is.
+    pub nearest: f32,
+    /// A clean answer that is further from the attack is bent towards it as far as this and its bounds let it, where that
+    /// lowers the score, metres. Default none.
+    pub widest: Option<f32>,
     /// The warped body stays so far from the attack, if it can, metres. Default 0.01.
     pub margin: f32,
     /// Corrections of the warp by the distances that it leads to, at most. Default 5.
@@ -27,6 +32,8 @@ impl Default for WarpSettings {
         Self {
             candidates: 2,
             deepest: 0.3,
+            nearest: 0.0,
+            widest: None,
             margin: 0.01,
             rounds: 5,
             bounds: WarpBounds::default(),
@@ -49,7 +56,7 @@ impl WarpSettings {
         &'static str,
         f64,
         (std::ops::RangeInclusive<f64>, &'static str),
-    ); 23] {
+    ); 25] {
         let (bounds, limits) = (&self.bounds, &self.limits);
         let number =
             |name, value: f32, most: f64, range| (name, f64::from(value), (0.0..=most, range));
@@ -61,6 +68,13 @@ impl WarpSettings {
         [
             count("warp.candidates", self.candidates),
             metres("warp.deepest", self.deepest),
+            metres("warp.nearest", self.nearest),
+            number(
+                "warp.widest",
+                self.widest.unwrap_or(0.0),
+                100.0,
+                "0 to 100 m",
+            ),
             metres("warp.margin", self.margin),
             count("warp.rounds", self.rounds),
             angle("warp.bounds.spine", bounds.spine),
@@ -92,6 +106,8 @@ impl WarpSettings {
     pub const OFF: Self = Self {
         candidates: 0,
         deepest: 0.0,
+        nearest: 0.0,
+        widest: None,
         margin: 0.0,
         rounds: 0,
         bounds: WarpBounds::NONE,
