@@ -19,7 +19,7 @@ use crate::math::Rigid2;
 /// How entries are used.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EntryUse {
-    /// Most candidates that enter an evasion; 0 for none, as in the paper. Default 384.
+    /// Most candidates that enter an evasion; 0 for none, as in the paper. Default 128.
     pub most: usize,
     /// Slowest rate of what is entered. Default 0.75.
     pub slowest: f32,
@@ -32,7 +32,7 @@ pub struct EntryUse {
 impl Default for EntryUse {
     fn default() -> Self {
         Self {
-            most: 384,
+            most: 128,
             slowest: 0.75,
             fastest: 1.5,
             longest_delay: 0.8,
