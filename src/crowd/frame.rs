@@ -77,7 +77,8 @@ impl Frustum {
 
     fn contains(&self, position: Vec3) -> bool {
         // A position that is no number is inside, as in the kernel.
-        !(self.depth(position) < -self.radius)
+        let depth = self.depth(position);
+        depth >= -self.radius || depth.is_nan()
     }
 }
 

@@ -147,6 +147,8 @@ pub(super) struct Energies<'a> {
     turns: Vec<Turn>,
     /// Sum over frames of energy by time, for each joint of the skeleton.
     sums: Vec<f64>,
+    /// Whether a level has been evaluated, from which the next one differs by one joint.
+    has_level: bool,
 }
 
 /// Places that are kept, frames times joints. More are computed again for each level.
@@ -196,13 +198,15 @@ impl<'a> Energies<'a> {
             turns: vec![Turn::NONE; places.len()],
             places,
             sums: vec![0.0; skeleton.len()],
+            has_level: false,
         })
     }
 
     /// The energies on a level: the first that is asked for, or the one that follows the last by the removal of a joint.
     pub(super) fn update(&mut self, level: &Level) -> Result<Vec<f32>, LodError> {
         let masses = self.settings.masses.on_level(self.skeleton, level)?;
-        let changes = if self.places.is_empty() {
+        let follows = std::mem::replace(&mut self.has_level, true);
+        let changes = if self.places.is_empty() || !follows {
             Changes::all(level)
         } else {
             Changes::of(self.skeleton, level, self.settings.branch)

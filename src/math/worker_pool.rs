@@ -87,7 +87,7 @@ impl WorkerPool {
         *lock(&self.shared.caller) = Some(thread::current());
         let gate = &self.shared.gate;
         let turn = gate.load(Ordering::Relaxed) / TURN + 1;
-        gate.store(turn * TURN | OPEN, Ordering::Release);
+        gate.store((turn * TURN) | OPEN, Ordering::Release);
         for worker in &self.workers {
             worker.thread().unpark();
         }

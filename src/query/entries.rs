@@ -5,9 +5,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
 use super::clearance::{ExactTest, Extent, MotionBody, Sampling};
-use super::query::Query;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate};
 use super::state::QueryState;

@@ -1,3 +1,4 @@
+use super::ask::Query;
 use super::candidate::CandidateKind;
 use super::clearance::{Clearance, ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::cull::Overlap;
@@ -5,7 +6,6 @@ use super::entries::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;
-use super::query::Query;
 use super::retime::retimed;
 use super::score::{Score, ScoreFacts};
 use super::state::QueryState;

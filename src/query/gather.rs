@@ -5,9 +5,9 @@
 
 use rustc_hash::FxHashSet;
 
+use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
 use super::moves::SearchReport;
-use super::query::Query;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate, rate};
 use super::settings::Lookup;

@@ -1,5 +1,5 @@
+use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
-use super::query::Query;
 use super::retime::Rate;
 use super::state::QueryState;
 

@@ -7,6 +7,7 @@
 //! Architecture invariant: no file of this module uses the GPU. Maps go out as plain data, and counts come back.
 
 mod answer;
+mod ask;
 mod attack;
 mod candidate;
 mod candidate_motion;
@@ -25,7 +26,6 @@ pub(crate) mod moves;
 mod near_ties;
 mod place;
 mod prefix_cache;
-mod query;
 mod report;
 mod request;
 pub mod retime;
@@ -39,13 +39,13 @@ pub mod warp;
 mod workers;
 
 pub use answer::{Answer, CandidateReport, Counts, EnteredAt, Fate};
+pub use ask::Query;
 pub use attack::{Attack, AttackError};
 pub use context::QueryContext;
 pub use cull::CullPath;
 pub use entries::EntryUse;
 pub use evaluation::Evaluation;
 pub use moves::{MoveSettings, SearchReport};
-pub use query::Query;
 pub use request::Request;
 pub use session::{Session, SessionId, Step};
 pub use settings::{Enumerate, Lookup, QuerySettings, QuerySettingsError};

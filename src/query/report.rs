@@ -1,10 +1,10 @@
 use super::answer::{Answer, CandidateReport, Counts, EnteredAt, Fate, Route};
+use super::ask::Query;
 use super::candidate::CandidateKind;
 use super::entries::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
-use super::query::Query;
 use super::retime::RateError;
 use super::select::Selection;
 use super::state::QueryState;

@@ -6,12 +6,12 @@
 //! which all kept candidates are hit pay for this: one exact test of each removed candidate, up to its first hit, and a second
 //! round.
 
+use super::ask::Query;
 use super::entries::gather_entries;
 use super::evaluate::{EvaluateScratch, ExactEvaluator};
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
 use super::gather_moves::gather_moves;
-use super::query::Query;
 use super::source::Source;
 use super::state::QueryState;
 use crate::graph::Motion;

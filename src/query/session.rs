@@ -13,12 +13,12 @@
 use std::convert::Infallible;
 
 use super::answer::Answer;
+use super::ask::Query;
 use super::candidate::Candidate;
 use super::context::{QueryContext, Scratch};
 use super::cull::{CullInput, Overlap, cpu};
 use super::gather::Gather;
 use super::place::PlaceCandidates;
-use super::query::Query;
 use super::report::Report;
 use super::request::Request;
 use super::select::select;

@@ -1,5 +1,4 @@
 //! Tests that measure the whole process: nothing else may run beside them.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod crowd_alloc;
 mod limits;

@@ -140,6 +140,11 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["evasions"] = json!([]);
     empty["strikes"] = json!([]);
     empty["atlas"]["attacks"] = json!([]);
+    let moments = whole["entries"]["ends"].as_array().unwrap().len();
+    empty["entries"]["ends"] = json!(vec![0; moments]);
+    for list in ["targets", "entries"] {
+        empty["entries"][list] = json!([]);
+    }
     // Two postures, and from each only a way to itself.
     let mut parted = empty.clone();
     parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);

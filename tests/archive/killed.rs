@@ -28,7 +28,7 @@ fn a_writer_that_is_killed_leaves_the_old_file_or_the_new_one() {
         let mut writer = Command::new(std::env::current_exe().unwrap())
             .args([
                 "--exact",
-                "killed::a_writer_that_is_killed_leaves_the_old_file_or_the_new_one",
+                "archive::killed::a_writer_that_is_killed_leaves_the_old_file_or_the_new_one",
             ])
             .env(WRITES, &path)
             .stdout(Stdio::null())

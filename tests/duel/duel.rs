@@ -178,9 +178,11 @@ fn nobody_stands_in_the_other_one_leaves_the_arena_or_jumps() {
             let playheads = SIDES.map(|side| fought.fighters[side.index()].playhead(graph, t));
             let apart = trunk.distance(baked, playheads);
             assert!(apart > 0.0, "at {t} s they are {apart} m apart");
-            let places = playheads.map(|playhead| {
-                let place = playhead.placement(graph);
-                glam::Vec3::new(place.x, 0.0, place.z)
+            // What is seen: a blend into an evasion moves the root gradually, the playhead at once.
+            let places = SIDES.map(|side| {
+                let mut pose = Pose::default();
+                fought.fighters[side.index()].pose(graph, t, &mut pose);
+                glam::Vec3::new(pose.root.x, 0.0, pose.root.z)
             });
             for place in places {
                 assert!(place.length() < settings.arena, "at {t} s {place}");

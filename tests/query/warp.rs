@@ -11,7 +11,7 @@ use sabaki::anim::{JointTransform, Leg, Pose, forward_kinematics};
 use sabaki::graph::Motion;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::warp::WarpSettings;
-use sabaki::query::{Answer, Attack, Evaluation, Query, QuerySettings};
+use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn joints(baked: &BakedGraph, motion: &Motion, seconds: f32) -> (Pose, Vec<JointTransform>) {
@@ -159,11 +159,15 @@ fn complaints(
 
 /// Throws that hit without a warp, and what becomes of them with one.
 fn hits(baked: &BakedGraph, throws: u64) -> Vec<(Attack, Answer)> {
-    let off = QuerySettings {
-        warp: WarpSettings::off(),
+    // Entries avoid most of these throws; here warping is alone.
+    let settings = QuerySettings {
+        entries: EntryUse::none(),
         ..QuerySettings::default()
     };
-    let settings = QuerySettings::default();
+    let off = QuerySettings {
+        warp: WarpSettings::off(),
+        ..settings
+    };
     let mut hits = Vec::new();
     for index in 0..throws {
         let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
@@ -224,6 +228,7 @@ fn warps_are_the_same_for_any_number_of_threads_and_again_by_its_report() {
         let answer = |threads: usize| {
             let settings = QuerySettings {
                 threads,
+                entries: EntryUse::none(),
                 ..QuerySettings::default()
             };
             answer_throw(&Query::new(baked, &settings), &throw, Evaluation::Lazy)

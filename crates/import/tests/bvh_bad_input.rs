@@ -320,5 +320,8 @@ fn the_library_names_the_file() {
     let error = sabaki_import::read_clip(&path, &zero)
         .unwrap_err()
         .to_string();
-    assert_eq!(error, "a scale of 0 metres per unit is not possible");
+    assert_eq!(
+        error,
+        "a scale of 0 metres per unit is not possible; it must be 1e-9 to 1e6"
+    );
 }

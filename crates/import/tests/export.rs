@@ -296,6 +296,14 @@ fn a_candidates_evasion_is_placed_where_its_motion_performs_it() {
         let place = evasion_placement(baked, throw.playhead, &answer, chosen);
         assert_eq!(place.is_some(), chosen.evasion.is_some());
         let Some(place) = place else { continue };
+        if let Some(entered) = chosen.entry {
+            let there = answer.motion.playhead(baked.graph(), entered.delay + 1e-4);
+            assert_eq!(there.edge, entered.entry.edge);
+            let moved = there.clip_to_world.ground() - entered.entry.clip_to_world.ground();
+            assert!(moved.length() < 1e-3, "{moved}");
+            evasions += 1;
+            continue;
+        }
         let mut start = throw.playhead.seconds_to_next_node(baked.graph());
         for step in answer
             .motion

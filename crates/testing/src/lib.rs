@@ -1,5 +1,10 @@
 //! What the tests of several packages share.
 #![allow(missing_docs, reason = "not published")]
+#![allow(
+    clippy::should_implement_trait,
+    clippy::new_without_default,
+    reason = "helpers of tests"
+)]
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test may")]
 
 pub mod answer;

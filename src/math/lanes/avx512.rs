@@ -233,6 +233,10 @@ impl Lanes for Avx512 {
                 ];
             }
             // Then the quarters themselves: column 4q + c of the result is quarter q of each block's c.
+            #[allow(
+                clippy::needless_range_loop,
+                reason = "the index is a column of four blocks"
+            )]
             for c in 0..4 {
                 let [a, b, d, e] = [blocks[0][c], blocks[1][c], blocks[2][c], blocks[3][c]];
                 let even = [

@@ -42,6 +42,13 @@ impl Default for WarpSettings {
     }
 }
 
+/// A setting: its name, its value, and the range that it must be in, with that range in words.
+pub(in crate::query) type RangedSetting = (
+    &'static str,
+    f64,
+    (std::ops::RangeInclusive<f64>, &'static str),
+);
+
 impl WarpSettings {
     /// No warping.
     #[must_use]
@@ -50,13 +57,7 @@ impl WarpSettings {
     }
 
     /// Each number with its name and its range.
-    pub(in crate::query) fn ranges(
-        &self,
-    ) -> [(
-        &'static str,
-        f64,
-        (std::ops::RangeInclusive<f64>, &'static str),
-    ); 25] {
+    pub(in crate::query) fn ranges(&self) -> [RangedSetting; 25] {
         let (bounds, limits) = (&self.bounds, &self.limits);
         let number =
             |name, value: f32, most: f64, range| (name, f64::from(value), (0.0..=most, range));
@@ -282,7 +283,8 @@ impl WarpLimits {
         let (full, release) = (from - hold, to + hold);
         let way_in = (full - self.reaction).min(self.way_in).min(LONGEST);
         let way_out = self.way_out.min(LONGEST);
-        (way_in >= self.shortest_way_in && way_in > 0.0 && way_out > 0.0).then(|| Envelope {
+        let has_time = way_in >= self.shortest_way_in && way_in > 0.0 && way_out > 0.0;
+        has_time.then_some(Envelope {
             start: full - way_in,
             full,
             release,

@@ -128,7 +128,7 @@ fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) ->
     let _ = writeln!(
         text,
         "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
-         counted   {} candidates, {} with an evasion; {} culled ({} of them tested after all), {} hit, {} clean, {} not in time",
+         counted   {} candidates, {} with an evasion; {} culled ({} tested after all), {} hit, {} clean, {} not in time",
         if answer.avoided { "avoided" } else { "HIT" },
         answer.clearance().metres * 100.0,
         answer.clearance().time,

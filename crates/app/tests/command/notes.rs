@@ -58,7 +58,7 @@ fn scales_out_of_range_are_refused_and_doubtful_ones_noted() {
     }
     let told = sabaki(folder.path(), &["inspect", "a.bvh", "--scale", "1e5"]).is(0);
     assert!(
-        told.stdout.contains("note: the figure is 170000 m high"),
+        told.stdout.contains("note: the figure is 170000.00 m high"),
         "{}",
         told.stdout
     );

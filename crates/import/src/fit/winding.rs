@@ -28,7 +28,7 @@ const FAR: f32 = 2.5;
 /// Nodes and pieces that a query visits. A closed skin needs some hundred, ten shells that reach into one another ten times as many.
 const WORK: [usize; 2] = [1024, 8192];
 /// Nodes and pieces that all queries visit together, as far as the least of [`WORK`] allows.
-const TOTAL_WORK: usize = 4_000_000_000;
+const TOTAL_WORK: usize = 1_000_000_000;
 
 /// Nodes and pieces that each of so many queries visits.
 fn most_work(queries: usize) -> usize {
