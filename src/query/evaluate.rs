@@ -46,6 +46,8 @@ pub(super) struct Results {
     hits: PrefixCache,
     /// Moves that were tested over the whole attack.
     wholes: PrefixCache,
+    /// The clearances of the least deep hits, the largest first.
+    depths: Vec<f32>,
 }
 
 impl EvaluateScratch {
@@ -228,7 +230,8 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             return;
         }
         least_deep_first(order, &tests.results.evaluated);
-        tests.deepest_points(order);
+        let count = tests.input.query.settings.warp.candidates.max(1);
+        tests.least_deep(order, count);
         tests.settle_hits();
     }
 
@@ -376,32 +379,50 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests hits over the whole attack, until no other hit can be less deep.
-    fn deepest_points(&mut self, order: &[Bound]) {
-        let mut least = f32::NEG_INFINITY;
+    /// Tests hits over the whole attack, at every sample, until the `count` least deep ones are known. These are the same for
+    /// every evaluation, so that what is bent is the same too.
+    fn least_deep(&mut self, order: &[Bound], count: usize) {
+        let mut depths = std::mem::take(&mut self.results.depths);
+        depths.clear();
         for &Bound { value, index } in order {
-            if value < least - NEAR_TIE {
+            let last = depths.get(count - 1).copied();
+            let enough = last.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
+            if value < enough {
                 break;
             }
-            if self.results.evaluated[index].is_some_and(|one| one.is_final) {
-                least = least.max(value);
-                continue;
+            let mut metres = value;
+            if !self.results.evaluated[index].is_some_and(|one| one.is_final) {
+                let clearance = self.whole(index, enough);
+                metres = clearance.metres;
+                self.results.evaluated[index] = Some(Evaluated {
+                    is_final: metres >= enough,
+                    ..self.input.result(index, clearance)
+                });
             }
-            let extent = Extent {
-                enough: least - NEAR_TIE,
-                ..Extent::WHOLE
-            };
-            let (input, results) = (&self.input, &mut *self.results);
-            let body = results.workers.body();
-            let test = PrefixTest {
-                index,
-                test: || input.test(index, extent, body),
-                decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
-            };
-            let clearance = results.wholes.get_or_eval(input, test);
-            least = least.max(clearance.metres);
-            self.results.evaluated[index] = Some(self.input.result(index, clearance));
+            let at = depths.partition_point(|&depth| depth >= metres);
+            if at < count {
+                depths.insert(at, metres);
+                depths.truncate(count);
+            }
         }
+        self.results.depths = depths;
+    }
+
+    /// The clearance of a posed motion over the whole attack. It may be larger where it is below `enough`.
+    fn whole(&mut self, index: usize, enough: f32) -> Clearance {
+        let extent = Extent {
+            enough,
+            ..Extent::WHOLE
+        };
+        let (input, results) = (&self.input, &mut *self.results);
+        let body = results.workers.body();
+        let build = |motion: &mut Motion| input.motion(index, motion);
+        let test = PrefixTest {
+            index,
+            test: || input.exact_test(extent).on_built_motion(body, build),
+            decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
+        };
+        results.wholes.get_or_eval(input, test)
     }
 
     /// See [`ExactEvaluator::confirm`].

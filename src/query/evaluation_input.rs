@@ -100,12 +100,8 @@ impl EvaluationInput<'_> {
                 self.exact_test(extent).on_built_motion(body, build)
             }
             CandidateKind::Entry(entry) => {
-                // Where distance is rewarded, it must be that of the whole motion.
-                if self.query.settings.weights.distance < 0.0 {
-                    return self.exact_test(extent).on_built_motion(body, build);
-                }
                 let entry = &self.state.entries[entry as usize];
-                self.exact_test(extent).after_entry(entry, body)
+                self.exact_test(extent).on_entry(entry, body, build)
             }
             CandidateKind::Evasion { path, start } => {
                 let request = &self.state.request;

@@ -125,30 +125,41 @@ impl<'a> ExactTest<'a> {
         sweep.nearest()
     }
 
-    /// The smallest distance on an evasion that is entered, from the end of its blend to the end of its track. Other times are not
-    /// tested.
-    pub(in crate::query) fn after_entry(
+    /// The smallest distance on a motion that enters an evasion: on its track from the end of the blend to the track's end, posed
+    /// before and after. `build` writes the motion, where that is needed.
+    pub(in crate::query) fn on_entry(
         &self,
         candidate: &EntryCandidate,
         scratch: &mut MotionBody,
+        build: impl FnOnce(&mut Motion),
     ) -> Clearance {
-        let mut sweep = Sweep::new(self.attack, self.extent, scratch.parts().sweep);
+        let parts = scratch.parts();
+        let mut sweep = Sweep::new(self.attack, self.extent, parts.sweep);
         let (delay, rate) = (candidate.delay, candidate.entry.rate);
+        let (mut from, mut to) = (f32::INFINITY, f32::INFINITY);
         if let Some(entered) = self.baked.entry_track(candidate.evasion) {
             let last = match rate {
                 1.0 => entered.track.seconds() - candidate.ahead,
                 // The rate ends with the evasion.
                 _ => candidate.left / rate,
             };
+            (from, to) = (delay + candidate.entry.blend, delay + last);
             let window = TimeWindow {
-                from: delay + candidate.entry.blend,
-                to: delay + last,
+                from,
+                to,
                 origin: delay - candidate.ahead / rate,
                 rate,
                 placement: candidate.placement.inverse(),
             };
             let mut body = TrackedBody::new(self.baked, &entered.track);
             sweep.run(&mut body, window);
+        }
+        let is_covered = self.attack.start() >= from && self.attack.end() <= to;
+        if !is_covered && !sweep.is_over() {
+            build(parts.motion);
+            let mut body = parts.posed.on(self.baked, parts.motion, Sampling::Each);
+            sweep.run(&mut body, TimeWindow::of_motion(0.0, from));
+            sweep.run(&mut body, TimeWindow::of_motion(to, f32::INFINITY));
         }
         sweep.nearest()
     }
