@@ -159,15 +159,16 @@ fn warp_line(warp: &Warp) -> String {
     let (bend, envelope) = (warp.bend, warp.envelope);
     let [left_foot, right_foot, left_hand, right_hand] = bend.ends.map(|end| end.length() * 100.0);
     format!(
-        "warped    {:.2} to {:.2} s, whole from {:.2} to {:.2}: spine {:.1}°, pelvis {:.1} cm, feet {left_foot:.1} and {right_foot:.1} cm, \
-         hands {left_hand:.1} and {right_hand:.1} cm, {:.0} ms ahead\n",
+        "warped    from {:.2} to {:.2} s, in full from {:.2} to {:.2} s, {:.0} ms ahead\n\
+         bent      spine {:.1}°, pelvis {:.1} cm, feet {left_foot:.1} and {right_foot:.1} cm, \
+         hands {left_hand:.1} and {right_hand:.1} cm\n",
         envelope.start,
         envelope.end,
         envelope.full,
         envelope.release,
+        bend.ahead * 1e3,
         bend.spine.length().to_degrees(),
         bend.pelvis.length() * 100.0,
-        bend.ahead * 1e3,
     )
 }
 

@@ -3,7 +3,6 @@
 use clap::ValueEnum;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{in_parallel, thread_count};
-use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, CullPath, Enumerate, Lookup, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 
@@ -96,15 +95,10 @@ impl Method {
         enumerate: Enumerate::Whole,
     };
 
-    /// Settings of its queries. The reference says which candidates are clean as they are, so it bends none.
+    /// Settings of its queries.
     pub(crate) fn settings(self) -> QuerySettings {
-        let warp = match self.cull {
-            CullPath::Exact => WarpSettings::off(),
-            _ => WarpSettings::default(),
-        };
         QuerySettings {
             enumerate: self.enumerate,
-            warp,
             ..QuerySettings::default()
         }
     }

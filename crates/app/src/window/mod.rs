@@ -2,8 +2,8 @@
 //!
 //! ```no_run
 //! # fn show(baked: &sabaki::maps::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
-//! use crate::live::{QueryWorkerDesc, Fighter, FighterSettings, MapChoices, with_query_worker};
-//! use crate::window::{FighterView, WindowDesc, run};
+//! use sabaki_app::live::{QueryWorkerDesc, Fighter, FighterSettings, MapChoices, with_query_worker};
+//! use sabaki_app::window::{FighterView, WindowDesc, run};
 //!
 //! let maps = MapChoices::slabs(baked);
 //! let (shown, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
