@@ -101,7 +101,7 @@ impl Shown {
         let first = &runs[..LISTED.min(runs.len())];
         format!(
             "The embedded motions:\n{graph}{culling}\n\n\
-             {ATTACKS} balls are thrown; each would hit a character that does nothing. The first {LISTED}:\n{each}\n\
+             {ATTACKS} balls are thrown; each would hit the motion that goes on. The first {LISTED}:\n{each}\n\
              by: the evasion and its seconds in the clip, or whatever else moves out of the way. rate p: how fast the way\n\
              to the evasion is played. clearance: between ball and body; below zero, how deep the ball hits.\n\n\
              All of them, by who removes hopeless candidates (exact: nobody; every answer is tested exactly in the end):\n\

@@ -23,8 +23,8 @@ use super::{Done, Failure, answer_folder, explain, output, replay};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// Number of random attacks: balls thrown at a part of the body, which would hit a character
-    /// that does nothing [default: 20].
+    /// Number of random attacks: balls thrown at a part of the body, each of which would hit the
+    /// motion that goes on [default: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.

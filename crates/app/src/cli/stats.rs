@@ -19,6 +19,8 @@ use super::passes::Method;
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) avoided: bool,
+    /// Whether the attack hits the motion that goes on.
+    pub(crate) would_hit: bool,
     /// Clearance between the attack and the body, in metres.
     pub(crate) clearance: f32,
     /// The evasion; `None` for a path without one.
@@ -60,6 +62,7 @@ impl Run {
             "grid": method.grid_name(),
             "source": self.source,
             "avoided": self.avoided,
+            "would_hit": self.would_hit,
             "clearance": self.clearance,
             "evasion": self.evasion(baked),
             "p": self.rate,
@@ -132,7 +135,10 @@ impl<'a> QueryRunner<'a> {
             Ok::<(), Failure>(())
         })?;
         let decide = deciding.elapsed() - watch;
-        Ok(self.run([enumerate, cull, decide]))
+        Ok(Run {
+            would_hit: throw.would_hit(self.baked),
+            ..self.run([enumerate, cull, decide])
+        })
     }
 
     fn run(&self, times: [Duration; 3]) -> Run {
@@ -142,6 +148,7 @@ impl<'a> QueryRunner<'a> {
         let [enumerate_ms, cull_ms, decide_ms] = times.map(|time| time.as_secs_f64() * 1e3);
         Run {
             avoided: answer.avoided,
+            would_hit: true,
             clearance: answer.clearance().metres,
             evasion: chosen.evasion,
             rate: chosen.rate.as_ref().map_or(1.0, |rate| rate.rate),

@@ -11,6 +11,9 @@ pub(crate) struct Summary {
     method: Method,
     attacks: usize,
     avoided: usize,
+    /// Attacks that hit the motion that goes on, and how many of these are avoided.
+    would_hit: usize,
+    dodged: usize,
     /// Hits that no candidate avoids, according to the check.
     unavoidable: usize,
     checked: bool,
@@ -55,6 +58,8 @@ impl Summary {
             method: pass.method,
             attacks: runs.len(),
             avoided: clean.len(),
+            would_hit: count(|run| run.would_hit),
+            dodged: count(|run| run.would_hit && run.avoided),
             unavoidable: unavoidable.count(),
             checked: exact.is_some(),
             grid_used: count(Run::used_grid),
@@ -79,6 +84,8 @@ impl Summary {
             "grid": self.method.grid_name(),
             "attacks": self.attacks,
             "avoided": self.avoided,
+            "would_hit": self.would_hit,
+            "avoided_of_would_hit": self.dodged,
             "hit": self.attacks - self.avoided,
             "unavoidable": self.unavoidable,
             "hit_though_avoidable": self.hit_though_avoidable(),
@@ -101,8 +108,8 @@ pub(crate) fn table(passes: &[Pass]) -> String {
     let head = [
         "culled by",
         "grid",
-        "attacks",
-        "avoided",
+        "attacks, would hit",
+        "avoided: of those, of all",
         "hit though avoidable",
         "grid used, answered",
         "by an evasion",
@@ -116,14 +123,17 @@ pub(crate) fn table(passes: &[Pass]) -> String {
     let exact = exact(passes);
     for pass in passes {
         let s = Summary::of(pass, exact);
-        let percent =
-            |part: usize| format!("{:.1}%", 100.0 * part as f64 / s.attacks.max(1) as f64);
+        let share = |part: usize, whole: usize| match whole {
+            0 => "-".to_owned(),
+            _ => format!("{:.1}%", 100.0 * part as f64 / whole as f64),
+        };
+        let percent = |part: usize| share(part, s.attacks);
         let metres = s.median_clearance;
         table.add_row(vec![
             s.method.cull.name().to_owned(),
             s.method.grid_name().to_owned(),
-            s.attacks.to_string(),
-            percent(s.avoided),
+            format!("{}, {}", s.attacks, s.would_hit),
+            format!("{}, {}", share(s.dodged, s.would_hit), percent(s.avoided)),
             s.hit_though_avoidable().to_string(),
             format!("{}, {}", percent(s.grid_used), percent(s.grid_answered)),
             percent(s.evading),
@@ -142,5 +152,5 @@ pub(crate) fn table(passes: &[Pass]) -> String {
             "hit though avoidable: where a candidate was not tested; --check holds it to the exact whole search."
         }
     };
-    format!("{table}\n{check}")
+    format!("{table}\nwould hit: the motion that goes on. {check}")
 }

@@ -1,16 +1,18 @@
-//! Random attacks: thrown balls that would hit a character that does nothing.
+//! Random attacks: thrown balls that would hit a character whose motion goes on.
 //!
 //! A ball is announced before it is thrown, as by the swing of an arm: the lead is the time from the query to the throw. From
-//! the throw on the ball flies straight at the place that a part of the body has at the query, and beyond it.
+//! the throw on the ball flies straight at the place that a part of the body will have when the ball arrives, if the character's
+//! motion goes on by itself, and beyond it.
 
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{Edge, EdgeId, EdgeMotion, Playhead};
+use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
+use sabaki::query::clearance::{ExactTest, Extent, MotionBody};
 use sabaki::query::{Attack, AttackError, Request};
 
 /// Settings of the balls.
@@ -58,6 +60,20 @@ impl Throw {
     pub fn request(&self) -> Request<'_> {
         Request::new(self.playhead, &self.attack)
     }
+
+    /// Whether the ball hits the character if its motion goes on.
+    #[must_use]
+    pub fn would_hit(&self, baked: &BakedGraph) -> bool {
+        let mut motion = Motion::new(baked.graph(), self.playhead, &[]);
+        motion.extend(baked.graph(), self.attack.end() + 0.1);
+        let test = ExactTest {
+            extent: Extent::UNTIL_HIT,
+            ..ExactTest::new(baked, &self.attack)
+        };
+        !test
+            .on_motion(&motion, &mut MotionBody::default())
+            .is_clean()
+    }
 }
 
 /// The `index`th throw of a seed; it does not depend on the order of calls.
@@ -95,18 +111,20 @@ pub struct Aim {
     pub distance: f32,
 }
 
-/// The `index`th aimed throw of a seed: at a random moment, horizontally, at the part of the body
-/// nearest to the body's axis at the wanted height. Throws of one index share their moment.
+/// The `index`th aimed throw of a seed: at a random moment, horizontally, at the part of the body that will be
+/// nearest to the body's axis at the wanted height when the ball arrives, if the motion goes on. Throws of one index share their
+/// moment.
 ///
 /// # Errors
 /// The aim makes no attack: a radius or a speed is not above 0.
 pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Throw, AttackError> {
     let playhead = random_moment(baked, &mut random_of(seed, index));
     let spheres = &baked.body().spheres;
-    let centres = centres(baked, playhead);
+    let contact = aim.lead + aim.distance / aim.speed;
+    let (centres, root) = centres(baked, playhead, contact);
     let tops = centres.iter().zip(spheres).map(|(c, s)| c.y + s.radius);
     let top = tops.fold(0.0, f32::max);
-    let wanted = Vec3::new(0.0, aim.height * top, 0.0);
+    let wanted = Vec3::new(root.x, aim.height * top, root.z);
     let nearest = |a: &&Vec3, b: &&Vec3| {
         let apart = |centre: &Vec3| centre.distance_squared(wanted);
         apart(a).total_cmp(&apart(b))
@@ -130,13 +148,22 @@ pub(super) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// The centres of the body's spheres at a place of the graph, in the world.
-fn centres(baked: &BakedGraph, playhead: Playhead) -> Vec<Vec3> {
+/// The centres of the body's spheres, and the root, so many seconds after a place of the graph, if the motion goes on; in the world.
+fn centres(baked: &BakedGraph, playhead: Playhead, seconds: f32) -> (Vec<Vec3>, Vec3) {
+    let graph = baked.graph();
+    // A ball that never arrives is no attack.
+    let seconds = if seconds.is_finite() {
+        seconds.max(0.0)
+    } else {
+        0.0
+    };
+    let mut motion = Motion::new(graph, playhead, &[]);
+    motion.extend(graph, seconds);
     let (mut pose, mut joints, mut centres) = (Pose::default(), Vec::new(), Vec::new());
-    playhead.pose(baked.graph(), &mut pose);
-    forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
+    motion.sample(graph, seconds, &mut pose);
+    forward_kinematics(graph.skeleton(), &pose, &mut joints);
     baked.body().centres(&joints, &mut centres);
-    centres
+    (centres, motion.root(graph, seconds))
 }
 
 /// A random moment of the graph's clips; all moments are equally likely.
@@ -174,8 +201,8 @@ fn ball_at(
     settings: &ThrowSettings,
     random: &mut impl Rng,
 ) -> Result<Attack, AttackError> {
-    let centres = centres(baked, playhead);
-    let target = centres[random.random_range(0..centres.len())];
+    let spheres = baked.body().spheres.len();
+    let sphere = random.random_range(0..spheres);
     let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
     let (lead, speed, radius) = (
         between(settings.lead),
@@ -183,6 +210,7 @@ fn ball_at(
         between(settings.radius),
     );
     let distance = between(settings.distance);
+    let target = centres(baked, playhead, lead + distance / speed).0[sphere];
     let (around, up) = (
         between((0.0, std::f32::consts::TAU)),
         between((-settings.slope, settings.slope)),
