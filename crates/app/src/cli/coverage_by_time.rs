@@ -4,6 +4,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::by_time::{BallSettings, BallThrower, CONTACTS, Part, Share, TimeRow};
+use sabaki_app::demo::why_hit::Cause;
 use serde_json::{Map, Value, json};
 
 use super::{Failure, cancel, output};
@@ -45,7 +46,7 @@ pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>
             let Some(thrown) = thrown else { continue };
             let throw = &thrown.throw;
             query.answer(throw.request(), &mut context, &mut answer);
-            row.add(&thrown, answer.avoided);
+            row.add(baked, &thrown, &answer);
         }
         Ok(row)
     };
@@ -84,6 +85,10 @@ pub(super) fn document(rows: &[TimeRow]) -> Value {
                 "low": round(walking_low),
                 "high": round(walking_high),
             },
+            "hits": Cause::ALL.into_iter().zip(row.causes.counts)
+                .map(|(cause, count)| (cause.name().replace(' ', "_"), json!(count)))
+                .collect::<Map<_, _>>(),
+            "short_by_m": row.causes.short_by().map(round),
         })
     };
     json!({ "by_time": rows.iter().map(row).collect::<Vec<_>>() })
@@ -95,6 +100,8 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
     let head: Vec<&str> = { head.into_iter() }
         .chain(names)
         .chain(["walking"])
+        .chain(Cause::ALL.map(Cause::name))
+        .chain(["short by"])
         .collect();
     let mut table = output::table(&head, 0);
     let percent = |share: Share| match share.attacks {
@@ -110,9 +117,19 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
             format!("{low:.0}-{high:.0}%"),
         ];
         let parts = row.parts.map(percent);
-        table.add_row(first.into_iter().chain(parts).chain([percent(row.walking)]));
+        let counts = row.causes.counts.map(|count| count.to_string());
+        let short = row.causes.short_by();
+        let short = short.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres));
+        let shares = parts.into_iter().chain([percent(row.walking)]);
+        table.add_row(
+            { first.into_iter().chain(shares) }
+                .chain(counts)
+                .chain([short]),
+        );
     }
     format!(
-        "Balls of 0.1 m at 8 m/s that would hit the motion that goes on; the last 2.5 m of their flight are seen, from the query on:\n{table}\n"
+        "Balls of 0.1 m at 8 m/s that would hit the motion that goes on; the last 2.5 m of their flight are seen, from the query on:\n{table}\n\
+         The last columns count the hits by their reason: no evasion can be entered plausibly; none is far enough under way; the\n\
+         nearest leaves a leg, or another part, where it is hit, by so much on average.\n"
     )
 }

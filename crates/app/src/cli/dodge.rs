@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, QuerySettings};
+use sabaki_app::demo::quality::{Quality, QualityMeter};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::{MotionFormat, Target};
 use sabaki_import::{self, Question};
@@ -17,7 +19,7 @@ use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
-use super::{Done, Failure, answer_folder, explain, output, replay};
+use super::{Done, Failure, answer_folder, explain, output, quality, replay};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -42,6 +44,9 @@ pub(crate) struct Args {
     /// Runs the exact whole search as well and checks every hit against it.
     #[arg(long)]
     check: bool,
+    /// Measures how human the answers' transitions, entries and warps are, beside the clips.
+    #[arg(long, conflicts_with = "explain")]
+    quality: bool,
     /// Writes each answer as a motion and as JSON to this folder. A folder that holds the answers of an earlier run is refused.
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
@@ -79,6 +84,8 @@ impl FormatArg {
 
 /// Number of random attacks where none is given.
 const ATTACKS: u64 = 20;
+/// An answer is measured until so long after its attack, seconds.
+const SEEN_ON: f32 = 0.5;
 /// Largest number of attacks that are listed one by one.
 const LISTED: usize = 20;
 
@@ -118,12 +125,29 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     if args.check && !methods.contains(&Method::EXACT) {
         methods.push(Method::EXACT);
     }
-    let passes = passes(args, (&baked.graph, &throws), &methods, &mut culling)?;
+    let meter = args.quality.then(|| QualityMeter::new(&baked.graph));
+    let composed = Mutex::new(Quality::default());
+    let measure = |answer: &Answer, throw: &Throw| {
+        if let (Some(meter), Ok(mut composed)) = (&meter, composed.lock()) {
+            meter.add_answer(answer, throw.attack.end() + SEEN_ON, &mut composed);
+        }
+    };
+    let passes = passes(
+        args,
+        (&baked.graph, &throws),
+        (&methods, &mut culling),
+        measure,
+    )?;
+    let composed = composed.into_inner().unwrap_or_default();
+    let measured = meter.map(|meter| (meter.clips(), composed));
     let no = args.attack.is_some() && passes[0].runs.iter().any(|run| !run.avoided);
-    let text = if as_json {
-        document(&baked, &passes)
-    } else {
-        tables(&baked, &passes, &culling)
+    let text = match (as_json, &measured) {
+        (true, _) => document(&baked, &passes, measured.as_ref()),
+        (false, None) => tables(&baked, &passes, &culling),
+        (false, Some((clips, composed))) => {
+            let table = quality::text(clips, composed, "answers");
+            format!("{}\n{table}", tables(&baked, &passes, &culling))
+        }
     };
     Ok(Done { text, no })
 }
@@ -143,18 +167,19 @@ impl Args {
     }
 }
 
-/// Answers all attacks by each method. The answers of the first method are exported.
+/// Answers all attacks by each method. The answers of the first method are measured and exported.
 fn passes(
     args: &Args,
     (baked, throws): (&BakedGraph, &[Throw]),
-    methods: &[Method],
-    culling: &mut Culling,
+    (methods, culling): (&[Method], &mut Culling),
+    measure: impl Fn(&Answer, &Throw) + Sync,
 ) -> Result<Vec<Pass>, Failure> {
     let folder = args.export.as_deref();
     let graph = folder.map(|_| graph_name(baked)).transpose()?;
     let mut passes = Vec::new();
     for &method in methods {
-        let folder = folder.filter(|_| passes.is_empty());
+        let is_first = passes.is_empty();
+        let folder = folder.filter(|_| is_first);
         let settings = PassSettings {
             method,
             threads: args.threads as usize,
@@ -162,6 +187,9 @@ fn passes(
             list_late: folder.is_some(),
         };
         let export = |index: usize, settings: &QuerySettings, answer: &Answer| {
+            if is_first {
+                measure(answer, &throws[index]);
+            }
             let (Some(folder), Some(graph)) = (folder, graph) else {
                 return Ok(());
             };
@@ -254,7 +282,7 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
     }
 }
 
-fn document(baked: &Baked, passes: &[Pass]) -> String {
+fn document(baked: &Baked, passes: &[Pass], measured: Option<&(Quality, Quality)>) -> String {
     let exact = summary::exact(passes);
     let rows: Vec<Value> = passes
         .iter()
@@ -268,6 +296,9 @@ fn document(baked: &Baked, passes: &[Pass]) -> String {
     document["results"] = results.collect();
     document["rows"] = Value::Array(rows);
     document["graph"] = source::statistics(baked);
+    if let Some((clips, composed)) = measured {
+        document["quality"] = quality::document(clips, composed);
+    }
     Done::json(&document)
 }
 

@@ -27,6 +27,7 @@ mod output;
 mod passes;
 mod picture;
 mod plot;
+mod quality;
 mod render;
 mod replay;
 mod sheet;

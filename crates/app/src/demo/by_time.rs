@@ -12,12 +12,13 @@ use rand_pcg::Pcg64Mcg;
 
 use super::interval::wilson;
 use super::throw::{Throw, random_of};
+use super::why_hit::{Cause, Causes};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::clearance::{ExactTest, Extent, MotionBody};
-use sabaki::query::{Attack, AttackError};
+use sabaki::query::{Answer, Attack, AttackError};
 
 /// From the query to the contact, seconds.
 pub const CONTACTS: [f32; 8] = [0.3, 0.4, 0.5, 0.65, 0.8, 1.0, 1.5, 2.0];
@@ -314,11 +315,18 @@ pub struct TimeRow {
     pub parts: [Share; 4],
     /// Those that come while the character walks.
     pub walking: Share,
+    /// Why the others hit.
+    pub causes: Causes,
 }
 
 impl TimeRow {
     /// Notes what became of a ball.
-    pub fn add(&mut self, throw: &TimedThrow, avoided: bool) {
+    pub fn add(&mut self, baked: &BakedGraph, throw: &TimedThrow, answer: &Answer) {
+        let avoided = answer.avoided;
+        if !avoided {
+            let cause = Cause::of(baked, &throw.throw, answer);
+            self.causes.add(cause, answer);
+        }
         self.all.add(avoided);
         self.parts[throw.part as usize].add(avoided);
         if throw.walks {
@@ -338,6 +346,7 @@ impl std::ops::AddAssign for TimeRow {
     fn add_assign(&mut self, other: Self) {
         self.all += other.all;
         self.walking += other.walking;
+        self.causes += other.causes;
         for (mine, theirs) in self.parts.iter_mut().zip(other.parts) {
             *mine += theirs;
         }

@@ -15,11 +15,13 @@ mod feet;
 pub mod interval;
 mod keys;
 mod locomotion;
+pub mod quality;
 mod rhythm;
 mod skeleton;
 mod solve;
 mod stance;
 pub mod throw;
+pub mod why_hit;
 
 use sabaki::anim::{Clip, ClipError, Event, Skeleton};
 

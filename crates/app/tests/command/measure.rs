@@ -209,6 +209,9 @@ fn coverage_by_time_counts_balls_that_would_hit() {
         for part in ["head", "chest", "hip", "leg"] {
             assert!((0.0..=1.0).contains(&number(&row["parts"][part])), "{row}");
         }
+        let reasons = ["no_plausible_entry", "no_time", "feet", "too_short"];
+        let hits: f64 = reasons.iter().map(|why| number(&row["hits"][why])).sum();
+        assert_eq!((number(&row["attacks"]) * (1.0 - avoided)).round(), hits);
     }
     let late = number(&rows[7]["avoided"]);
     assert!(late > number(&rows[0]["avoided"]), "{document}");

@@ -1,0 +1,214 @@
+//! How human are composed motions? Transitions, entries and warps, measured beside the clips that they are made of.
+//!
+//! Motions are sampled at the clips' frame rate, so that both are compared by the same differences. Angular velocity is the rotation of a
+//! joint in its parent's frame between two samples; acceleration is the difference between two velocities.
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, JointId, JointTransform, Pose, forward_kinematics};
+use sabaki::graph::{EdgeMotion, Motion};
+use sabaki::maps::BakedGraph;
+use sabaki::query::Answer;
+
+/// What was measured of many samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// Angular velocities of the joints, radians per second.
+    pub velocities: Vec<f32>,
+    /// Angular accelerations of the joints, radians per second squared.
+    pub accelerations: Vec<f32>,
+    /// Speeds of the faster toe, metres per second.
+    pub toes: Vec<f32>,
+    /// Speeds of the slower foot over the ground, metres per second: it carries the body as long as that stands.
+    pub slides: Vec<f32>,
+    /// Heights of the lower toe, metres.
+    pub heights: Vec<f32>,
+    /// How deep two limbs are in each other at most, metres; below 0 where they are apart.
+    pub overlaps: Vec<f32>,
+}
+
+/// Measures motions of a graph.
+#[derive(Clone, Debug)]
+pub struct QualityMeter<'a> {
+    baked: &'a BakedGraph,
+    /// Joints that touch the ground.
+    toes: Vec<JointId>,
+    /// The limb of each of the body's spheres.
+    limbs: Vec<Option<usize>>,
+    seconds: f32,
+}
+
+/// A body at one sample.
+#[derive(Clone, Debug, Default)]
+struct Sample {
+    rotations: Vec<Quat>,
+    toes: Vec<Vec3>,
+    overlap: f32,
+    is_composed: bool,
+}
+
+impl<'a> QualityMeter<'a> {
+    /// Finds feet and limbs.
+    #[must_use]
+    pub fn new(baked: &'a BakedGraph) -> Self {
+        let graph = baked.graph();
+        let (skeleton, rig) = (graph.skeleton(), graph.rig());
+        let legs = rig.legs().into_iter().flatten();
+        let limb_of = |joint: JointId| {
+            let parent = |joint: &JointId| skeleton.joints()[joint.index()].parent;
+            let above: Vec<_> = std::iter::successors(Some(joint), parent).collect();
+            let has = |limb: &Option<sabaki::anim::Leg>| {
+                limb.is_some_and(|limb| above.contains(&limb.hip))
+            };
+            rig.limbs().iter().position(has)
+        };
+        Self {
+            baked,
+            toes: legs.map(|leg| leg.toe.unwrap_or(leg.foot)).collect(),
+            limbs: { baked.body().spheres.iter() }
+                .map(|sphere| limb_of(sphere.joint))
+                .collect(),
+            seconds: (1.0 / graph.frame_rate()) as f32,
+        }
+    }
+
+    /// All clips of the graph.
+    #[must_use]
+    pub fn clips(&self) -> Quality {
+        let mut quality = Quality::default();
+        let mut pose = Pose::default();
+        for clip in self.baked.graph().clips() {
+            let sample = |frame| {
+                Clip::pose(clip, frame, &mut pose);
+                self.sample(&pose, true)
+            };
+            let samples: Vec<Sample> = (0..clip.frames()).map(sample).collect();
+            self.add(&samples, &mut quality);
+        }
+        quality
+    }
+
+    /// What is composed in an answer's motion up to so many seconds: transitions, an entry, a warp.
+    pub fn add_answer(&self, answer: &Answer, until: f32, quality: &mut Quality) {
+        let (graph, motion) = (self.baked.graph(), &answer.motion);
+        let mut pose = Pose::default();
+        let count = (until.min(motion.duration()) / self.seconds) as usize;
+        let sample = |number: usize| {
+            let seconds = number as f32 * self.seconds;
+            motion.sample(graph, seconds, &mut pose);
+            self.sample(&pose, self.is_composed(motion, seconds))
+        };
+        let samples: Vec<Sample> = (0..count).map(sample).collect();
+        self.add(&samples, quality);
+    }
+
+    fn is_composed(&self, motion: &Motion, seconds: f32) -> bool {
+        let graph = self.baked.graph();
+        let edge = graph.edge(motion.playhead(graph, seconds).edge);
+        let is_warped = { motion.warp() }.is_some_and(|warp| warp.envelope.weight(seconds) > 0.0);
+        edge.motion != EdgeMotion::Clip || motion.is_blending(seconds) || is_warped
+    }
+
+    fn sample(&self, pose: &Pose, is_composed: bool) -> Sample {
+        let skeleton = self.baked.graph().skeleton();
+        let (mut joints, mut centres): (Vec<JointTransform>, _) = (Vec::new(), Vec::new());
+        forward_kinematics(skeleton, pose, &mut joints);
+        self.baked.body().centres(&joints, &mut centres);
+        Sample {
+            rotations: pose.rotations[1..].to_vec(),
+            toes: { self.toes.iter() }
+                .map(|toe| joints[toe.index()].translation)
+                .collect(),
+            overlap: self.overlap(&centres),
+            is_composed,
+        }
+    }
+
+    /// How deep two limbs are in each other.
+    fn overlap(&self, centres: &[Vec3]) -> f32 {
+        let spheres = &self.baked.body().spheres;
+        let mut deepest = f32::NEG_INFINITY;
+        for (one, limb) in self
+            .limbs
+            .iter()
+            .enumerate()
+            .filter_map(|(one, limb)| Some((one, (*limb)?)))
+        {
+            for other in 0..one {
+                if self.limbs[other].is_some_and(|another| another != limb) {
+                    let apart = centres[one].distance(centres[other]);
+                    deepest = deepest.max(spheres[one].radius + spheres[other].radius - apart);
+                }
+            }
+        }
+        deepest
+    }
+
+    /// Adds what is composed among samples that follow each other.
+    fn add(&self, samples: &[Sample], quality: &mut Quality) {
+        let turned = |from: &Sample, to: &Sample| -> Vec<Vec3> {
+            let pairs = from.rotations.iter().zip(&to.rotations);
+            pairs
+                .map(|(a, b)| (a.conjugate() * *b).to_scaled_axis() / self.seconds)
+                .map(wrapped(self.seconds))
+                .collect()
+        };
+        let turns: Vec<Vec<Vec3>> = samples
+            .windows(2)
+            .map(|pair| turned(&pair[0], &pair[1]))
+            .collect();
+        for (at, pair) in samples.windows(2).enumerate() {
+            if !(pair[0].is_composed || pair[1].is_composed) {
+                continue;
+            }
+            quality
+                .velocities
+                .extend(turns[at].iter().map(|turn| turn.length()));
+            if let Some(next) = turns.get(at + 1) {
+                let pairs = turns[at].iter().zip(next);
+                quality
+                    .accelerations
+                    .extend(pairs.map(|(a, b)| (*b - *a).length() / self.seconds));
+            }
+            self.add_feet(pair, quality);
+            quality.overlaps.push(pair[1].overlap);
+        }
+    }
+
+    fn add_feet(&self, pair: &[Sample], quality: &mut Quality) {
+        let ways: Vec<Vec3> = { pair[0].toes.iter().zip(&pair[1].toes) }
+            .map(|(a, b)| (*b - *a) / self.seconds)
+            .collect();
+        let fold =
+            |values: &mut dyn Iterator<Item = f32>, of: fn(f32, f32) -> f32| values.reduce(of);
+        quality
+            .toes
+            .extend(fold(&mut ways.iter().map(|way| way.length()), f32::max));
+        quality.slides.extend(fold(
+            &mut ways.iter().map(|way| way.with_y(0.0).length()),
+            f32::min,
+        ));
+        quality
+            .heights
+            .extend(fold(&mut pair[1].toes.iter().map(|toe| toe.y), f32::min));
+    }
+}
+
+/// The shorter of the two rotations that a quaternion stands for, as an angular velocity.
+fn wrapped(seconds: f32) -> impl Fn(Vec3) -> Vec3 {
+    move |turn| {
+        let angle = turn.length() * seconds;
+        match angle > std::f32::consts::PI {
+            true => turn * ((angle - std::f32::consts::TAU) / angle),
+            false => turn,
+        }
+    }
+}
+
+/// The value below which a share of all lies; `None` of none.
+#[must_use]
+pub fn quantile(values: &[f32], share: f64) -> Option<f32> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    let at = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    sorted.get(at).copied()
+}
