@@ -6,8 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::ask::Query;
+use super::attack::Attack;
 use super::candidate::{Candidate, CandidateKind};
-use super::clearance::{ExactTest, Extent, MotionBody, Sampling};
+use super::clearance::{ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate};
 use super::state::QueryState;
@@ -107,7 +108,10 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
             add_rates((baked, uses), (known, &stance), moment, &mut state.entries);
         }
     }
-    keep_even(&mut state.entries, uses.most);
+    keep_even(
+        &mut state.entries,
+        most_entries(uses, &state.request.attack),
+    );
     let list = &mut state.candidates.list;
     list.extend(state.entries.iter().zip(0..).map(|(one, index)| Candidate {
         kind: CandidateKind::Entry(index),
@@ -184,6 +188,16 @@ fn add_rates(
             });
         }
     }
+}
+
+/// How many entries are tried: fewer than the settings say for attacks of very many spheres or of minutes.
+fn most_entries(uses: &EntryUse, attack: &Attack) -> usize {
+    /// Samples of spheres that all entries together may be tested at.
+    const MOST_SAMPLES: f32 = 500_000.0;
+    let samples = attack.spheres().len() as f32 * (attack.end() - attack.start()) * SAMPLE_RATE;
+    uses.most
+        .min((MOST_SAMPLES / samples.max(1.0)) as usize)
+        .max(1)
 }
 
 /// At most so many, evenly spread.
