@@ -1,5 +1,5 @@
 use super::side::Side;
-use crate::graph::{EdgeId, Playhead};
+use crate::graph::{EdgeId, Motion, Playhead};
 use crate::query::{Attack, Request};
 
 /// An announced attack.
@@ -9,6 +9,8 @@ pub struct Challenge {
     pub attacker: Side,
     /// Current position of the fighter that is attacked.
     pub playhead: Playhead,
+    /// What that fighter plays from now on. Its blend fades out in every answer.
+    pub playing: Motion,
     /// Attack in the duel's world; its clock starts now.
     pub attack: Attack,
     /// Edge of the attack.
@@ -27,6 +29,9 @@ impl Challenge {
     /// The request of the character that is attacked.
     #[must_use]
     pub fn request(&self) -> Request<'_> {
-        Request::new(self.playhead, &self.attack)
+        Request {
+            playing: Some((&self.playing, 0.0)),
+            ..Request::new(self.playhead, &self.attack)
+        }
     }
 }

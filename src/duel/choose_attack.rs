@@ -126,9 +126,11 @@ impl Duel<'_> {
         self.fighters[attacker.index()].play(graph, now, motion);
         self.now += hidden;
         let attack = Attack::of_attack_move(self.baked, &strike, placement, start - hidden).ok()?;
+        let defender = &self.fighters[attacker.other().index()];
         Some(Challenge {
             attacker,
-            playhead: self.fighters[attacker.other().index()].playhead(graph, self.now),
+            playhead: defender.playhead(graph, self.now),
+            playing: defender.ahead(graph, self.now),
             attack,
             strike: strike.edge,
             path,
