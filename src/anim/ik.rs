@@ -11,7 +11,7 @@ use super::{Chain, JointId, JointTransform, Leg, Pose, Skeleton};
 
 /// Result of [`reach`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub(crate) struct Reach {
     /// Distance between the ankle and its target, in metres. It is 0 within reach, except for
     /// rounding errors.
     pub missed: f32,
@@ -23,7 +23,12 @@ const EXACT_SHARE: f32 = 0.7;
 /// Bends `leg` of `pose` so that the foot's frame becomes `foot`, in the space of the motion. The
 /// knee stays in its plane, the bones keep their lengths, and all other joints keep their
 /// rotations.
-pub fn reach(skeleton: &Skeleton, pose: &mut Pose, leg: &Leg, foot: JointTransform) -> Reach {
+pub(crate) fn reach(
+    skeleton: &Skeleton,
+    pose: &mut Pose,
+    leg: &Leg,
+    foot: JointTransform,
+) -> Reach {
     let (hip, knee_in_hip, foot_in_knee, toe) = {
         let chain = Chain::of(skeleton, pose);
         let toe = |toe| chain.within(toe, leg.foot).translation;

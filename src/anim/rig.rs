@@ -5,7 +5,7 @@ use super::{JointId, Leg, Skeleton};
 
 /// Trunk and limbs of a skeleton, as its names and its tree tell them. What is not told is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rig {
+pub(crate) struct Rig {
     /// From the pelvis (not included) up to the joint that carries both arms; each hangs from the one before it.
     spine: Vec<JointId>,
     /// First the legs, then the arms.
@@ -27,13 +27,13 @@ pub(crate) struct Part {
 
 impl Rig {
     /// Two legs and two arms.
-    pub const LIMBS: usize = 4;
+    pub(crate) const LIMBS: usize = 4;
     /// How many of these are legs; they come first.
-    pub const LEGS: usize = 2;
+    pub(crate) const LEGS: usize = 2;
 
     /// Of a skeleton. Legs count where there are two of them, arms and spine where there are two hands.
     #[must_use]
-    pub fn of(skeleton: &Skeleton) -> Self {
+    pub(crate) fn of(skeleton: &Skeleton) -> Self {
         let two = |limbs: Vec<Leg>| <[Leg; 2]>::try_from(limbs).ok();
         let legs = two(Leg::all(skeleton));
         let hands = Limbs::of(skeleton).hands;
@@ -61,19 +61,19 @@ impl Rig {
 
     /// From the pelvis (not included) up to the joint that carries both arms.
     #[must_use]
-    pub fn spine(&self) -> &[JointId] {
+    pub(crate) fn spine(&self) -> &[JointId] {
         &self.spine
     }
 
     /// Left and right as the skeleton has them: first the legs, then the arms, as two bones and an end each.
     #[must_use]
-    pub fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
+    pub(crate) fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
         &self.limbs
     }
 
     /// The legs; `None` where the skeleton does not have two.
     #[must_use]
-    pub fn legs(&self) -> Option<[Leg; 2]> {
+    pub(crate) fn legs(&self) -> Option<[Leg; 2]> {
         Some([self.limbs[0]?, self.limbs[1]?])
     }
 

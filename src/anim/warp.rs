@@ -110,7 +110,7 @@ impl Warp {
     }
 
     /// Bends the pose of a moment.
-    pub fn apply(&self, (skeleton, rig): (&Skeleton, &Rig), seconds: f32, pose: &mut Pose) {
+    pub(crate) fn apply(&self, (skeleton, rig): (&Skeleton, &Rig), seconds: f32, pose: &mut Pose) {
         let weight = self.envelope.weight(seconds);
         if weight > 0.0 {
             self.bend.apply((skeleton, rig), weight, pose);
@@ -119,15 +119,13 @@ impl Warp {
 }
 
 impl Bend {
-    /// Whether every number is finite.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        let ends = self.ends.iter().all(|end| end.is_finite());
-        self.spine.is_finite() && self.pelvis.is_finite() && ends && self.ahead.is_finite()
-    }
-
     /// Bends a pose by a share of it. How far a foot is at most from where it should be, metres, where legs are too short.
-    pub fn apply(&self, (skeleton, rig): (&Skeleton, &Rig), weight: f32, pose: &mut Pose) -> f32 {
+    pub(crate) fn apply(
+        &self,
+        (skeleton, rig): (&Skeleton, &Rig),
+        weight: f32,
+        pose: &mut Pose,
+    ) -> f32 {
         let feet = self.feet((skeleton, rig), pose);
         pose.root += self.pelvis * weight;
         self.turn_spine(rig, weight, pose);

@@ -84,7 +84,7 @@ pub use raw::{check_raw, command_buffer};
 pub use requirements::{
     PathReport, Report, Requirement, RequirementKind, check, check_enabled, requirements,
 };
-pub use stencil::{Batch, MapKind, Plan, Rasterizer, RasterizerDesc};
+pub use stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use terms::{Terms, Without};
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as

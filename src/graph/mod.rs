@@ -10,6 +10,7 @@ pub mod distance;
 mod error;
 mod events;
 mod feet;
+mod ids;
 mod inertia;
 mod limits;
 mod links;
@@ -30,15 +31,15 @@ mod waits;
 pub use build::build;
 pub use cloud::PointCloud;
 pub use error::GraphError;
-pub use feet::{Feet, FeetSettings, FootSlide, LegBlend, Plant};
+pub use feet::{Feet, FeetSettings, FootSlide, Plant};
+pub use ids::{ClipId, EdgeId, EventId, NodeId};
 pub use inertia::Entry;
 pub use links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent};
 pub use motion::{Motion, Playhead, Step};
-pub use motion_graph::{
-    ClipId, Edge, EdgeId, EdgeMotion, EventId, GraphEvent, MotionGraph, Node, NodeId,
-};
+pub use motion_graph::{Edge, EdgeMotion, GraphEvent, MotionGraph, Node};
 pub use report::{BuildReport, Dropped};
 pub use responsiveness::Responsiveness;
 pub use settings::GraphSettings;
 pub use source::ClipSource;
-pub use transition::{Transition, blend_weight};
+pub(crate) use transition::Transition;
+pub use transition::blend_weight;

@@ -3,41 +3,9 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::feet::Feet;
-use crate::anim::{Clip, EventKind, Facing, JointId, Pose, Rig, Skeleton, forward_kinematics};
+use super::ids::{ClipId, EdgeId, EventId, NodeId};
+use crate::anim::{Clip, EventKind, Facing, JointId, Leg, Pose, Rig, Skeleton, forward_kinematics};
 use crate::math::Rigid2;
-
-macro_rules! index {
-    ($(#[$doc:meta])* $name:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-        pub struct $name(pub u32);
-
-        impl $name {
-            /// The index as a `usize`.
-            #[must_use]
-            pub fn index(self) -> usize {
-                self.0 as usize
-            }
-        }
-    };
-}
-
-index!(
-    /// Index of a clip in [`MotionGraph::clips`].
-    ClipId
-);
-index!(
-    /// Index of a node in [`MotionGraph::nodes`].
-    NodeId
-);
-index!(
-    /// Index of an edge in [`MotionGraph::edges`].
-    EdgeId
-);
-index!(
-    /// Index of an event in [`MotionGraph::events`].
-    EventId
-);
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -145,9 +113,15 @@ impl MotionGraph {
         self
     }
 
+    /// Legs, then arms, left before right. `None` for each that the joints' names do not identify.
+    #[must_use]
+    pub fn limbs(&self) -> &[Option<Leg>; 4] {
+        self.rig().limbs()
+    }
+
     /// Trunk and limbs of the skeleton.
     #[must_use]
-    pub fn rig(&self) -> &Rig {
+    pub(crate) fn rig(&self) -> &Rig {
         self.rig.0.get_or_init(|| Rig::of(&self.skeleton))
     }
 

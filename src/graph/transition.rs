@@ -8,7 +8,7 @@ use super::minima::Minimum;
 /// `2((i+1)/k)³ - 3((i+1)/k)² + 1`. The frame before the blend is the source alone, and its last
 /// frame is the target alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transition {
+pub(crate) struct Transition {
     /// Index of the source clip.
     pub source_clip: usize,
     /// Frame of the source where the blend starts. It is the last frame of the source alone.

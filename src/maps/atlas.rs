@@ -119,9 +119,15 @@ impl RegionAtlas {
         Ok(())
     }
 
+    /// Number of 32-bit words that the evasions' maps take in a storage buffer.
+    #[must_use]
+    pub fn packed_words(&self) -> usize {
+        self.pack().words.len()
+    }
+
     /// Packs the evasions' maps into one array of words, for a storage buffer.
     #[must_use]
-    pub fn pack(&self) -> PackedAtlas {
+    pub(crate) fn pack(&self) -> PackedAtlas {
         let mut packed = PackedAtlas {
             words: Vec::with_capacity(self.bytes() / 4),
             maps: Vec::new(),
@@ -155,7 +161,7 @@ impl RegionAtlas {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "vulkan", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct PackedMap {
+pub(crate) struct PackedMap {
     /// First column, in texels of the evasion's frame.
     pub u: i32,
     /// First row, in texels of the evasion's frame.
@@ -174,7 +180,7 @@ pub struct PackedMap {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "vulkan", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct PackedMaps {
+pub(crate) struct PackedMaps {
     /// Body masks, `[row][column][lane]`.
     pub body: PackedMap,
     /// Outer masks, `[row][column][lane]`.
@@ -185,7 +191,7 @@ pub struct PackedMaps {
 
 /// A [`RegionAtlas`] in the layout that a GPU reads.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PackedAtlas {
+pub(crate) struct PackedAtlas {
     /// Masks and bits of all maps.
     pub words: Vec<u32>,
     /// Positions of the maps, one entry for each region and slab.
@@ -199,7 +205,7 @@ pub struct PackedAtlas {
 impl PackedAtlas {
     /// Index in `maps` of a region's slab, or `None` if the region does not have that slab.
     #[must_use]
-    pub fn find(&self, region: RegionId, slab: Slab) -> Option<u32> {
+    pub(crate) fn find(&self, region: RegionId, slab: Slab) -> Option<u32> {
         let (first_slab, first, count) = self.regions[region.index()];
         let index = u32::try_from(slab.0.checked_sub(first_slab.0)?).ok()?;
         (index < count).then_some(first + index)

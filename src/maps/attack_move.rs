@@ -19,7 +19,11 @@ pub struct AttackMove {
 /// props that they hold. There is one key for each frame, in the character's frame at the event's
 /// start. Time 0 is the start.
 #[must_use]
-pub fn attack_spheres(graph: &MotionGraph, body: &Body, event: &GraphEvent) -> Vec<MovingSphere> {
+pub(crate) fn attack_spheres(
+    graph: &MotionGraph,
+    body: &Body,
+    event: &GraphEvent,
+) -> Vec<MovingSphere> {
     let to_start = graph.placement(event.clip, event.first).inverse();
     let attacking = attacking(graph.skeleton(), body, event);
     let (mut pose, mut joints) = (Pose::default(), Vec::new());

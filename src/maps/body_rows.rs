@@ -10,7 +10,7 @@ const LANES: usize = 8;
 /// The spheres of a body, sorted by bone, with one row for each axis. Rows are padded with copies
 /// of the last sphere to a multiple of [`BodyTrack::LANES`](super::BodyTrack::LANES).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct BodyRows {
+pub(crate) struct BodyRows {
     spheres: usize,
     bones: Vec<Bone>,
     /// Centres of the spheres in their joints' frames: x, y, z.
@@ -32,7 +32,7 @@ impl BodyRows {
 
     /// Creates the rows of a body.
     #[must_use]
-    pub fn new(body: &Body) -> Self {
+    pub(crate) fn new(body: &Body) -> Self {
         let spheres = body.spheres.len();
         let row = spheres.next_multiple_of(Self::ROW_LANES);
         let padded = |value: &dyn Fn(&super::BodySphere) -> f32| {
@@ -67,20 +67,14 @@ impl BodyRows {
         }
     }
 
-    /// Number of spheres without padding.
-    #[must_use]
-    pub fn spheres(&self) -> usize {
-        self.spheres
-    }
-
     /// Radii of the spheres, with padding, in metres.
     #[must_use]
-    pub fn radii(&self) -> &[f32] {
+    pub(crate) fn radii(&self) -> &[f32] {
         &self.radii
     }
 
     /// Appends the x, then the y, then the z coordinates of all centres, in the space of `joints`.
-    pub fn push(&self, joints: &[JointTransform], rows: &mut Vec<f32>) {
+    pub(crate) fn push(&self, joints: &[JointTransform], rows: &mut Vec<f32>) {
         let (start, row) = (rows.len(), self.radii.len());
         rows.resize(start + 3 * row, 0.0);
         let (x, rest) = rows[start..].split_at_mut(row);

@@ -18,6 +18,7 @@ mod collect;
 mod disc;
 mod drawings;
 mod entries;
+mod evasion;
 mod fixed_transform;
 mod grid;
 mod hulls;
@@ -33,22 +34,22 @@ mod slab;
 mod sphere_key;
 mod track;
 
-pub use atlas::{PackedAtlas, PackedMap, PackedMaps, RegionAtlas, RegionId};
+pub(crate) use atlas::{PackedAtlas, PackedMap};
+pub use atlas::{RegionAtlas, RegionId};
 pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, Contact};
-pub use attack_move::{AttackMove, attack_spheres};
+pub use attack_move::AttackMove;
 pub use bake::{BakeError, BakeSettings, Baker};
-pub use baked::{BakedGraph, Evasion};
+pub use baked::BakedGraph;
 pub use body::Body;
-pub use body_rows::BodyRows;
+pub(crate) use body_rows::BodyRows;
 pub use body_sphere::BodySphere;
 pub(crate) use coarse::{CoarseMap, CoarseRegion};
 pub use collect::DrawnMaps;
 pub use disc::{Disc, SUB_TEXELS};
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
-pub use entries::{
-    BLENDS, DEPARTURES, EntryReport, EntrySettings, EntryTable, EntryTarget, EntryTrack,
-    Implausible, KnownEntry, MotionLimits, PlausibilitySettings, RATES, Stance,
-};
+pub use entries::{EntryReport, EntrySettings, PlausibilitySettings};
+pub(crate) use entries::{EntryTable, KnownEntry, Stance};
+pub use evasion::Evasion;
 pub use fixed_transform::FixedTransform2;
 pub use grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub(crate) use hulls::{HullRows, PART};
@@ -60,7 +61,7 @@ pub use prop::{LocalSphere, Prop};
 pub use raster::EvasionMaps;
 pub(crate) use raster::blocks_near;
 pub use region_maps::{AttackMaps, RegionMaps, SlabMaps};
-pub use retime::{Retimable, RetimeSettings, retimable_edges};
+pub use retime::{Retimable, RetimeSettings};
 pub(crate) use slab::Cut;
 pub use slab::{MapGrid, Section, Slab};
 pub use sphere_key::SphereKey;

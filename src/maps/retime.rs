@@ -50,7 +50,7 @@ pub struct Retimable {
 /// Classifies every edge of a graph, by [`EdgeId`]. Events and transitions are classified like all
 /// other edges.
 #[must_use]
-pub fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
+pub(crate) fn retimable_edges(graph: &MotionGraph, settings: &RetimeSettings) -> Vec<Retimable> {
     let limbs: Vec<JointId> = Limbs::of(graph.skeleton()).all().collect();
     let tracks: Vec<Vec<Vec<Vec3>>> = (0..graph.clips().len())
         .map(|clip| limb_track(graph, clip, &limbs, settings.relative_to_root))

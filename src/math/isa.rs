@@ -97,7 +97,7 @@ impl Isa {
 }
 
 /// A kernel that looks words up in tables.
-pub trait Lookup {
+pub(crate) trait Lookup {
     /// What it returns.
     type Out;
 
@@ -107,7 +107,7 @@ pub trait Lookup {
 
 /// Words looked up in tables, sixteen at once, by an instruction set that the machine surely has:
 /// only [`Isa::look_up`] hands one out.
-pub trait Words: Copy {
+pub(crate) trait Words: Copy {
     /// The table's words at `places`; 0 for places beyond it.
     #[must_use]
     fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16];
@@ -117,7 +117,7 @@ impl Isa {
     /// Runs a kernel compiled for this instruction set, with its way of looking words up; for
     /// [`Isa::Portable`] where the machine has it not.
     #[inline]
-    pub fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
+    pub(crate) fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 if self <= Self::best() => self.run(

@@ -7,7 +7,9 @@ mod rigid2;
 mod round;
 mod worker_pool;
 
-pub use isa::{Isa, Lookup, Words};
+pub use isa::Isa;
+pub(crate) use isa::Lookup;
+pub(crate) use isa::Words;
 pub use lanes::F32x16;
 pub(crate) use lanes::{Kernel, Lanes};
 pub use parallel::{in_parallel, thread_count};

@@ -126,7 +126,7 @@ impl Answer {
     }
 
     /// The candidates that end in an evasion, with their paths.
-    pub(super) fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
+    pub fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
         self.candidates
             .iter()
             .filter_map(|report| match report.route {

@@ -3,54 +3,18 @@
 //! Source: the jumps are those of [`EntryTable`](crate::maps::EntryTable), found when the graph was baked. What is looked for here is which
 //! of them bring an evasion's body to the attack's contact in time: after a delay on the natural way, and at some playback rate.
 
-use serde::{Deserialize, Serialize};
-
 use super::ask::Query;
 use super::attack::Attack;
 use super::candidate::{Candidate, CandidateKind};
 use super::clearance::{ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
+use super::entry_candidate::EntryCandidate;
+use super::entry_use::EntryUse;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate};
 use super::state::QueryState;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Entry, Motion};
 use crate::maps::{BakedGraph, KnownEntry, Stance};
-use crate::math::Rigid2;
-
-/// How entries are used.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EntryUse {
-    /// Most candidates that enter an evasion; 0 for none, as in the paper. Default 128.
-    pub most: usize,
-    /// Slowest rate of what is entered. Default 0.75.
-    pub slowest: f32,
-    /// Fastest rate of what is entered; each entry has a limit of its own as well. Default 1.5.
-    pub fastest: f32,
-    /// The natural motion goes on at most so long before an entry, seconds. Default 0.8.
-    pub longest_delay: f32,
-}
-
-impl Default for EntryUse {
-    fn default() -> Self {
-        Self {
-            most: 128,
-            slowest: 0.75,
-            fastest: 1.5,
-            longest_delay: 0.8,
-        }
-    }
-}
-
-impl EntryUse {
-    /// No entries: the paper's way.
-    #[must_use]
-    pub fn none() -> Self {
-        Self {
-            most: 0,
-            ..Self::default()
-        }
-    }
-}
 
 /// Rates that are tried.
 const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
@@ -60,22 +24,6 @@ const DELAY_STEP: f32 = 0.1;
 const SHORTEST: f32 = 0.2;
 /// The contact falls into an evasion, from so long after its start to so long after its end, seconds.
 const USEFUL: (f32, f32) = (0.1, 0.15);
-
-/// An evasion that is entered after a delay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EntryCandidate {
-    /// Seconds since the query.
-    pub delay: f32,
-    pub entry: Entry,
-    /// Position among the evasions.
-    pub evasion: usize,
-    /// Seconds at rate 1 from the first moment of the evasion's track to the one that is entered.
-    pub ahead: f32,
-    /// Takes the track's frame to the world.
-    pub placement: Rigid2,
-    /// Seconds at rate 1 from the one that is entered to the evasion's end.
-    pub left: f32,
-}
 
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
@@ -104,8 +52,13 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
         let stance = stance(baked, delay, scratch);
         let playhead = scratch.motion.playhead(graph, delay);
         for &known in baked.entries().at(graph, playhead) {
-            let moment = (delay, contact - delay);
-            add_rates((baked, uses), (known, &stance), moment, &mut state.entries);
+            let jump = Jump {
+                known,
+                stance: &stance,
+                delay,
+                left: contact - delay,
+            };
+            jump.add_rates(query, &mut state.entries);
         }
     }
     keep_even(
@@ -147,45 +100,61 @@ fn stance(baked: &BakedGraph, seconds: f32, scratch: &mut EntryScratch) -> Stanc
     baked.stance(joints)
 }
 
-/// Adds an entry at the rates that bring its evasion to the contact, `left` seconds after the delay.
-fn add_rates(
-    (baked, uses): (&BakedGraph, &EntryUse),
-    (known, stance): (KnownEntry, &Stance),
-    (delay, left): (f32, f32),
-    entries: &mut Vec<EntryCandidate>,
-) {
-    let target = baked.entries().targets()[usize::from(known.target)];
-    let evasion = usize::from(target.evasion);
-    let Some(track) = baked.entry_track(evasion) else {
-        return;
-    };
-    let graph = baked.graph();
-    let edge = graph.edge(baked.evasions()[evasion].edge);
-    let seconds =
-        |from: u32, to: u32| ((f64::from(to) - f64::from(from)) / graph.frame_rate()) as f32;
-    let start = graph.node(edge.from).frame;
-    // Since the evasion's start.
-    let (now, end) = (seconds(start, target.frame), seconds(0, edge.frames));
-    let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
-    let fastest = known.fastest().min(uses.fastest);
-    for rate in RATES {
-        let at_contact = now + left * rate;
-        let is_useful = (USEFUL.0..=end + USEFUL.1).contains(&at_contact);
-        if is_useful && rate <= fastest && rate >= uses.slowest {
-            entries.push(EntryCandidate {
-                delay,
-                entry: Entry {
-                    edge: target.edge,
-                    frame: target.edge_frame as f32,
-                    clip_to_world: align,
-                    rate,
-                    blend: known.blend(),
-                },
-                evasion,
-                ahead: seconds(track.first, target.frame),
-                placement: align * track.placement,
-                left: end - now,
-            });
+/// An entry of the table at a moment of the natural motion.
+struct Jump<'a> {
+    known: KnownEntry,
+    /// Stance at the moment.
+    stance: &'a Stance,
+    /// Time from now to the moment, seconds.
+    delay: f32,
+    /// Time from the moment to the contact, seconds.
+    left: f32,
+}
+
+impl Jump<'_> {
+    /// Adds a candidate for each rate that brings the evasion to the contact in time.
+    fn add_rates(&self, query: Query<'_>, entries: &mut Vec<EntryCandidate>) {
+        let Query { baked, settings } = query;
+        let uses = &settings.entries;
+        let &Jump {
+            known,
+            stance,
+            delay,
+            left,
+        } = self;
+        let target = baked.entries().targets()[usize::from(known.target)];
+        let evasion = usize::from(target.evasion);
+        let Some(track) = baked.entry_track(evasion) else {
+            return;
+        };
+        let graph = baked.graph();
+        let edge = graph.edge(baked.evasions()[evasion].edge);
+        let seconds =
+            |from: u32, to: u32| ((f64::from(to) - f64::from(from)) / graph.frame_rate()) as f32;
+        let start = graph.node(edge.from).frame;
+        // Since the evasion's start.
+        let (now, end) = (seconds(start, target.frame), seconds(0, edge.frames));
+        let align = stance.align(baked.entry_stance(usize::from(known.target)), known.pin());
+        let fastest = known.fastest().min(uses.fastest);
+        for rate in RATES {
+            let at_contact = now + left * rate;
+            let is_useful = (USEFUL.0..=end + USEFUL.1).contains(&at_contact);
+            if is_useful && rate <= fastest && rate >= uses.slowest {
+                entries.push(EntryCandidate {
+                    delay,
+                    entry: Entry {
+                        edge: target.edge,
+                        frame: target.edge_frame as f32,
+                        clip_to_world: align,
+                        rate,
+                        blend: known.blend(),
+                    },
+                    evasion,
+                    ahead: seconds(track.first, target.frame),
+                    placement: align * track.placement,
+                    left: end - now,
+                });
+            }
         }
     }
 }

@@ -4,20 +4,15 @@
 //! candidate whose bound is no better than the best score so far is not tested. Other candidates are tested only until it is known
 //! whether they are hit, or come near enough to win.
 
-use super::candidate::CandidateKind;
-use super::clearance::{Clearance, Extent};
+use super::candidate_tests::{Bound, Results, Tests};
 use super::entries::EntryScratch;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
-use super::near_ties::NEAR_TIE;
-use super::prefix_cache::{PrefixCache, PrefixTest};
 use super::score::Score;
 use super::state::QueryState;
-use super::warp::{WarpCase, Warper};
-use super::workers::{Batch, Workers};
+use super::warp::{Tested, WarpCase, Warper};
 use crate::graph::Motion;
-use crate::math::thread_count;
 
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
@@ -27,27 +22,6 @@ pub(super) struct EvaluateScratch {
     results: Results,
     pub(super) entries: EntryScratch,
     warper: Warper,
-}
-
-/// A candidate and a bound of its score or clearance.
-#[derive(Clone, Copy, Debug)]
-struct Bound {
-    value: f32,
-    index: usize,
-}
-
-/// The results of the tests, and the memory of testing.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Results {
-    /// By candidate; `None` for those that were not tested.
-    pub(super) evaluated: Vec<Option<Evaluated>>,
-    pub(super) workers: Workers,
-    /// Moves that are hit.
-    hits: PrefixCache,
-    /// Moves that were tested over the whole attack.
-    wholes: PrefixCache,
-    /// The clearances of the least deep hits, the largest first.
-    depths: Vec<f32>,
 }
 
 impl EvaluateScratch {
@@ -74,12 +48,6 @@ pub(super) struct ExactEvaluator<'s, 'a> {
     order: &'s mut Vec<Bound>,
     warper: &'s mut Warper,
     tests: Tests<'s, 'a>,
-}
-
-/// The tests of one query.
-pub(super) struct Tests<'s, 'a> {
-    pub(super) input: EvaluationInput<'a>,
-    pub(super) results: &'s mut Results,
 }
 
 impl<'s, 'a> ExactEvaluator<'s, 'a> {
@@ -161,7 +129,11 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                 break;
             }
             input.motion(index, motion);
-            let Some(warped) = warper.warp(case, motion, (hit, results.workers.body())) else {
+            let tested = Tested {
+                clearance: hit,
+                body: results.workers.body(),
+            };
+            let Some(warped) = warper.warp(case, motion, tested) else {
                 continue;
             };
             let clearance = warped.clearance;
@@ -194,11 +166,16 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             attack: &input.state.request.attack,
             settings: &settings,
         };
-        let is_far = { settings.widest }.is_some_and(|widest| before.clearance.metres > widest);
-        let test = (before.clearance, results.workers.body());
+        let is_far = settings
+            .widest
+            .is_some_and(|widest| before.clearance.metres > widest);
+        let tested = Tested {
+            clearance: before.clearance,
+            body: results.workers.body(),
+        };
         let warped = match (is_near, is_far) {
-            (true, _) => warper.warp(case, motion, test),
-            (_, true) => warper.lessen(case, motion, test),
+            (true, _) => warper.warp(case, motion, tested),
+            (_, true) => warper.lessen(case, motion, tested),
             _ => return,
         };
         let Some(warped) = warped else {
@@ -249,8 +226,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             .unwrap_or(0)
     }
 
-    /// Writes the chosen candidate's motion to `motion` and tests it, unless the candidate is an evasion that is not a
-    /// [close call](CLOSE_CALL). Returns false if the candidate seemed clean and is hit.
+    /// See [`Tests::confirm`].
     pub(super) fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
         self.tests.confirm(chosen, motion)
     }
@@ -266,185 +242,4 @@ fn least_deep_first(order: &mut Vec<Bound>, evaluated: &[Option<Evaluated>]) {
         })
     }));
     order.sort_unstable_by(|a, b| b.value.total_cmp(&a.value).then(a.index.cmp(&b.index)));
-}
-
-/// Evasions within this clearance are tested on their final motion, metres.
-///
-/// The samples of a baked body track lie up to half a sample away from those of the motion that is played. Between two samples a
-/// limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
-const CLOSE_CALL: f32 = 0.005;
-
-impl Tests<'_, '_> {
-    /// Number of candidates that one thread tests before several threads share the rest.
-    const ALONE: usize = 4;
-
-    /// The best score so far; infinite if no candidate is clean.
-    pub(super) fn best_score(&self) -> f32 {
-        let scores = self.results.evaluated.iter().flatten();
-        scores
-            .filter_map(|one| one.score)
-            .map(|score| score.total)
-            .fold(f32::INFINITY, f32::min)
-    }
-
-    /// Whether V without V_d is a lower bound of the score. A negative weight rewards distance.
-    fn is_bounded(&self) -> bool {
-        self.input.state.request.evaluation == Evaluation::Lazy
-            && self.input.query.settings.weights.distance >= 0.0
-    }
-
-    /// The clearance below which a clean candidate with this bound scores better than `best` or is nearly tied with it, metres.
-    fn winning_clearance(&self, bound: f32, best: f32) -> f32 {
-        let weight = self.input.query.settings.weights.distance;
-        match self.is_bounded() && weight > 0.0 {
-            true => (best - bound) / weight + NEAR_TIE,
-            false => f32::INFINITY,
-        }
-    }
-
-    /// Tests the candidates that may still win.
-    fn possible_winners(&mut self, order: &[Bound]) {
-        let mut best = self.best_score();
-        for &Bound { value, index } in order {
-            if self.is_bounded() && value >= best + self.near_tie() {
-                break;
-            }
-            if self.results.evaluated[index].is_some() {
-                continue;
-            }
-            let extent = Extent {
-                below: self.winning_clearance(value, best),
-                ..Extent::UNTIL_HIT
-            };
-            let (input, results) = (&self.input, &mut *self.results);
-            let body = results.workers.body();
-            let test = PrefixTest {
-                index,
-                test: || input.test(index, extent, body),
-                decided_at: |found: &Clearance| (!found.is_clean()).then_some(found.time),
-            };
-            let clearance = results.hits.get_or_eval(input, test);
-            if clearance.metres >= extent.below && best.is_finite() {
-                continue;
-            }
-            let result = self.input.result(index, clearance);
-            best = result.score.map_or(best, |score| best.min(score.total));
-            self.results.evaluated[index] = Some(result);
-        }
-    }
-
-    /// Tests candidates up to the first clean one, on several threads; returns how many. The tests are independent as long as none
-    /// is clean. Moves are left out, since their tests share prefixes.
-    fn until_clean(&mut self, order: &[Bound]) -> usize {
-        let input = self.input;
-        let threads = thread_count(input.query.settings.threads);
-        let is_move = |bound: &Bound| input.move_of(bound.index).is_some();
-        let is_short = order.len() <= Self::ALONE;
-        if threads == 1 || is_short || order.iter().any(is_move) || self.best_score().is_finite() {
-            return 0;
-        }
-        let batch = Batch {
-            threads,
-            count: order.len(),
-            test: |at: usize, body: &mut _| input.test(order[at].index, Extent::UNTIL_HIT, body),
-            ends: Clearance::is_clean,
-        };
-        let found = self.results.workers.run(&batch);
-        let found = found.iter().map_while(|found| *found);
-        let mut tested = 0;
-        for (bound, clearance) in order.iter().zip(found) {
-            let result = input.result(bound.index, clearance);
-            self.results.evaluated[bound.index] = Some(result);
-            tested += 1;
-            if clearance.is_clean() {
-                break;
-            }
-        }
-        tested
-    }
-
-    /// Tests every candidate at every sample, on several threads.
-    fn all(&mut self, order: &[Bound]) {
-        let input = self.input;
-        let batch = Batch {
-            threads: thread_count(input.query.settings.threads),
-            count: order.len(),
-            test: |at: usize, body: &mut _| input.test_whole(order[at].index, body),
-            ends: |_: &Clearance| false,
-        };
-        let found = self.results.workers.run(&batch);
-        for (bound, found) in order.iter().zip(found) {
-            let result = found.map(|found| input.result(bound.index, found));
-            self.results.evaluated[bound.index] = result;
-        }
-    }
-
-    /// Tests hits over the whole attack, at every sample, until the `count` least deep ones are known. These are the same for
-    /// every evaluation, so that what is bent is the same too.
-    fn least_deep(&mut self, order: &[Bound], count: usize) {
-        let mut depths = std::mem::take(&mut self.results.depths);
-        depths.clear();
-        for &Bound { value, index } in order {
-            let last = depths.get(count - 1).copied();
-            let enough = last.unwrap_or(f32::NEG_INFINITY) - NEAR_TIE;
-            if value < enough {
-                break;
-            }
-            let mut metres = value;
-            if !self.results.evaluated[index].is_some_and(|one| one.is_final) {
-                let clearance = self.whole(index, enough);
-                metres = clearance.metres;
-                self.results.evaluated[index] = Some(Evaluated {
-                    is_final: metres >= enough,
-                    ..self.input.result(index, clearance)
-                });
-            }
-            let at = depths.partition_point(|&depth| depth >= metres);
-            if at < count {
-                depths.insert(at, metres);
-                depths.truncate(count);
-            }
-        }
-        self.results.depths = depths;
-    }
-
-    /// The clearance of a posed motion over the whole attack. It may be larger where it is below `enough`.
-    fn whole(&mut self, index: usize, enough: f32) -> Clearance {
-        let extent = Extent {
-            enough,
-            ..Extent::WHOLE
-        };
-        let (input, results) = (&self.input, &mut *self.results);
-        let body = results.workers.body();
-        let build = |motion: &mut Motion| input.motion(index, motion);
-        let test = PrefixTest {
-            index,
-            test: || input.exact_test(extent).on_built_motion(body, build),
-            decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
-        };
-        results.wholes.get_or_eval(input, test)
-    }
-
-    /// See [`ExactEvaluator::confirm`].
-    fn confirm(&mut self, chosen: usize, motion: &mut Motion) -> bool {
-        let state = self.input.state;
-        self.input.motion(chosen, motion);
-        let Some(before) = self.results.evaluated[chosen] else {
-            return true;
-        };
-        let kind = state.candidates.list[chosen].kind;
-        let is_evasion = matches!(kind, CandidateKind::Evasion { .. });
-        let is_close = before.clearance.metres.abs() <= CLOSE_CALL;
-        let is_exhaustive = state.request.evaluation == Evaluation::Exhaustive;
-        if is_exhaustive || (is_evasion && !is_close) {
-            return true;
-        }
-        let test = self.input.exact_test(Extent::WHOLE);
-        let clearance = test.on_shared_motion(motion, self.results.workers.body());
-        self.results.evaluated[chosen] = Some(Evaluated {
-            is_final: true,
-            ..self.input.result(chosen, clearance)
-        });
-        clearance.is_clean() || !before.clearance.is_clean()
-    }
 }

@@ -2,7 +2,7 @@ use super::ask::Query;
 use super::candidate::CandidateKind;
 use super::clearance::{Clearance, ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::cull::Overlap;
-use super::entries::EntryCandidate;
+use super::entry_candidate::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;

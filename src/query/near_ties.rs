@@ -5,13 +5,9 @@
 //! scores would depend on the culling path. Such candidates are posed at the samples of the exhaustive test, so that every path
 //! chooses the same one.
 
-use super::evaluate::Tests;
+use super::candidate_tests::{NEAR_TIE, Tests};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
-
-/// How much the clearances of two candidates can change against one another between the two ways of sampling, metres. Between two
-/// samples a limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
-pub(super) const NEAR_TIE: f32 = 0.004;
 
 impl Tests<'_, '_> {
     /// The largest difference of two scores that are nearly tied.
@@ -33,7 +29,7 @@ impl Tests<'_, '_> {
             None => one.clearance.metres > -0.5 * NEAR_TIE && input.score(index, 0.0).total <= most,
         };
         let (first, second) = {
-            let mut near = { self.tested() }.filter(|(index, one)| is_near(*index, one));
+            let mut near = self.tested().filter(|(index, one)| is_near(*index, one));
             (near.next(), near.next())
         };
         if let (Some((_, only)), None) = (first, second)
@@ -50,7 +46,7 @@ impl Tests<'_, '_> {
         let depths = self.tested().map(|(_, one)| one.clearance.metres);
         let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;
         let is_near = |one: &Evaluated| one.clearance.metres >= least;
-        if { self.tested() }.filter(|(_, one)| is_near(one)).count() > 1 {
+        if self.tested().filter(|(_, one)| is_near(one)).count() > 1 {
             self.settle_all(|_, one| is_near(one));
         }
     }
@@ -60,7 +56,7 @@ impl Tests<'_, '_> {
         for index in 0..self.results.evaluated.len() {
             let one = self.results.evaluated[index].filter(|one| is_near(index, one));
             if let Some(one) = one {
-                self.settle((index, one));
+                self.settle(index, one);
             }
         }
     }
@@ -72,7 +68,7 @@ impl Tests<'_, '_> {
     }
 
     /// Tests a candidate on its final motion over the whole attack, unless that was done.
-    fn settle(&mut self, (index, before): (usize, Evaluated)) {
+    fn settle(&mut self, index: usize, before: Evaluated) {
         if before.is_final {
             return;
         }

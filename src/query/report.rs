@@ -1,7 +1,7 @@
 use super::answer::{Answer, CandidateReport, Counts, EnteredAt, Fate, Route};
 use super::ask::Query;
 use super::candidate::CandidateKind;
-use super::entries::EntryCandidate;
+use super::entry_candidate::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;

@@ -36,7 +36,7 @@ impl Default for RateSettings {
 
 /// Durations of the edges of a path at rate 1, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Durations {
+pub(crate) struct Durations {
     /// All edges.
     pub total: f32,
     /// Edges that may be played faster.
@@ -47,7 +47,7 @@ pub struct Durations {
 
 /// The edges whose rate is changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Direction {
+pub(crate) enum Direction {
     /// None, because the path is in time.
     Unchanged,
     /// Edges that may be played faster.
@@ -62,7 +62,7 @@ pub struct Rate {
     /// Rate; above 1 is faster than captured.
     pub rate: f32,
     /// Edges that are played at this rate.
-    pub direction: Direction,
+    pub(crate) direction: Direction,
 }
 
 impl Rate {
@@ -95,7 +95,7 @@ pub enum RateError {
 ///
 /// # Errors
 /// The reason why there is none.
-pub fn rate(
+pub(crate) fn rate(
     durations: &Durations,
     available: f32,
     settings: &RateSettings,

@@ -34,7 +34,7 @@ impl Default for Weights {
 
 /// The facts that a score is computed from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScoreFacts {
+pub(crate) struct ScoreFacts {
     /// Texels of the evasion region in the slabs that the attack touches.
     pub region_texels: u32,
     /// Number of these texels that the attack covers.
@@ -69,7 +69,7 @@ impl Score {
 
     /// The score of a candidate.
     #[must_use]
-    pub fn new(facts: ScoreFacts, weights: &Weights) -> Self {
+    pub(crate) fn new(facts: ScoreFacts, weights: &Weights) -> Self {
         let ScoreFacts {
             region_texels,
             covered_texels,

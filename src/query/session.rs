@@ -229,8 +229,8 @@ impl<'a> Session<'a> {
         self.place(true);
     }
 
-    /// The paths of the counted candidates, in order.
-    pub(super) fn counted_paths(&self) -> impl Iterator<Item = PathId> {
+    /// The paths of the candidates of [`Session::cull_input`], in its order.
+    pub fn counted_paths(&self) -> impl Iterator<Item = PathId> {
         let candidates = &self.state.candidates;
         candidates.list[..candidates.counted]
             .iter()

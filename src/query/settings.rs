@@ -3,7 +3,7 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::entries::EntryUse;
+use super::entry_use::EntryUse;
 use super::moves::MoveSettings;
 use super::retime::RateSettings;
 use super::score::Weights;

@@ -1,6 +1,6 @@
 use super::candidate::CandidateList;
 use super::cull::QueryMaps;
-use super::entries::EntryCandidate;
+use super::entry_candidate::EntryCandidate;
 use super::moves::{MoveSearch, SearchReport};
 use super::request::ActiveRequest;
 use super::retime::RateError;

@@ -7,8 +7,8 @@ use common::baked::embedded_graph;
 use common::captures::fight_graph;
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::query::WarpSettings;
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::warp::WarpSettings;
 use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 

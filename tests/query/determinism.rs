@@ -10,7 +10,7 @@ use common::baked::{embedded, embedded_graph};
 use sabaki::archive::to_bytes;
 use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
-use sabaki::query::warp::WarpSettings;
+use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 

@@ -11,8 +11,8 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Entry, Motion, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
+use sabaki::query::WarpSettings;
 use sabaki::query::clearance::{ExactTest, MotionBody};
-use sabaki::query::warp::WarpSettings;
 use sabaki::query::{
     Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
@@ -28,21 +28,10 @@ fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
         }
         let mut motion = Motion::new(graph, Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY), &[]);
         motion.extend(graph, 2.0);
-        let (mut pose, mut joints, seconds) = (Pose::default(), Vec::new(), 0.1);
-        motion.sample(graph, seconds, &mut pose);
-        forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        let known = baked.entries().at(graph, motion.playhead(graph, seconds));
-        let Some(known) = known.get(found.len() % known.len().max(1)) else {
+        let seconds = 0.1;
+        let entries = baked.entries_at(&motion, seconds);
+        let Some(&entry) = entries.get(found.len() % entries.len().max(1)) else {
             continue;
-        };
-        let target = baked.entries().targets()[usize::from(known.target)];
-        let stance = baked.entry_stance(usize::from(known.target));
-        let entry = Entry {
-            edge: target.edge,
-            frame: target.edge_frame as f32,
-            clip_to_world: baked.stance(&joints).align(stance, known.pin()),
-            rate: 1.0,
-            blend: known.blend(),
         };
         found.push((motion, seconds, entry));
     }
@@ -106,7 +95,7 @@ fn speeds(from: &Pose, to: &Pose, rate: f32) -> Vec<f32> {
 #[test]
 fn entries_turn_no_joint_faster_than_the_clips_do() {
     let baked = embedded();
-    let (graph, limits) = (baked.graph(), baked.entries().limits());
+    let (graph, limits) = (baked.graph(), baked.entry_joint_speeds());
     let rate = graph.frame_rate() as f32;
     let mut shares = Vec::new();
     for (before, seconds, entry) in entered(baked) {
@@ -122,7 +111,7 @@ fn entries_turn_no_joint_faster_than_the_clips_do() {
             .collect();
         for pair in poses.windows(2) {
             let speeds = speeds(&pair[0], &pair[1], rate);
-            let limited = speeds.into_iter().zip(&limits.joint_speed);
+            let limited = speeds.into_iter().zip(limits);
             let moving = limited.filter(|(_, limit)| **limit > 0.5);
             shares.extend(moving.map(|(speed, limit)| speed / limit));
         }

@@ -10,7 +10,7 @@ use glam::Vec3;
 use sabaki::anim::{JointTransform, Leg, Pose, forward_kinematics};
 use sabaki::graph::Motion;
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
-use sabaki::query::warp::WarpSettings;
+use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
@@ -57,7 +57,6 @@ fn complaints(
     settings: &WarpSettings,
 ) -> Vec<String> {
     let graph = baked.graph();
-    let rig = graph.rig();
     let warp = *motion.warp().unwrap();
     let mut plain = motion.clone();
     plain.bend(None);
@@ -108,7 +107,7 @@ fn complaints(
             );
             continue;
         }
-        for (limb, leg) in rig.limbs().iter().enumerate() {
+        for (limb, leg) in graph.limbs().iter().enumerate() {
             let Some(leg) = leg else { continue };
             let (was, is) = (bend_axis(&own, leg), bend_axis(&bent, leg));
             // Of a straight limb nobody can tell.

@@ -21,6 +21,5 @@ mod slot;
 mod tally;
 
 pub use batch::Batch;
-pub use packing::Plan;
 pub(super) use path::StencilPath;
 pub use rasterizer::{MapKind, Rasterizer, RasterizerDesc};

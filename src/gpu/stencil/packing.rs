@@ -18,15 +18,8 @@ pub(crate) struct Room {
     pub(crate) instances: u32,
 }
 
-/// How drawings are dealt out to batches.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Plan {
-    /// One after another through the same target.
-    pub batches: Vec<Batch>,
-}
-
 /// Deals drawings out. Those without a texel or without a frame are in no batch: their maps are empty.
-pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Plan, GpuError> {
+pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuError> {
     let mut order = Vec::with_capacity(drawings.len());
     for (index, drawing) in drawings.iter().enumerate() {
         if !is_sound(drawing) {
@@ -46,19 +39,19 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Plan, GpuError> {
     }
     order.sort_by_key(|&index| std::cmp::Reverse(drawings[index].rect.height));
 
-    let mut plan = Plan::default();
+    let mut batches: Vec<Batch> = Vec::new();
     let mut shelves = Shelves::default();
     for index in order {
         let rect = drawings[index].rect;
         let needed = instances(&drawings[index]);
-        let batch = match plan.batches.last_mut() {
+        let batch = match batches.last_mut() {
             Some(batch) if batch.instances + needed <= room.instances => batch,
-            _ => next(&mut plan, &mut shelves),
+            _ => next(&mut batches, &mut shelves),
         };
         let (batch, cell) = match shelves.place([rect.width, rect.height], [room.side; 2]) {
             Some(cell) => (batch, cell),
             None => (
-                next(&mut plan, &mut shelves),
+                next(&mut batches, &mut shelves),
                 shelves.first([rect.width, rect.height]),
             ),
         };
@@ -67,14 +60,14 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Plan, GpuError> {
         batch.used[0] = batch.used[0].max(cell.x + rect.width);
         batch.used[1] = batch.used[1].max(cell.y + rect.height);
     }
-    Ok(plan)
+    Ok(batches)
 }
 
-fn next<'a>(plan: &'a mut Plan, shelves: &mut Shelves) -> &'a mut Batch {
+fn next<'a>(batches: &'a mut Vec<Batch>, shelves: &mut Shelves) -> &'a mut Batch {
     *shelves = Shelves::default();
-    plan.batches.push(Batch::default());
-    let last = plan.batches.len() - 1;
-    &mut plan.batches[last]
+    batches.push(Batch::default());
+    let last = batches.len() - 1;
+    &mut batches[last]
 }
 
 /// Its discs, those of the first frame a second time, and the map as a whole: at its end and wherever counting starts

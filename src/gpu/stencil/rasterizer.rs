@@ -7,7 +7,7 @@ use ash::vk;
 use super::{
     batch::Batch,
     drawing::{self, Rendering},
-    packing::{self, Plan, Room},
+    packing::{self, Room},
     rules::{self, Passes},
 };
 use crate::{
@@ -149,7 +149,7 @@ impl Rasterizer {
     ///
     /// # Errors
     /// [`GpuError::Limit`] when one drawing alone is too large, [`GpuError::Mismatch`] when its frame ends are wrong.
-    pub fn plan(&self, drawings: &[Drawing]) -> Result<Plan, GpuError> {
+    pub fn plan(&self, drawings: &[Drawing]) -> Result<Vec<Batch>, GpuError> {
         packing::plan(drawings, self.room)
     }
 

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 /// Blend of one foot in a transition. The foot follows the source until it leaves, the target from
 /// when it lands, and a blend of both in between.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LegBlend {
+pub(crate) struct LegBlend {
     /// Time when the foot leaves the source's motion, in frames since the transition's start.
     pub leave: f32,
     /// Time when the foot reaches the target's motion, in frames since the transition's start. It

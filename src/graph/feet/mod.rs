@@ -15,14 +15,15 @@ mod plan;
 mod plants;
 mod settings;
 mod slide;
+mod standing;
 
 use serde::{Deserialize, Serialize};
 
-pub use blend::LegBlend;
+pub(crate) use blend::LegBlend;
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 
-use super::{ClipId, EdgeId, MotionGraph};
+use super::ids::{ClipId, EdgeId};
 use crate::anim::Leg;
 
 /// Range of frames of a clip in which a foot is planted, both ends included.
@@ -70,7 +71,7 @@ impl Feet {
     /// Blend of a leg's foot on an edge, or `None` if the edge is not a transition or the foot is
     /// planted neither before nor after it.
     #[must_use]
-    pub fn blend(&self, edge: EdgeId, leg: usize) -> Option<LegBlend> {
+    pub(crate) fn blend(&self, edge: EdgeId, leg: usize) -> Option<LegBlend> {
         let legs = self.legs.len();
         *self.blends.get(edge.index() * legs + leg)?
     }
@@ -86,17 +87,5 @@ impl Feet {
         let plants = self.plants(clip, leg);
         let next = plants.partition_point(|plant| plant.last < frame);
         plants.get(next).is_some_and(|plant| plant.holds(frame))
-    }
-}
-
-impl MotionGraph {
-    /// Whether the foot of a leg stands at a place of an edge; in a transition, whether it does on the side that weighs more.
-    pub(crate) fn foot_stands(&self, (edge, frame): (EdgeId, f32), leg: usize) -> bool {
-        let moment = self.edge_moment(self.edge(edge), frame);
-        let (clip, frame) = match moment.target {
-            Some(target) if target.weight > 0.5 => target.at,
-            _ => moment.source,
-        };
-        leg < self.feet.legs.len() && self.feet.stands(clip, leg, frame.max(0.0) as u32)
     }
 }

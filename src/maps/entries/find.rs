@@ -16,7 +16,7 @@ const FOOT_APART: f32 = 0.45;
 impl EntryTable {
     /// Finds all entries of a graph; the same for any number of threads.
     #[must_use]
-    pub fn find(
+    pub(crate) fn find(
         graph: &MotionGraph,
         evasions: &[Evasion],
         (settings, threads): (&EntrySettings, usize),

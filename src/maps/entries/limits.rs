@@ -36,7 +36,7 @@ impl Default for PlausibilitySettings {
 
 /// What the clips show, by the settings' percentiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct MotionLimits {
+pub(crate) struct MotionLimits {
     /// By joint, radians per second.
     pub joint_speed: Vec<f32>,
     /// By joint, radians per second squared.
@@ -52,11 +52,11 @@ pub struct MotionLimits {
 }
 
 /// Departures are measured after these, seconds.
-pub const DEPARTURES: [f32; 2] = [0.2, 0.3];
+pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
 
 /// Why an entry is not plausible: the first limit that it breaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Implausible {
+pub(crate) enum Implausible {
     /// A joint turns too fast.
     JointSpeed(JointId),
     /// A joint's turning changes too fast.
@@ -130,7 +130,7 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 impl MotionLimits {
     /// Learns from all clips of a graph.
     #[must_use]
-    pub fn learn(graph: &MotionGraph, settings: &PlausibilitySettings) -> Self {
+    pub(crate) fn learn(graph: &MotionGraph, settings: &PlausibilitySettings) -> Self {
         let (rate, joints) = (graph.frame_rate() as f32, graph.skeleton().len());
         let head = head(graph.skeleton());
         let mut speeds = vec![Vec::new(); joints];
@@ -184,7 +184,7 @@ impl MotionLimits {
 
     /// Whether it fits a skeleton: asked of what is read from a file.
     #[must_use]
-    pub fn is_sound(&self, skeleton: &Skeleton) -> bool {
+    pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let numbers = { self.joint_speed.iter() }.chain(&self.joint_acceleration);
         let ends = self.hip_departure.iter().chain(&self.head_departure);
         let others = [self.toe_speed, self.slide];

@@ -11,9 +11,10 @@ mod stance;
 
 use serde::{Deserialize, Serialize};
 
-pub use limits::{DEPARTURES, Implausible, MotionLimits, PlausibilitySettings};
+pub(crate) use limits::MotionLimits;
+pub use limits::PlausibilitySettings;
 pub use report::EntryReport;
-pub use stance::Stance;
+pub(crate) use stance::Stance;
 
 use super::{Body, BodyTrack, Evasion, TrackStart};
 use crate::anim::Facing;
@@ -54,14 +55,14 @@ impl Default for EntrySettings {
 }
 
 /// How long an entry may blend, seconds: the shortest one that is plausible is taken.
-pub const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
+pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
 
 /// How fast an entry may be played: up to the fastest one that is plausible.
-pub const RATES: [f32; 3] = [1.0, 1.25, 1.5];
+pub(crate) const RATES: [f32; 3] = [1.0, 1.25, 1.5];
 
 /// A moment of an evasion, or of its lead-in, that can be entered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EntryTarget {
+pub(crate) struct EntryTarget {
     /// Position in [`BakedGraph::evasions`](super::BakedGraph::evasions).
     pub evasion: u16,
     /// Frame of the evasion's clip.
@@ -74,7 +75,7 @@ pub struct EntryTarget {
 
 /// One jump that a moment allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KnownEntry {
+pub(crate) struct KnownEntry {
     /// Position among the targets.
     pub target: u16,
     how: u8,
@@ -92,26 +93,26 @@ impl KnownEntry {
 
     /// Seconds.
     #[must_use]
-    pub fn blend(self) -> f32 {
+    pub(crate) fn blend(self) -> f32 {
         BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
     }
 
     /// The leg whose foot stays where it is; without one the root does.
     #[must_use]
-    pub fn pin(self) -> Option<usize> {
+    pub(crate) fn pin(self) -> Option<usize> {
         usize::from(self.how >> 2 & 15).checked_sub(1)
     }
 
     /// The fastest rate that is plausible.
     #[must_use]
-    pub fn fastest(self) -> f32 {
+    pub(crate) fn fastest(self) -> f32 {
         RATES[usize::from(self.how >> 6).min(RATES.len() - 1)]
     }
 }
 
 /// Every moment's entries.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct EntryTable {
+pub(crate) struct EntryTable {
     limits: MotionLimits,
     /// Frames from one moment to the next.
     step: u32,
@@ -128,43 +129,25 @@ pub struct EntryTable {
 impl EntryTable {
     /// What the clips show a body to do.
     #[must_use]
-    pub fn limits(&self) -> &MotionLimits {
+    pub(crate) fn limits(&self) -> &MotionLimits {
         &self.limits
     }
 
     /// All moments that can be entered, by evasion and frame.
     #[must_use]
-    pub fn targets(&self) -> &[EntryTarget] {
+    pub(crate) fn targets(&self) -> &[EntryTarget] {
         &self.targets
-    }
-
-    /// How many moments there are that have entries or might have.
-    #[must_use]
-    pub fn moments(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// How many entries all moments have together.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.entries.len()
     }
 
     /// Whether no moment has an entry.
     #[must_use]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
-    }
-
-    /// How many moments have the most entries: there may be more.
-    #[must_use]
-    pub fn cut(&self) -> u64 {
-        self.cut
     }
 
     /// The entries of the moment that is nearest to a playhead: in a transition that of the side that weighs more.
     #[must_use]
-    pub fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+    pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
         if self.entries.is_empty() {
             return &[];
         }
@@ -246,7 +229,7 @@ impl EntryTable {
 
 /// The body from the first moment on at which an evasion can be entered.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EntryTrack {
+pub(crate) struct EntryTrack {
     /// The body in the character's frame then.
     pub track: BodyTrack,
     /// Frame of the clip that the track starts with.

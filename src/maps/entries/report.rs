@@ -31,7 +31,7 @@ impl EntryReport {
 impl EntryTable {
     /// Computes the figures.
     #[must_use]
-    pub fn report(&self, graph: &MotionGraph) -> EntryReport {
+    pub(crate) fn report(&self, graph: &MotionGraph) -> EntryReport {
         let mut report = EntryReport {
             entries: self.entries.len(),
             cut: self.cut,

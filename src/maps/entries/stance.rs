@@ -8,7 +8,7 @@ use crate::math::Rigid2;
 
 /// Where a body stands and which way it faces, and where its root and its feet are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stance {
+pub(crate) struct Stance {
     /// The character's frame.
     pub placement: Rigid2,
     /// The root's place.
@@ -19,11 +19,11 @@ pub struct Stance {
 
 impl Stance {
     /// No more legs are looked at.
-    pub const LEGS: usize = 4;
+    pub(crate) const LEGS: usize = 4;
 
     /// Of joints in some space, in that space.
     #[must_use]
-    pub fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
+    pub(crate) fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
         let mut feet = [Vec3::ZERO; Self::LEGS];
         for (place, leg) in feet.iter_mut().zip(graph.feet().legs()) {
             *place = joints[leg.foot.index()].translation;
@@ -37,7 +37,7 @@ impl Stance {
 
     /// Of a frame of a clip, in the clip's space.
     #[must_use]
-    pub fn of_frame(graph: &MotionGraph, clip: ClipId, frame: u32) -> Self {
+    pub(crate) fn of_frame(graph: &MotionGraph, clip: ClipId, frame: u32) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(clip).pose(frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
@@ -47,7 +47,7 @@ impl Stance {
     /// Takes the space of `target` to that of this stance, so that both face one way and have a foot, or without one the root, at
     /// one place.
     #[must_use]
-    pub fn align(&self, target: &Self, pin: Option<usize>) -> Rigid2 {
+    pub(crate) fn align(&self, target: &Self, pin: Option<usize>) -> Rigid2 {
         let place =
             |stance: &Self| pin.map_or(stance.root, |leg| stance.feet[leg.min(Self::LEGS - 1)]);
         let turn = self.placement * target.placement.inverse();

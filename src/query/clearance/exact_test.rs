@@ -20,7 +20,7 @@ use crate::graph::Motion;
 use crate::maps::{BakedGraph, BodyTrack};
 use crate::math::Rigid2;
 use crate::query::attack::Attack;
-use crate::query::entries::EntryCandidate;
+use crate::query::entry_candidate::EntryCandidate;
 
 /// A test of one attack.
 #[derive(Clone, Copy, Debug)]

@@ -87,7 +87,7 @@ impl Ankles {
                 continue;
             };
             let is_lifted = bend.ends[limb] != Vec3::ZERO;
-            let stands = graph.foot_stands((playhead.edge, playhead.frame), limb);
+            let stands = graph.foot_stands(playhead.edge, playhead.frame, limb);
             if stands && !is_lifted && before.distance(after) > limits.slide {
                 return Err(Refused::Slides);
             }

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::balance::{self, Support};
+use super::case::{SAMPLES, WarpCase};
+use super::legs;
 use super::linear::{Numbers, Row, Scales, bend_of};
 use super::ticks::Tick;
-use super::{SAMPLES, WarpCase, legs};
 use crate::anim::{Envelope, Rig};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
@@ -99,7 +100,7 @@ fn support(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> Option<S
     let way = (to - from) * Vec3::new(1.0, 0.0, 1.0);
     let is_still = way.length() < STILL * (envelope.release - envelope.full);
     let middle = motion.playhead(graph, 0.5 * (envelope.full + envelope.release));
-    let feet = [0, 1].map(|limb| graph.foot_stands((middle.edge, middle.frame), limb));
+    let feet = [0, 1].map(|limb| graph.foot_stands(middle.edge, middle.frame, limb));
     (is_still && feet == [true; 2]).then_some(Support {
         feet,
         allowed: case.settings.limits.balance,
@@ -118,7 +119,7 @@ fn may_lift(case: WarpCase<'_>, motion: &Motion, envelope: &Envelope) -> [bool; 
             graph,
             envelope.start + (envelope.end - envelope.start) * share,
         );
-        let stands = [0, 1].map(|limb| graph.foot_stands((at.edge, at.frame), limb));
+        let stands = [0, 1].map(|limb| graph.foot_stands(at.edge, at.frame, limb));
         for limb in 0..Rig::LEGS {
             may[limb] &= !stands[limb] || stands[1 - limb];
         }

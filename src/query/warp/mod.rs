@@ -6,6 +6,7 @@
 //! posed by it, and so on; the exact test of the warped motion has the last word.
 
 mod balance;
+mod case;
 mod check;
 mod contacts;
 #[cfg(test)]
@@ -18,11 +19,12 @@ mod ticks;
 
 pub use settings::{WarpBounds, WarpLimits, WarpSettings};
 
-use super::Attack;
-use super::clearance::{Clearance, ExactTest, MotionBody, SAMPLE_RATE};
+pub(crate) use case::{Tested, WarpCase, Warped};
+
+use super::clearance::{ExactTest, SAMPLE_RATE};
 use crate::anim::{Rig, Warp};
 use crate::graph::Motion;
-use crate::maps::BakedGraph;
+use case::{SAMPLES, Task, Wish};
 use check::CheckScratch;
 use contacts::Contact;
 use goal::Goal;
@@ -31,7 +33,7 @@ use ticks::Tick;
 
 /// What warping works with; kept from one motion to the next.
 #[derive(Clone, Debug, Default)]
-pub struct Warper {
+pub(crate) struct Warper {
     ticks: Vec<Tick>,
     /// How many of them are in use.
     used: usize,
@@ -42,41 +44,10 @@ pub struct Warper {
     check: CheckScratch,
 }
 
-/// A motion that was bent so that it is clean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Warped {
-    /// Of the warped motion, exactly.
-    pub clearance: Clearance,
-    /// How much of the bounds the warp uses: the sum of the squared shares.
-    pub effort: f32,
-}
-
-/// What is warped, and against what.
-#[derive(Clone, Copy, Debug)]
-pub struct WarpCase<'a> {
-    /// Whose motion it is.
-    pub baked: &'a BakedGraph,
-    /// In the world of the motion, on its clock.
-    pub attack: &'a Attack,
-    /// How far it may be bent.
-    pub settings: &'a WarpSettings,
-}
-
-/// What a warp is to do to the smallest distance from the attack.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Wish {
-    /// Above the margin.
-    Away,
-    /// From one distance to a smaller one, metres.
-    Nearer { from: f32, to: f32 },
-}
-
 /// A distance is the wished one within this, metres.
 const NEARLY: f32 = 0.005;
 /// No warp ends later, seconds after the query.
 const LONGEST: f32 = 600.0;
-/// Samples on each side of the moment at which an attack is nearest.
-const SAMPLES: usize = 3;
 /// The most moments around which samples are taken.
 const MOMENTS: usize = 3;
 /// Rows may be missed by so much before a solution is tried, metres: distances are not linear.
@@ -85,79 +56,68 @@ const HOPE: f32 = 0.02;
 impl Warper {
     /// Bends `motion`, which is hit as `hit` says, so that it is clean; `None`, and the motion as it was, where that cannot be.
     /// The motion lasts at least as long as the attack.
-    pub fn warp(
+    pub(crate) fn warp(
         &mut self,
         case: WarpCase<'_>,
         motion: &mut Motion,
-        (hit, body): (Clearance, &mut MotionBody),
+        tested: Tested<'_>,
     ) -> Option<Warped> {
-        self.bend(case, motion, (hit, body), Wish::Away)
+        let wish = Wish::Away;
+        self.bend(Task { case, wish }, motion, tested)
     }
 
     /// Bends `motion`, which the attack misses by more than `widest` as `clear` says, so that it misses by that, or as nearly so as
     /// the bounds let it; `None`, and the motion as it was, where that cannot be.
-    pub fn lessen(
+    pub(crate) fn lessen(
         &mut self,
         case: WarpCase<'_>,
         motion: &mut Motion,
-        (clear, body): (Clearance, &mut MotionBody),
+        tested: Tested<'_>,
     ) -> Option<Warped> {
-        let widest = case.settings.widest?;
-        let wish = Wish::Nearer {
-            from: clear.metres,
-            to: widest,
-        };
-        let lessened = self.bend(case, motion, (clear, body), wish)?;
-        if lessened.clearance.metres < clear.metres {
+        let from = tested.clearance.metres;
+        let to = case.settings.widest?;
+        let wish = Wish::Nearer { from, to };
+        let lessened = self.bend(Task { case, wish }, motion, tested)?;
+        if lessened.clearance.metres < from {
             return Some(lessened);
         }
         motion.copy_from(&self.plain);
         None
     }
 
-    fn bend(
-        &mut self,
-        case: WarpCase<'_>,
-        motion: &mut Motion,
-        (nearest, body): (Clearance, &mut MotionBody),
-        wish: Wish,
-    ) -> Option<Warped> {
+    fn bend(&mut self, task: Task<'_>, motion: &mut Motion, tested: Tested<'_>) -> Option<Warped> {
+        let case = task.case;
         let limits = &case.settings.limits;
         // What stands and what does not is asked until the warp has gone.
-        let end = nearest.time + 2.0 * limits.hold + limits.way_out;
+        let end = tested.clearance.time + 2.0 * limits.hold + limits.way_out;
         motion.extend(case.baked.graph(), end.min(LONGEST));
         self.plain.copy_from(motion);
-        let warped = self.solve((case, wish), motion, (nearest, body));
+        let warped = self.solve(task, motion, tested);
         if warped.is_none() {
             motion.copy_from(&self.plain);
         }
         warped
     }
 
-    fn solve(
-        &mut self,
-        (case, wish): (WarpCase<'_>, Wish),
-        motion: &mut Motion,
-        (hit, body): (Clearance, &mut MotionBody),
-    ) -> Option<Warped> {
+    fn solve(&mut self, task: Task<'_>, motion: &mut Motion, tested: Tested<'_>) -> Option<Warped> {
         let WarpCase {
             baked,
             attack,
             settings,
-        } = case;
-        let mut nearest = hit;
+        } = task.case;
+        let mut nearest = tested.clearance;
         self.used = 0;
         for _ in 0..MOMENTS {
             self.look_at(nearest.time);
-            let goal = Goal::new(case, motion, &self.ticks[..self.used])?;
-            let numbers = self.solve_ticks((case, wish), &goal, motion)?;
+            let goal = Goal::new(task.case, motion, &self.ticks[..self.used])?;
+            let numbers = self.solve_ticks(task, &goal, motion)?;
             let bend = bend_of(&numbers, &goal.scales);
             motion.bend(Some(Warp {
                 envelope: goal.envelope,
                 bend,
             }));
             motion.extend(baked.graph(), goal.envelope.end);
-            nearest = ExactTest::new(baked, attack).on_shared_motion(motion, body);
+            nearest = ExactTest::new(baked, attack).on_shared_motion(motion, tested.body);
             if nearest.is_clean() {
                 self.plain.extend(baked.graph(), goal.envelope.end);
                 let graph = baked.graph();
@@ -196,12 +156,8 @@ impl Warper {
     }
 
     /// The numbers of a bend that keeps the attack away at all samples; `None` where none does.
-    fn solve_ticks(
-        &mut self,
-        (case, wish): (WarpCase<'_>, Wish),
-        goal: &Goal,
-        motion: &mut Motion,
-    ) -> Option<Numbers> {
+    fn solve_ticks(&mut self, task: Task<'_>, goal: &Goal, motion: &mut Motion) -> Option<Numbers> {
+        let Task { case, wish } = task;
         let WarpCase {
             baked,
             attack,
@@ -231,7 +187,9 @@ impl Warper {
                 tick.pose(baked, motion, &settings.limits);
             }
             contacts::find(baked, (attack, reach), ticks, &mut self.contacts);
-            let least = { self.contacts.iter() }
+            let least = self
+                .contacts
+                .iter()
                 .map(|contact| contact.metres)
                 .fold(f32::INFINITY, f32::min);
             // What was linear once is only kept as long as it is new.

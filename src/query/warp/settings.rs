@@ -166,7 +166,7 @@ impl WarpBounds {
 
     /// How much of the bounds a bend uses: the sum of the squared shares.
     #[must_use]
-    pub fn effort(&self, bend: &Bend) -> f32 {
+    pub(crate) fn effort(&self, bend: &Bend) -> f32 {
         let share = |length: f32, bound: f32| match length {
             0.0 => 0.0,
             _ => (length / bound).powi(2),

@@ -2,8 +2,8 @@
 //!
 //! Source: Masaoka & Oshita, section 6, Table 1.
 
+use super::map_quality::{GroundTruth, MapTally};
 use sabaki::maps::BakedGraph;
-use sabaki::query::measure::{GroundTruth, MapTally};
 use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::{Value, json};

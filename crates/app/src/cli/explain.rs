@@ -6,7 +6,7 @@ use std::path::Path;
 use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::maps::BakedGraph;
-use sabaki::query::retime::RateError;
+use sabaki::query::RateError;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
 use sabaki_import::export::MotionFormat;

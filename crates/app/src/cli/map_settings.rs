@@ -3,9 +3,9 @@
 use std::convert::Infallible;
 use std::time::Instant;
 
+use super::map_quality::{GroundTruth, MapTally, Round};
 use sabaki::maps::{BakedGraph, MapGrid, Section};
 use sabaki::query::cull::cpu;
-use sabaki::query::measure::{GroundTruth, MapTally, Round};
 use sabaki::query::{Query, QueryContext};
 use sabaki_app::demo::throw::Throw;
 use serde_json::{Value, json};

@@ -21,6 +21,7 @@ mod inspect;
 mod lod;
 mod lod_figure;
 mod lod_report;
+mod map_quality;
 mod map_settings;
 mod maps;
 mod output;

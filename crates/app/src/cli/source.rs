@@ -242,7 +242,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
             "1.5": baked.graph.responsive_share(1.5),
         },
     });
-    let entries = baked.graph.entries().report(graph);
+    let entries = baked.graph.entry_report();
     value["entries"] = json!(entries);
     value["entries"]["share"] = json!(entries.share());
     if let Some(made) = &baked.made {
@@ -289,7 +289,7 @@ pub(crate) fn describe(baked: &Baked) -> String {
         share(1.0),
         share(1.5)
     ));
-    let entries = baked.graph.entries().report(graph);
+    let entries = baked.graph.entry_report();
     line(format!(
         "{:.0}% of all moments can be left for an evasion at once, by {:.0} entries on average; at most {:.2} s in a clip without one",
         100.0 * entries.share(),

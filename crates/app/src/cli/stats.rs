@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use super::map_quality::Round;
 use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
-use sabaki::query::measure::Round;
 use sabaki::query::{
     Answer, Counts, CullPath, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
 };

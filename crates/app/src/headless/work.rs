@@ -149,7 +149,7 @@ impl Headless {
             evasion: BitMap::new(drawing.rect),
         };
         let mut maps: Vec<_> = drawings.iter().map(empty).collect();
-        for batch in &rasterizer.plan(drawings)?.batches {
+        for batch in &rasterizer.plan(drawings)? {
             // SAFETY: `run` gives a buffer that is being recorded, and has waited for the batch before.
             self.run(|cmd| unsafe {
                 rasterizer.record(cmd, drawings, batch, MapKind::EveryFrame)
@@ -173,7 +173,7 @@ impl Headless {
             .iter()
             .map(|drawing| BitMap::new(drawing.rect))
             .collect();
-        for batch in &rasterizer.plan(drawings)?.batches {
+        for batch in &rasterizer.plan(drawings)? {
             // SAFETY: as in `every_frame`.
             self.run(|cmd| unsafe { rasterizer.record(cmd, drawings, batch, MapKind::AnyFrame) })?;
             // SAFETY: `run` has waited.

@@ -1,28 +1,20 @@
+mod derive;
+mod restore;
+
 use serde::{Deserialize, Serialize};
 
 use super::attack_move::attack_spheres;
 use super::bounding_cylinder::{BoundingCylinder, ClipCylinders};
-use super::entries::{EntryTable, EntryTrack, EntryTracks, Stance};
-use super::grid::{Grid, GridSettings, GridSource};
+use super::entries::{EntryReport, EntryTable, EntryTrack, EntryTracks, KnownEntry, Stance};
+use super::grid::{Grid, GridSettings};
 use super::paths::{PathSettings, PathSource, PathTable, build as find_paths};
 use super::{
-    AttackMove, Body, BodyRows, BodyTrack, MovingSphere, RegionAtlas, RegionId, RegionMaps,
-    Retimable, Slab, TrackStart,
+    AttackMove, Body, BodyRows, BodyTrack, Evasion, MovingSphere, RegionAtlas, RegionId, Retimable,
+    Slab,
 };
-use crate::anim::{EventKind, Facing, JointTransform, Skeleton};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Node, NodeId};
+use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
+use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId};
 use crate::math::Rigid2;
-
-/// An edge that plays an evasion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Evasion {
-    /// Edge that plays the whole event and nothing else.
-    pub edge: EdgeId,
-    /// Maps of the evasion in the [`RegionAtlas`].
-    pub region: RegionId,
-    /// Character's frame at the event's start, in the space of its clip.
-    pub placement: Rigid2,
-}
 
 /// The immutable result of a bake: everything that a query needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -194,21 +186,56 @@ impl BakedGraph {
         &self.tracks[evasion]
     }
 
+    /// Entries into evasions at a moment of a motion, each as it would be played at rate 1.
+    #[must_use]
+    pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        motion.sample(&self.graph, seconds, &mut pose);
+        forward_kinematics(self.graph.skeleton(), &pose, &mut joints);
+        let stance = self.stance(&joints);
+        let entry = |known: &KnownEntry| {
+            let index = usize::from(known.target);
+            let target = self.entries.targets()[index];
+            Entry {
+                edge: target.edge,
+                frame: target.edge_frame as f32,
+                clip_to_world: stance.align(self.entry_stance(index), known.pin()),
+                rate: 1.0,
+                blend: known.blend(),
+            }
+        };
+        let playhead = motion.playhead(&self.graph, seconds);
+        let known = self.entries.at(&self.graph, playhead);
+        known.iter().map(entry).collect()
+    }
+
+    /// Largest angular speed of each joint that an entry may have, in radians per second.
+    #[must_use]
+    pub fn entry_joint_speeds(&self) -> &[f32] {
+        &self.entries.limits().joint_speed
+    }
+
+    /// Statistics of the entries.
+    #[must_use]
+    pub fn entry_report(&self) -> EntryReport {
+        self.entries.report(&self.graph)
+    }
+
     /// Jumps into evasions that need no edge, by moment.
     #[must_use]
-    pub fn entries(&self) -> &EntryTable {
+    pub(crate) fn entries(&self) -> &EntryTable {
         &self.entries
     }
 
     /// Body spheres from the first frame at which an evasion can be entered, or `None` if it cannot be entered.
     #[must_use]
-    pub fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
+    pub(crate) fn entry_track(&self, evasion: usize) -> Option<&EntryTrack> {
         self.entry_tracks.tracks.get(evasion)?.as_ref()
     }
 
     /// Stance of a body, for [`Stance::align`].
     #[must_use]
-    pub fn stance(&self, joints: &[JointTransform]) -> Stance {
+    pub(crate) fn stance(&self, joints: &[JointTransform]) -> Stance {
         let found = || Facing::of(self.graph.skeleton());
         let facing = self.entry_tracks.facing.unwrap_or_else(found);
         Stance::of(&self.graph, facing, joints)
@@ -216,7 +243,7 @@ impl BakedGraph {
 
     /// Stance at an entry's target, in the space of its clip.
     #[must_use]
-    pub fn entry_stance(&self, target: usize) -> &Stance {
+    pub(crate) fn entry_stance(&self, target: usize) -> &Stance {
         &self.entry_tracks.stances[target]
     }
 
@@ -250,7 +277,7 @@ impl BakedGraph {
 
     /// Spheres of the body in the row layout of a [`BodyTrack`].
     #[must_use]
-    pub fn body_rows(&self) -> &BodyRows {
+    pub(crate) fn body_rows(&self) -> &BodyRows {
         &self.body_rows
     }
 
@@ -298,139 +325,6 @@ impl BakedGraph {
         if all > 0.0 { soon / all } else { 0.0 }
     }
 
-    /// Checks all data and indices that were read from a file, and computes the tables that files
-    /// do not store.
-    ///
-    /// # Errors
-    /// A description of the first invalid item.
-    pub fn restored(self) -> Result<Self, String> {
-        self.restored_within(u64::MAX)
-    }
-
-    /// Like [`BakedGraph::restored`], but refuses graphs whose computed tables would need more than
-    /// `bytes` of memory.
-    ///
-    /// # Errors
-    /// A description of the first invalid item.
-    pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
-        self.graph.validate()?;
-        let edges = self.graph.edges().len();
-        let sorted = self
-            .evasions
-            .windows(2)
-            .all(|pair| pair[0].edge < pair[1].edge)
-            && self
-                .attack_moves
-                .windows(2)
-                .all(|pair| pair[0].edge < pair[1].edge);
-        let attacks_fit = self
-            .attack_moves
-            .iter()
-            .all(|attack| self.event_fits(attack.edge, EventKind::Attack, attack.placement));
-        let checks = [
-            (
-                self.retimable.len() == edges,
-                "the table of rates is not one entry an edge",
-            ),
-            (
-                sorted && self.evasions.iter().all(|e| self.evasion_fits(e)),
-                "an evasion names an edge that is none, or maps that are not there",
-            ),
-            (
-                attacks_fit && self.atlas.attacks().len() == self.attack_moves.len(),
-                "an attack names an edge that is none, or has no maps",
-            ),
-            (
-                self.body.is_sound(self.graph.skeleton()),
-                "a body sphere is not sound",
-            ),
-        ];
-        if let Some((_, what)) = checks.into_iter().find(|(ok, _)| !ok) {
-            return Err(what.to_owned());
-        }
-        self.atlas.check().map_err(str::to_owned)?;
-        self.entries.check(&self.graph, &self.evasions)?;
-        let needed = self.derived_bytes();
-        if needed > bytes {
-            return Err(format!(
-                "it would need {needed} bytes of memory, and {bytes} are the most for its size"
-            ));
-        }
-        self.paths = self
-            .paths
-            .restored(&self.graph, &self.retimable, &self.evasions)?;
-        Ok(self.derived())
-    }
-
-    /// Estimated memory of the tables that files do not store, in bytes. It is computed from
-    /// untrusted data before any allocation.
-    fn derived_bytes(&self) -> u64 {
-        let of = |count: usize, bytes: usize| count as u64 * bytes as u64;
-        let frames: usize = self.graph.clips().iter().map(|clip| clip.frames()).sum();
-        let tracks: u64 = self
-            .evasions
-            .iter()
-            .map(|evasion| {
-                let seconds = self.graph.seconds(evasion.edge).max(Self::TRACK_SECONDS);
-                let ticks = (seconds * BodyTrack::RATE) as usize + 2;
-                of(ticks, BodyTrack::tick_bytes(&self.body))
-            })
-            .sum();
-        let spheres = self.body.spheres.len() + self.body.props.len();
-        let entries = EntryTracks::bytes(&self.graph, &self.body, &self.evasions, &self.entries);
-        tracks
-            + entries
-            + of(frames, size_of::<BoundingCylinder>())
-            + of(
-                self.atlas.regions().len() * self.atlas.grid().slices as usize,
-                64,
-            )
-            + of(self.graph.nodes().len() + self.graph.edges().len(), 64)
-            + of(spheres, 128)
-    }
-
-    fn derived(mut self) -> Self {
-        self.derive_from_maps();
-        self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
-        self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
-        self.body_rows = BodyRows::new(&self.body);
-        self.cylinders = ClipCylinders::new(&self.graph, &self.body);
-        let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
-        self.placements = self.graph.nodes().iter().map(placement).collect();
-        let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
-        let track = |evasion: &Evasion| {
-            let start = TrackStart {
-                edge: evasion.edge,
-                frame: 0.0,
-                placement: evasion.placement,
-            };
-            let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
-            BodyTrack::along(&self.graph, &self.body, start, seconds)
-        };
-        self.tracks = self.evasions.iter().map(track).collect();
-        self.entry_tracks =
-            EntryTracks::new(&self.graph, &self.body, &self.evasions, &self.entries);
-        let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
-        let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
-        let source = GridSource {
-            body: &self.body,
-            reach: self.reach,
-            evasions: evasions.collect(),
-            paths: &self.paths,
-        };
-        self.grid = Grid::new(&source, self.grid_settings);
-        self
-    }
-
-    /// Computes the tables that depend on the maps.
-    fn derive_from_maps(&mut self) {
-        // Computed here, so that the first query does not have to.
-        let _ = self.atlas.coarse();
-        let texels =
-            |maps: &RegionMaps| maps.slabs.iter().map(|maps| maps.evasion.count()).collect();
-        self.evasion_texels = self.atlas.regions().iter().map(texels).collect();
-    }
-
     /// Returns the same graph with other maps of the same evasions and attacks.
     pub(super) fn with_atlas(&self, atlas: RegionAtlas) -> Self {
         let mut other = Self {
@@ -440,48 +334,4 @@ impl BakedGraph {
         other.derive_from_maps();
         other
     }
-
-    fn evasion_fits(&self, evasion: &Evasion) -> bool {
-        self.event_fits(evasion.edge, EventKind::Evasion, evasion.placement)
-            && evasion.region.index() < self.atlas.regions().len()
-    }
-
-    fn event_fits(&self, edge: EdgeId, kind: EventKind, placement: Rigid2) -> bool {
-        let event = self
-            .graph
-            .edges()
-            .get(edge.index())
-            .and_then(|edge| edge.event);
-        event.is_some_and(|event| self.graph.event(event).kind == kind)
-            && placement.is_sound(4.0 * Skeleton::FURTHEST)
-    }
-}
-
-/// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
-/// starts, against the edges' direction.
-fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
-    let mut into: Vec<Vec<(u32, u32)>> = vec![Vec::new(); graph.nodes().len()];
-    for edge in graph.edges() {
-        into[edge.to.index()].push((edge.from.0, edge.frames));
-    }
-    let mut frames = vec![u32::MAX; graph.nodes().len()];
-    let mut open = std::collections::BinaryHeap::new();
-    for evasion in evasions {
-        let start = graph.edge(evasion.edge).from;
-        frames[start.index()] = 0;
-        open.push(std::cmp::Reverse((0, start.0)));
-    }
-    while let Some(std::cmp::Reverse((so_far, node))) = open.pop() {
-        if so_far > frames[node as usize] {
-            continue;
-        }
-        for &(from, length) in &into[node as usize] {
-            let total = so_far.saturating_add(length);
-            if total < frames[from as usize] {
-                frames[from as usize] = total;
-                open.push(std::cmp::Reverse((total, from)));
-            }
-        }
-    }
-    frames
 }

@@ -6,15 +6,13 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
-use super::answer::Answer;
-use super::cull::Overlap;
-use super::session::Session;
-use super::source::Source;
-use crate::maps::PathId;
+use sabaki::maps::PathId;
+use sabaki::query::cull::Overlap;
+use sabaki::query::{Answer, Session, Source};
 
 /// The counts of one round of a query. A query has two rounds if no candidate of the grid is clean.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Round {
+pub(crate) struct Round {
     counted: Vec<CountedOne>,
 }
 
@@ -30,7 +28,7 @@ struct CountedOne {
 impl Round {
     /// The counts of a session's round.
     #[must_use]
-    pub fn new(session: &Session<'_>) -> Self {
+    pub(crate) fn new(session: &Session<'_>) -> Self {
         let candidates = session.cull_input().candidates;
         let counted = session.counted_paths().zip(candidates);
         let counted = counted.zip(session.counts());
@@ -48,16 +46,16 @@ impl Round {
 
 /// The exact results of one query: which candidates are hit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct GroundTruth {
+pub(crate) struct GroundTruth {
     /// Whether each path is hit.
     hits: FxHashMap<PathId, bool>,
 }
 
 impl GroundTruth {
-    /// From answers to one query by [`Evaluation::Exhaustive`](super::Evaluation::Exhaustive), each with its rounds: one answer from
+    /// From answers to one query by [`Evaluation::Exhaustive`](sabaki::query::Evaluation::Exhaustive), each with its rounds: one answer from
     /// all paths, and one from the grid.
     #[must_use]
-    pub fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {
+    pub(crate) fn new<'r>(answers: impl IntoIterator<Item = (&'r Answer, &'r [Round])>) -> Self {
         let mut hits = FxHashMap::default();
         for (answer, rounds) in answers {
             if answer.source == Source::NothingClean {
@@ -77,12 +75,12 @@ impl GroundTruth {
 
     /// Compares the rounds of another answer to the same query, and adds the results to `tally`. A candidate of both rounds is added
     /// once.
-    pub fn compare(&self, rounds: &[Round], tally: &mut MapTally) {
+    pub(crate) fn compare(&self, rounds: &[Round], tally: &mut MapTally) {
         let mut seen = FxHashSet::default();
         let counted = rounds.iter().flat_map(|round| &round.counted);
         for one in counted.filter(|one| seen.insert(one.path)) {
             if let Some(&is_hit) = self.hits.get(&one.path) {
-                tally.add((&one.overlap, one.is_open), is_hit);
+                tally.add(one, is_hit);
             }
         }
     }
@@ -90,26 +88,26 @@ impl GroundTruth {
 
 /// Numbers of candidates by the results of maps and exact test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct MapTally {
+pub(crate) struct MapTally {
     /// Candidates that are hit.
-    pub hits: usize,
+    pub(crate) hits: usize,
     /// Hit candidates that the maps keep.
-    pub hits_kept: usize,
+    pub(crate) hits_kept: usize,
     /// Candidates that are clean.
-    pub clean: usize,
+    pub(crate) clean: usize,
     /// Clean candidates that the maps remove.
-    pub clean_removed: usize,
+    pub(crate) clean_removed: usize,
     /// Candidates that the maps neither remove nor prove clean.
-    pub undecided: usize,
+    pub(crate) undecided: usize,
     /// Hit candidates that the maps prove clean: a fault, unless the maps are not certain.
-    pub hits_proven_clean: usize,
+    pub(crate) hits_proven_clean: usize,
 }
 
 impl MapTally {
-    /// Adds a candidate. `is_open`: an outer count of 0 proves no miss.
-    pub fn add(&mut self, (overlap, is_open): (&Overlap, bool), is_hit: bool) {
-        let is_removed = overlap.body > 0;
-        let is_proven = overlap.outer == 0 && !is_open;
+    /// Adds a candidate.
+    fn add(&mut self, one: &CountedOne, is_hit: bool) {
+        let is_removed = one.overlap.body > 0;
+        let is_proven = one.overlap.outer == 0 && !one.is_open;
         if is_hit {
             self.hits += 1;
             self.hits_kept += usize::from(!is_removed);
@@ -123,31 +121,31 @@ impl MapTally {
 
     /// Number of candidates that were added.
     #[must_use]
-    pub fn candidates(&self) -> usize {
+    pub(crate) fn candidates(&self) -> usize {
         self.hits + self.clean
     }
 
     /// Number of candidates that the maps keep.
     #[must_use]
-    pub fn kept(&self) -> usize {
+    pub(crate) fn kept(&self) -> usize {
         self.hits_kept + self.clean - self.clean_removed
     }
 
     /// Share of the hit candidates that the maps keep; 0 if there are none.
     #[must_use]
-    pub fn weak(&self) -> f64 {
+    pub(crate) fn weak(&self) -> f64 {
         share(self.hits_kept, self.hits)
     }
 
     /// Share of the clean candidates that the maps remove; 0 if there are none.
     #[must_use]
-    pub fn wrong(&self) -> f64 {
+    pub(crate) fn wrong(&self) -> f64 {
         share(self.clean_removed, self.clean)
     }
 
     /// Share of all candidates that only the exact test decides; 0 if there are none.
     #[must_use]
-    pub fn undecided_share(&self) -> f64 {
+    pub(crate) fn undecided_share(&self) -> f64 {
         share(self.undecided, self.candidates())
     }
 }
@@ -165,17 +163,21 @@ mod tests {
 
     #[test]
     fn each_candidate_is_counted_by_both_results() {
-        let overlap = |body, outer| Overlap {
-            body,
-            outer,
-            evasion: 0,
+        let counted = |body, outer, is_open| CountedOne {
+            path: PathId(0),
+            overlap: Overlap {
+                body,
+                outer,
+                evasion: 0,
+            },
+            is_open,
         };
         let mut tally = MapTally::default();
-        tally.add((&overlap(3, 5), false), true);
-        tally.add((&overlap(0, 5), false), true);
-        tally.add((&overlap(0, 0), false), false);
-        tally.add((&overlap(0, 0), true), false);
-        tally.add((&overlap(1, 1), false), false);
+        tally.add(&counted(3, 5, false), true);
+        tally.add(&counted(0, 5, false), true);
+        tally.add(&counted(0, 0, false), false);
+        tally.add(&counted(0, 0, true), false);
+        tally.add(&counted(1, 1, false), false);
         assert_eq!((tally.candidates(), tally.kept()), (5, 3));
         assert_eq!((tally.weak(), tally.wrong()), (0.5, 1.0 / 3.0));
         assert_eq!(tally.undecided, 2);
