@@ -1,5 +1,7 @@
 //! The tests of the component. Folders mirror `src`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
+// The files mirror those of `src`, and a test uses an example's memory.
+#![allow(clippy::module_inception, clippy::duplicate_mod)]
 
 mod archive;
 mod capi;

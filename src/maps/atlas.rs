@@ -205,6 +205,7 @@ pub(crate) struct PackedAtlas {
 impl PackedAtlas {
     /// Index in `maps` of a region's slab, or `None` if the region does not have that slab.
     #[must_use]
+    #[cfg(feature = "vulkan")]
     pub(crate) fn find(&self, region: RegionId, slab: Slab) -> Option<u32> {
         let (first_slab, first, count) = self.regions[region.index()];
         let index = u32::try_from(slab.0.checked_sub(first_slab.0)?).ok()?;

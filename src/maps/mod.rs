@@ -34,6 +34,7 @@ mod slab;
 mod sphere_key;
 mod track;
 
+#[cfg(feature = "vulkan")]
 pub(crate) use atlas::{PackedAtlas, PackedMap};
 pub use atlas::{RegionAtlas, RegionId};
 pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption, Contact};

@@ -1,9 +1,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::error::shortened;
+use super::file::clip_name;
 use super::motion_file::{ENDINGS, MotionFile, ends_with};
-use super::read::{check_scale, clip_name};
-use super::read_error::shortened;
+use super::read::check;
 use super::warnings::clip_warnings;
 use super::{
     ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
@@ -47,7 +48,7 @@ pub fn read_clips(
     events: Option<&Path>,
     options: &ReadOptions,
 ) -> Result<ClipSet, ReadError> {
-    check_scale(options)?;
+    check(options)?;
     let files = files(paths)?;
     check_names(&files)?;
     let mut loaded = load_all(&files, options)?.into_iter();
@@ -199,7 +200,7 @@ fn load_all<'a>(
     let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
     let to_metres = |index: usize| {
         let ((path, (file, _)), scale) = &jobs[index];
-        let motions = file.to_metres(path, (*scale, options))?;
+        let motions = file.to_metres(path, *scale, options)?;
         Ok(motions.into_iter().map(|motion| (*path, motion)).collect())
     };
     let motions: Result<Vec<Vec<_>>, ReadError> =

@@ -1,38 +1,46 @@
 //! Imports and exports files: motion capture, meshes, events, attacks and answers.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 
 pub mod asf;
 mod attacks;
 mod body;
 pub mod bvh;
 mod clip_set;
+mod error;
 mod events;
 pub mod export;
+mod file;
 pub mod fit;
 pub mod gltf;
 mod json;
+mod loaded_clip;
 mod masses;
 mod mesh_scale;
 mod motion_file;
 mod obj;
+mod options;
 mod read;
-mod read_error;
 mod recording;
 mod units;
 mod up;
 mod warnings;
 
-pub use attacks::{AttackEntry, AttackFile, AttacksError};
-pub use body::{BodyEntry, BodyFile, BodyFileError};
+pub use attacks::{AttackEntry, AttackFile};
+pub use body::{BodyEntry, BodyFile};
 pub use clip_set::{ClipSet, read_clips};
-pub use events::{ClipEvents, EventEntry, EventsError, EventsFile};
+pub use error::{
+    AttacksError, BodyFileError, EventsError, MassFileError, ObjError, ReadError, RecordingError,
+};
+pub use events::{ClipEvents, EventEntry, EventsFile};
 pub use json::JsonError;
-pub use masses::{MassFile, MassFileError};
+pub use loaded_clip::LoadedClip;
+pub use masses::MassFile;
 pub use mesh_scale::{body_scale, held_scale};
-pub use motion_file::{is_gltf, is_motion_file, read_gltf};
-pub use obj::{ObjError, parse_obj, read_obj};
-pub use read::{LONGEST_CLIP, LoadedClip, ReadOptions, SCALES, read_bvh, read_clip, read_motions};
-pub use read_error::ReadError;
-pub use recording::{Chosen, Question, Recording, RecordingError};
+pub use motion_file::{is_gltf, is_motion_file, read_bvh, read_gltf};
+pub use obj::{parse_obj, read_obj};
+pub use options::{LONGEST_CLIP, ReadOptions, SCALES};
+pub use read::{read_clip, read_motions};
+pub use recording::{Chosen, Question, Recording};
 pub use units::{LengthUnit, STATURE_FACTOR, Scale, ScaleSource, USUAL_STATURE, stature};
 pub use up::{Up, UpError};
 pub use warnings::clip_warnings;

@@ -2,11 +2,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use super::ReadError;
-use super::json::{self, JsonError};
-use super::read::read_bytes;
+use super::error::{MassFileError, ReadError};
+use super::file::read_bytes;
+use super::json;
 use sabaki::anim::Skeleton;
 use sabaki::lod::Masses;
 
@@ -16,25 +15,6 @@ use sabaki::lod::Masses;
 pub struct MassFile {
     /// Masses by joint name, in kilograms.
     pub masses: BTreeMap<String, f32>,
-}
-
-/// Reason why a file of masses cannot be used.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum MassFileError {
-    /// The text is not a valid file of masses.
-    #[error(transparent)]
-    Json(#[from] JsonError),
-    /// The skeleton has no such joint.
-    #[error("the skeleton has no joint \"{0}\"")]
-    UnknownJoint(String),
-    /// A mass is negative or infinite.
-    #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
-    Mass {
-        /// Name of the joint.
-        joint: String,
-        /// Mass, in kilograms.
-        kilograms: f32,
-    },
 }
 
 impl MassFile {

@@ -5,8 +5,8 @@ use glam::Quat;
 
 use super::asf::{AmcFile, AsfFile};
 use super::bvh::{BvhFile, MotionError};
+use super::file::{clip_name, read_bytes};
 use super::gltf::GltfFile;
-use super::read::{clip_name, given, read_bvh, read_bytes};
 use super::{
     LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource, Up, stature,
 };
@@ -42,6 +42,17 @@ pub fn is_motion_file(path: &Path) -> bool {
     ends_with(path, &ENDINGS)
 }
 
+/// Reads a BVH file in its own unit.
+///
+/// # Errors
+/// The first error, with the file and the position in it.
+pub fn read_bvh(path: &Path) -> Result<BvhFile, ReadError> {
+    BvhFile::parse(&read_bytes(path)?).map_err(|error| ReadError::Bvh {
+        path: path.to_owned(),
+        error,
+    })
+}
+
 /// Reads a glTF file in its own unit. External buffers are read from its folder.
 ///
 /// # Errors
@@ -53,6 +64,13 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
         path: path.to_owned(),
         error: Box::new(error),
     })
+}
+
+pub(super) fn given(metres_per_unit: f64) -> Scale {
+    Scale {
+        metres_per_unit,
+        found: ScaleSource::Given,
+    }
 }
 
 /// Path of an AMC file's skeleton: the ASF file of the same name, of the part of the name before
@@ -177,7 +195,8 @@ impl MotionFile {
     pub(super) fn to_metres(
         &self,
         path: &Path,
-        (scale, options): (Scale, &ReadOptions),
+        scale: Scale,
+        options: &ReadOptions,
     ) -> Result<Vec<LoadedClip>, ReadError> {
         let name = clip_name(path);
         let up = |(skeleton, clip): (Skeleton, Clip)| match options.up {

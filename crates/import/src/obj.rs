@@ -1,31 +1,10 @@
 use std::path::Path;
 
-use thiserror::Error;
 use tobj::LoadOptions;
 
-use super::ReadError;
-use super::read::read_bytes;
-use crate::fit::{Mesh, MeshError, MeshPart};
-
-/// Reason why an OBJ file cannot be read.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ObjError {
-    /// The text is not valid OBJ. The message is that of the parser, which does not report lines.
-    #[error("not an OBJ mesh: {0}")]
-    Text(String),
-    /// A corner of a face refers to no vertex.
-    #[error("line {line}: a face's corner names vertex \"{found}\"")]
-    Corner {
-        /// Line number, from 1.
-        line: usize,
-        /// The corner as written, without texture and normal.
-        found: String,
-    },
-    /// The mesh is invalid.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-}
+use super::error::{ObjError, ReadError};
+use super::file::read_bytes;
+use crate::fit::{Mesh, MeshPart};
 
 /// Parses the mesh of an OBJ text, in the text's own units and axes. Polygons are divided into
 /// triangle fans. Each group or object becomes a part. Lines, points, materials and unused vertices

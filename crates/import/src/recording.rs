@@ -1,19 +1,17 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use super::ReadError;
 use super::attacks::AttackEntry;
-use super::json::{self, JsonError};
-use super::read::read_bytes;
+use super::error::{ReadError, RecordingError};
+use super::file::read_bytes;
+use super::json;
 use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, AttackError, EnteredAt, Evaluation, Query, QueryContext, QuerySettings,
-    QuerySettingsError, Request, cull::cpu,
+    Answer, Attack, EnteredAt, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,
 };
 
 /// The input of a query. Together with the graph it determines the answer.
@@ -69,36 +67,6 @@ pub struct Recording {
     pub question: Question,
     /// Answer of the query.
     pub chosen: Chosen,
-}
-
-/// Reason why a file is not a recording, or cannot be replayed.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RecordingError {
-    /// The text is not a valid exported answer.
-    #[error(transparent)]
-    Json(#[from] JsonError),
-    /// The attack is invalid.
-    #[error(transparent)]
-    Attack(#[from] AttackError),
-    /// A setting is out of range.
-    #[error(transparent)]
-    Settings(#[from] QuerySettingsError),
-    /// The recording belongs to another graph.
-    #[error(
-        "it was answered on the graph {expected:08x}, and this one is {found:08x}: name the baked graph that it was exported from"
-    )]
-    Graph {
-        /// Checksum of the recording's graph.
-        expected: u32,
-        /// Checksum of the given graph.
-        found: u32,
-    },
-    /// The graph does not have the playhead's edge or frame.
-    #[error("the playhead is no place of the graph")]
-    Playhead,
-    /// The checksum of the graph cannot be computed, because memory is exhausted.
-    #[error("the graph cannot be named: {0}")]
-    Unnamed(String),
 }
 
 #[derive(Deserialize)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Failure;
 
-/// Whether a file's name is one that [`super::dodge::write`] gives: `attack_`, a number of four digits or more, and an ending.
+/// Whether a file's name is one that [`super::answer_files`] gives: `attack_`, a number of four digits or more, and an ending.
 fn is_answer(path: &Path) -> bool {
     let ending = path.extension().and_then(|ending| ending.to_str());
     let stem = path.file_stem().and_then(|stem| stem.to_str());

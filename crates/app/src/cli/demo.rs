@@ -7,6 +7,7 @@ use sabaki::query::{CullPath, Enumerate, Query, QueryContext, QuerySettings, Sou
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::json;
 
+use super::answer_files::{Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, Pass, PassSettings, pass};
 use super::source::Baked;
@@ -169,7 +170,13 @@ fn write_files(
     let mut runner = QueryRunner::new(baked);
     runner.ask(&settings, throw, (culling, method.cull))?;
     let answer = &runner.answer;
-    let question = dodge::question(dodge::graph_name(baked)?, throw, (&settings, method));
+    let asked = Asked {
+        graph: graph_name(baked)?,
+        throw,
+        settings: &settings,
+        method,
+    };
+    let question = asked.question();
     let mut files =
         sabaki_import::export::write_answer(folder, "dodge", baked, (&question, answer))
             .map_err(failed(folder))?

@@ -1,20 +1,19 @@
 //! `sabaki dodge`.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
-use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, QuerySettings};
 use sabaki_app::demo::quality::{Quality, QualityMeter};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::export::{MotionFormat, Target};
-use sabaki_import::{self, Question};
+use sabaki_import::export::MotionFormat;
 use serde_json::Value;
 
+use super::answer_files::{AnswerFolder, Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
 use super::source::{self, Baked, GraphArgs};
@@ -193,54 +192,22 @@ fn passes(
             let (Some(folder), Some(graph)) = (folder, graph) else {
                 return Ok(());
             };
-            let question = question(graph, &throws[index], (settings, method));
-            let format = args.format.format();
-            write((folder, format), (baked, index as u64), &question, answer)
+            let asked = Asked {
+                graph,
+                throw: &throws[index],
+                settings,
+                method,
+            };
+            let folder = AnswerFolder {
+                path: folder,
+                format: args.format.format(),
+                baked,
+            };
+            folder.write(index as u64, &asked.question(), answer)
         };
         passes.push(pass((baked, throws), &settings, culling, export)?);
     }
     Ok(passes)
-}
-
-/// The digest by which exported answers name the graph.
-pub(super) fn graph_name(baked: &BakedGraph) -> Result<u32, Failure> {
-    archive::checksum(baked).map_err(|error| Failure::Usage(error.to_string()))
-}
-
-/// The query of one throw by one method, as a recording.
-pub(super) fn question(
-    graph: u32,
-    throw: &Throw,
-    (settings, method): (&QuerySettings, Method),
-) -> Question {
-    Question {
-        graph,
-        playhead: throw.playhead,
-        attack: throw.attack.clone(),
-        settings: *settings,
-        evaluation: method.cull.evaluation(),
-    }
-}
-
-/// Writes an answer as `attack_0000.bvh` or `.glb`, and `.json`.
-pub(super) fn write(
-    (folder, format): (&Path, MotionFormat),
-    (baked, index): (&BakedGraph, u64),
-    question: &Question,
-    answer: &Answer,
-) -> Result<(), Failure> {
-    let name = format!("attack_{index:04}");
-    let target = Target {
-        folder,
-        name: &name,
-        format,
-    };
-    let written = sabaki_import::export::write_answer_as(target, baked, (question, answer));
-    let failed = |source| Failure::Write {
-        path: folder.join(name),
-        source,
-    };
-    written.map(|_| ()).map_err(failed)
 }
 
 /// The attacks; with --explain only the explained one.

@@ -13,10 +13,11 @@ use sabaki_import::export::MotionFormat;
 use sabaki_import::{self, Question};
 use serde_json::json;
 
+use super::answer_files::{AnswerFolder, Asked, graph_name};
 use super::culling::Culling;
-use super::passes::Method;
+use super::method::Method;
 use super::stats::{QueryRunner, Run};
-use super::{Done, Failure, dodge};
+use super::{Done, Failure};
 
 /// Width of a line, in characters.
 const WIDTH: usize = 120;
@@ -60,10 +61,21 @@ pub(crate) fn run(
     };
     let mut runner = QueryRunner::new(case.baked);
     let run = runner.ask(&settings, case.throw, (culling, case.method.cull))?;
-    let graph = dodge::graph_name(case.baked)?;
-    let question = dodge::question(graph, case.throw, (&settings, case.method));
-    if let Some(export) = export {
-        dodge::write(export, (case.baked, case.index), &question, &runner.answer)?;
+    let asked = Asked {
+        graph: graph_name(case.baked)?,
+        throw: case.throw,
+        settings: &settings,
+        method: case.method,
+    };
+    let question = asked.question();
+    if let Some((path, format)) = export {
+        let baked = case.baked;
+        let folder = AnswerFolder {
+            path,
+            format,
+            baked,
+        };
+        folder.write(case.index, &question, &runner.answer)?;
     }
     let text = if as_json {
         let mut document = sabaki_import::export::document(case.baked, &question, &runner.answer);

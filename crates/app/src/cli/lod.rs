@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use sabaki::anim::{Clip, JointId, Pose, Skeleton};
+use sabaki::anim::{JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::lod::{
     Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure,
@@ -13,7 +13,7 @@ use sabaki::lod::{
 };
 use sabaki_app::demo;
 
-use super::lod_report::Report;
+use super::lod_report::{Report, Source};
 use super::plot::Plot;
 use super::source::ReadArgs;
 use super::{Done, Failure, lod_report, output};
@@ -99,13 +99,6 @@ enum InertiaArg {
 enum CarrierArg {
     Nearest,
     Parent,
-}
-
-/// The skeleton and clips to analyse.
-pub(crate) struct Source {
-    pub(crate) skeleton: Skeleton,
-    pub(crate) clips: Vec<Clip>,
-    pub(crate) warnings: Vec<String>,
 }
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {

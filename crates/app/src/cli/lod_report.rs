@@ -3,12 +3,18 @@
 use std::fmt::Write;
 
 use indicatif::ProgressIterator;
-use sabaki::anim::Clip;
+use sabaki::anim::{Clip, Skeleton};
 use sabaki::lod::{Level, Levels, LodError, Order, Rule, SwitchSettings, Switching};
 use serde_json::{Value, json};
 
-use super::lod::Source;
 use super::output;
+
+/// The skeleton and clips to analyse.
+pub(crate) struct Source {
+    pub(crate) skeleton: Skeleton,
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) warnings: Vec<String>,
+}
 
 /// Levels of detail, with the distances at which they are drawn.
 pub(crate) struct Report {

@@ -1,5 +1,6 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod answer_files;
 mod answer_folder;
 mod bake;
 mod cancel;
@@ -24,6 +25,7 @@ mod lod_report;
 mod map_quality;
 mod map_settings;
 mod maps;
+mod method;
 mod output;
 mod passes;
 mod picture;

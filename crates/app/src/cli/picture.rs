@@ -9,7 +9,8 @@ use plotters::style::{FontStyle, register_font};
 use sabaki::archive;
 use sabaki_app::film::png;
 
-use super::plot::INK;
+/// The colour of text and axes.
+pub(crate) const INK: RGBColor = RGBColor(38, 44, 56);
 
 /// The name under which the embedded font is registered; an SVG names it, too.
 pub(crate) const FONT: &str = "sans-serif";

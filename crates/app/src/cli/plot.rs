@@ -10,10 +10,8 @@ use plotters::prelude::*;
 use sabaki::archive;
 
 use super::Failure;
+pub(crate) use super::picture::INK;
 use super::picture::{Picture, embed_font};
-
-/// The colour of text and axes.
-pub(crate) const INK: RGBColor = RGBColor(38, 44, 56);
 
 /// A part of a figure, in pixels.
 pub(crate) type Area<DB> = DrawingArea<DB, Shift>;

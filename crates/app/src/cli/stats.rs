@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::Failure;
 use super::culling::Culling;
-use super::passes::Method;
+use super::method::Method;
 
 /// Summary of one answer, small enough to keep ten thousand.
 #[derive(Clone, Debug)]

@@ -4,11 +4,11 @@
 use glam::{Vec2, Vec3};
 
 use super::feet::{Air, Foot, Spot, Swing, Way, air_track};
+use super::guard::{guard, guard_spot};
 use super::keys::{Body, ROWS, Track};
 use super::rhythm::Rhythm;
 use super::skeleton::{LEFT, RIGHT};
 use super::solve::solve;
-use super::stance::{guard, guard_spot};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, EventKind, JointId, Skeleton};
 use sabaki::math::Rigid2;
 

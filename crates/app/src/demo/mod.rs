@@ -12,6 +12,7 @@ mod choreography;
 pub mod coverage;
 mod evasions;
 mod feet;
+mod guard;
 pub mod interval;
 mod keys;
 mod locomotion;

@@ -4,7 +4,8 @@ use std::fmt;
 
 use ash::vk;
 
-use super::{HeadlessDesc, device};
+use super::desc::HeadlessDesc;
+use super::instance;
 use sabaki::gpu::{GpuError, Report, Terms, check, internal::Named};
 
 /// A Vulkan device of this machine.
@@ -67,7 +68,7 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     // SAFETY: the library is the system's Vulkan loader, whose loading has no conditions.
     let entry =
         unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
-    let instance = device::instance(&entry, &HeadlessDesc::default())?;
+    let instance = instance::create(&entry, &HeadlessDesc::default())?;
     let known = all(&instance, &Terms::default());
     // SAFETY: nothing was made from the instance.
     unsafe { instance.destroy_instance(None) };

@@ -1,37 +1,23 @@
 //! A Vulkan device without a window, for the command, tests and benches. A renderer uses its own device instead.
 
+mod cull;
+mod desc;
 mod device;
+mod instance;
 mod list;
 mod messages;
 mod work;
 
-use std::ffi::CStr;
-
 use ash::vk;
 
-pub use device::DeviceChoice;
+pub use desc::{DeviceChoice, HeadlessDesc};
 pub use list::{DeviceInfo, DeviceKind, devices};
 pub use messages::{Accepted, Message, accepted};
 
 use device::DevicePart;
 use messages::Collector;
-use sabaki::gpu::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory, Terms};
+use sabaki::gpu::{Context, ContextDesc, GpuAllocatorMemory, GpuError, Memory};
 use work::WorkPart;
-
-/// Settings of a [`Headless`] device.
-#[derive(Clone, Debug, Default)]
-pub struct HeadlessDesc {
-    /// The device to use.
-    pub device: DeviceChoice,
-    /// Enables core, synchronization and best-practices validation; an error if the layer is not installed.
-    pub validation: bool,
-    /// The version of Vulkan that is asked for, and what is done without even where the device has it.
-    pub terms: Terms,
-    /// Extensions of the instance beside those that are needed anyway: those of a window system, for instance.
-    pub instance_extensions: Vec<&'static CStr>,
-    /// Extensions of the device beside those that are needed anyway. A device without one of them is refused.
-    pub device_extensions: Vec<&'static CStr>,
-}
 
 /// An instance, a device, a queue, and a command buffer with a fence.
 pub struct Headless {
@@ -75,7 +61,7 @@ impl Headless {
     /// # Safety
     /// The functions that `entry` hands out do what Vulkan says of them, until the device has been destroyed.
     pub unsafe fn with_loader(entry: ash::Entry, desc: &HeadlessDesc) -> Result<Self, GpuError> {
-        let instance = device::instance(&entry, desc)?;
+        let instance = instance::create(&entry, desc)?;
         let mut headless = Self {
             entry,
             instance,

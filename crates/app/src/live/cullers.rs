@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use super::map_choices::MapChoice;
-use super::query_worker::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
+use super::worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
 use crate::headless::{Headless, HeadlessDesc, Message};
 use sabaki::gpu::{Culler, CullerDesc, GpuError};
 use sabaki::maps::BakedGraph;

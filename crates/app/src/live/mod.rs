@@ -15,6 +15,7 @@ mod orbit;
 mod query_worker;
 mod throw;
 mod walker;
+mod worker_request;
 
 pub use aim::{Ball, BallSettings, aim};
 pub use clock::Clock;
@@ -24,8 +25,7 @@ pub use event::Event;
 pub use fighter::{Fighter, FighterSettings};
 pub use map_choices::{MapChoice, MapChoices, map_name};
 pub use orbit::Orbit;
-pub use query_worker::{
-    QueryWorker, QueryWorkerDesc, WorkerRequest, WorkerResponse, with_query_worker,
-};
+pub use query_worker::{QueryWorker, with_query_worker};
 pub use throw::Throw;
 pub use walker::Walker;
+pub use worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};

@@ -1,6 +1,6 @@
 use super::aim::Ball;
 use super::event::Event;
-use super::query_worker::WorkerResponse;
+use super::worker_request::WorkerResponse;
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::{Answer, Enumerate, QuerySettings};

@@ -11,11 +11,12 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
+use super::desc::PACE;
 use super::gui::{Gui, PANEL, Sheet};
 use super::input::{Mouse, Wish};
 use super::times::Times;
 use super::view::Seen;
-use super::{PACE, View, WindowDesc, WindowError};
+use super::{View, WindowDesc, WindowError};
 use crate::film::png;
 use crate::live::{Clock, Event, Orbit};
 use crate::present::{Outcome, Presenter, PresenterDesc, Scene, is_window_gone};

@@ -46,7 +46,6 @@ pub use bind::BindPose;
 pub use mesh::{Mesh, MeshError, MeshPart};
 use piece::Piece;
 pub use prop::fit_prop;
-use report::Misfit;
 pub use report::{FitReport, JointFit};
 use sabaki::anim::JointId;
 use sabaki::maps::{Body, BodySphere, LocalSphere};

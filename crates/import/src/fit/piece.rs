@@ -6,8 +6,10 @@ use glam::Vec3;
 
 use super::cover::Cover;
 use super::medial::{self, Ball, Limits};
+use super::mesh::Mesh;
+use super::report::{JointFit, Misfit};
+use super::settings::FitSettings;
 use super::surface::Surface;
-use super::{FitSettings, JointFit, Mesh, Misfit};
 use sabaki::anim::JointId;
 
 /// Maximum number of candidate balls for each joint.

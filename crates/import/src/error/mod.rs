@@ -1,11 +1,26 @@
+//! Reasons why files cannot be read.
+
+mod attacks;
+mod body;
+mod events;
+mod masses;
+mod obj;
+mod recording;
+
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{
-    AttacksError, BodyFileError, EventsError, MassFileError, ObjError, RecordingError,
-    asf::AsfError, bvh::BvhError, bvh::MotionError, gltf::GltfError,
-};
+use crate::asf::AsfError;
+use crate::bvh::{BvhError, MotionError};
+use crate::gltf::GltfError;
+use crate::options::{LONGEST_CLIP, SCALES};
+pub use attacks::AttacksError;
+pub use body::BodyFileError;
+pub use events::EventsError;
+pub use masses::MassFileError;
+pub use obj::ObjError;
+pub use recording::RecordingError;
 
 /// Reason why a file cannot be read, with the file.
 #[derive(Debug, Error)]
@@ -49,7 +64,7 @@ pub enum ReadError {
         clips: Vec<String>,
     },
     /// The given scale is out of range.
-    #[error("a scale of {0} metres per unit is not possible; it must be {least:e} to {most:e}", least = super::SCALES.start(), most = super::SCALES.end())]
+    #[error("a scale of {0} metres per unit is not possible; it must be {least:e} to {most:e}", least = SCALES.start(), most = SCALES.end())]
     Scale(f64),
     /// The given frame rate is invalid.
     #[error("{0} frames a second are not possible")]
@@ -78,11 +93,11 @@ pub enum ReadError {
         /// Error.
         error: MotionError,
     },
-    /// The motion is longer than [`super::LONGEST_CLIP`].
+    /// The motion is longer than [`LONGEST_CLIP`].
     #[error(
         "{}: the motion lasts {seconds} s; {} s is the most",
         path.display(),
-        super::LONGEST_CLIP
+        LONGEST_CLIP
     )]
     TooLong {
         /// The file.

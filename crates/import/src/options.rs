@@ -1,0 +1,23 @@
+use std::ops::RangeInclusive;
+
+use super::up::Up;
+
+/// Maximum duration of a clip, in seconds: ten hours. Longer clips come from wrong frame times and
+/// would exhaust memory.
+pub const LONGEST_CLIP: f64 = 36_000.0;
+
+/// Metres per unit that may be given: from a millionth of a millimetre to a thousand kilometres.
+pub const SCALES: RangeInclusive<f64> = 1e-9..=1e6;
+
+/// Options for reading files.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Scale of the files, in metres per unit. Default `None`: BVH files are scaled by the
+    /// skeleton's stature, glTF files by 1.
+    pub scale: Option<f64>,
+    /// Axis that points up in the files. Default +Y.
+    pub up: Up,
+    /// Frame rate of AMC files, which do not contain it, in frames per second. Default `None`:
+    /// [`AmcFile::USUAL_RATE`](super::asf::AmcFile::USUAL_RATE).
+    pub amc_rate: Option<f64>,
+}
