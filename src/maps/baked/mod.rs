@@ -13,7 +13,7 @@ use super::{
     Slab,
 };
 use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId};
+use crate::graph::{EdgeId, EdgeMotion, Entry, Motion, MotionGraph, NodeId, Playhead};
 use crate::math::Rigid2;
 
 /// The immutable result of a bake: everything that a query needs.
@@ -207,6 +207,12 @@ impl BakedGraph {
         let playhead = motion.playhead(&self.graph, seconds);
         let known = self.entries.at(&self.graph, playhead);
         known.iter().map(entry).collect()
+    }
+
+    /// Whether an evasion can be entered from a moment of the graph.
+    #[must_use]
+    pub fn has_entries_at(&self, playhead: Playhead) -> bool {
+        !self.entries.at(&self.graph, playhead).is_empty()
     }
 
     /// Largest angular speed of each joint that an entry may have, in radians per second.

@@ -51,15 +51,15 @@ impl<'a> QualityMeter<'a> {
     #[must_use]
     pub fn new(baked: &'a BakedGraph) -> Self {
         let graph = baked.graph();
-        let (skeleton, rig) = (graph.skeleton(), graph.rig());
-        let legs = rig.legs().into_iter().flatten();
+        let (skeleton, limbs) = (graph.skeleton(), graph.limbs());
+        let legs = limbs[..2].iter().flatten();
         let limb_of = |joint: JointId| {
             let parent = |joint: &JointId| skeleton.joints()[joint.index()].parent;
             let above: Vec<_> = std::iter::successors(Some(joint), parent).collect();
             let has = |limb: &Option<sabaki::anim::Leg>| {
                 limb.is_some_and(|limb| above.contains(&limb.hip))
             };
-            rig.limbs().iter().position(has)
+            limbs.iter().position(has)
         };
         Self {
             baked,

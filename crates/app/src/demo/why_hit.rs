@@ -37,16 +37,15 @@ impl Cause {
     /// Of an answer that is a hit.
     #[must_use]
     pub fn of(baked: &BakedGraph, throw: &Throw, answer: &Answer) -> Self {
-        let entries = baked.entries();
         if answer.counts.with_evasion == 0 {
-            return match entries.at(baked.graph(), throw.playhead).is_empty() {
-                true => Self::NoEntry,
-                false => Self::NoTime,
+            return match baked.has_entries_at(throw.playhead) {
+                true => Self::NoTime,
+                false => Self::NoEntry,
             };
         }
         let hit = baked.body().spheres[answer.clearance().body_sphere].joint;
         let skeleton = baked.graph().skeleton();
-        let legs = { baked.graph().rig().legs() }.into_iter().flatten();
+        let legs = baked.graph().limbs()[..2].iter().flatten();
         let hips: Vec<_> = legs.map(|leg| leg.hip).collect();
         let parent = |joint: &JointId| skeleton.joints()[joint.index()].parent;
         let mut above = std::iter::successors(Some(hit), parent);
