@@ -16,6 +16,7 @@
 //!   sizes of [`StageDesc`].
 //!
 //! Architecture invariant: [`scene`] does not depend on Vulkan.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 #![warn(unreachable_pub)]
 
 mod offscreen;
