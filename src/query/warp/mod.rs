@@ -53,6 +53,9 @@ const MOMENTS: usize = 3;
 /// Rows may be missed by so much before a solution is tried, metres: distances are not linear.
 const HOPE: f32 = 0.02;
 
+/// Attacks of more spheres are not bent away from: each sphere of the attack is compared with each of the body.
+const MOST_SPHERES: usize = 1024;
+
 impl Warper {
     /// Bends `motion`, which is hit as `hit` says, so that it is clean; `None`, and the motion as it was, where that cannot be.
     /// The motion lasts at least as long as the attack.
@@ -87,6 +90,9 @@ impl Warper {
 
     fn bend(&mut self, task: Task<'_>, motion: &mut Motion, tested: Tested<'_>) -> Option<Warped> {
         let case = task.case;
+        if case.attack.spheres().len() > MOST_SPHERES {
+            return None;
+        }
         let limits = &case.settings.limits;
         // What stands and what does not is asked until the warp has gone.
         let end = tested.clearance.time + 2.0 * limits.hold + limits.way_out;
