@@ -311,7 +311,13 @@ fn who_cannot_come_near_says_so() {
 #[test]
 fn what_is_left_of_a_motion_goes_on_where_it_was() {
     let graph = embedded().graph();
-    for exchange in some().iter().flat_map(|fought| &fought.exchanges) {
+    let answers = some().iter().flat_map(|fought| &fought.exchanges);
+    // An answer that enters an evasion at once has no steps.
+    let stepped: Vec<_> = answers
+        .filter(|exchange| !exchange.answer.is_empty())
+        .collect();
+    assert!(stepped.len() > 2, "{}", stepped.len());
+    for exchange in stepped {
         let first = exchange.answer[0];
         let before = graph
             .edge_ids()
