@@ -28,6 +28,21 @@
 //! # }
 //! ```
 
+mod characters;
+mod event;
+mod goal;
 mod hybrid_crowd;
+mod plan;
+mod playing;
+mod settings;
+mod state;
+mod steer;
+mod threat;
 
+pub use characters::{CharacterError, CharacterId, Characters, CharactersState};
+pub use event::{CharacterEvent, CharacterEventKind};
+pub use goal::Goal;
 pub use hybrid_crowd::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
+pub use settings::CharacterSettings;
+pub use steer::SteerSettings;
+pub use threat::{Threat, ThreatId, ThreatSphere};

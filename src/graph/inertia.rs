@@ -29,7 +29,7 @@ pub struct Entry {
 }
 
 /// A value that comes to rest at 0: where it starts, and how fast it changes then, a second.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Decay {
     value: Vec3,
     speed: Vec3,
@@ -46,6 +46,16 @@ impl Decay {
 
     fn at(&self, weights: Weights) -> Vec3 {
         self.value * weights.value + self.speed * weights.speed
+    }
+
+    /// The same in a space that is turned.
+    fn turn(&mut self, by: Rigid2) {
+        self.value = by.vector(self.value);
+        self.speed = by.vector(self.speed);
+    }
+
+    fn is_finite(&self) -> bool {
+        self.value.is_finite() && self.speed.is_finite()
     }
 }
 
@@ -73,7 +83,7 @@ impl Weights {
 }
 
 /// A foot's place and rotation in the space of the motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct FootDecay {
     place: Decay,
     rotation: Decay,
@@ -82,7 +92,7 @@ struct FootDecay {
 }
 
 /// One jump of a motion: all that fades out after it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Inertia {
     /// Seconds since the motion's start; below 0 where the motion is the rest of another.
     pub(super) start: f32,
@@ -148,6 +158,36 @@ impl Inertia {
                 (0..skeleton.len()).map(|joint| Decay::new(apart(0, joint), apart(1, joint), step));
             self.places.extend(places);
         }
+    }
+
+    /// Turns what stands in the space of the motion: root, root rotation and feet.
+    pub(super) fn turn(&mut self, by: Rigid2) {
+        self.root.turn(by);
+        if let Some(root) = self.joints.first_mut() {
+            root.turn(by);
+        }
+        for foot in &mut self.feet {
+            foot.place.turn(by);
+            foot.rotation.turn(by);
+        }
+    }
+
+    /// Whether it fits a skeleton: asked of what is read from a file.
+    pub(super) fn is_sound(&self, joints: usize, legs: usize) -> bool {
+        let feet = { self.feet.iter() }.all(|foot| {
+            foot.place.is_finite() && foot.rotation.is_finite() && foot.lift.is_finite()
+        });
+        let lists = [&self.joints, &self.places];
+        let finite = lists.iter().all(|list| list.iter().all(Decay::is_finite));
+        self.start.is_finite()
+            && self.seconds > 0.0
+            && self.seconds.is_finite()
+            && self.root.is_finite()
+            && self.joints.len() == joints
+            && (self.places.is_empty() || self.places.len() == joints)
+            && self.feet.len() == legs
+            && feet
+            && finite
     }
 
     /// Whether anything is left of it after `seconds` of the motion.

@@ -113,14 +113,15 @@ pub struct Step {
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
 /// default continuation. It can jump to another position of the graph at any time ([`Motion::enter`]).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Motion {
-    pieces: Vec<Piece>,
-    warp: Option<Warp>,
+    pub(super) pieces: Vec<Piece>,
+    pub(super) warp: Option<Warp>,
     /// Offsets that fade out, by start time. Only the first `entered` are in use; the others are kept as memory.
-    inertias: Vec<Inertia>,
-    entered: usize,
-    scratch: EntryScratch,
+    pub(super) inertias: Vec<Inertia>,
+    pub(super) entered: usize,
+    #[serde(skip)]
+    pub(super) scratch: EntryScratch,
 }
 
 impl PartialEq for Motion {
@@ -131,13 +132,13 @@ impl PartialEq for Motion {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    playhead: Playhead,
-    rate: f32,
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Piece {
+    pub(super) playhead: Playhead,
+    pub(super) rate: f32,
     /// Start time, in seconds since the motion's start.
-    start: f32,
-    end: f32,
+    pub(super) start: f32,
+    pub(super) end: f32,
 }
 
 impl Piece {
@@ -325,7 +326,7 @@ impl Motion {
         }
     }
 
-    fn inertias(&self) -> &[Inertia] {
+    pub(super) fn inertias(&self) -> &[Inertia] {
         &self.inertias[..self.entered]
     }
 

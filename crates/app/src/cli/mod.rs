@@ -29,6 +29,7 @@ mod method;
 mod output;
 mod passes;
 mod picture;
+mod play;
 mod plot;
 mod quality;
 mod render;
@@ -85,6 +86,8 @@ enum Command {
     Crowd(crowd::Args),
     /// Lets two fighters of one graph attack and avoid in turn.
     Duel(duel::Args),
+    /// Plays a game without a window: characters are steered, left idle and threatened, and what they do is measured.
+    Play(play::Args),
     /// Renders a dodge or a crowd: PNG, animated GIF or APNG, or a sheet of moments.
     Render(render::Args),
     /// Opens a window: a click throws a ball, and the fighter dodges. Or a crowd.
@@ -116,6 +119,7 @@ pub(crate) fn main() -> ExitCode {
         Some(Command::Lod(args)) => lod::run(&args, cli.json),
         Some(Command::Crowd(args)) => crowd::run(&args, cli.json),
         Some(Command::Duel(args)) => duel::run(&args, &cli.device, cli.json),
+        Some(Command::Play(args)) => play::run(&args, cli.json),
         Some(Command::Render(args)) => render::run(&args, &cli.device, cli.json),
         #[cfg(feature = "window")]
         Some(Command::View(args)) => view::run(&args, &cli.device, cli.json),

@@ -144,7 +144,7 @@ pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Thr
     Ok(Throw { playhead, attack })
 }
 
-pub(super) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
+pub(crate) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 

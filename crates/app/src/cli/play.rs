@@ -1,0 +1,234 @@
+//! `sabaki play`: a game without a window, measured.
+
+use std::sync::Arc;
+
+use sabaki::character::CharacterError;
+use sabaki::math::in_parallel;
+use sabaki_app::play::{
+    CrowdedTimes, IdleReport, Outcome, Scenario, Scenarios, Sight, SteerReport, crowded, idle, steering,
+};
+use serde_json::{Value, json};
+
+use super::source::GraphArgs;
+use super::{Done, Failure, cancel, output};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    graph: GraphArgs,
+    /// Number of attacks of each kind.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    threats: u64,
+    /// Seed of the attacks and of the changes of direction.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Number of threads; 0 for all of the machine. Only times depend on it.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
+    threads: u64,
+}
+
+/// Kinds of attacks, in the order of the table.
+const ROWS: [(&str, Scenario); 7] = [
+    ("one", scenario(1, Sight::Known)),
+    ("two", scenario(2, Sight::Known)),
+    ("three", scenario(3, Sight::Known)),
+    ("noise", scenario(1, Sight::Noisy)),
+    ("feint", scenario(1, Sight::Feint)),
+    ("feint_known", scenario(1, Sight::FeintKnown)),
+    ("delayed", scenario(1, Sight::Known)),
+];
+
+const fn scenario(balls: usize, sight: Sight) -> Scenario {
+    Scenario {
+        balls,
+        sight,
+        delay: 0,
+    }
+}
+
+/// Results of one kind of attack.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    attacks: u32,
+    avoided: u32,
+    pops: u32,
+    largest_pop: f32,
+    takeovers: u32,
+    /// Number of attacks with so many changes of plan; the last one counts all that have more.
+    changes: [u32; 8],
+}
+
+struct Report {
+    rows: Vec<Row>,
+    steer: SteerReport,
+    idle: IdleReport,
+    times: CrowdedTimes,
+}
+
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    let baked = Arc::new(args.graph.load()?.graph);
+    let threads = args.threads as usize;
+    let refused = |error: CharacterError| Failure::Usage(error.to_string());
+    cancel::listen();
+    let bar = output::progress("playing", args.threats * ROWS.len() as u64);
+    let scenarios = Scenarios::new(&baked).map_err(refused)?;
+    let mut rows = Vec::new();
+    for (name, scenario) in ROWS {
+        let of = |index: usize| {
+            cancel::check()?;
+            let delay = match name {
+                "delayed" => 1 + index as u32 % 6,
+                _ => 0,
+            };
+            let scenario = Scenario { delay, ..scenario };
+            let outcome = scenarios.run(scenario, (args.seed, index as u64));
+            bar.inc(1);
+            outcome.map_err(refused)
+        };
+        let mut row = Row::default();
+        for outcome in in_parallel(threads, args.threats as usize, of) {
+            row.add(&outcome?);
+        }
+        rows.push(row);
+    }
+    let changers = (args.threats as usize).clamp(4, 100);
+    let report = Report {
+        rows,
+        steer: steering(&baked, (args.seed, changers), threads).map_err(refused)?,
+        idle: idle(&baked, (4, 300.0), threads).map_err(refused)?,
+        times: crowded(&baked, threads).map_err(refused)?,
+    };
+    bar.finish_and_clear();
+    Ok(Done::ok(match as_json {
+        true => Done::json(&report.document()),
+        false => report.text(),
+    }))
+}
+
+impl Row {
+    fn add(&mut self, outcome: &Outcome) {
+        self.attacks += 1;
+        self.avoided += u32::from(outcome.avoided);
+        self.pops += outcome.pops;
+        self.takeovers += outcome.takeovers;
+        self.largest_pop = self.largest_pop.max(outcome.largest_pop);
+        if outcome.plans > 0 {
+            let most = self.changes.len() - 1;
+            self.changes[most.min(outcome.changes as usize)] += 1;
+        }
+    }
+
+    fn share(&self) -> f64 {
+        f64::from(self.avoided) / f64::from(self.attacks.max(1))
+    }
+
+    /// Median number of changes of plan, of the attacks that were planned for.
+    fn changes_median(&self) -> usize {
+        let all: u32 = self.changes.iter().sum();
+        let mut sum = 0;
+        let reaches = |count: &u32| {
+            sum += count;
+            2 * sum >= all
+        };
+        self.changes.iter().position(reaches).unwrap_or(0)
+    }
+}
+
+fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+impl Report {
+    fn row(&self, name: &str) -> Row {
+        let place = ROWS.iter().position(|(of, _)| *of == name);
+        place.map_or_else(Row::default, |place| self.rows[place])
+    }
+
+    fn pops(&self) -> (u32, f32) {
+        self.rows.iter().fold((0, 0.0), |(pops, largest), row| {
+            (pops + row.pops, f32::max(largest, row.largest_pop))
+        })
+    }
+
+    fn feints_kept(&self) -> f64 {
+        self.row("feint").share() / self.row("feint_known").share().max(1e-9)
+    }
+
+    fn document(&self) -> Value {
+        let share = |name: &str| round(self.row(name).share());
+        let (pops, largest) = self.pops();
+        let Self {
+            steer, idle, times, ..
+        } = self;
+        let number = |value: f32| round(f64::from(value));
+        let takeovers: u32 = self.rows.iter().map(|row| row.takeovers).sum();
+        json!({
+            "threats": self.row("one").attacks,
+            "pops_over_5mm": pops,
+            "largest_pop_mm": number(1e3 * largest),
+            "takeovers": takeovers,
+            "avoided": {
+                "one": share("one"),
+                "two": share("two"),
+                "three": share("three"),
+                "noise": share("noise"),
+                "feint": share("feint"),
+                "feint_known": share("feint_known"),
+                "delayed": share("delayed"),
+            },
+            "plan_changes_median": self.row("noise").changes_median(),
+            "feints_kept": round(self.feints_kept()),
+            "steer": {
+                "speed_error": number(steer.speed_error),
+                "heading_settle_s": {
+                    "median": number(steer.settle_median),
+                    "p95": number(steer.settle_p95),
+                    "unsettled": number(steer.unsettled),
+                },
+                "path_error_m": number(steer.path_error),
+                "path_error_max_m": number(steer.path_error_max),
+            },
+            "idle_events_per_hour": number(idle.events_per_hour),
+            "idle_repeated": number(idle.repeated),
+            "idle_drift_m": number(idle.drift),
+            "batch_200_ms": number(times.batch_200_ms),
+            "us_per_character": number(times.us_per_character),
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut table = output::table(&["attack", "attacks", "avoided", "changes of plan"], 1);
+        for ((name, _), row) in ROWS.iter().zip(&self.rows) {
+            table.add_row([
+                (*name).replace('_', " "),
+                row.attacks.to_string(),
+                format!("{:.1}%", 100.0 * row.share()),
+                row.changes_median().to_string(),
+            ]);
+        }
+        let (pops, largest) = self.pops();
+        let Self {
+            steer, idle, times, ..
+        } = self;
+        format!(
+            "{table}\n\
+             pops over 5 mm: {pops}; the largest step of a joint within 20 microseconds is {:.2} mm\n\
+             of feints {:.0}% of what full knowledge avoids\n\
+             steering: speed off by {:.1}%; direction within 10 degrees after {:.2} s in the median, {:.2} s at the 95th percentile\n\
+             figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
+             idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s\n\
+             200 new threats in one step: {:.1} ms; a character's frame takes {:.1} microseconds\n",
+            1e3 * largest,
+            100.0 * self.feints_kept(),
+            100.0 * steer.speed_error,
+            steer.settle_median,
+            steer.settle_p95,
+            steer.path_error,
+            steer.path_error_max,
+            idle.events_per_hour,
+            100.0 * idle.repeated,
+            times.batch_200_ms,
+            times.us_per_character,
+        )
+    }
+}

@@ -1,0 +1,106 @@
+//! Many characters in one frame.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::Vec3;
+use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal, Threat};
+use sabaki::maps::BakedGraph;
+use sabaki::math::Rigid2;
+
+use super::{FRAME, joints_of, percentile};
+
+/// Times of many characters.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CrowdedTimes {
+    /// Median time of a step in which each of 200 characters is newly threatened, in milliseconds.
+    pub batch_200_ms: f32,
+    /// Mean time of a frame in which 200 characters are steered and posed on one thread, for each, in microseconds.
+    pub us_per_character: f32,
+}
+
+const COUNT: usize = 200;
+
+/// Steers 200 characters, and threatens all of them in one frame, several times.
+///
+/// # Errors
+/// A graph in which nothing can be played.
+pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, CharacterError> {
+    /// Frames that are steered, and frames in which all are threatened.
+    const STEERED: usize = 300;
+    const BATCHES: usize = 7;
+    let settings = CharacterSettings {
+        threads: 1,
+        ..CharacterSettings::default()
+    };
+    let (mut joints, mut events) = (Vec::new(), Vec::new());
+    let (mut characters, ids) = walking(baked, settings)?;
+    let started = Instant::now();
+    for frame in 0..STEERED {
+        for (index, &id) in ids.iter().enumerate() {
+            if (frame + index) % 60 == 0 {
+                characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
+            }
+        }
+        characters.step(FRAME, &mut events);
+        for &id in &ids {
+            joints_of(&mut characters, id, &mut joints)?;
+        }
+    }
+    let us = started.elapsed().as_secs_f32() * 1e6 / (STEERED * COUNT) as f32;
+    let settings = CharacterSettings {
+        threads,
+        ..CharacterSettings::default()
+    };
+    let mut times = Vec::new();
+    let (mut characters, ids) = walking(baked, settings)?;
+    for _ in 0..BATCHES {
+        for _ in 0..200 {
+            characters.step(FRAME, &mut events);
+        }
+        for &id in &ids {
+            joints_of(&mut characters, id, &mut joints)?;
+            let middle = joints[0].translation;
+            let from = Vec3::new(3.0, 0.2, 1.0);
+            let ball = Threat::ball(characters.now() + 0.4, middle + from, -from * 3.0, 0.1);
+            characters.threaten(Threat {
+                target: Some(id),
+                seconds: 1.0,
+                ..ball
+            })?;
+        }
+        let started = Instant::now();
+        characters.step(FRAME, &mut events);
+        times.push(started.elapsed().as_secs_f32() * 1e3);
+    }
+    Ok(CrowdedTimes {
+        batch_200_ms: percentile(times, 0.5),
+        us_per_character: us,
+    })
+}
+
+fn walk(heading: f32) -> Goal {
+    Goal::Walk {
+        velocity: Vec3::new(heading.sin(), 0.0, heading.cos()) * 1.3,
+        facing: None,
+    }
+}
+
+type Walking = (Characters, Vec<sabaki::character::CharacterId>);
+
+/// Characters in a grid, each walking somewhere.
+fn walking(baked: &Arc<BakedGraph>, settings: CharacterSettings) -> Result<Walking, CharacterError> {
+    let mut characters = Characters::new(Arc::clone(baked), settings)?;
+    let mut ids = Vec::new();
+    for index in 0..COUNT {
+        let (x, z) = ((index % 20) as f32 * 10.0, (index / 20) as f32 * 10.0);
+        let id = characters.spawn(Rigid2::new(index as f32, x, z))?;
+        characters.steer(id, walk(index as f32))?;
+        ids.push(id);
+    }
+    let mut events = Vec::new();
+    for _ in 0..30 {
+        characters.step(FRAME, &mut events);
+    }
+    Ok((characters, ids))
+}

@@ -1,0 +1,44 @@
+//! A game without a window: what characters do is measured from outside, by their poses and events.
+
+mod crowded;
+mod idle;
+mod steering;
+mod threats;
+
+use sabaki::anim::JointTransform;
+use sabaki::character::{CharacterError, CharacterId, Characters};
+use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
+
+pub use crowded::{CrowdedTimes, crowded};
+pub use idle::{IdleReport, idle};
+pub use steering::{SteerReport, steering};
+pub use threats::{Outcome, Scenario, Scenarios, Sight};
+
+/// Duration of a frame, in seconds.
+pub const FRAME: f32 = 1.0 / 60.0;
+
+/// The joints of a character.
+fn joints_of(
+    characters: &mut Characters,
+    id: CharacterId,
+    joints: &mut Vec<JointTransform>,
+) -> Result<(), CharacterError> {
+    let count = characters.baked().graph().skeleton().len();
+    joints.resize(count, JointTransform::IDENTITY);
+    characters.pose(id, joints)
+}
+
+/// Clip and frame that a playhead plays; `None` in a transition.
+fn clip_frame(graph: &MotionGraph, playhead: Playhead) -> Option<(u32, f32)> {
+    let edge = graph.edge(playhead.edge);
+    let node = graph.node(edge.from);
+    let is_clip = edge.motion == EdgeMotion::Clip;
+    is_clip.then_some((node.clip.0, node.frame as f32 + playhead.frame))
+}
+
+/// The value below which a share of all values lies; 0 without values.
+fn percentile(mut values: Vec<f32>, share: f32) -> f32 {
+    values.sort_by(f32::total_cmp);
+    let index = (share * values.len().saturating_sub(1) as f32).round() as usize;
+    values.get(index).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,358 @@
+//! Balls that are thrown at characters that walk or stand.
+
+use std::f32::consts::TAU;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::Vec3;
+use rand::{Rng, RngExt};
+use sabaki::anim::JointTransform;
+use sabaki::character::{
+    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
+    CharactersState, Goal, Threat, ThreatId,
+};
+use sabaki::maps::BakedGraph;
+use sabaki::math::Rigid2;
+use sabaki::query::clearance::closest;
+
+use super::{FRAME, joints_of};
+use crate::demo::throw::{ThrowSettings, random_of};
+
+/// What is seen of the balls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// Everything, from the announcement on.
+    Known,
+    /// The place is wrong by 3 cm on each axis (standard deviation), anew in each frame.
+    Noisy,
+    /// Half a second before the contact each ball turns to where the body will be by its plan.
+    Feint,
+    /// The same balls as [`Sight::Feint`], whose last course is known from the announcement on.
+    FeintKnown,
+}
+
+/// One kind of attack.
+#[derive(Clone, Copy, Debug)]
+pub struct Scenario {
+    /// Number of balls.
+    pub balls: usize,
+    /// What is seen of them.
+    pub sight: Sight,
+    /// Frames from a query to the takeover of its answer.
+    pub delay: u32,
+}
+
+/// How an attack ended.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outcome {
+    /// Whether no ball touched the body.
+    pub avoided: bool,
+    /// Plans that were made.
+    pub plans: u32,
+    /// Plans that replaced another one.
+    pub changes: u32,
+    /// Largest distance that a joint goes within 20 microseconds, in metres.
+    pub largest_pop: f32,
+    /// Number of frames in which a joint goes more than 5 mm within that time.
+    pub pops: u32,
+    /// Number of takeovers.
+    pub takeovers: u32,
+}
+
+/// Runs attacks on one graph.
+pub struct Scenarios {
+    baked: Arc<BakedGraph>,
+    /// Characters that no thread uses: those of the game, and those that look ahead.
+    idle: Mutex<Vec<[Characters; 2]>>,
+    blank: CharactersState,
+    throws: ThrowSettings,
+}
+
+/// A ball as it flies, and what is known of it.
+struct Ball {
+    id: ThreatId,
+    truth: Threat,
+    contact: f64,
+    turned: bool,
+}
+
+/// One run.
+struct Run<'a> {
+    game: &'a mut Characters,
+    ahead: &'a mut Characters,
+    id: CharacterId,
+    scenario: Scenario,
+    balls: Vec<Ball>,
+    outcome: Outcome,
+    joints: Vec<JointTransform>,
+    later: Vec<JointTransform>,
+    centres: [Vec<Vec3>; 2],
+}
+
+impl Scenarios {
+    /// # Errors
+    /// A graph in which nothing can be played.
+    pub fn new(baked: &Arc<BakedGraph>) -> Result<Self, CharacterError> {
+        let blank = Characters::new(Arc::clone(baked), CharacterSettings::default())?.state();
+        Ok(Self {
+            baked: Arc::clone(baked),
+            idle: Mutex::default(),
+            blank,
+            throws: ThrowSettings::default(),
+        })
+    }
+
+    /// The `index`th attack of a seed.
+    ///
+    /// # Errors
+    /// Those of the characters.
+    pub fn run(&self, scenario: Scenario, (seed, index): (u64, u64)) -> Result<Outcome, CharacterError> {
+        let new = || Characters::new(Arc::clone(&self.baked), CharacterSettings::default());
+        let kept = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut pair = match kept {
+            Some(pair) => pair,
+            None => [new()?, new()?],
+        };
+        let outcome = self.run_with(&mut pair, scenario, (seed, index));
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(pair);
+        outcome
+    }
+
+    fn run_with(
+        &self,
+        [game, ahead]: &mut [Characters; 2],
+        scenario: Scenario,
+        (seed, index): (u64, u64),
+    ) -> Result<Outcome, CharacterError> {
+        let mut random = random_of(seed, index);
+        game.restore(self.blank.clone())?;
+        game.set_delay(scenario.delay);
+        ahead.set_delay(scenario.delay);
+        let id = game.spawn(Rigid2::IDENTITY)?;
+        let heading = random.random::<f32>() * TAU;
+        let speed = 0.8 + 1.2 * random.random::<f32>();
+        if random.random::<f32>() < 0.6 {
+            let velocity = Vec3::new(heading.sin(), 0.0, heading.cos()) * speed;
+            let facing = None;
+            game.steer(id, Goal::Walk { velocity, facing })?;
+        }
+        let mut run = Run {
+            game,
+            ahead,
+            id,
+            scenario,
+            balls: Vec::new(),
+            outcome: Outcome::default(),
+            joints: Vec::new(),
+            later: Vec::new(),
+            centres: [Vec::new(), Vec::new()],
+        };
+        run.pass(random.random_range(30..150), &mut random)?;
+        let mut known = Vec::new();
+        for _ in 0..scenario.balls {
+            known.push(run.aim(&self.throws, &mut random)?);
+        }
+        if scenario.sight == Sight::FeintKnown {
+            let start = run.game.state();
+            let feint = Scenario {
+                sight: Sight::Feint,
+                ..scenario
+            };
+            run.scenario = feint;
+            run.throw(known)?;
+            run.finish(&mut random)?;
+            known = run.balls.drain(..).map(|ball| (ball.truth, ball.contact)).collect();
+            run.game.restore(start)?;
+            (run.scenario, run.outcome) = (scenario, Outcome::default());
+        }
+        run.throw(known)?;
+        run.finish(&mut random)?;
+        Ok(run.outcome)
+    }
+}
+
+impl Run<'_> {
+    /// A ball at a part of the body, at the place where it will be if nothing happens.
+    fn aim(
+        &mut self,
+        throws: &ThrowSettings,
+        random: &mut impl Rng,
+    ) -> Result<(Threat, f64), CharacterError> {
+        let mut between = |(low, high): (f32, f32)| low + (high - low) * random.random::<f32>();
+        let (lead, speed) = (between(throws.lead), between(throws.speed));
+        let (radius, distance) = (between(throws.radius), between(throws.distance));
+        let around = between((0.0, TAU));
+        let up = between((-throws.slope, throws.slope));
+        let part = between((0.0, 1.0));
+        let flight = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
+        let wait = lead + distance / speed;
+        let target = self.part_at(wait, part)?;
+        let now = self.game.now();
+        let time = now + f64::from(lead);
+        let ball = Threat::ball(time, target - flight * distance, flight * speed, radius);
+        let seconds = (distance + throws.beyond) / speed;
+        Ok((Threat { seconds, ..ball }, now + f64::from(wait)))
+    }
+
+    /// Where a part of the body will be after `seconds`, as far as is known.
+    fn part_at(&mut self, seconds: f32, part: f32) -> Result<Vec3, CharacterError> {
+        let mut events = Vec::new();
+        self.ahead.restore(self.game.state())?;
+        let frames = (seconds / FRAME) as usize;
+        for _ in 0..frames {
+            self.ahead.step(FRAME, &mut events);
+        }
+        self.ahead.step(seconds - frames as f32 * FRAME, &mut events);
+        joints_of(self.ahead, self.id, &mut self.later)?;
+        let body = self.game.baked().body();
+        let index = (part * body.spheres.len() as f32) as usize;
+        Ok(body.spheres[index.min(body.spheres.len() - 1)].centre(&self.later))
+    }
+
+    fn throw(&mut self, balls: Vec<(Threat, f64)>) -> Result<(), CharacterError> {
+        for (truth, contact) in balls {
+            self.balls.push(Ball {
+                id: self.game.threaten(truth.clone())?,
+                truth,
+                contact,
+                turned: false,
+            });
+        }
+        Ok(())
+    }
+
+    /// Plays on until all balls have passed.
+    fn finish(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
+        self.outcome.avoided = true;
+        let last = self.balls.iter().map(|ball| ball.contact).fold(0.0, f64::max);
+        let frames = ((last + 0.7 - self.game.now()) / f64::from(FRAME)).ceil().max(0.0);
+        self.pass(frames as usize, random)
+    }
+
+    fn pass(&mut self, frames: usize, random: &mut impl Rng) -> Result<(), CharacterError> {
+        let mut events = Vec::new();
+        joints_of(self.game, self.id, &mut self.joints)?;
+        for _ in 0..frames {
+            self.see(random)?;
+            let before = self.game.state();
+            let from = self.game.now();
+            events.clear();
+            self.game.step(FRAME, &mut events);
+            self.count(&events);
+            self.look_for_pops(before)?;
+            let body = self.game.baked().body();
+            body.centres(&self.joints, &mut self.centres[0]);
+            joints_of(self.game, self.id, &mut self.joints)?;
+            let body = self.game.baked().body();
+            body.centres(&self.joints, &mut self.centres[1]);
+            self.touch(from);
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, events: &[CharacterEvent]) {
+        for event in events {
+            match event.kind {
+                CharacterEventKind::Planned { is_change, .. } => {
+                    self.outcome.plans += 1;
+                    self.outcome.changes += u32::from(is_change);
+                }
+                CharacterEventKind::Began => self.outcome.takeovers += 1,
+                _ => {}
+            }
+        }
+    }
+
+    /// Lets the characters see what is seen of the balls in this frame.
+    fn see(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
+        /// Metres.
+        const NOISE: f32 = 0.03;
+        /// A ball turns so long before the contact, in seconds.
+        const TURNS: f64 = 0.5;
+        let now = self.game.now();
+        for index in 0..self.balls.len() {
+            let Ball {
+                id,
+                truth,
+                contact,
+                turned,
+            } = &self.balls[index];
+            let (id, contact) = (*id, *contact);
+            if truth.time + f64::from(truth.seconds) <= now {
+                continue;
+            }
+            match self.scenario.sight {
+                Sight::Noisy => {
+                    // Four uniform numbers, nearly a normal one.
+                    let mut off = || {
+                        let sum: f32 = (0..4).map(|_| random.random::<f32>()).sum();
+                        (sum - 2.0) * 3f32.sqrt() * NOISE
+                    };
+                    let position = truth.position + Vec3::new(off(), off(), off());
+                    let seen = Threat {
+                        position,
+                        ..truth.clone()
+                    };
+                    self.game.update(id, seen)?;
+                }
+                Sight::Feint if !turned && now >= contact - TURNS => {
+                    let time = now.max(truth.time);
+                    let position = truth.at(time);
+                    let left = ((contact - time) as f32).max(0.05);
+                    let part = random.random::<f32>();
+                    let target = self.part_at((contact - now) as f32, part)?;
+                    let truth = &mut self.balls[index].truth;
+                    let velocity = (target - position) / left;
+                    let seconds = left + 1.0 / velocity.length().max(1.0);
+                    *truth = Threat {
+                        time,
+                        position,
+                        velocity,
+                        seconds,
+                        ..truth.clone()
+                    };
+                    let seen = truth.clone();
+                    self.balls[index].turned = true;
+                    self.game.update(id, seen)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// How far the joints go within a moment from the start of the frame on.
+    fn look_for_pops(&mut self, before: CharactersState) -> Result<(), CharacterError> {
+        const MOMENT: f32 = 2e-5;
+        const POP: f32 = 0.005;
+        let mut events = Vec::new();
+        self.ahead.restore(before)?;
+        self.ahead.step(MOMENT, &mut events);
+        joints_of(self.ahead, self.id, &mut self.later)?;
+        let both = self.joints.iter().zip(&self.later);
+        let apart = both.map(|(a, b)| a.translation.distance(b.translation));
+        let largest = apart.fold(0.0, f32::max);
+        self.outcome.largest_pop = self.outcome.largest_pop.max(largest);
+        self.outcome.pops += u32::from(largest > POP);
+        Ok(())
+    }
+
+    /// Whether a ball touches the body in the frame that began at `from`.
+    fn touch(&mut self, from: f64) {
+        let now = self.game.now();
+        let spheres = &self.game.baked().body().spheres;
+        for ball in &self.balls {
+            let truth = &ball.truth;
+            if truth.time > from || truth.time + f64::from(truth.seconds) < now {
+                continue;
+            }
+            let [before, after] = &self.centres;
+            let ends = [truth.at(from), truth.at(now)];
+            for ((a, b), sphere) in before.iter().zip(after).zip(spheres) {
+                let radii = [truth.spheres[0].radius + sphere.radius; 2];
+                if closest([ends[0] - *a, ends[1] - *b], radii).1 < 0.0 {
+                    self.outcome.avoided = false;
+                }
+            }
+        }
+    }
+}

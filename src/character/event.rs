@@ -1,0 +1,49 @@
+use serde::{Deserialize, Serialize};
+
+use super::characters::CharacterId;
+use super::threat::ThreatId;
+
+/// What happened in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CharacterEvent {
+    /// The character.
+    pub character: CharacterId,
+    /// Time on the clock of [`Characters::now`](super::Characters::now), in seconds.
+    pub time: f64,
+    /// What happened.
+    pub kind: CharacterEventKind,
+}
+
+/// What happened to a character.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CharacterEventKind {
+    /// A motion that avoids all known threats was found. It is taken over after the delay of the settings.
+    Planned {
+        /// Smallest distance from the threats on it, in metres.
+        clearance: f32,
+        /// Whether it replaces a plan that a threat came to hit.
+        is_change: bool,
+    },
+    /// What is played already avoids all known threats, and is kept.
+    Kept {
+        /// Smallest distance from the threats, in metres; that of the first hit.
+        clearance: f32,
+    },
+    /// A planned motion began.
+    Began,
+    /// No motion avoids the threats that are known.
+    Cannot,
+    /// A threat has passed.
+    MissedBy {
+        /// The threat.
+        threat: ThreatId,
+        /// Smallest distance, in metres.
+        metres: f32,
+    },
+    /// A threat touches the body for the first time.
+    Hit {
+        /// The threat.
+        threat: ThreatId,
+    },
+}

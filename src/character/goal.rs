@@ -1,0 +1,136 @@
+use std::f32::consts::{PI, TAU};
+
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// What a character does while nothing threatens it. Heights are ignored; headings are those of [`Rigid2`](crate::math::Rigid2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Goal {
+    /// Stands, and moves a little as the clips do.
+    #[default]
+    Idle,
+    /// Walks or runs.
+    Walk {
+        /// Velocity over the ground, in metres per second.
+        velocity: Vec3,
+        /// Heading of the body, in radians; `None` for that of the velocity.
+        facing: Option<f32>,
+    },
+    /// Stands and turns to a heading, in radians.
+    Face {
+        /// Heading, in radians.
+        heading: f32,
+    },
+    /// Goes to a point and stops there.
+    GoTo {
+        /// The point.
+        point: Vec3,
+        /// Speed on the way, in metres per second.
+        speed: f32,
+    },
+    /// Stops as soon as it can, then stands.
+    Stop,
+}
+
+/// What a goal asks for at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Aim {
+    /// Velocity over the ground (x, z), in metres per second.
+    pub velocity: Vec2,
+    /// Heading of the body, in radians; `None` for that of the velocity.
+    pub facing: Option<f32>,
+}
+
+/// A character that goes slower stands, in metres per second.
+pub(super) const STANDING: f32 = 0.15;
+
+impl Goal {
+    /// Whether every number is finite and every speed below 100 m/s.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        const FASTEST: f32 = 100.0;
+        match *self {
+            Self::Idle | Self::Stop => true,
+            Self::Walk { velocity, facing } => {
+                velocity.is_finite()
+                    && velocity.length() < FASTEST
+                    && facing.is_none_or(f32::is_finite)
+            }
+            Self::Face { heading } => heading.is_finite(),
+            Self::GoTo { point, speed } => point.is_finite() && (0.0..FASTEST).contains(&speed),
+        }
+    }
+
+    /// What it asks of a character at a place (x, z).
+    pub(super) fn aim(&self, place: Vec2) -> Aim {
+        /// A character this near has arrived, in metres.
+        const ARRIVED: f32 = 0.15;
+        /// Time in which the rest of the way is walked, in seconds.
+        const BRAKING: f32 = 0.5;
+        match *self {
+            Self::Idle | Self::Stop => Aim::default(),
+            Self::Walk { velocity, facing } => Aim {
+                velocity: Vec2::new(velocity.x, velocity.z),
+                facing,
+            },
+            Self::Face { heading } => Aim {
+                velocity: Vec2::ZERO,
+                facing: Some(heading),
+            },
+            Self::GoTo { point, speed } => {
+                let way = Vec2::new(point.x, point.z) - place;
+                let far = way.length();
+                if far < ARRIVED {
+                    return Aim::default();
+                }
+                Aim {
+                    velocity: way * (speed.min(far / BRAKING) / far),
+                    facing: None,
+                }
+            }
+        }
+    }
+}
+
+impl Aim {
+    /// Whether it asks to stand.
+    pub(super) fn stands(&self) -> bool {
+        self.velocity.length() < STANDING
+    }
+
+    /// The heading that the body should have, if any.
+    pub(super) fn heading(&self) -> Option<f32> {
+        match self.facing {
+            Some(heading) => Some(heading),
+            None if self.stands() => None,
+            None => Some(heading_of(self.velocity)),
+        }
+    }
+
+    /// Whether another aim asks for so much else that what is played should be chosen again.
+    pub(super) fn differs(&self, other: &Self) -> bool {
+        let faster = (self.velocity.length() - other.velocity.length()).abs();
+        let turned = match (self.heading(), other.heading()) {
+            (Some(a), Some(b)) => wrapped(a - b).abs(),
+            (None, None) => 0.0,
+            _ => PI,
+        };
+        faster > 0.2 || turned > 0.2
+    }
+}
+
+/// Heading of a direction on the ground (x, z), in radians.
+pub(super) fn heading_of(way: Vec2) -> f32 {
+    way.x.atan2(way.y)
+}
+
+/// Direction of a heading (x, z).
+pub(super) fn direction(heading: f32) -> Vec2 {
+    let (sin, cos) = heading.sin_cos();
+    Vec2::new(sin, cos)
+}
+
+/// The same angle in [-π, π], in radians.
+pub(super) fn wrapped(angle: f32) -> f32 {
+    angle - TAU * (angle / TAU).round()
+}

@@ -1,0 +1,57 @@
+use serde::{Deserialize, Serialize};
+
+use crate::graph::{Entry, Motion, MotionGraph, Played};
+
+/// What a character plays: a motion, where in it, and how fast.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Playing {
+    pub motion: Motion,
+    /// Time since the motion's start, in seconds.
+    pub seconds: f32,
+    /// Rate at which the motion's time passes.
+    pub rate: f32,
+}
+
+impl Playing {
+    pub(super) fn new(motion: Motion) -> Self {
+        Self {
+            motion,
+            seconds: 0.0,
+            rate: 1.0,
+        }
+    }
+
+    /// Makes sure that the motion lasts for a step and the search after it.
+    pub(super) fn ensure(&mut self, graph: &MotionGraph, dt: f32) {
+        /// The search looks this far ahead, in seconds.
+        const AHEAD: f32 = 0.25;
+        /// What was played is dropped after this time, in seconds.
+        const KEPT: f32 = 4.0;
+        if self.seconds > KEPT {
+            self.motion.drop_past(graph, self.seconds);
+            self.seconds = 0.0;
+        }
+        self.motion.extend(graph, self.seconds + dt * self.rate + AHEAD);
+    }
+
+    /// Lets time pass.
+    pub(super) fn advance(&mut self, graph: &MotionGraph, dt: f32) {
+        self.ensure(graph, dt);
+        self.seconds += dt * self.rate;
+    }
+
+    /// Goes on from another moment; what was played until now fades out.
+    pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry) {
+        self.motion.drop_past(graph, self.seconds);
+        self.seconds = 0.0;
+        self.motion.enter(graph, 0.0, entry);
+    }
+
+    pub(super) fn played_until(&self, seconds: f32) -> Played<'_> {
+        Played {
+            motion: &self.motion,
+            seconds,
+            rate: self.rate,
+        }
+    }
+}

@@ -1,0 +1,39 @@
+use serde::{Deserialize, Serialize};
+
+use super::steer::SteerSettings;
+use crate::query::QuerySettings;
+
+/// Settings of [`Characters`](super::Characters).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CharacterSettings {
+    /// Settings of each query. Default: [`QuerySettings::default`].
+    pub query: QuerySettings,
+    /// Limits of steering.
+    pub steer: SteerSettings,
+    /// Number of steps from the query to the frame in which its answer is taken over. Default 0. The request is made for the state
+    /// that the character will have then.
+    pub delay: u32,
+    /// A threat is answered when it may reach the body within this time, in seconds. Default 1.6.
+    pub horizon: f32,
+    /// Plans keep this distance from threats if they can, in metres. A plan is kept until a threat would touch the body. Default 0.03.
+    pub margin: f32,
+    /// Time between two attempts to avoid a threat that could not be avoided, in seconds. Default 0.1.
+    pub retry: f32,
+    /// Number of threads of [`Characters::step`](super::Characters::step); 0 for one per core. Default 1. The result does not depend
+    /// on it.
+    pub threads: usize,
+}
+
+impl Default for CharacterSettings {
+    fn default() -> Self {
+        Self {
+            query: QuerySettings::default(),
+            steer: SteerSettings::default(),
+            delay: 0,
+            horizon: 1.6,
+            margin: 0.03,
+            retry: 0.1,
+            threads: 1,
+        }
+    }
+}

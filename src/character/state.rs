@@ -1,0 +1,248 @@
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::event::CharacterEventKind;
+use super::goal::Goal;
+use super::plan::PlanScratch;
+use super::playing::Playing;
+use super::settings::CharacterSettings;
+use super::steer::{SteerScratch, SteerState, SteerStep, Steering};
+use super::threat::{Threat, ThreatId, Window};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
+use crate::query::clearance::closest;
+
+/// What all characters of a step share.
+pub(super) struct World<'a> {
+    pub baked: &'a BakedGraph,
+    pub settings: &'a CharacterSettings,
+    pub steering: &'a Steering,
+    pub threats: &'a [KnownThreat],
+    /// Time at the start of the step, in seconds.
+    pub now: f64,
+    pub dt: f32,
+}
+
+/// A threat and the number of its changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct KnownThreat {
+    pub id: ThreatId,
+    pub version: u32,
+    pub threat: Threat,
+}
+
+/// Scratch of one thread.
+#[derive(Default)]
+pub(super) struct Worker {
+    pub plan: PlanScratch,
+    steer: SteerScratch,
+    pose: Pose,
+    joints: Vec<JointTransform>,
+    centres: Vec<Vec3>,
+}
+
+/// One character, whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct CharacterState {
+    pub playing: Playing,
+    pub goal: Goal,
+    pub steer: SteerState,
+    /// The motion that takes over, and when.
+    pub pending: Option<Pending>,
+    /// Steering waits until this time, in seconds.
+    pub held_until: f64,
+    /// Whether what is played avoids threats by a plan.
+    pub has_plan: bool,
+    /// The threats that were looked at last.
+    pub seen: u64,
+    /// Whether they could not be avoided, and when that is tried again.
+    pub retry_at: Option<f64>,
+    /// Threats that are near, with the smallest distance so far.
+    watched: Vec<Watched>,
+    /// The body's spheres at the end of the last step, while a threat is near.
+    centres: Vec<Vec3>,
+    #[serde(skip)]
+    pub events: Vec<(f64, CharacterEventKind)>,
+}
+
+/// A motion that takes over.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Pending {
+    pub motion: Motion,
+    /// Time of the takeover, in seconds.
+    pub at: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Watched {
+    id: ThreatId,
+    metres: f32,
+    is_hit: bool,
+}
+
+impl CharacterState {
+    pub(super) fn new(motion: Motion) -> Self {
+        Self {
+            playing: Playing::new(motion),
+            goal: Goal::default(),
+            steer: SteerState::default(),
+            pending: None,
+            held_until: f64::NEG_INFINITY,
+            has_plan: false,
+            seen: 0,
+            retry_at: None,
+            watched: Vec::new(),
+            centres: Vec::new(),
+            events: Vec::new(),
+        }
+    }
+
+    /// Position of the root on the ground (x, z).
+    pub(super) fn ground(&self, baked: &BakedGraph) -> Vec2 {
+        let root = self.playing.motion.root(baked.graph(), self.playing.seconds);
+        Vec2::new(root.x, root.z)
+    }
+
+    /// Plans, steers, and lets `dt` pass.
+    pub(super) fn step(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
+        self.take_over(world.now);
+        self.avoid(index, world, &mut worker.plan);
+        if self.pending.is_none() && world.now >= self.held_until {
+            if self.has_plan {
+                self.has_plan = false;
+                self.steer.search_now();
+            }
+            let step = SteerStep {
+                baked: world.baked,
+                settings: &world.settings.steer,
+                aim: self.goal.aim(self.ground(world.baked)),
+                dt: world.dt,
+            };
+            let body = (&mut self.playing, &mut self.steer);
+            world.steering.step(&step, body, &mut worker.steer);
+        }
+        let end = world.now + f64::from(world.dt);
+        let graph = world.baked.graph();
+        match self.pending.as_ref().map(|pending| pending.at) {
+            Some(at) if at < end - 1e-6 => {
+                self.playing.advance(graph, (at - world.now).max(0.0) as f32);
+                self.take_over(at);
+                self.playing.advance(graph, (end - at) as f32);
+            }
+            _ => self.playing.advance(graph, world.dt),
+        }
+        self.watch(index, world, worker);
+    }
+
+    /// Begins the pending motion if its time has come.
+    pub(super) fn take_over(&mut self, now: f64) {
+        if let Some(pending) = self.pending.take_if(|pending| pending.at <= now + 1e-6) {
+            self.playing = Playing::new(pending.motion);
+            self.events.push((now, CharacterEventKind::Began));
+        }
+    }
+
+    /// When a threat may reach this character, counted from `from`.
+    pub(super) fn window(&self, world: &World<'_>, from: f64, threat: &Threat) -> Option<Window> {
+        let (graph, reach) = (world.baked.graph(), world.baked.reach());
+        let ahead = (from - world.now) as f32 * self.playing.rate;
+        let root = |t: f32| self.playing.motion.root(graph, self.playing.seconds + ahead + t);
+        let first = threat.window(from, (root(0.0), reach + 1.0))?;
+        threat.window(from, (root(first.nearest), reach))
+    }
+
+    /// Measures how near the threats came in this step.
+    fn watch(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
+        let end = world.now + f64::from(world.dt);
+        let now = World {
+            now: end,
+            threats: world.threats,
+            ..*world
+        };
+        let root = self.playing.motion.root(world.baked.graph(), self.playing.seconds);
+        let mut near = false;
+        for known in world.threats {
+            let threat = &known.threat;
+            if threat.target.is_some_and(|target| target.index() != index) {
+                continue;
+            }
+            let window = self.window(&now, end, threat);
+            let place = self.watched.iter().position(|one| one.id == known.id);
+            match (window, place) {
+                (Some(_), None) => self.watched.push(Watched {
+                    id: known.id,
+                    metres: f32::INFINITY,
+                    is_hit: false,
+                }),
+                (None, Some(place)) => {
+                    let Watched { metres, is_hit, .. } = self.watched.swap_remove(place);
+                    if !is_hit {
+                        let threat = known.id;
+                        let missed = CharacterEventKind::MissedBy { threat, metres };
+                        self.events.push((end, missed));
+                    }
+                }
+                _ => {}
+            }
+            let moved = threat.velocity.length() * world.dt;
+            let apart = threat.at(end).distance(root) - moved - threat_radius(threat);
+            near |= threat.time <= end && apart < world.baked.reach() + 0.3;
+        }
+        let exists = |one: &Watched| world.threats.iter().any(|known| known.id == one.id);
+        self.watched.retain(exists);
+        match near {
+            true => self.touch(world, worker),
+            false => self.centres.clear(),
+        }
+    }
+
+    /// Measures the distance of body and threats between the start and the end of the step.
+    fn touch(&mut self, world: &World<'_>, worker: &mut Worker) {
+        let (graph, end) = (world.baked.graph(), world.now + f64::from(world.dt));
+        let Worker {
+            pose,
+            joints,
+            centres,
+            ..
+        } = worker;
+        self.playing.motion.sample(graph, self.playing.seconds, pose);
+        forward_kinematics(graph.skeleton(), pose, joints);
+        let body = world.baked.body();
+        body.centres(joints, centres);
+        if self.centres.len() != centres.len() {
+            self.centres.clone_from(centres);
+        }
+        for known in world.threats {
+            let threat = &known.threat;
+            let Some(watched) = self.watched.iter_mut().find(|one| one.id == known.id) else {
+                continue;
+            };
+            if threat.time > world.now + 1e-6 {
+                continue;
+            }
+            let ways = [threat.at(world.now), threat.at(end)];
+            let mut least = f32::INFINITY;
+            for sphere in &threat.spheres {
+                let ends = self.centres.iter().zip(&*centres).zip(&body.spheres);
+                for ((from, to), part) in ends {
+                    let radii = sphere.radius + part.radius;
+                    let apart = [ways[0] + sphere.offset - *from, ways[1] + sphere.offset - *to];
+                    least = least.min(closest(apart, [radii; 2]).1);
+                }
+            }
+            watched.metres = watched.metres.min(least);
+            if least < 0.0 && !watched.is_hit {
+                watched.is_hit = true;
+                let hit = CharacterEventKind::Hit { threat: known.id };
+                self.events.push((end, hit));
+            }
+        }
+        self.centres.clone_from(centres);
+    }
+}
+
+fn threat_radius(threat: &Threat) -> f32 {
+    let reach = |sphere: &super::threat::ThreatSphere| sphere.offset.length() + sphere.radius;
+    threat.spheres.iter().map(reach).fold(0.0, f32::max)
+}

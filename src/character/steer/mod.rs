@@ -1,0 +1,386 @@
+//! Steering: which moment of the clips is played so that a character does what its goal asks.
+//!
+//! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016), sections on the search and on inertialization.
+//! Differs: the rest of the error is removed by playback rate and by a slow turn of the root, as in Kovar & Gleicher, "Flexible
+//! Automatic Motion Blending with Registration Curves" (2003), section 5, and a jump turns the motion by up to a limit, which its
+//! blend fades in. What stands idle plays moments that stand and does not choose one twice within a time.
+
+mod table;
+
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::goal::{Aim, direction, heading_of, wrapped};
+use super::playing::Playing;
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::{Entry, MotionGraph};
+use crate::maps::{BakedGraph, Stance};
+use crate::math::Rigid2;
+use table::{AHEAD, Features, Moment, Row, Table, distance};
+
+/// Limits of steering.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SteerSettings {
+    /// Time between two searches, in seconds. Default 0.15. A goal that changes is searched for at once.
+    pub interval: f32,
+    /// Time in which a jump blends, in seconds. Default 0.3.
+    pub blend: f32,
+    /// By how much the best moment must be nearer than the one that is played. Default 1.5; 1 is about 8 cm within 0.2 s.
+    pub gain: f32,
+    /// Slowest playback rate. Default 0.8.
+    pub slowest: f32,
+    /// Fastest playback rate. Default 1.25.
+    pub fastest: f32,
+    /// Fastest turn that is added to a character that walks, in radians per second. Default 2.6.
+    pub turn: f32,
+    /// Fastest turn that is added to a character that stands, in radians per second. Default 1.6.
+    pub standing_turn: f32,
+    /// Largest turn that a jump adds, in radians. Default 0.5.
+    pub jump_turn: f32,
+    /// What stands idle repeats nothing within this time where the clips allow, in seconds. Default 10.
+    pub repeat: f32,
+}
+
+impl Default for SteerSettings {
+    fn default() -> Self {
+        Self {
+            interval: 0.15,
+            blend: 0.3,
+            gain: 1.5,
+            slowest: 0.8,
+            fastest: 1.25,
+            turn: 2.6,
+            standing_turn: 1.6,
+            jump_turn: 0.5,
+            repeat: 10.0,
+        }
+    }
+}
+
+/// What steering remembers of one character.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct SteerState {
+    /// Time until the next search, in seconds.
+    search_in: f32,
+    /// The aim of the last search.
+    aim: [f32; 2],
+    facing: Option<f32>,
+    /// Frames that were played while it stood idle, oldest first.
+    recent: Vec<Recent>,
+}
+
+/// A range of frames that was played.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Recent {
+    clip: u32,
+    from: u32,
+    to: u32,
+    /// Time since it was played, in seconds.
+    age: f32,
+}
+
+/// Scratch of steering.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SteerScratch {
+    pose: Pose,
+    joints: Vec<JointTransform>,
+}
+
+/// The tables of one graph.
+#[derive(Clone, Debug)]
+pub(super) struct Steering {
+    table: Table,
+}
+
+/// One step of one character.
+pub(super) struct SteerStep<'a> {
+    pub baked: &'a BakedGraph,
+    pub settings: &'a SteerSettings,
+    pub aim: Aim,
+    /// Duration of the step, in seconds.
+    pub dt: f32,
+}
+
+/// Where a character is and how it moves, in the world.
+struct Now {
+    root: Vec3,
+    /// Instant frame of the character.
+    placement: Rigid2,
+    /// Heading averaged over a stride where the table knows it.
+    heading: f32,
+    features: Features,
+}
+
+impl SteerState {
+    /// Searches at the next step.
+    pub(super) fn search_now(&mut self) {
+        self.search_in = 0.0;
+    }
+
+    fn last_aim(&self) -> Aim {
+        Aim {
+            velocity: Vec2::from(self.aim),
+            facing: self.facing,
+        }
+    }
+
+    /// Remembers the moment that an idle character plays, and forgets those that are long ago.
+    fn remember(&mut self, moment: &Moment, step: &SteerStep<'_>) {
+        self.recent.iter_mut().for_each(|one| one.age += step.dt);
+        let repeat = step.settings.repeat;
+        self.recent.retain(|one| one.age < repeat);
+        let (clip, frame) = (moment.clip.0, moment.frame);
+        match self.recent.last_mut() {
+            Some(last) if last.clip == clip && (last.to..=last.to + 2).contains(&frame) => {
+                (last.to, last.age) = (frame, 0.0);
+            }
+            _ => self.recent.push(Recent {
+                clip,
+                from: frame,
+                to: frame,
+                age: 0.0,
+            }),
+        }
+    }
+
+    fn has_played(&self, moment: &Moment) -> bool {
+        /// What is so near in a clip looks the same, in frames.
+        const ALIKE: u32 = 12;
+        self.recent.iter().any(|one| {
+            one.clip == moment.clip.0
+                && (one.from.saturating_sub(ALIKE)..=one.to + ALIKE).contains(&moment.frame)
+        })
+    }
+}
+
+impl Steering {
+    pub(super) fn new(graph: &MotionGraph) -> Self {
+        Self {
+            table: Table::new(graph),
+        }
+    }
+
+    /// Number of moments that can be steered to.
+    pub(super) fn len(&self) -> usize {
+        self.table.moments.len()
+    }
+
+    /// The moment at which a new character starts: one that stands, or the first one.
+    pub(super) fn start(&self) -> Option<(crate::graph::EdgeId, f32)> {
+        let calmest = |moment: &&Moment| moment.is_calm && moment.left > 30;
+        let found = { self.table.moments.iter() }.find(calmest);
+        let moment = found.or(self.table.moments.first())?;
+        Some((moment.edge, moment.edge_frame as f32))
+    }
+
+    /// Chooses what is played and turns it; the caller then lets the time pass.
+    pub(super) fn step(
+        &self,
+        step: &SteerStep<'_>,
+        (playing, state): (&mut Playing, &mut SteerState),
+        scratch: &mut SteerScratch,
+    ) {
+        let graph = step.baked.graph();
+        playing.ensure(graph, step.dt);
+        state.search_in -= step.dt;
+        let playhead = playing.motion.playhead(graph, playing.seconds);
+        let current = self.table.at(graph, playhead);
+        let moment = current.map(|current| self.table.moments[current]);
+        let is_new = step.aim.differs(&state.last_aim());
+        let ends = moment.is_none_or(|moment| moment.seconds_left(graph) < 0.05);
+        let is_idle = step.aim.stands() && self.faces(step, (playing, moment.as_ref()));
+        if let Some(moment) = moment.filter(|_| is_idle) {
+            state.remember(&moment, step);
+        }
+        let is_held = is_idle && !ends && moment.is_some_and(|moment| moment.is_calm);
+        if (is_new || ends || state.search_in <= 0.0) && !is_held {
+            state.search_in = step.settings.interval;
+            state.aim = step.aim.velocity.to_array();
+            state.facing = step.aim.facing;
+            let now = self.now(step, (playing, moment.as_ref()), scratch);
+            let wanted = wanted(&step.aim, &now).row();
+            let allowed = |moment: &Moment| {
+                !is_idle || moment.is_calm && moment.left > 20 && !state.has_played(moment)
+            };
+            let found = self.nearest(&wanted, allowed);
+            let found = found.or_else(|| self.nearest(&wanted, |m| !is_idle || m.is_calm));
+            let kept = current.filter(|_| !ends).map_or(f32::INFINITY, |current| {
+                distance(&self.table.rows[current], &wanted)
+            });
+            if let Some((found, apart)) = found
+                && apart + step.settings.gain < kept
+            {
+                self.jump(step, (playing, found), &now);
+            }
+        }
+        self.turn(step, playing);
+    }
+
+    /// Whether a character faces the way that is asked for, or none is.
+    fn faces(
+        &self,
+        step: &SteerStep<'_>,
+        (playing, moment): (&Playing, Option<&Moment>),
+    ) -> bool {
+        /// What faces this near to the wanted heading stays, in radians.
+        const NEAR: f32 = 0.15;
+        let (Some(wanted), Some(moment)) = (step.aim.heading(), moment) else {
+            return true;
+        };
+        let graph = step.baked.graph();
+        let turned = playing.motion.playhead(graph, playing.seconds).clip_to_world;
+        wrapped(wanted - turned.heading() - moment.heading).abs() < NEAR
+    }
+
+    fn now(
+        &self,
+        step: &SteerStep<'_>,
+        (playing, moment): (&Playing, Option<&Moment>),
+        scratch: &mut SteerScratch,
+    ) -> Now {
+        let graph = step.baked.graph();
+        let frame = (1.0 / graph.frame_rate()) as f32;
+        let SteerScratch { pose, joints } = scratch;
+        let mut at = |seconds: f32| -> (Stance, f32) {
+            playing.motion.sample(graph, seconds, pose);
+            forward_kinematics(graph.skeleton(), pose, joints);
+            (step.baked.stance(joints), pose.root.y)
+        };
+        let (stance, height) = at(playing.seconds);
+        let (next, _) = at(playing.seconds + frame);
+        let placement = stance.placement;
+        let inverse = placement.inverse();
+        let foot = |leg: usize| {
+            let moved = next.feet[leg] - stance.feet[leg];
+            [
+                inverse.point(stance.feet[leg]),
+                inverse.vector(moved) / frame,
+            ]
+        };
+        let turned = playing.motion.playhead(graph, playing.seconds).clip_to_world;
+        Now {
+            root: stance.root,
+            placement,
+            heading: moment.map_or(placement.heading(), |moment| {
+                turned.heading() + moment.heading
+            }),
+            features: Features {
+                feet: [foot(0), foot(1)],
+                velocity: inverse.vector(next.root - stance.root) / frame,
+                height,
+                ..Features::default()
+            },
+        }
+    }
+
+    fn nearest(&self, wanted: &Row, allowed: impl Fn(&Moment) -> bool) -> Option<(usize, f32)> {
+        let mut best: Option<(usize, f32)> = None;
+        for (index, row) in self.table.rows.iter().enumerate() {
+            let apart = distance(row, wanted);
+            if best.is_none_or(|(_, least)| apart < least) && allowed(&self.table.moments[index]) {
+                best = Some((index, apart));
+            }
+        }
+        best
+    }
+
+    /// Plays a moment from now on.
+    fn jump(&self, step: &SteerStep<'_>, (playing, found): (&mut Playing, usize), now: &Now) {
+        let moment = &self.table.moments[found];
+        let kept = now.heading - moment.heading;
+        let off = match step.aim.facing {
+            None if !step.aim.stands() && moment.velocity.length() > 0.3 => {
+                heading_of(step.aim.velocity) - (heading_of(moment.velocity) + kept)
+            }
+            _ => { step.aim.heading() }.map_or(0.0, |heading| heading - now.heading),
+        };
+        let most = step.settings.jump_turn;
+        let turn = kept + wrapped(off).clamp(-most, most);
+        let turned = Rigid2::new(turn, 0.0, 0.0);
+        let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
+        let place = Rigid2::new(0.0, now.root.x - root.x, now.root.z - root.z) * turned;
+        let entry = Entry {
+            edge: moment.edge,
+            frame: moment.edge_frame as f32,
+            clip_to_world: place,
+            rate: 1.0,
+            blend: step.settings.blend,
+        };
+        playing.enter(step.baked.graph(), &entry);
+    }
+
+    /// Turns what is played towards the aim, and sets its rate.
+    fn turn(&self, step: &SteerStep<'_>, playing: &mut Playing) {
+        /// Time in which an error is removed, in seconds.
+        const SETTLING: f32 = 0.12;
+        /// Fastest change of the rate, per second.
+        const RATE_CHANGE: f32 = 3.0;
+        let (graph, settings) = (step.baked.graph(), step.settings);
+        let playhead = playing.motion.playhead(graph, playing.seconds);
+        let Some(moment) = self.table.at(graph, playhead) else {
+            playing.rate += (1.0 - playing.rate).clamp(-RATE_CHANGE * step.dt, RATE_CHANGE * step.dt);
+            return;
+        };
+        let moment = &self.table.moments[moment];
+        let turned = playhead.clip_to_world.heading();
+        let (speed, wanted) = (moment.velocity.length(), step.aim.velocity.length());
+        let moves = !step.aim.stands() && speed > 0.3;
+        let off = match step.aim.facing {
+            None if moves => heading_of(step.aim.velocity) - heading_of(moment.velocity) - turned,
+            _ => { step.aim.heading() }.map_or(0.0, |heading| heading - moment.heading - turned),
+        };
+        let most = if step.aim.stands() { settings.standing_turn } else { settings.turn };
+        let turn = (wrapped(off) / SETTLING).clamp(-most, most) * step.dt;
+        if turn.abs() > 1e-6 {
+            let root = playing.motion.root(graph, playing.seconds);
+            let back = Rigid2::new(0.0, -root.x, -root.z);
+            let there = Rigid2::new(turn, root.x, root.z);
+            playing.motion.transform(there * back);
+        }
+        let rate = match moves {
+            true => (wanted / speed).clamp(settings.slowest, settings.fastest),
+            false => 1.0,
+        };
+        let change = RATE_CHANGE * step.dt;
+        playing.rate += (rate - playing.rate).clamp(-change, change);
+    }
+}
+
+/// The features that an aim asks for: those of the body as they are, and the way that it should go.
+fn wanted(aim: &Aim, now: &Now) -> Features {
+    /// Time in which speed and heading are reached, in seconds.
+    const REACHED: f32 = 0.15;
+    /// Fastest turn that is asked for, in radians per second.
+    const FASTEST_TURN: f32 = 3.5;
+    const STEPS: usize = 4;
+    let mut features = now.features;
+    let theta = { aim.heading() }.map_or(0.0, |heading| wrapped(heading - now.heading));
+    let turn = |seconds: f32| {
+        let reached = theta * (1.0 - (-seconds / (1.5 * REACHED)).exp());
+        let most = FASTEST_TURN * seconds;
+        reached.clamp(-most, most)
+    };
+    let heading = now.placement.heading();
+    let (start, speed) = (
+        Vec2::new(now.features.velocity.x, now.features.velocity.z),
+        aim.velocity.length(),
+    );
+    let mut way = Vec2::ZERO;
+    let mut seconds = 0.0;
+    for (index, end) in AHEAD.into_iter().enumerate() {
+        let dt = (end - seconds) / STEPS as f32;
+        for _ in 0..STEPS {
+            seconds += dt;
+            let goes = match aim.facing {
+                _ if speed < 1e-3 => Vec2::ZERO,
+                None => direction(turn(seconds)) * speed,
+                Some(_) => direction(heading_of(aim.velocity) - heading) * speed,
+            };
+            let share = 1.0 - (-seconds / REACHED).exp();
+            way += start.lerp(goes, share) * dt;
+        }
+        features.ways[index] = way;
+        features.turns[index] = turn(end);
+    }
+    features
+}

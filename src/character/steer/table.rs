@@ -1,0 +1,283 @@
+//! The moments of the clips that a character may be steered to.
+//!
+//! Source: Clavet, "Motion Matching and The Road to Next-Gen Animation" (GDC 2016): each moment of the clips has a row of features
+//! (where the root goes, how the body turns, where the feet are and how they move), and the moment with the nearest row is played.
+//! Differs: only moments of the graph without labelled events are in the table, so that a query can start from each of them.
+
+use glam::{Vec2, Vec3};
+
+use crate::anim::{Facing, Pose, forward_kinematics};
+use crate::character::goal::wrapped;
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
+use crate::math::Rigid2;
+
+/// Number of features of a moment, padded to whole vectors.
+pub(super) const FEATURES: usize = 24;
+
+/// Features of one moment, each multiplied by its weight.
+pub(super) type Row = [f32; FEATURES];
+
+/// Times at which the way ahead is looked at, in seconds.
+pub(super) const AHEAD: [f32; 2] = [0.2, 0.4];
+
+/// Half of the time over which a stride's sway is averaged, in seconds.
+const STRIDE: f32 = 0.5;
+
+/// One over the difference that counts as 1: displacement at each time ahead, turn at each, place and velocity of a foot, velocity
+/// and height of the root.
+const WEIGHTS: ([f32; 2], [f32; 2], f32, f32, f32, f32) =
+    ([12.0, 8.0], [4.0, 3.0], 5.0, 0.7, 1.5, 10.0);
+
+/// A moment of a clip that can be played.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub edge: EdgeId,
+    /// Frames since the edge's start.
+    pub edge_frame: u32,
+    pub clip: ClipId,
+    /// Frame of the clip.
+    pub frame: u32,
+    /// Frames until the table ends in this clip.
+    pub left: u32,
+    /// Velocity over the ground, averaged over a stride, in the space of the clip, in metres per second.
+    pub velocity: Vec2,
+    /// Heading averaged over a stride, in the space of the clip, in radians.
+    pub heading: f32,
+    /// Position of the root in the space of the clip (x, z).
+    pub root: Vec2,
+    /// Whether the body stands for a while.
+    pub is_calm: bool,
+}
+
+impl Moment {
+    /// Time until the table ends in this clip, in seconds.
+    pub(super) fn seconds_left(&self, graph: &MotionGraph) -> f32 {
+        self.left as f32 / graph.frame_rate() as f32
+    }
+}
+
+/// All moments, by clip and frame.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Table {
+    pub moments: Vec<Moment>,
+    pub rows: Vec<Row>,
+    /// Index of each clip frame's moment, from the clip's first on; `u32::MAX` for none.
+    index: Vec<u32>,
+    first: Vec<u32>,
+}
+
+/// A frame of a clip, posed.
+#[derive(Clone, Debug, Default)]
+struct Posed {
+    placement: Option<Rigid2>,
+    root: Vec3,
+    feet: [Vec3; 2],
+}
+
+/// What is known of the way ahead and of the body now.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Features {
+    /// Displacement of the root at each of [`AHEAD`], in the character's frame (x, z).
+    pub ways: [Vec2; 2],
+    /// Change of heading at each of [`AHEAD`], in radians.
+    pub turns: [f32; 2],
+    /// Feet in the character's frame, and their velocities.
+    pub feet: [[Vec3; 2]; 2],
+    /// Velocity of the root in the character's frame.
+    pub velocity: Vec3,
+    /// Height of the root.
+    pub height: f32,
+}
+
+impl Features {
+    pub(super) fn row(&self) -> Row {
+        let (way, turn, foot, foot_velocity, velocity, height) = WEIGHTS;
+        let mut row = [0.0; FEATURES];
+        let mut at = 0;
+        let mut push = |value: f32| {
+            row[at] = value;
+            at += 1;
+        };
+        for step in 0..AHEAD.len() {
+            push(self.ways[step].x * way[step]);
+            push(self.ways[step].y * way[step]);
+            push(self.turns[step] * turn[step]);
+        }
+        for [place, speed] in self.feet {
+            (place * foot).to_array().into_iter().for_each(&mut push);
+            { (speed * foot_velocity).to_array() }
+                .into_iter()
+                .for_each(&mut push);
+        }
+        (self.velocity * velocity)
+            .to_array()
+            .into_iter()
+            .for_each(&mut push);
+        push(self.height * height);
+        row
+    }
+}
+
+/// Squared distance of two rows.
+pub(super) fn distance(a: &Row, b: &Row) -> f32 {
+    const LANES: usize = 8;
+    let mut sums = [0.0f32; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for lane in 0..LANES {
+            let apart = a[lane] - b[lane];
+            sums[lane] += apart * apart;
+        }
+    }
+    sums.iter().sum()
+}
+
+impl Table {
+    pub(super) fn new(graph: &MotionGraph) -> Self {
+        let mut table = Self::default();
+        for clip in 0..graph.clips().len() {
+            table.add_clip(graph, ClipId(clip as u32));
+        }
+        table
+    }
+
+    /// The moment at a playhead, or `None` if the table has none there.
+    pub(super) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> Option<usize> {
+        let edge = graph.edge(playhead.edge);
+        if edge.motion != EdgeMotion::Clip {
+            return None;
+        }
+        let node = graph.node(edge.from);
+        let frame = node.frame as usize + playhead.frame.round() as usize;
+        let first = *self.first.get(node.clip.index())? as usize;
+        let index = *self.index.get(first + frame)?;
+        (index != u32::MAX).then_some(index as usize)
+    }
+
+    fn add_clip(&mut self, graph: &MotionGraph, clip: ClipId) {
+        let frames = graph.clip(clip).frames();
+        self.first.push(self.index.len() as u32);
+        let start = self.index.len();
+        self.index.resize(start + frames, u32::MAX);
+        let edges = edges_of(graph, clip, frames);
+        let posed = pose_clip(graph, clip);
+        let frame_rate = graph.frame_rate() as f32;
+        let longest = (AHEAD[1] * frame_rate).round() as usize;
+        for frame in 0..frames {
+            let Some((edge, edge_frame)) = edges[frame] else {
+                continue;
+            };
+            let run = edges[frame..].iter().take_while(|edge| edge.is_some());
+            let left = run.count().min(frames - 1 - frame);
+            if left < longest + 1 {
+                continue;
+            }
+            let before = edges[..frame].iter().rev().take_while(|e| e.is_some());
+            let clip_range = (frame - before.count(), frame + left);
+            let features = features(&posed, frame, frame_rate);
+            let (velocity, heading) = stride(&posed, (frame, clip_range), frame_rate);
+            let calm = features.ways[1].length() < 0.08
+                && velocity.length() < 0.15
+                && features.turns[1].abs() < 0.15;
+            self.index[start + frame] = self.moments.len() as u32;
+            self.rows.push(features.row());
+            self.moments.push(Moment {
+                edge,
+                edge_frame,
+                clip,
+                frame: frame as u32,
+                left: (left - longest) as u32,
+                velocity,
+                heading,
+                root: Vec2::new(posed[frame].root.x, posed[frame].root.z),
+                is_calm: calm,
+            });
+        }
+    }
+}
+
+/// The edge that plays each frame of a clip without an event, and its frame.
+fn edges_of(graph: &MotionGraph, clip: ClipId, frames: usize) -> Vec<Option<(EdgeId, u32)>> {
+    let mut edges = vec![None; frames];
+    for id in graph.edge_ids() {
+        let edge = graph.edge(id);
+        let from = graph.node(edge.from);
+        if edge.motion != EdgeMotion::Clip || from.clip != clip || edge.event.is_some() {
+            continue;
+        }
+        for ahead in 0..edge.frames {
+            edges[(from.frame + ahead) as usize] = Some((id, ahead));
+        }
+    }
+    edges
+}
+
+fn pose_clip(graph: &MotionGraph, clip: ClipId) -> Vec<Posed> {
+    let facing = Facing::of(graph.skeleton());
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let legs = graph.feet().legs();
+    let posed = |frame: usize| {
+        graph.clip(clip).pose(frame, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        let mut feet = [Vec3::ZERO; 2];
+        for (foot, leg) in feet.iter_mut().zip(legs) {
+            *foot = joints[leg.foot.index()].translation;
+        }
+        Posed {
+            placement: Some(facing.placement(&joints)),
+            root: pose.root,
+            feet,
+        }
+    };
+    (0..graph.clip(clip).frames()).map(posed).collect()
+}
+
+fn features(posed: &[Posed], frame: usize, frame_rate: f32) -> Features {
+    let now = &posed[frame];
+    let next = &posed[frame + 1];
+    let placement = now.placement.unwrap_or(Rigid2::IDENTITY);
+    let inverse = placement.inverse();
+    let at = |seconds: f32| &posed[frame + (seconds * frame_rate).round() as usize];
+    let way = |seconds: f32| {
+        let moved = inverse.vector(at(seconds).root - now.root);
+        Vec2::new(moved.x, moved.z)
+    };
+    let turn = |seconds: f32| {
+        let then = at(seconds).placement.unwrap_or(Rigid2::IDENTITY);
+        wrapped(then.heading() - placement.heading())
+    };
+    let foot = |leg: usize| {
+        [
+            inverse.point(now.feet[leg]),
+            inverse.vector(next.feet[leg] - now.feet[leg]) * frame_rate,
+        ]
+    };
+    Features {
+        ways: AHEAD.map(way),
+        turns: AHEAD.map(turn),
+        feet: [foot(0), foot(1)],
+        velocity: inverse.vector(next.root - now.root) * frame_rate,
+        height: now.root.y,
+    }
+}
+
+/// Mean velocity and heading around a frame, within a range of frames of the clip.
+fn stride(
+    posed: &[Posed],
+    (frame, (first, last)): (usize, (usize, usize)),
+    frame_rate: f32,
+) -> (Vec2, f32) {
+    let half = (STRIDE * frame_rate).round() as usize;
+    let from = frame.saturating_sub(half).max(first);
+    let to = (frame + half).min(last);
+    let moved = posed[to].root - posed[from].root;
+    let seconds = (to - from).max(1) as f32 / frame_rate;
+    let facing = posed[from..=to].iter().map(|posed| {
+        let placement = posed.placement.unwrap_or(Rigid2::IDENTITY);
+        Vec2::new(placement.sin(), placement.cos())
+    });
+    let facing = facing.sum::<Vec2>();
+    (
+        Vec2::new(moved.x, moved.z) / seconds,
+        facing.x.atan2(facing.y),
+    )
+}

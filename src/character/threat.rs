@@ -1,0 +1,169 @@
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::characters::CharacterId;
+use crate::maps::SphereKey;
+
+/// Names a threat of [`Characters`](super::Characters).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ThreatId(pub u64);
+
+/// One of the spheres that a threat consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThreatSphere {
+    /// Offset from the threat's position, in metres.
+    pub offset: Vec3,
+    /// Radius, in metres.
+    pub radius: f32,
+}
+
+/// A moving thing in the world that characters avoid.
+///
+/// It exists from [`Threat::time`] on. A time in the future announces a threat, for example a throw that is seen before the ball flies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Threat {
+    /// Time at which position and velocity hold, on the clock of [`Characters::now`](super::Characters::now), in seconds.
+    pub time: f64,
+    /// Position then, in metres.
+    pub position: Vec3,
+    /// Velocity then, in metres per second.
+    pub velocity: Vec3,
+    /// Acceleration downwards, in metres per second squared. Default 0.
+    pub gravity: f32,
+    /// Spheres that move together.
+    pub spheres: Vec<ThreatSphere>,
+    /// Time for which it exists, in seconds. Default 10.
+    pub seconds: f32,
+    /// The character that has to avoid it; `None` for all.
+    pub target: Option<CharacterId>,
+}
+
+/// The time in which a threat may reach a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window {
+    /// Seconds from the moment that was asked for; 0 or more.
+    pub start: f32,
+    /// Time at which it is nearest to the body's middle.
+    pub nearest: f32,
+    pub end: f32,
+    /// Distance from the body's middle then, to the surface of the largest sphere, in metres.
+    pub metres: f32,
+}
+
+impl Threat {
+    /// A ball that flies straight.
+    #[must_use]
+    pub fn ball(time: f64, position: Vec3, velocity: Vec3, radius: f32) -> Self {
+        Self {
+            time,
+            position,
+            velocity,
+            gravity: 0.0,
+            spheres: vec![ThreatSphere {
+                offset: Vec3::ZERO,
+                radius,
+            }],
+            seconds: 10.0,
+            target: None,
+        }
+    }
+
+    /// Whether every number is finite and within what an [`Attack`](crate::query::Attack) may hold.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        const FURTHEST: f32 = 5_000.0;
+        const FASTEST: f32 = 1_000.0;
+        let near = |v: Vec3, most: f32| v.is_finite() && v.length() < most;
+        let sphere = |s: &ThreatSphere| near(s.offset, 100.0) && s.radius > 0.0 && s.radius < 50.0;
+        self.time.is_finite()
+            && near(self.position, FURTHEST)
+            && near(self.velocity, FASTEST)
+            && self.gravity.abs() < 100.0
+            && (0.0..=60.0).contains(&self.seconds)
+            && (1..=64).contains(&self.spheres.len())
+            && self.spheres.iter().all(sphere)
+    }
+
+    /// Position at a time of the characters' clock.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Vec3 {
+        let t = (time - self.time) as f32;
+        self.position + self.velocity * t - Vec3::Y * (0.5 * self.gravity * t * t)
+    }
+
+    fn radius(&self) -> f32 {
+        let reach = |s: &ThreatSphere| s.offset.length() + s.radius;
+        self.spheres.iter().map(reach).fold(0.0, f32::max)
+    }
+
+    /// When it may reach a body whose middle `root` is and which reaches `reach` far, counted from `from`; `None` if it is past or
+    /// passes too far away.
+    pub(super) fn window(&self, from: f64, (root, reach): (Vec3, f32)) -> Option<Window> {
+        /// A body moves this far to meet or to avoid a threat, in metres.
+        const ROOM: f32 = 1.0;
+        /// A body needs this long to move away, in seconds.
+        const REACTION: f32 = 0.45;
+        let first = (self.time - from).max(0.0) as f32;
+        let last = (self.time + f64::from(self.seconds) - from) as f32;
+        if last <= first {
+            return None;
+        }
+        let apart = |t: f32| (self.at(from + f64::from(t)) - root).length();
+        let nearest = self.nearest((first, last), &apart);
+        let metres = apart(nearest) - self.radius();
+        if metres > reach + ROOM {
+            return None;
+        }
+        let speed = self.velocity.length().max(0.1);
+        let around = reach + self.radius() + 0.5;
+        let before = (around / speed).clamp(REACTION, 2.0);
+        let after = ((around + ROOM) / speed).clamp(0.1, 2.0);
+        Some(Window {
+            start: (nearest - before).max(first),
+            nearest,
+            end: (nearest + after).min(last).max(first + 1e-3),
+            metres,
+        })
+    }
+
+    /// Time at which it is nearest, by a search over a grid and its halving: flights are short.
+    fn nearest(&self, (first, last): (f32, f32), apart: &impl Fn(f32) -> f32) -> f32 {
+        const STEPS: usize = 64;
+        let (mut from, mut to) = (first, last);
+        for _ in 0..3 {
+            let step = (to - from) / STEPS as f32;
+            let at = |index: usize| from + step * index as f32;
+            let least = (0..=STEPS).map(at).min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+            let least = least.unwrap_or(from);
+            (from, to) = ((least - step).max(first), (least + step).min(last));
+        }
+        0.5 * (from + to)
+    }
+
+    /// Keys of its spheres in a window, their times counted from `from`, with radii that are larger by `margin`.
+    pub(super) fn keys(
+        &self,
+        (from, window): (f64, Window),
+        margin: f32,
+        out: &mut Vec<Vec<SphereKey>>,
+    ) {
+        /// Time between keys of a curved flight, in seconds.
+        const CURVED: f32 = 0.05;
+        let steps = match self.gravity {
+            0.0 => 1,
+            _ => ((window.end - window.start) / CURVED).ceil().max(1.0) as usize,
+        };
+        for sphere in &self.spheres {
+            let key = |step: usize| {
+                let share = step as f32 / steps as f32;
+                let t = window.start + (window.end - window.start) * share;
+                SphereKey {
+                    t,
+                    center: self.at(from + f64::from(t)) + sphere.offset,
+                    radius: sphere.radius + margin,
+                }
+            };
+            out.push((0..=steps).map(key).collect());
+        }
+    }
+}

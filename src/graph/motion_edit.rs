@@ -1,0 +1,97 @@
+//! Changes of a motion that is being played: its past is dropped, it is turned on the ground, and it is joined to another motion.
+
+use super::inertia::Inertia;
+use super::{Motion, MotionGraph};
+use crate::math::Rigid2;
+
+/// A motion that was played until another one takes over.
+#[derive(Clone, Copy, Debug)]
+pub struct Played<'a> {
+    /// The motion.
+    pub motion: &'a Motion,
+    /// Time since its start, seconds.
+    pub seconds: f32,
+    /// Rate at which its time passed.
+    pub rate: f32,
+}
+
+impl Motion {
+    /// Becomes [`Motion::rest`], in the memory that it has. What remains of a warp stays.
+    pub fn drop_past(&mut self, graph: &MotionGraph, seconds: f32) {
+        *self = self.rest(graph, seconds);
+    }
+
+    /// Transforms everything that it plays, what it has played included.
+    pub fn transform(&mut self, by: Rigid2) {
+        for piece in &mut self.pieces {
+            piece.playhead.clip_to_world = by * piece.playhead.clip_to_world;
+        }
+        let entered = self.entered;
+        for inertia in &mut self.inertias[..entered] {
+            inertia.turn(by);
+        }
+        if let Some(warp) = &mut self.warp {
+            let bend = &mut warp.bend;
+            for vector in [&mut bend.spine, &mut bend.pelvis] {
+                *vector = by.vector(*vector);
+            }
+            for end in &mut bend.ends {
+                *end = by.vector(*end);
+            }
+        }
+    }
+
+    /// Starts where `played` is, with its speed, and loses the difference within `blend` seconds. An earlier blend at its start is
+    /// replaced.
+    pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let step = (1.0 / graph.frame_rate()) as f32;
+        self.extend(graph, step);
+        let later = [played.seconds, played.seconds + step * played.rate];
+        for (seconds, pose) in later.into_iter().zip(&mut scratch.from) {
+            played.motion.sample(graph, seconds, pose);
+        }
+        let begun = self.inertias().partition_point(|one| one.start <= 0.0);
+        self.inertias[..self.entered].rotate_left(begun);
+        self.entered -= begun;
+        for (seconds, pose) in [0.0, step].into_iter().zip(&mut scratch.to) {
+            self.sample(graph, seconds, pose);
+        }
+        if self.inertias.len() == self.entered {
+            self.inertias.push(Inertia::default());
+        }
+        let entered = self.entered;
+        self.inertias[..=entered].rotate_right(1);
+        self.inertias[0].measure(graph, &mut scratch, (0.0, blend.max(step), step));
+        self.entered += 1;
+        self.scratch = scratch;
+    }
+
+    /// Number of pieces and blends that it holds.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pieces.len() + self.entered
+    }
+
+    /// Whether it was never started.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// Whether the graph has all that it plays. It checks motions that come from a file.
+    #[must_use]
+    pub fn is_sound(&self, graph: &MotionGraph) -> bool {
+        let joints = graph.skeleton().len();
+        let pieces_fit = self.pieces.iter().all(|piece| {
+            let times = [piece.start, piece.end, piece.rate];
+            piece.playhead.is_sound(graph) && times.iter().all(|time| time.is_finite()) && piece.rate > 0.0
+        });
+        let ordered = self.pieces.is_sorted_by(|a, b| a.end <= b.end);
+        let connected = self.pieces.windows(2).all(|pair| pair[0].start <= pair[1].start);
+        let blends_fit = self.inertias.len() >= self.entered
+            && self.inertias().iter().all(|one| one.is_sound(joints, graph.feet().legs().len()));
+        let warp_fits = self.warp.is_none_or(|warp| warp.bend.is_finite());
+        pieces_fit && ordered && connected && blends_fit && warp_fits
+    }
+}
