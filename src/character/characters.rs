@@ -83,6 +83,9 @@ pub struct Characters {
 struct Slot {
     generation: u32,
     state: Option<Box<CharacterState>>,
+    /// Time until a new threat may reach the body, during a step.
+    #[serde(skip)]
+    urgency: Option<f32>,
 }
 
 /// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
@@ -100,7 +103,10 @@ impl Characters {
     ///
     /// # Errors
     /// A graph whose every moment has an event; a query setting out of range.
-    pub fn new(baked: Arc<BakedGraph>, settings: CharacterSettings) -> Result<Self, CharacterError> {
+    pub fn new(
+        baked: Arc<BakedGraph>,
+        settings: CharacterSettings,
+    ) -> Result<Self, CharacterError> {
         if settings.query.check().is_err() {
             return Err(CharacterError::Value("a query setting"));
         }
@@ -161,6 +167,7 @@ impl Characters {
                 let slot = Slot {
                     generation: 0,
                     state: None,
+                    urgency: None,
                 };
                 self.slots.push(Mutex::new(slot));
                 self.slots.len() as u32 - 1
@@ -271,17 +278,18 @@ impl Characters {
             now: self.now,
             dt,
         };
-        let (slots, workers, next) = (&self.slots, &self.workers, AtomicUsize::new(0));
-        self.pool.run(&|thread: usize| {
-            let mut worker = lock(&workers[thread]);
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some(slot) = slots.get(index) else {
-                    return;
-                };
-                if let Some(state) = &mut lock(slot).state {
-                    state.step(index as u32, &world, &mut worker);
-                }
+        let shared = (&self.slots[..], &self.workers[..]);
+        on_all(&mut self.pool, shared, |index, slot, _| {
+            let state = slot.state.as_deref_mut();
+            slot.urgency = state.and_then(|state| state.begin(index as u32, &world));
+        });
+        let urgent = most_urgent(shared.0, self.settings.plans_per_step);
+        on_all(&mut self.pool, shared, |index, slot, worker| {
+            if let Some(state) = &mut slot.state {
+                let plans = slot
+                    .urgency
+                    .is_some_and(|seconds| (seconds, index) <= urgent);
+                state.step((index as u32, plans), &world, worker);
             }
         });
         self.now += f64::from(dt);
@@ -338,7 +346,9 @@ impl Characters {
     pub fn local_pose(&self, id: CharacterId, pose: &mut Pose) -> Result<(), CharacterError> {
         self.with_state(id, |state| {
             let playing = &state.playing;
-            playing.motion.sample(self.baked.graph(), playing.seconds, pose);
+            playing
+                .motion
+                .sample(self.baked.graph(), playing.seconds, pose);
         })
     }
 
@@ -395,7 +405,8 @@ impl Characters {
     /// # Errors
     /// Memory is exhausted.
     pub fn save(&self) -> Result<Vec<u8>, CharacterError> {
-        postcard::to_stdvec(&self.state()).map_err(|_| CharacterError::Saved("needs too much memory"))
+        postcard::to_stdvec(&self.state())
+            .map_err(|_| CharacterError::Saved("needs too much memory"))
     }
 
     /// [`Characters::restore`] from bytes.
@@ -455,7 +466,8 @@ impl CharactersState {
         let plays = |motion: &Motion| !motion.is_empty() && motion.is_sound(graph);
         let sound = |state: &CharacterState| {
             let playing = &state.playing;
-            let times = playing.seconds.is_finite() && (0.01..=100.0).contains(&playing.rate);
+            let times =
+                (0.0..=600.0).contains(&playing.seconds) && (0.01..=100.0).contains(&playing.rate);
             let pending = state.pending.as_ref();
             times
                 && plays(&playing.motion)
@@ -466,18 +478,61 @@ impl CharactersState {
         let empty = |index: &u32| {
             { self.slots.get(*index as usize) }.is_some_and(|slot| slot.state.is_none())
         };
-        let vacant = self.slots.iter().filter(|slot| slot.state.is_none()).count();
+        let vacant = self
+            .slots
+            .iter()
+            .filter(|slot| slot.state.is_none())
+            .count();
         let fits = self.now.is_finite()
             && states.into_iter().all(sound)
             && self.free.iter().all(empty)
             && self.free.len() == vacant
             && self.threats.iter().all(|known| known.threat.is_sound())
             && self.threats.is_sorted_by(|a, b| a.id < b.id)
-            && self.threats.iter().all(|known| known.id.0 < self.next_threat);
+            && self
+                .threats
+                .iter()
+                .all(|known| known.id.0 < self.next_threat);
         match fits {
             true => Ok(()),
             false => Err(CharacterError::Saved("does not fit this graph")),
         }
+    }
+}
+
+/// Calls `work` for each place, on all threads.
+fn on_all(
+    pool: &mut WorkerPool,
+    (slots, workers): (&[Mutex<Slot>], &[Mutex<Worker>]),
+    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+) {
+    let next = AtomicUsize::new(0);
+    pool.run(&|thread: usize| {
+        let mut worker = lock(&workers[thread]);
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(slot) = slots.get(index) else {
+                return;
+            };
+            work(index, &mut lock(slot), &mut worker);
+        }
+    });
+}
+
+/// The last character of `most` that may plan in a step, by the time until a threat may reach it and its index.
+fn most_urgent(slots: &[Mutex<Slot>], most: usize) -> (f32, usize) {
+    const ALL: (f32, usize) = (f32::INFINITY, usize::MAX);
+    if most >= slots.len() {
+        return ALL;
+    }
+    let slots = slots.iter().enumerate();
+    let urgency = |(index, slot): (usize, &Mutex<Slot>)| Some((lock(slot).urgency?, index));
+    let mut all: Vec<(f32, usize)> = slots.filter_map(urgency).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    match most.checked_sub(1).map(|last| all.get(last)) {
+        Some(Some(&last)) => last,
+        Some(None) => ALL,
+        None => (f32::NEG_INFINITY, 0),
     }
 }
 

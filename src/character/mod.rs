@@ -1,3 +1,34 @@
+//! Characters that live in a game: [`Characters`] steers them, answers threats, plans again when these change, and says what happened.
+//!
+//! ```no_run
+//! use std::sync::Arc;
+//! use glam::Vec3;
+//! use sabaki::anim::JointTransform;
+//! use sabaki::character::{CharacterSettings, Characters, Goal, Threat};
+//! use sabaki::math::Rigid2;
+//!
+//! # fn game(baked: sabaki::BakedGraph) -> Result<(), Box<dyn std::error::Error>> {
+//! let mut fighters = Characters::new(Arc::new(baked), CharacterSettings::default())?;
+//! let me = fighters.spawn(Rigid2::IDENTITY)?;
+//! let mut joints = vec![JointTransform::IDENTITY; fighters.baked().graph().skeleton().len()];
+//! let mut events = Vec::new();
+//! let velocity = Vec3::new(0.0, 0.0, 1.3);
+//! fighters.steer(me, Goal::Walk { velocity, facing: None })?;
+//! let from = Vec3::new(0.0, 1.5, 8.0);
+//! fighters.threaten(Threat::ball(fighters.now(), from, Vec3::new(0.0, 0.0, -7.0), 0.1))?;
+//! loop {
+//!     events.clear();
+//!     fighters.step(1.0 / 60.0, &mut events);
+//!     fighters.pose(me, &mut joints)?;
+//!     # if fighters.now() > 3.0 { return Ok(()); }
+//! }
+//! # }
+//! ```
+//!
+//! A character is always somewhere in the graph, so that a query can start from what it plays. All threats that are known count in every
+//! plan. Nothing pops: whatever takes over starts where the character is, and the difference fades out.
+//!
+//! # Hybrid crowds
 //! Many characters of one motion graph: members near the camera, and members that avoid something, are posed by the graph; all others
 //! by the crowd's kernels, on levels of detail.
 //!

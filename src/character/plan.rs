@@ -9,7 +9,7 @@ use std::hash::{Hash, Hasher};
 use rustc_hash::FxHasher;
 
 use super::event::CharacterEventKind;
-use super::state::{CharacterState, Pending, World};
+use super::state::{CharacterState, KnownThreat, Pending, World};
 use super::threat::{Threat, Window};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
@@ -35,39 +35,69 @@ struct Moment {
 /// Blend of a takeover from another playback rate or from a bent pose, in seconds.
 const BLEND: f32 = 0.2;
 
+/// Where no evasion that starts early avoids the threats, one that starts so long before the contact is tried, in seconds.
+const LATE: f32 = 0.2;
+
 impl CharacterState {
-    /// Answers the threats that are known, if what is played does not avoid them.
-    pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, scratch: &mut PlanScratch) {
+    /// Time until a threat that was not looked at yet may reach the body, in seconds; `None` if all were looked at.
+    pub(super) fn urgency(&mut self, index: u32, world: &World<'_>) -> Option<f32> {
         if self.pending.is_some() || world.threats.is_empty() {
-            return;
+            return None;
         }
+        let moment = self.moment(world);
+        let last = moment.seconds + world.settings.horizon + 2.0;
+        self.playing.motion.extend(world.baked.graph(), last);
+        let mut hasher = FxHasher::default();
+        // Zeros alone would hash to 0, which stands for no threats.
+        1u8.hash(&mut hasher);
+        let mut nearest = f32::INFINITY;
+        for (known, window) in self.near(index, world, &moment) {
+            (known.id.0, known.version).hash(&mut hasher);
+            nearest = nearest.min(window.nearest);
+        }
+        if nearest == f32::INFINITY {
+            (self.seen, self.retry_at) = (0, None);
+            return None;
+        }
+        let seen = hasher.finish();
+        let is_known = seen == self.seen && self.retry_at.is_none_or(|at| world.now < at);
+        self.next_seen = seen;
+        (!is_known).then_some(nearest)
+    }
+
+    /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it.
+    pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, scratch: &mut PlanScratch) {
+        let moment = self.moment(world);
+        let near: Vec<(&Threat, Window)> = { self.near(index, world, &moment) }
+            .map(|(known, window)| (&known.threat, window))
+            .collect();
+        self.seen = self.next_seen;
+        self.answer(world, (&moment, &near), scratch);
+    }
+
+    /// The moment at which an answer is taken over.
+    fn moment(&self, world: &World<'_>) -> Moment {
         let ahead = world.settings.delay as f32 * world.dt;
-        let moment = Moment {
+        Moment {
             at: world.now + f64::from(ahead),
             seconds: self.playing.seconds + ahead * self.playing.rate,
-        };
-        let graph = world.baked.graph();
+        }
+    }
+
+    /// The threats that may reach the body within the horizon.
+    fn near<'s, 'w: 's>(
+        &'s self,
+        index: u32,
+        world: &'s World<'w>,
+        moment: &'s Moment,
+    ) -> impl Iterator<Item = (&'w KnownThreat, Window)> + use<'s, 'w> {
         let horizon = world.settings.horizon;
-        self.playing.motion.extend(graph, moment.seconds + horizon + 2.0);
-        let (mut hasher, mut near) = (FxHasher::default(), Vec::new());
-        for known in world.threats {
-            if { known.threat.target }.is_some_and(|target| target.index() != index) {
-                continue;
-            }
-            let window = self.window(world, moment.at, &known.threat);
-            if let Some(window) = window.filter(|window| window.nearest < horizon && window.end > 0.0) {
-                (known.id.0, known.version).hash(&mut hasher);
-                near.push((&known.threat, window));
-            }
-        }
-        let seen = if near.is_empty() { 0 } else { hasher.finish() };
-        let is_known = seen == self.seen && self.retry_at.is_none_or(|at| world.now < at);
-        if near.is_empty() {
-            (self.seen, self.retry_at) = (0, None);
-        } else if !is_known {
-            self.answer(world, (&moment, &near), scratch);
-            self.seen = seen;
-        }
+        let threats = world.threats.iter();
+        let mine = threats.filter(move |known| known.threat.concerns(index));
+        mine.filter_map(move |known| {
+            let window = self.window(world, moment.at, &known.threat)?;
+            (window.nearest < horizon && window.end > 0.0).then_some((known, window))
+        })
     }
 
     fn answer(
@@ -77,40 +107,38 @@ impl CharacterState {
         scratch: &mut PlanScratch,
     ) {
         let graph = world.baked.graph();
-        let (Some(attack), Some(wider)) =
-            (combined(moment, near, 0.0), combined(moment, near, world.settings.margin))
-        else {
+        let Some(attack) = combined(moment, near, (0.0, None)) else {
             return;
         };
         let was_retry = self.retry_at.is_some();
-        let goes_on = self.continued(world, moment, self.playing.motion.rest(graph, moment.seconds));
+        let goes_on = self.continued(
+            world,
+            moment,
+            self.playing.motion.rest(graph, moment.seconds),
+        );
         let kept = test(world, (goes_on, &attack), scratch);
         if kept.1.is_clean() {
             self.retry_at = None;
             self.hold(moment, &attack, None);
             let clearance = kept.1.metres;
-            self.events.push((world.now, CharacterEventKind::Kept { clearance }));
+            self.events
+                .push((world.now, CharacterEventKind::Kept { clearance }));
             if self.playing.rate != 1.0 {
                 self.take(moment, kept.0, world.now);
             }
             return;
         }
-        let PlanScratch {
-            context, answer, ..
-        } = scratch;
-        let request =
-            Request::of_motion(graph, (&self.playing.motion, moment.seconds), &wider);
-        Query::new(world.baked, &world.settings.query).answer(request, context, answer);
-        let clearance = answer.clearance().metres + world.settings.margin;
-        let found = self.continued(world, moment, answer.motion.clone());
-        let (found, tested) = test(world, (found, &attack), scratch);
-        if !tested.is_clean() {
+        let found = { [None, Some(LATE)] }.into_iter().find_map(|late| {
+            let wider = combined(moment, near, (world.settings.margin, late))?;
+            self.ask(world, (moment, [&attack, &wider]), scratch)
+        });
+        let Some((found, clearance)) = found else {
             if !was_retry {
                 self.events.push((world.now, CharacterEventKind::Cannot));
             }
             self.retry_at = Some(world.now + f64::from(world.settings.retry));
             return;
-        }
+        };
         self.retry_at = None;
         let planned = CharacterEventKind::Planned {
             clearance,
@@ -121,6 +149,24 @@ impl CharacterState {
         let end = evasion_end(world, &found, attack.end());
         self.hold(moment, &attack, end);
         self.take(moment, found, world.now);
+    }
+
+    /// A motion that avoids the attack, and by how much. The query asks for the wider one.
+    fn ask(
+        &self,
+        world: &World<'_>,
+        (moment, [attack, wider]): (&Moment, [&Attack; 2]),
+        scratch: &mut PlanScratch,
+    ) -> Option<(Motion, f32)> {
+        let graph = world.baked.graph();
+        let request = Request::of_motion(graph, (&self.playing.motion, moment.seconds), wider);
+        let PlanScratch {
+            context, answer, ..
+        } = scratch;
+        Query::new(world.baked, &world.settings.query).answer(request, context, answer);
+        let found = self.continued(world, moment, answer.motion.clone());
+        let (found, tested) = test(world, (found, attack), scratch);
+        tested.is_clean().then_some((found, tested.metres))
     }
 
     /// Joins a motion to what is played, where that is bent or has another rate at its start.
@@ -149,11 +195,21 @@ impl CharacterState {
     }
 }
 
-/// All threats as one attack, which begins at the moment; `None` if they make none.
-fn combined(moment: &Moment, near: &[(&Threat, Window)], margin: f32) -> Option<Attack> {
+/// All threats as one attack, which begins at the moment, with radii that are larger by a margin; `None` if they make none. Evasions
+/// start when the attack does: with `late`, it begins so long before each threat is nearest.
+fn combined(
+    moment: &Moment,
+    near: &[(&Threat, Window)],
+    (margin, late): (f32, Option<f32>),
+) -> Option<Attack> {
     let mut keys: Vec<Vec<SphereKey>> = Vec::new();
     for (threat, window) in near {
-        threat.keys((moment.at, *window), margin, &mut keys);
+        let late = late.map_or(0.0, |late| window.nearest - late);
+        let window = Window {
+            start: window.start.max(late.min(window.end - 1e-3)),
+            ..*window
+        };
+        threat.keys((moment.at, window), margin, &mut keys);
     }
     Attack::new(keys).ok()
 }

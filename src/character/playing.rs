@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::graph::{Entry, Motion, MotionGraph, Played};
+use crate::graph::{Entry, Motion, MotionGraph, Played, Playhead};
 
 /// What a character plays: a motion, where in it, and how fast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,8 @@ impl Playing {
             self.motion.drop_past(graph, self.seconds);
             self.seconds = 0.0;
         }
-        self.motion.extend(graph, self.seconds + dt * self.rate + AHEAD);
+        self.motion
+            .extend(graph, self.seconds + dt * self.rate + AHEAD);
     }
 
     /// Lets time pass.
@@ -40,11 +41,22 @@ impl Playing {
         self.seconds += dt * self.rate;
     }
 
-    /// Goes on from another moment; what was played until now fades out.
-    pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry) {
-        self.motion.drop_past(graph, self.seconds);
+    /// Goes on from another moment; what was played until now fades out. `spare` is memory for the new motion.
+    pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry, spare: &mut Motion) {
+        let playhead = Playhead {
+            edge: entry.edge,
+            frame: entry.frame,
+            clip_to_world: entry.clip_to_world,
+        };
+        spare.restart(graph, playhead, []);
+        // Both are played at the same rate.
+        let played = Played {
+            rate: 1.0,
+            ..self.played_until(self.seconds)
+        };
+        spare.blend_from(graph, played, entry.blend);
+        std::mem::swap(&mut self.motion, spare);
         self.seconds = 0.0;
-        self.motion.enter(graph, 0.0, entry);
     }
 
     pub(super) fn played_until(&self, seconds: f32) -> Played<'_> {

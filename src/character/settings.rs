@@ -19,6 +19,8 @@ pub struct CharacterSettings {
     pub margin: f32,
     /// Time between two attempts to avoid a threat that could not be avoided, in seconds. Default 0.1.
     pub retry: f32,
+    /// Largest number of characters that plan in one step, those that may be reached first before others. Default: no limit.
+    pub plans_per_step: usize,
     /// Number of threads of [`Characters::step`](super::Characters::step); 0 for one per core. Default 1. The result does not depend
     /// on it.
     pub threads: usize,
@@ -33,6 +35,7 @@ impl Default for CharacterSettings {
             horizon: 1.6,
             margin: 0.03,
             retry: 0.1,
+            plans_per_step: usize::MAX,
             threads: 1,
         }
     }

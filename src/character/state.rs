@@ -56,6 +56,8 @@ pub(super) struct CharacterState {
     pub has_plan: bool,
     /// The threats that were looked at last.
     pub seen: u64,
+    /// The threats that are to be looked at.
+    pub next_seen: u64,
     /// Whether they could not be avoided, and when that is tried again.
     pub retry_at: Option<f64>,
     /// Threats that are near, with the smallest distance so far.
@@ -91,6 +93,7 @@ impl CharacterState {
             held_until: f64::NEG_INFINITY,
             has_plan: false,
             seen: 0,
+            next_seen: 0,
             retry_at: None,
             watched: Vec::new(),
             centres: Vec::new(),
@@ -100,14 +103,29 @@ impl CharacterState {
 
     /// Position of the root on the ground (x, z).
     pub(super) fn ground(&self, baked: &BakedGraph) -> Vec2 {
-        let root = self.playing.motion.root(baked.graph(), self.playing.seconds);
+        let root = self
+            .playing
+            .motion
+            .root(baked.graph(), self.playing.seconds);
         Vec2::new(root.x, root.z)
     }
 
-    /// Plans, steers, and lets `dt` pass.
-    pub(super) fn step(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
+    /// Begins what is due. Returns [`CharacterState::urgency`].
+    pub(super) fn begin(&mut self, index: u32, world: &World<'_>) -> Option<f32> {
         self.take_over(world.now);
-        self.avoid(index, world, &mut worker.plan);
+        self.urgency(index, world)
+    }
+
+    /// Plans if it may, steers, and lets `dt` pass.
+    pub(super) fn step(
+        &mut self,
+        (index, plans): (u32, bool),
+        world: &World<'_>,
+        worker: &mut Worker,
+    ) {
+        if plans {
+            self.avoid(index, world, &mut worker.plan);
+        }
         if self.pending.is_none() && world.now >= self.held_until {
             if self.has_plan {
                 self.has_plan = false;
@@ -126,7 +144,8 @@ impl CharacterState {
         let graph = world.baked.graph();
         match self.pending.as_ref().map(|pending| pending.at) {
             Some(at) if at < end - 1e-6 => {
-                self.playing.advance(graph, (at - world.now).max(0.0) as f32);
+                self.playing
+                    .advance(graph, (at - world.now).max(0.0) as f32);
                 self.take_over(at);
                 self.playing.advance(graph, (end - at) as f32);
             }
@@ -147,7 +166,11 @@ impl CharacterState {
     pub(super) fn window(&self, world: &World<'_>, from: f64, threat: &Threat) -> Option<Window> {
         let (graph, reach) = (world.baked.graph(), world.baked.reach());
         let ahead = (from - world.now) as f32 * self.playing.rate;
-        let root = |t: f32| self.playing.motion.root(graph, self.playing.seconds + ahead + t);
+        let root = |t: f32| {
+            self.playing
+                .motion
+                .root(graph, self.playing.seconds + ahead + t)
+        };
         let first = threat.window(from, (root(0.0), reach + 1.0))?;
         threat.window(from, (root(first.nearest), reach))
     }
@@ -160,11 +183,14 @@ impl CharacterState {
             threats: world.threats,
             ..*world
         };
-        let root = self.playing.motion.root(world.baked.graph(), self.playing.seconds);
+        let root = self
+            .playing
+            .motion
+            .root(world.baked.graph(), self.playing.seconds);
         let mut near = false;
         for known in world.threats {
             let threat = &known.threat;
-            if threat.target.is_some_and(|target| target.index() != index) {
+            if !threat.concerns(index) {
                 continue;
             }
             let window = self.window(&now, end, threat);
@@ -186,7 +212,7 @@ impl CharacterState {
                 _ => {}
             }
             let moved = threat.velocity.length() * world.dt;
-            let apart = threat.at(end).distance(root) - moved - threat_radius(threat);
+            let apart = threat.at(end).distance(root) - moved - threat.radius();
             near |= threat.time <= end && apart < world.baked.reach() + 0.3;
         }
         let exists = |one: &Watched| world.threats.iter().any(|known| known.id == one.id);
@@ -206,7 +232,9 @@ impl CharacterState {
             centres,
             ..
         } = worker;
-        self.playing.motion.sample(graph, self.playing.seconds, pose);
+        self.playing
+            .motion
+            .sample(graph, self.playing.seconds, pose);
         forward_kinematics(graph.skeleton(), pose, joints);
         let body = world.baked.body();
         body.centres(joints, centres);
@@ -227,7 +255,10 @@ impl CharacterState {
                 let ends = self.centres.iter().zip(&*centres).zip(&body.spheres);
                 for ((from, to), part) in ends {
                     let radii = sphere.radius + part.radius;
-                    let apart = [ways[0] + sphere.offset - *from, ways[1] + sphere.offset - *to];
+                    let apart = [
+                        ways[0] + sphere.offset - *from,
+                        ways[1] + sphere.offset - *to,
+                    ];
                     least = least.min(closest(apart, [radii; 2]).1);
                 }
             }
@@ -240,9 +271,4 @@ impl CharacterState {
         }
         self.centres.clone_from(centres);
     }
-}
-
-fn threat_radius(threat: &Threat) -> f32 {
-    let reach = |sphere: &super::threat::ThreatSphere| sphere.offset.length() + sphere.radius;
-    threat.spheres.iter().map(reach).fold(0.0, f32::max)
 }

@@ -91,7 +91,13 @@ impl Threat {
         self.position + self.velocity * t - Vec3::Y * (0.5 * self.gravity * t * t)
     }
 
-    fn radius(&self) -> f32 {
+    /// Whether the character of a place has to avoid it.
+    pub(super) fn concerns(&self, index: u32) -> bool {
+        self.target.is_none_or(|target| target.index() == index)
+    }
+
+    /// Largest distance of a point of its spheres from its position, in metres.
+    pub(super) fn radius(&self) -> f32 {
         let reach = |s: &ThreatSphere| s.offset.length() + s.radius;
         self.spheres.iter().map(reach).fold(0.0, f32::max)
     }
@@ -133,7 +139,9 @@ impl Threat {
         for _ in 0..3 {
             let step = (to - from) / STEPS as f32;
             let at = |index: usize| from + step * index as f32;
-            let least = (0..=STEPS).map(at).min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
+            let least = (0..=STEPS)
+                .map(at)
+                .min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
             let least = least.unwrap_or(from);
             (from, to) = ((least - step).max(first), (least + step).min(last));
         }

@@ -85,12 +85,20 @@ impl Motion {
         let joints = graph.skeleton().len();
         let pieces_fit = self.pieces.iter().all(|piece| {
             let times = [piece.start, piece.end, piece.rate];
-            piece.playhead.is_sound(graph) && times.iter().all(|time| time.is_finite()) && piece.rate > 0.0
+            piece.playhead.is_sound(graph)
+                && times.iter().all(|time| time.is_finite())
+                && piece.rate > 0.0
         });
         let ordered = self.pieces.is_sorted_by(|a, b| a.end <= b.end);
-        let connected = self.pieces.windows(2).all(|pair| pair[0].start <= pair[1].start);
+        let connected = self
+            .pieces
+            .windows(2)
+            .all(|pair| pair[0].start <= pair[1].start);
         let blends_fit = self.inertias.len() >= self.entered
-            && self.inertias().iter().all(|one| one.is_sound(joints, graph.feet().legs().len()));
+            && self
+                .inertias()
+                .iter()
+                .all(|one| one.is_sound(joints, graph.feet().legs().len()));
         let warp_fits = self.warp.is_none_or(|warp| warp.bend.is_finite());
         pieces_fit && ordered && connected && blends_fit && warp_fits
     }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{Entry, MotionGraph};
+use crate::graph::{Entry, Motion, MotionGraph};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
@@ -84,6 +84,7 @@ struct Recent {
 pub(super) struct SteerScratch {
     pose: Pose,
     joints: Vec<JointTransform>,
+    spare: Motion,
 }
 
 /// The tables of one graph.
@@ -210,25 +211,24 @@ impl Steering {
             if let Some((found, apart)) = found
                 && apart + step.settings.gain < kept
             {
-                self.jump(step, (playing, found), &now);
+                self.jump(step, (playing, found), (&now, &mut scratch.spare));
             }
         }
         self.turn(step, playing);
     }
 
     /// Whether a character faces the way that is asked for, or none is.
-    fn faces(
-        &self,
-        step: &SteerStep<'_>,
-        (playing, moment): (&Playing, Option<&Moment>),
-    ) -> bool {
+    fn faces(&self, step: &SteerStep<'_>, (playing, moment): (&Playing, Option<&Moment>)) -> bool {
         /// What faces this near to the wanted heading stays, in radians.
         const NEAR: f32 = 0.15;
         let (Some(wanted), Some(moment)) = (step.aim.heading(), moment) else {
             return true;
         };
         let graph = step.baked.graph();
-        let turned = playing.motion.playhead(graph, playing.seconds).clip_to_world;
+        let turned = playing
+            .motion
+            .playhead(graph, playing.seconds)
+            .clip_to_world;
         wrapped(wanted - turned.heading() - moment.heading).abs() < NEAR
     }
 
@@ -240,7 +240,7 @@ impl Steering {
     ) -> Now {
         let graph = step.baked.graph();
         let frame = (1.0 / graph.frame_rate()) as f32;
-        let SteerScratch { pose, joints } = scratch;
+        let SteerScratch { pose, joints, .. } = scratch;
         let mut at = |seconds: f32| -> (Stance, f32) {
             playing.motion.sample(graph, seconds, pose);
             forward_kinematics(graph.skeleton(), pose, joints);
@@ -257,7 +257,10 @@ impl Steering {
                 inverse.vector(moved) / frame,
             ]
         };
-        let turned = playing.motion.playhead(graph, playing.seconds).clip_to_world;
+        let turned = playing
+            .motion
+            .playhead(graph, playing.seconds)
+            .clip_to_world;
         Now {
             root: stance.root,
             placement,
@@ -285,7 +288,12 @@ impl Steering {
     }
 
     /// Plays a moment from now on.
-    fn jump(&self, step: &SteerStep<'_>, (playing, found): (&mut Playing, usize), now: &Now) {
+    fn jump(
+        &self,
+        step: &SteerStep<'_>,
+        (playing, found): (&mut Playing, usize),
+        (now, spare): (&Now, &mut Motion),
+    ) {
         let moment = &self.table.moments[found];
         let kept = now.heading - moment.heading;
         let off = match step.aim.facing {
@@ -306,7 +314,7 @@ impl Steering {
             rate: 1.0,
             blend: step.settings.blend,
         };
-        playing.enter(step.baked.graph(), &entry);
+        playing.enter(step.baked.graph(), &entry, spare);
     }
 
     /// Turns what is played towards the aim, and sets its rate.
@@ -318,7 +326,8 @@ impl Steering {
         let (graph, settings) = (step.baked.graph(), step.settings);
         let playhead = playing.motion.playhead(graph, playing.seconds);
         let Some(moment) = self.table.at(graph, playhead) else {
-            playing.rate += (1.0 - playing.rate).clamp(-RATE_CHANGE * step.dt, RATE_CHANGE * step.dt);
+            playing.rate +=
+                (1.0 - playing.rate).clamp(-RATE_CHANGE * step.dt, RATE_CHANGE * step.dt);
             return;
         };
         let moment = &self.table.moments[moment];
@@ -329,7 +338,11 @@ impl Steering {
             None if moves => heading_of(step.aim.velocity) - heading_of(moment.velocity) - turned,
             _ => { step.aim.heading() }.map_or(0.0, |heading| heading - moment.heading - turned),
         };
-        let most = if step.aim.stands() { settings.standing_turn } else { settings.turn };
+        let most = if step.aim.stands() {
+            settings.standing_turn
+        } else {
+            settings.turn
+        };
         let turn = (wrapped(off) / SETTLING).clamp(-most, most) * step.dt;
         if turn.abs() > 1e-6 {
             let root = playing.motion.root(graph, playing.seconds);

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CrowdedTimes, IdleReport, Outcome, Scenario, Scenarios, Sight, SteerReport, crowded, idle, steering,
+    CrowdedTimes, IdleReport, Outcome, Scenario, Scenarios, Sight, SteerReport, crowded, idle,
+    steering,
 };
 use serde_json::{Value, json};
 
@@ -28,10 +29,11 @@ pub(crate) struct Args {
 }
 
 /// Kinds of attacks, in the order of the table.
-const ROWS: [(&str, Scenario); 7] = [
+const ROWS: [(&str, Scenario); 8] = [
     ("one", scenario(1, Sight::Known)),
     ("two", scenario(2, Sight::Known)),
     ("three", scenario(3, Sight::Known)),
+    ("flying", scenario(1, Sight::Flying)),
     ("noise", scenario(1, Sight::Noisy)),
     ("feint", scenario(1, Sight::Feint)),
     ("feint_known", scenario(1, Sight::FeintKnown)),
@@ -171,6 +173,7 @@ impl Report {
                 "one": share("one"),
                 "two": share("two"),
                 "three": share("three"),
+                "flying": share("flying"),
                 "noise": share("noise"),
                 "feint": share("feint"),
                 "feint_known": share("feint_known"),

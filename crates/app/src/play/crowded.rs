@@ -89,7 +89,10 @@ fn walk(heading: f32) -> Goal {
 type Walking = (Characters, Vec<sabaki::character::CharacterId>);
 
 /// Characters in a grid, each walking somewhere.
-fn walking(baked: &Arc<BakedGraph>, settings: CharacterSettings) -> Result<Walking, CharacterError> {
+fn walking(
+    baked: &Arc<BakedGraph>,
+    settings: CharacterSettings,
+) -> Result<Walking, CharacterError> {
     let mut characters = Characters::new(Arc::clone(baked), settings)?;
     let mut ids = Vec::new();
     for index in 0..COUNT {

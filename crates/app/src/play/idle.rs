@@ -41,11 +41,7 @@ pub fn idle(
 }
 
 /// Events that began, frames that were repeated, and the distance from the start.
-fn stand(
-    baked: &Arc<BakedGraph>,
-    index: usize,
-    frames: usize,
-) -> Result<[f32; 3], CharacterError> {
+fn stand(baked: &Arc<BakedGraph>, index: usize, frames: usize) -> Result<[f32; 3], CharacterError> {
     /// Frames of the clip that lie within this are the same, and times within this are one visit, in frames of the game.
     const SAME: f32 = 0.51;
     const VISIT: usize = 60;

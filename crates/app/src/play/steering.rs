@@ -47,7 +47,9 @@ pub fn steering(
     threads: usize,
 ) -> Result<SteerReport, CharacterError> {
     let speeds = speeds(baked);
-    let runs = in_parallel(threads, count, |index| changes(baked, &speeds, (seed, index as u64)));
+    let runs = in_parallel(threads, count, |index| {
+        changes(baked, &speeds, (seed, index as u64))
+    });
     let (mut errors, mut settled) = (Vec::new(), Vec::new());
     for run in runs {
         let run = run?;
@@ -124,7 +126,11 @@ fn changes(
         let is_off = |&at: &usize| velocity(at).angle_to(wanted).abs() > 10f32.to_radians();
         let last = (start..end).rev().find(is_off);
         let since = last.map_or(0, |last| last + 1 - start);
-        settled.push(if since == end - start { HELD } else { since as f32 * FRAME });
+        settled.push(if since == end - start {
+            HELD
+        } else {
+            since as f32 * FRAME
+        });
         let from = start + (1.2 / FRAME) as usize;
         let speed = (from..end).map(|at| velocity(at).length()).sum::<f32>() / (end - from) as f32;
         errors.push((speed / wanted.length() - 1.0).abs());

@@ -20,8 +20,10 @@ use crate::demo::throw::{ThrowSettings, random_of};
 /// What is seen of the balls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
-    /// Everything, from the announcement on.
+    /// Everything, from the announcement on: 0.4 to 1.5 s before the throw.
     Known,
+    /// Nothing before the last 3 m of the flight.
+    Flying,
     /// The place is wrong by 3 cm on each axis (standard deviation), anew in each frame.
     Noisy,
     /// Half a second before the contact each ball turns to where the body will be by its plan.
@@ -57,6 +59,9 @@ pub struct Outcome {
     /// Number of takeovers.
     pub takeovers: u32,
 }
+
+/// The part of a flight that is seen by [`Sight::Flying`], in metres.
+const LAST: f32 = 3.0;
 
 /// Runs attacks on one graph.
 pub struct Scenarios {
@@ -105,15 +110,26 @@ impl Scenarios {
     ///
     /// # Errors
     /// Those of the characters.
-    pub fn run(&self, scenario: Scenario, (seed, index): (u64, u64)) -> Result<Outcome, CharacterError> {
+    pub fn run(
+        &self,
+        scenario: Scenario,
+        (seed, index): (u64, u64),
+    ) -> Result<Outcome, CharacterError> {
         let new = || Characters::new(Arc::clone(&self.baked), CharacterSettings::default());
-        let kept = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let kept = self
+            .idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
         let mut pair = match kept {
             Some(pair) => pair,
             None => [new()?, new()?],
         };
         let outcome = self.run_with(&mut pair, scenario, (seed, index));
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(pair);
+        self.idle
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(pair);
         outcome
     }
 
@@ -149,7 +165,8 @@ impl Scenarios {
         run.pass(random.random_range(30..150), &mut random)?;
         let mut known = Vec::new();
         for _ in 0..scenario.balls {
-            known.push(run.aim(&self.throws, &mut random)?);
+            let first = known.first().map(|(_, contact)| *contact);
+            known.push(run.aim(first, &self.throws, &mut random)?);
         }
         if scenario.sight == Sight::FeintKnown {
             let start = run.game.state();
@@ -160,7 +177,11 @@ impl Scenarios {
             run.scenario = feint;
             run.throw(known)?;
             run.finish(&mut random)?;
-            known = run.balls.drain(..).map(|ball| (ball.truth, ball.contact)).collect();
+            known = run
+                .balls
+                .drain(..)
+                .map(|ball| (ball.truth, ball.contact))
+                .collect();
             run.game.restore(start)?;
             (run.scenario, run.outcome) = (scenario, Outcome::default());
         }
@@ -171,9 +192,11 @@ impl Scenarios {
 }
 
 impl Run<'_> {
-    /// A ball at a part of the body, at the place where it will be if nothing happens.
+    /// A ball at a part of the body, at the place where it will be if nothing happens. `first` is the contact of another ball: this one
+    /// comes within 0.3 s after it.
     fn aim(
         &mut self,
+        first: Option<f64>,
         throws: &ThrowSettings,
         random: &mut impl Rng,
     ) -> Result<(Threat, f64), CharacterError> {
@@ -182,7 +205,21 @@ impl Run<'_> {
         let (radius, distance) = (between(throws.radius), between(throws.distance));
         let around = between((0.0, TAU));
         let up = between((-throws.slope, throws.slope));
-        let part = between((0.0, 1.0));
+        let (part, later) = (between((0.0, 1.0)), between((0.0, 0.3)));
+        let (lead, distance) = match (first, self.scenario.sight) {
+            (None, Sight::Flying) => (0.0, LAST),
+            (None, _) => (lead, distance),
+            (Some(first), sight) => {
+                let wait = (first - self.game.now()) as f32 + later;
+                let distance = if sight == Sight::Flying {
+                    LAST
+                } else {
+                    distance
+                };
+                let distance = distance.min(wait * speed);
+                (wait - distance / speed, distance)
+            }
+        };
         let flight = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
         let wait = lead + distance / speed;
         let target = self.part_at(wait, part)?;
@@ -201,7 +238,8 @@ impl Run<'_> {
         for _ in 0..frames {
             self.ahead.step(FRAME, &mut events);
         }
-        self.ahead.step(seconds - frames as f32 * FRAME, &mut events);
+        self.ahead
+            .step(seconds - frames as f32 * FRAME, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
         let body = self.game.baked().body();
         let index = (part * body.spheres.len() as f32) as usize;
@@ -223,8 +261,14 @@ impl Run<'_> {
     /// Plays on until all balls have passed.
     fn finish(&mut self, random: &mut impl Rng) -> Result<(), CharacterError> {
         self.outcome.avoided = true;
-        let last = self.balls.iter().map(|ball| ball.contact).fold(0.0, f64::max);
-        let frames = ((last + 0.7 - self.game.now()) / f64::from(FRAME)).ceil().max(0.0);
+        let last = self
+            .balls
+            .iter()
+            .map(|ball| ball.contact)
+            .fold(0.0, f64::max);
+        let frames = ((last + 0.7 - self.game.now()) / f64::from(FRAME))
+            .ceil()
+            .max(0.0);
         self.pass(frames as usize, random)
     }
 

@@ -1,0 +1,121 @@
+//! Promise: characters do what their goals ask, without labelled events, and an id names one character alone.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::f32::consts::TAU;
+
+use glam::{Vec2, Vec3};
+use sabaki::character::{CharacterError, CharacterSettings, Goal};
+use sabaki::math::Rigid2;
+
+use super::world::{FRAME, characters, play};
+
+fn walk(heading: f32, speed: f32) -> Goal {
+    Goal::Walk {
+        velocity: Vec3::new(heading.sin(), 0.0, heading.cos()) * speed,
+        facing: None,
+    }
+}
+
+#[test]
+fn a_character_walks_where_it_is_told() {
+    let mut characters = characters(CharacterSettings::default());
+    let id = characters.spawn(Rigid2::new(1.0, 3.0, -2.0)).unwrap();
+    for turn in 0..6 {
+        let heading = turn as f32 * TAU * 0.39;
+        characters.steer(id, walk(heading, 0.8)).unwrap();
+        play(&mut characters, 90);
+        let from = characters.place(id).unwrap().ground();
+        play(&mut characters, 60);
+        let way = characters.place(id).unwrap().ground() - from;
+        let wanted = Vec2::new(heading.sin(), heading.cos());
+        let off = way.angle_to(wanted).abs().to_degrees();
+        assert!(off < 15.0, "turn {turn}: {off} degrees off");
+        assert!(
+            way.length() > 0.4,
+            "turn {turn}: {} m in a second",
+            way.length()
+        );
+    }
+}
+
+#[test]
+fn a_character_goes_to_a_point_and_stays_there() {
+    let mut characters = characters(CharacterSettings::default());
+    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    let goal = Vec2::new(2.0, -3.0);
+    let point = Vec3::new(goal.x, 0.0, goal.y);
+    characters
+        .steer(id, Goal::GoTo { point, speed: 0.8 })
+        .unwrap();
+    play(&mut characters, 60 * 10);
+    let at = characters.place(id).unwrap().ground();
+    assert!(at.distance(goal) < 0.4, "{at}");
+    play(&mut characters, 60 * 5);
+    let later = characters.place(id).unwrap().ground();
+    assert!(later.distance(at) < 0.3, "{at} {later}");
+}
+
+#[test]
+fn a_character_turns_to_a_heading() {
+    let mut characters = characters(CharacterSettings::default());
+    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    characters.steer(id, Goal::Face { heading: 2.0 }).unwrap();
+    play(&mut characters, 180);
+    let heading = characters.place(id).unwrap().heading();
+    assert!((heading - 2.0).abs() < 0.5, "{heading}");
+}
+
+#[test]
+fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
+    let mut characters = characters(CharacterSettings::default());
+    let id = characters.spawn(Rigid2::IDENTITY).unwrap();
+    let mut events = Vec::new();
+    let mut sizes = Vec::new();
+    for frame in 0..60 * 60 {
+        if frame % 240 == 0 {
+            let goal = match frame / 240 % 3 {
+                0 => Goal::Idle,
+                1 => walk(frame as f32, 0.8),
+                _ => Goal::Stop,
+            };
+            characters.steer(id, goal).unwrap();
+        }
+        characters.step(FRAME, &mut events);
+        let edge = characters.playhead(id).unwrap().edge;
+        assert_eq!(
+            characters.baked().graph().edge(edge).event,
+            None,
+            "frame {frame}"
+        );
+        if frame % 60 == 0 {
+            sizes.push(characters.save().unwrap().len());
+        }
+    }
+    assert!(events.is_empty());
+    let (early, late) = sizes.split_at(sizes.len() / 2);
+    let most = |sizes: &[usize]| sizes.iter().copied().max().unwrap();
+    assert!(most(late) < 2 * most(early), "{sizes:?}");
+}
+
+#[test]
+fn an_id_names_one_character() {
+    let mut characters = characters(CharacterSettings::default());
+    let first = characters.spawn(Rigid2::IDENTITY).unwrap();
+    characters.despawn(first).unwrap();
+    let second = characters.spawn(Rigid2::IDENTITY).unwrap();
+    assert_ne!(first, second);
+    assert_eq!(characters.len(), 1);
+    let gone = characters.steer(first, Goal::Idle);
+    assert!(matches!(gone, Err(CharacterError::NoSuchCharacter { .. })));
+    assert!(characters.despawn(first).is_err() && characters.place(first).is_err());
+    assert!(
+        characters
+            .steer(second, Goal::Face { heading: f32::NAN })
+            .is_err()
+    );
+    assert!(
+        characters
+            .spawn(Rigid2::new(0.0, f32::INFINITY, 0.0))
+            .is_err()
+    );
+}

@@ -1,0 +1,197 @@
+//! Promise: what a character says of a threat is what its poses show; nothing pops; threads change nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use glam::Vec3;
+use sabaki::character::{
+    CharacterError, CharacterEventKind, CharacterId, CharacterSettings, Characters, Threat,
+};
+use sabaki_testing::random::Random;
+
+use super::world::{FRAME, ball, characters, joints, play, spawn};
+
+/// The smallest distance of a ball from a character's spheres at one moment.
+fn distance(characters: &mut Characters, id: CharacterId, threat: &Threat) -> f32 {
+    let joints = joints(characters, id);
+    let at = threat.at(characters.now());
+    let spheres = &characters.baked().body().spheres;
+    let apart = spheres.iter().map(|sphere| {
+        sphere.centre(&joints).distance(at) - sphere.radius - threat.spheres[0].radius
+    });
+    apart.fold(f32::INFINITY, f32::min)
+}
+
+#[test]
+fn what_is_said_of_a_threat_is_what_the_poses_show() {
+    let mut random = Random::new(5);
+    let mut characters = characters(CharacterSettings::default());
+    let ids = spawn(&mut characters, 4);
+    let (mut hits, mut misses) = (0, 0);
+    for round in 0..6 {
+        play(&mut characters, 60 + round);
+        for &id in &ids {
+            let threat = ball(&mut characters, id, &mut random);
+            let name = characters.threaten(threat.clone()).unwrap();
+            let mut least = f32::INFINITY;
+            let (mut is_hit, mut missed_by) = (false, None);
+            let mut events = Vec::new();
+            // Steps so short that the moments alone tell the distance.
+            for _ in 0..1000 {
+                events.clear();
+                characters.step(1.0 / 500.0, &mut events);
+                if (threat.time..threat.time + f64::from(threat.seconds))
+                    .contains(&characters.now())
+                {
+                    least = least.min(distance(&mut characters, id, &threat));
+                }
+                for event in &events {
+                    match event.kind {
+                        CharacterEventKind::Hit { threat } if threat == name => is_hit = true,
+                        CharacterEventKind::MissedBy { threat, metres } if threat == name => {
+                            missed_by = Some(metres);
+                        }
+                        _ => {}
+                    }
+                    assert_eq!(event.character, id);
+                }
+            }
+            assert_eq!(characters.threats().count(), 0);
+            if least.abs() > 0.01 {
+                assert_eq!(is_hit, least < 0.0, "{least}");
+            }
+            if let Some(metres) = missed_by.filter(|metres| metres.is_finite()) {
+                assert!((metres - least).abs() < 0.02, "{metres} {least}");
+                misses += 1;
+            }
+            hits += usize::from(is_hit);
+        }
+    }
+    assert!(misses > 12 && misses > hits, "{misses} {hits}");
+}
+
+#[test]
+fn nothing_pops_at_any_delay() {
+    /// A joint goes less far within this time, seconds and metres.
+    const MOMENT: (f32, f32) = (2e-5, 1e-3);
+    let mut random = Random::new(11);
+    for delay in 0..7 {
+        let settings = CharacterSettings {
+            delay,
+            ..CharacterSettings::default()
+        };
+        let (mut game, mut other) = (characters(settings), characters(settings));
+        let ids = spawn(&mut game, 2);
+        let mut began = 0;
+        for frame in 0..600 {
+            if frame % 80 == 20 {
+                for &id in &ids {
+                    let threat = ball(&mut game, id, &mut random);
+                    game.threaten(threat).unwrap();
+                }
+            }
+            let before: Vec<_> = ids.iter().map(|&id| joints(&mut game, id)).collect();
+            other.restore(game.state()).unwrap();
+            other.step(MOMENT.0, &mut Vec::new());
+            for (&id, before) in ids.iter().zip(&before) {
+                let later = joints(&mut other, id);
+                let both = before.iter().zip(&later);
+                let apart = both.map(|(a, b)| a.translation.distance(b.translation));
+                let apart = apart.fold(0.0, f32::max);
+                assert!(apart < MOMENT.1, "delay {delay}, frame {frame}: {apart} m");
+            }
+            let mut events = Vec::new();
+            game.step(FRAME, &mut events);
+            let begins = |kind: CharacterEventKind| kind == CharacterEventKind::Began;
+            began += events.iter().filter(|event| begins(event.kind)).count();
+        }
+        assert!(began > 3, "delay {delay}: {began}");
+    }
+}
+
+#[test]
+fn threads_change_nothing() {
+    let run = |threads: usize| {
+        let settings = CharacterSettings {
+            threads,
+            ..CharacterSettings::default()
+        };
+        let mut random = Random::new(3);
+        let mut characters = characters(settings);
+        let ids = spawn(&mut characters, 9);
+        let mut events = play(&mut characters, 40);
+        for &id in &ids {
+            let threat = ball(&mut characters, id, &mut random);
+            characters.threaten(threat).unwrap();
+        }
+        events.extend(play(&mut characters, 90));
+        (characters.state(), events)
+    };
+    let alone = run(1);
+    assert!(alone.1.len() >= 9);
+    assert!(run(3) == alone);
+}
+
+#[test]
+fn those_that_are_reached_first_plan_first() {
+    let settings = CharacterSettings {
+        plans_per_step: 1,
+        ..CharacterSettings::default()
+    };
+    let mut characters = characters(settings);
+    let ids = spawn(&mut characters, 3);
+    play(&mut characters, 5);
+    let now = characters.now();
+    for (index, &id) in ids.iter().enumerate() {
+        let middle = joints(&mut characters, id)[0].translation;
+        let velocity = Vec3::new(0.0, 0.0, -8.0);
+        let seconds = 1.2 - 0.2 * index as f32;
+        let threat = Threat::ball(now, middle - velocity * seconds, velocity, 0.1);
+        let target = Some(id);
+        characters.threaten(Threat { target, ..threat }).unwrap();
+    }
+    let events = play(&mut characters, 3);
+    let looks = |kind: &CharacterEventKind| {
+        matches!(
+            kind,
+            CharacterEventKind::Planned { .. }
+                | CharacterEventKind::Kept { .. }
+                | CharacterEventKind::Cannot
+        )
+    };
+    let order: Vec<_> = { events.iter() }
+        .filter(|event| looks(&event.kind))
+        .map(|event| event.character)
+        .collect();
+    assert_eq!(order, [ids[2], ids[1], ids[0]]);
+}
+
+#[test]
+fn threats_are_changed_and_removed_by_their_ids() {
+    let mut characters = characters(CharacterSettings::default());
+    let ids = spawn(&mut characters, 1);
+    let middle = joints(&mut characters, ids[0])[0].translation;
+    let velocity = Vec3::new(0.0, 0.0, -6.0);
+    let threat = Threat::ball(0.5, middle - velocity, velocity, 0.1);
+    let first = characters.threaten(threat.clone()).unwrap();
+    let second = characters.threaten(threat.clone()).unwrap();
+    assert_ne!(first, second);
+    let wide = Threat {
+        position: threat.position + Vec3::X * 20.0,
+        ..threat.clone()
+    };
+    characters.update(first, wide.clone()).unwrap();
+    characters.remove(second).unwrap();
+    assert_eq!(
+        characters.remove(second),
+        Err(CharacterError::NoSuchThreat(second))
+    );
+    assert_eq!(characters.threats().collect::<Vec<_>>(), [(first, &wide)]);
+    assert!(
+        play(&mut characters, 120).is_empty(),
+        "what passes far away is no threat"
+    );
+    let bad = Threat {
+        velocity: Vec3::NAN,
+        ..threat
+    };
+    assert!(characters.threaten(bad.clone()).is_err() && characters.update(first, bad).is_err());
+}
