@@ -17,7 +17,7 @@
 //! | --- | --- |
 //! | `capi` | the C interface (`sabaki.h`), with the feature `capi` |
 //! | `gpu` | culling on the host's Vulkan device, with the feature `vulkan` |
-//! | [`character`] | many characters of one graph: near ones posed by the graph, far ones by the crowd |
+//! | [`character`] | characters that are steered and threatened in a game; crowds whose near members are posed by the graph |
 //! | [`duel`] | two characters of one graph that attack and avoid in turn |
 //! | [`query`] | one query: attack, candidates, retiming, culling, exact test, score, answer |
 //! | [`maps`] | body and attack spheres, height slabs, time slices, the rasterizer that the shaders mirror, paths and grids, [`maps::BakedGraph`] |
@@ -39,7 +39,7 @@
 //! - Architecture invariant: nothing here reads JSON or motion files, parses arguments, or opens a window.
 //!
 //! # Where to begin
-//! [`guide::from_clips`] leads from clips to a character that dodges; [`guide::paper`] maps the papers to the code;
+//! [`guide::from_clips`] leads from clips to a character that dodges; [`guide::game_loop`] puts it into a game; [`guide::paper`] maps the papers to the code;
 //! [`guide::culling`] compares the culling paths; [`guide::limits`] lists what is refused.
 //!
 //! # Units

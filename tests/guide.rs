@@ -12,7 +12,7 @@ use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
 use sabaki_import::{LONGEST_CLIP, gltf};
 
-const PAGES: [(&str, &str); 9] = [
+const PAGES: [(&str, &str); 10] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),
     ("paper.md", include_str!("../src/guide/paper.md")),
     ("culling.md", include_str!("../src/guide/culling.md")),
@@ -20,6 +20,7 @@ const PAGES: [(&str, &str); 9] = [
     ("README.md", include_str!("../README.md")),
     ("CONTRIBUTING.md", include_str!("../CONTRIBUTING.md")),
     ("crowds.md", include_str!("../src/guide/crowds.md")),
+    ("game_loop.md", include_str!("../src/guide/game_loop.md")),
     ("app", include_str!("../crates/app/README.md")),
     ("import", include_str!("../crates/import/README.md")),
 ];

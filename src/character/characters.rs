@@ -218,6 +218,51 @@ impl Characters {
         Ok(())
     }
 
+    /// Hands the body to something else, such as a ragdoll. The character stays where it is until [`Characters::resume`]; threats do not
+    /// concern it.
+    ///
+    /// # Errors
+    /// An unknown character.
+    pub fn release(&mut self, id: CharacterId) -> Result<(), CharacterError> {
+        let state = self.state_mut(id)?;
+        state.is_released = true;
+        state.pending = None;
+        Ok(())
+    }
+
+    /// Takes the body back: the character goes on from the second of two poses in the world, which were seen `seconds` apart, with their
+    /// speed, at the nearest moment of the clips. It keeps its goal.
+    ///
+    /// # Errors
+    /// An unknown character; poses of another skeleton or with numbers that are not finite; no time between them.
+    pub fn resume(
+        &mut self,
+        id: CharacterId,
+        poses: [&Pose; 2],
+        seconds: f32,
+    ) -> Result<(), CharacterError> {
+        let joints = self.baked.graph().skeleton().len();
+        let sound = |pose: &&Pose| {
+            pose.root.is_finite()
+                && pose.root.length() < 5_000.0
+                && pose.rotations.len() == joints
+                && pose
+                    .rotations
+                    .iter()
+                    .all(|rotation| rotation.is_normalized())
+        };
+        if !poses.iter().all(sound) || !(1e-4..=1.0).contains(&seconds) {
+            return Err(CharacterError::Value("a pose"));
+        }
+        let goal = self.state_mut(id)?.goal;
+        let found = self.steering.resume(&self.baked, poses, seconds);
+        let motion = found.ok_or(CharacterError::NothingToPlay)?;
+        let mut state = CharacterState::new(motion);
+        state.goal = goal;
+        *self.state_mut(id)? = state;
+        Ok(())
+    }
+
     /// Adds a threat.
     ///
     /// # Errors

@@ -38,7 +38,7 @@ pub enum CharacterEventKind {
     MissedBy {
         /// The threat.
         threat: ThreatId,
-        /// Smallest distance, in metres.
+        /// Smallest distance, in metres; `f32::MAX` if it was never measured, because the threat stayed far away.
         metres: f32,
     },
     /// A threat touches the body for the first time.

@@ -48,6 +48,8 @@ pub(super) struct CharacterState {
     pub playing: Playing,
     pub goal: Goal,
     pub steer: SteerState,
+    /// Whether something else moves the body.
+    pub is_released: bool,
     /// The motion that takes over, and when.
     pub pending: Option<Pending>,
     /// Steering waits until this time, in seconds.
@@ -89,8 +91,9 @@ impl CharacterState {
             playing: Playing::new(motion),
             goal: Goal::default(),
             steer: SteerState::default(),
+            is_released: false,
             pending: None,
-            held_until: f64::NEG_INFINITY,
+            held_until: 0.0,
             has_plan: false,
             seen: 0,
             next_seen: 0,
@@ -112,6 +115,9 @@ impl CharacterState {
 
     /// Begins what is due. Returns [`CharacterState::urgency`].
     pub(super) fn begin(&mut self, index: u32, world: &World<'_>) -> Option<f32> {
+        if self.is_released {
+            return None;
+        }
         self.take_over(world.now);
         self.urgency(index, world)
     }
@@ -123,6 +129,9 @@ impl CharacterState {
         world: &World<'_>,
         worker: &mut Worker,
     ) {
+        if self.is_released {
+            return;
+        }
         if plans {
             self.avoid(index, world, &mut worker.plan);
         }
@@ -198,7 +207,7 @@ impl CharacterState {
             match (window, place) {
                 (Some(_), None) => self.watched.push(Watched {
                     id: known.id,
-                    metres: f32::INFINITY,
+                    metres: f32::MAX,
                     is_hit: false,
                 }),
                 (None, Some(place)) => {

@@ -1,7 +1,8 @@
 //! Changes of a motion that is being played: its past is dropped, it is turned on the ground, and it is joined to another motion.
 
-use super::inertia::Inertia;
+use super::inertia::{EntryScratch, Inertia};
 use super::{Motion, MotionGraph};
+use crate::anim::Pose;
 use crate::math::Rigid2;
 
 /// A motion that was played until another one takes over.
@@ -46,11 +47,41 @@ impl Motion {
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;
-        self.extend(graph, step);
         let later = [played.seconds, played.seconds + step * played.rate];
         for (seconds, pose) in later.into_iter().zip(&mut scratch.from) {
             played.motion.sample(graph, seconds, pose);
         }
+        self.blend_from_scratch(graph, scratch, [blend, step]);
+    }
+
+    /// Starts with two poses that were seen `seconds` apart: it goes on from the second one with their speed, and loses the difference
+    /// within `blend` seconds.
+    pub fn blend_from_poses(
+        &mut self,
+        graph: &MotionGraph,
+        poses: [&Pose; 2],
+        [seconds, blend]: [f32; 2],
+    ) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let [before, now] = poses;
+        let [from, later] = &mut scratch.from;
+        from.copy_from(now);
+        later.copy_from(now);
+        // What the joints did in the time before, once more.
+        later.root = now.root + (now.root - before.root);
+        for (rotation, before) in later.rotations.iter_mut().zip(&before.rotations) {
+            *rotation = (*rotation * before.conjugate() * *rotation).normalize();
+        }
+        self.blend_from_scratch(graph, scratch, [blend, seconds]);
+    }
+
+    fn blend_from_scratch(
+        &mut self,
+        graph: &MotionGraph,
+        mut scratch: EntryScratch,
+        [blend, step]: [f32; 2],
+    ) {
+        self.extend(graph, step);
         let begun = self.inertias().partition_point(|one| one.start <= 0.0);
         self.inertias[..self.entered].rotate_left(begun);
         self.entered -= begun;

@@ -1,4 +1,4 @@
-//! The guide: from clips to a dodging character, crowds and duels, the papers and the code, the choice of a culling path, and the
+//! The guide: from clips to a dodging character, a game loop, crowds and duels, the papers and the code, the choice of a culling path, and the
 //! limits on input.
 //!
 //! Architecture invariant: this module contains no code. Documentation tests compile the code of the pages, and `tests/guide.rs` checks
@@ -18,3 +18,6 @@ pub mod limits {}
 
 #[doc = include_str!("crowds.md")]
 pub mod crowds {}
+
+#[doc = include_str!("game_loop.md")]
+pub mod game_loop {}

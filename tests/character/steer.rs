@@ -3,7 +3,8 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
+use sabaki::anim::Pose;
 use sabaki::character::{CharacterError, CharacterSettings, Goal};
 use sabaki::math::Rigid2;
 
@@ -116,6 +117,55 @@ fn an_id_names_one_character() {
     assert!(
         characters
             .spawn(Rigid2::new(0.0, f32::INFINITY, 0.0))
+            .is_err()
+    );
+}
+
+#[test]
+fn a_body_is_taken_back_from_any_pose_with_its_speed() {
+    let mut characters = characters(CharacterSettings::default());
+    let id = characters.spawn(Rigid2::new(0.5, 1.0, 2.0)).unwrap();
+    characters.steer(id, walk(1.0, 0.8)).unwrap();
+    play(&mut characters, 60);
+    characters.release(id).unwrap();
+    let (mut before, mut now) = (Pose::default(), Pose::default());
+    characters.local_pose(id, &mut before).unwrap();
+    play(&mut characters, 30);
+    characters.local_pose(id, &mut now).unwrap();
+    assert_eq!(before, now, "what is released is not moved");
+    // Thrown over, and still moving.
+    now.root += Vec3::new(0.02, -0.3, 0.01);
+    now.rotations[0] = Quat::from_rotation_x(0.7) * now.rotations[0];
+    before.rotations[0] = Quat::from_rotation_x(0.66) * before.rotations[0];
+    before.root += Vec3::new(0.0, -0.28, 0.0);
+    characters.resume(id, [&before, &now], FRAME).unwrap();
+    let mut resumed = Pose::default();
+    characters.local_pose(id, &mut resumed).unwrap();
+    assert!(resumed.root.distance(now.root) < 1e-4);
+    let turned = |a: &Pose, b: &Pose| {
+        let both = a.rotations.iter().zip(&b.rotations);
+        both.map(|(a, b)| a.angle_between(*b)).fold(0.0, f32::max)
+    };
+    assert!(turned(&resumed, &now) < 0.02, "{}", turned(&resumed, &now));
+    characters.step(FRAME, &mut Vec::new());
+    let mut later = Pose::default();
+    characters.local_pose(id, &mut later).unwrap();
+    let goes = (later.root - now.root) - (now.root - before.root);
+    assert!(goes.length() < 0.01, "{goes}");
+    play(&mut characters, 120);
+    let way = characters.place(id).unwrap();
+    play(&mut characters, 60);
+    assert!(
+        characters
+            .place(id)
+            .unwrap()
+            .ground()
+            .distance(way.ground())
+            > 0.4
+    );
+    assert!(
+        characters
+            .resume(id, [&Pose::default(), &now], FRAME)
             .is_err()
     );
 }

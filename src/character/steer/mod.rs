@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::goal::{Aim, direction, heading_of, wrapped};
 use super::playing::Playing;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{Entry, Motion, MotionGraph};
+use crate::graph::{Entry, Motion, MotionGraph, Playhead};
 use crate::maps::{BakedGraph, Stance};
 use crate::math::Rigid2;
 use table::{AHEAD, Features, Moment, Row, Table, distance};
@@ -144,12 +144,24 @@ impl SteerState {
         }
     }
 
+    /// Whether what is played goes on into what was played before.
+    fn repeats(&self, moment: &Moment) -> bool {
+        let before = self.recent.len().saturating_sub(1);
+        self.recent[..before]
+            .iter()
+            .any(|one| one.clip == moment.clip.0 && (one.from..=one.to).contains(&moment.frame))
+    }
+
+    /// Whether the time from a moment on was played.
     fn has_played(&self, moment: &Moment) -> bool {
         /// What is so near in a clip looks the same, in frames.
         const ALIKE: u32 = 12;
+        /// So many frames are played at least.
+        const PLAYED: u32 = 30;
         self.recent.iter().any(|one| {
             one.clip == moment.clip.0
-                && (one.from.saturating_sub(ALIKE)..=one.to + ALIKE).contains(&moment.frame)
+                && moment.frame + PLAYED >= one.from
+                && moment.frame <= one.to + ALIKE
         })
     }
 }
@@ -193,7 +205,8 @@ impl Steering {
         if let Some(moment) = moment.filter(|_| is_idle) {
             state.remember(&moment, step);
         }
-        let is_held = is_idle && !ends && moment.is_some_and(|moment| moment.is_calm);
+        let goes_on = |moment: Moment| moment.is_calm && !state.repeats(&moment);
+        let is_held = is_idle && !ends && moment.is_some_and(goes_on);
         if (is_new || ends || state.search_in <= 0.0) && !is_held {
             state.search_in = step.settings.interval;
             state.aim = step.aim.velocity.to_array();
@@ -274,6 +287,51 @@ impl Steering {
                 ..Features::default()
             },
         }
+    }
+
+    /// A motion that goes on from two poses of any origin, which were seen `seconds` apart, at the moment that is nearest to them.
+    pub(super) fn resume(
+        &self,
+        baked: &BakedGraph,
+        poses: [&Pose; 2],
+        seconds: f32,
+    ) -> Option<Motion> {
+        /// The poses may be far from any of the clips.
+        const BLEND: f32 = 0.4;
+        let graph = baked.graph();
+        let mut joints = Vec::new();
+        let [before, stance] = poses.map(|pose| {
+            forward_kinematics(graph.skeleton(), pose, &mut joints);
+            baked.stance(&joints)
+        });
+        let inverse = stance.placement.inverse();
+        let speed = |from: Vec3, to: Vec3| inverse.vector(to - from) / seconds;
+        let foot = |leg: usize| {
+            let (before, now) = (before.feet[leg], stance.feet[leg]);
+            [inverse.point(now), speed(before, now)]
+        };
+        let velocity = speed(before.root, stance.root);
+        let ahead = |seconds: f32| Vec2::new(velocity.x, velocity.z) * seconds;
+        let wanted = Features {
+            ways: AHEAD.map(ahead),
+            turns: [0.0; 2],
+            feet: [foot(0), foot(1)],
+            velocity,
+            height: stance.root.y,
+        };
+        let (found, _) = self.nearest(&wanted.row(), |_| true)?;
+        let moment = &self.table.moments[found];
+        let turn = Rigid2::new(stance.placement.heading() - moment.heading, 0.0, 0.0);
+        let root = turn.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
+        let place = Rigid2::new(0.0, stance.root.x - root.x, stance.root.z - root.z);
+        let playhead = Playhead {
+            edge: moment.edge,
+            frame: moment.edge_frame as f32,
+            clip_to_world: place * turn,
+        };
+        let mut motion = Motion::new(graph, playhead, &[]);
+        motion.blend_from_poses(graph, poses, [seconds, BLEND]);
+        Some(motion)
     }
 
     fn nearest(&self, wanted: &Row, allowed: impl Fn(&Moment) -> bool) -> Option<(usize, f32)> {

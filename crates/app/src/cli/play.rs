@@ -5,8 +5,8 @@ use std::sync::Arc;
 use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CrowdedTimes, IdleReport, Outcome, Scenario, Scenarios, Sight, SteerReport, crowded, idle,
-    steering,
+    CrowdedTimes, IdleReport, Outcome, PLANS_PER_STEP, Scenario, Scenarios, Sight, SteerReport,
+    crowded, idle, steering,
 };
 use serde_json::{Value, json};
 
@@ -195,6 +195,11 @@ impl Report {
             "idle_repeated": number(idle.repeated),
             "idle_drift_m": number(idle.drift),
             "batch_200_ms": number(times.batch_200_ms),
+            "batch_200_budget": {
+                "plans_per_step": PLANS_PER_STEP,
+                "worst_step_ms": number(times.budget_200_ms),
+                "steps": times.budget_steps,
+            },
             "us_per_character": number(times.us_per_character),
         })
     }
@@ -220,7 +225,7 @@ impl Report {
              steering: speed off by {:.1}%; direction within 10 degrees after {:.2} s in the median, {:.2} s at the 95th percentile\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
              idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s\n\
-             200 new threats in one step: {:.1} ms; a character's frame takes {:.1} microseconds\n",
+             200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n",
             1e3 * largest,
             100.0 * self.feints_kept(),
             100.0 * steer.speed_error,
@@ -231,6 +236,7 @@ impl Report {
             idle.events_per_hour,
             100.0 * idle.repeated,
             times.batch_200_ms,
+            times.budget_200_ms,
             times.us_per_character,
         )
     }

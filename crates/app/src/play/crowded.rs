@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
-use sabaki::character::{CharacterError, CharacterSettings, Characters, Goal, Threat};
+use sabaki::character::{CharacterError, CharacterId, CharacterSettings, Characters, Goal, Threat};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 
@@ -15,11 +15,18 @@ use super::{FRAME, joints_of, percentile};
 pub struct CrowdedTimes {
     /// Median time of a step in which each of 200 characters is newly threatened, in milliseconds.
     pub batch_200_ms: f32,
+    /// The same with at most [`PLANS_PER_STEP`] plans in a step: the longest step, in milliseconds.
+    pub budget_200_ms: f32,
+    /// Steps until all 200 have planned.
+    pub budget_steps: usize,
     /// Mean time of a frame in which 200 characters are steered and posed on one thread, for each, in microseconds.
     pub us_per_character: f32,
 }
 
 const COUNT: usize = 200;
+
+/// Plans of one step, where there is a budget.
+pub const PLANS_PER_STEP: usize = 4;
 
 /// Steers 200 characters, and threatens all of them in one frame, several times.
 ///
@@ -55,28 +62,49 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
     let mut times = Vec::new();
     let (mut characters, ids) = walking(baked, settings)?;
     for _ in 0..BATCHES {
-        for _ in 0..200 {
-            characters.step(FRAME, &mut events);
-        }
-        for &id in &ids {
-            joints_of(&mut characters, id, &mut joints)?;
-            let middle = joints[0].translation;
-            let from = Vec3::new(3.0, 0.2, 1.0);
-            let ball = Threat::ball(characters.now() + 0.4, middle + from, -from * 3.0, 0.1);
-            characters.threaten(Threat {
-                target: Some(id),
-                seconds: 1.0,
-                ..ball
-            })?;
-        }
+        threaten_all(&mut characters, &ids)?;
         let started = Instant::now();
         characters.step(FRAME, &mut events);
         times.push(started.elapsed().as_secs_f32() * 1e3);
     }
+    let settings = CharacterSettings {
+        plans_per_step: PLANS_PER_STEP,
+        ..settings
+    };
+    let (mut characters, ids) = walking(baked, settings)?;
+    threaten_all(&mut characters, &ids)?;
+    let mut steps = Vec::new();
+    for _ in 0..COUNT / PLANS_PER_STEP {
+        let started = Instant::now();
+        characters.step(FRAME, &mut events);
+        steps.push(started.elapsed().as_secs_f32() * 1e3);
+    }
     Ok(CrowdedTimes {
         batch_200_ms: percentile(times, 0.5),
+        budget_200_ms: percentile(steps.clone(), 1.0),
+        budget_steps: steps.len(),
         us_per_character: us,
     })
+}
+
+/// Throws a ball at each character, after they have walked on for a while.
+fn threaten_all(characters: &mut Characters, ids: &[CharacterId]) -> Result<(), CharacterError> {
+    let (mut joints, mut events) = (Vec::new(), Vec::new());
+    for _ in 0..200 {
+        characters.step(FRAME, &mut events);
+    }
+    for &id in ids {
+        joints_of(characters, id, &mut joints)?;
+        let middle = joints[0].translation;
+        let from = Vec3::new(3.0, 0.2, 1.0);
+        let ball = Threat::ball(characters.now() + 0.4, middle + from, -from * 3.0, 0.1);
+        characters.threaten(Threat {
+            target: Some(id),
+            seconds: 1.0,
+            ..ball
+        })?;
+    }
+    Ok(())
 }
 
 fn walk(heading: f32) -> Goal {
@@ -86,7 +114,7 @@ fn walk(heading: f32) -> Goal {
     }
 }
 
-type Walking = (Characters, Vec<sabaki::character::CharacterId>);
+type Walking = (Characters, Vec<CharacterId>);
 
 /// Characters in a grid, each walking somewhere.
 fn walking(

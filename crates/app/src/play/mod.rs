@@ -9,7 +9,7 @@ use sabaki::anim::JointTransform;
 use sabaki::character::{CharacterError, CharacterId, Characters};
 use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
 
-pub use crowded::{CrowdedTimes, crowded};
+pub use crowded::{CrowdedTimes, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
 pub use steering::{SteerReport, steering};
 pub use threats::{Outcome, Scenario, Scenarios, Sight};
