@@ -119,6 +119,12 @@ impl Warp {
 }
 
 impl Bend {
+    /// Whether every number is finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let ends = self.ends.iter().all(|end| end.is_finite());
+        self.spine.is_finite() && self.pelvis.is_finite() && ends && self.ahead.is_finite()
+    }
+
     /// Bends a pose by a share of it. How far a foot is at most from where it should be, metres, where legs are too short.
     pub(crate) fn apply(
         &self,

@@ -6,27 +6,17 @@ use thiserror::Error;
 
 use super::event::CharacterEvent;
 use super::goal::Goal;
+use super::ids::{CharacterId, ThreatId};
+use super::scratch::Worker;
 use super::settings::CharacterSettings;
-use super::state::{CharacterState, KnownThreat, Worker, World};
+use super::state::CharacterState;
 use super::steer::Steering;
-use super::threat::{Threat, ThreatId};
+use super::threat::Threat;
+use super::world::{KnownThreat, World};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, WorkerPool, thread_count};
-
-/// Names a character of [`Characters`]. It is not used again after the character is gone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct CharacterId {
-    index: u32,
-    generation: u32,
-}
-
-impl CharacterId {
-    pub(super) fn index(self) -> u32 {
-        self.index
-    }
-}
 
 /// Why a call to [`Characters`] is refused.
 #[derive(Clone, Debug, PartialEq, Error)]

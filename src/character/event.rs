@@ -1,7 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::characters::CharacterId;
-use super::threat::ThreatId;
+use super::ids::{CharacterId, ThreatId};
 
 /// What happened in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

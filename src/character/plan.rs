@@ -9,20 +9,14 @@ use std::hash::{Hash, Hasher};
 use rustc_hash::FxHasher;
 
 use super::event::CharacterEventKind;
-use super::state::{CharacterState, KnownThreat, Pending, World};
+use super::scratch::PlanScratch;
+use super::state::{CharacterState, Pending};
 use super::threat::{Threat, Window};
+use super::world::{KnownThreat, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
-use crate::query::clearance::{Clearance, ExactTest, Extent, MotionBody};
-use crate::query::{Answer, Attack, Query, QueryContext, Request};
-
-/// Scratch of planning.
-#[derive(Default)]
-pub(super) struct PlanScratch {
-    context: QueryContext,
-    answer: Answer,
-    body: MotionBody,
-}
+use crate::query::clearance::{Clearance, ExactTest, Extent};
+use crate::query::{Attack, Query, Request};
 
 /// The moment that a plan is made for.
 struct Moment {

@@ -3,44 +3,16 @@ use serde::{Deserialize, Serialize};
 
 use super::event::CharacterEventKind;
 use super::goal::Goal;
-use super::plan::PlanScratch;
+use super::ids::ThreatId;
 use super::playing::Playing;
-use super::settings::CharacterSettings;
-use super::steer::{SteerScratch, SteerState, SteerStep, Steering};
-use super::threat::{Threat, ThreatId, Window};
-use crate::anim::{JointTransform, Pose, forward_kinematics};
+use super::scratch::Worker;
+use super::steer::{SteerState, SteerStep};
+use super::threat::{Threat, Window};
+use super::world::World;
+use crate::anim::forward_kinematics;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::closest;
-
-/// What all characters of a step share.
-pub(super) struct World<'a> {
-    pub baked: &'a BakedGraph,
-    pub settings: &'a CharacterSettings,
-    pub steering: &'a Steering,
-    pub threats: &'a [KnownThreat],
-    /// Time at the start of the step, in seconds.
-    pub now: f64,
-    pub dt: f32,
-}
-
-/// A threat and the number of its changes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct KnownThreat {
-    pub id: ThreatId,
-    pub version: u32,
-    pub threat: Threat,
-}
-
-/// Scratch of one thread.
-#[derive(Default)]
-pub(super) struct Worker {
-    pub plan: PlanScratch,
-    steer: SteerScratch,
-    pose: Pose,
-    joints: Vec<JointTransform>,
-    centres: Vec<Vec3>,
-}
 
 /// One character, whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

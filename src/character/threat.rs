@@ -1,12 +1,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::characters::CharacterId;
+use super::ids::CharacterId;
 use crate::maps::SphereKey;
-
-/// Names a threat of [`Characters`](super::Characters).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct ThreatId(pub u64);
 
 /// One of the spheres that a threat consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,7 +89,7 @@ impl Threat {
 
     /// Whether the character of a place has to avoid it.
     pub(super) fn concerns(&self, index: u32) -> bool {
-        self.target.is_none_or(|target| target.index() == index)
+        self.target.is_none_or(|target| target.index == index)
     }
 
     /// Largest distance of a point of its spheres from its position, in metres.
