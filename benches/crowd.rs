@@ -10,9 +10,13 @@ mod scene;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use glam::Vec3;
 use plain::PlainMemory;
-use sabaki::crowd::{CrowdSettings, Form, Layout, Output, WriteMode};
-use sabaki::math::Isa;
+use sabaki::crowd::{
+    CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, LevelView, Output, PoseSlice,
+    WriteMode,
+};
+use sabaki::math::{F32x16, Isa};
 use scene::Scene;
 
 const COUNT: usize = 10_000;
@@ -85,10 +89,122 @@ fn rotations(bencher: Bencher<'_, '_>, isa: Isa) {
     frames(bencher, &Scene::one_clip(COUNT), settings);
 }
 
-#[divan::bench]
-fn rows_of_matrices(bencher: Bencher<'_, '_>) {
-    let settings = output(Form::Matrices, Layout::Rows, WriteMode::Cached);
+/// Character by character, in memory that is read again soon.
+#[divan::bench(args = ["matrices", "rotations"])]
+fn rows(bencher: Bencher<'_, '_>, form: &str) {
+    let settings = output(form_of(form), Layout::Rows, WriteMode::Cached);
     frames(bencher, &Scene::one_clip(COUNT), settings);
+}
+
+/// The same, past the caches.
+#[divan::bench(args = ["matrices", "rotations"])]
+fn streamed_rows(bencher: Bencher<'_, '_>, form: &str) {
+    let settings = output(form_of(form), Layout::Rows, WriteMode::Streamed);
+    frames(bencher, &Scene::one_clip(COUNT), settings);
+}
+
+/// As for [`streamed_rows`], in blocks.
+#[divan::bench(args = ["matrices", "rotations"])]
+fn streamed_blocks(bencher: Bencher<'_, '_>, form: &str) {
+    let settings = output(form_of(form), Layout::Blocks, WriteMode::Streamed);
+    frames(bencher, &Scene::one_clip(COUNT), settings);
+}
+
+/// Numbers of clips of two seconds each.
+#[divan::bench(args = [1, 8, 200])]
+fn clips(bencher: Bencher<'_, '_>, clips: usize) {
+    frames(bencher, &Scene::of_many_clips(clips, COUNT), default());
+}
+
+/// Everybody plays two clips, of so many.
+#[divan::bench(args = [1, 200])]
+fn cross_fade(bencher: Bencher<'_, '_>, clips: usize) {
+    let scene = Scene::of_many_clips(clips, COUNT).fading();
+    frames(bencher, &scene, default());
+}
+
+/// Whole frames of a column: levels by a camera at this speed in metres per second, time and poses. Items are all joints of
+/// all characters.
+#[divan::bench(args = [0.0, 1.5, 5.0])]
+fn whole_frame(bencher: Bencher<'_, '_>, speed: f32) {
+    let scene = Scene::one_clip(COUNT);
+    let joints = scene.joints();
+    let scene = scene.in_a_column();
+    let (switching, mut crowd) = (scene.switching(), scene.crowd(default()));
+    let mut out = vec![F32x16::ZERO; crowd.max_output_len(COUNT)];
+    let mut walked = 0.0;
+    bencher.counter(ItemsCount::new(joints)).bench_local(|| {
+        walked += speed / 60.0;
+        let levels = LevelView {
+            switching: &switching,
+            eye: Vec3::new(0.0, 0.0, -(walked % 500.0)),
+        };
+        let frame = Frame {
+            seconds: 1.0 / 60.0,
+            levels: Some(levels),
+            ..Frame::default()
+        };
+        crowd.frame(&frame, &mut out).unwrap();
+    });
+}
+
+/// One number of one joint of each of 1,000 characters.
+#[divan::bench(args = ["blocks", "rows"])]
+fn read_a_joint(bencher: Bencher<'_, '_>, layout: &str) {
+    let (slices, out) = posed(layout);
+    let items = ItemsCount::new(slices.len());
+    bencher.counter(items).bench_local(|| {
+        let numbers = slices.iter().map(|slice| slice.number(&out, 7, 3));
+        numbers.sum::<f32>()
+    });
+}
+
+/// All joints of 1,000 characters as slices.
+#[divan::bench]
+fn read_a_row(bencher: Bencher<'_, '_>) {
+    let (slices, out) = posed("rows");
+    let items = ItemsCount::new(slices.len());
+    bencher.counter(items).bench_local(|| {
+        let rows = slices.iter().filter_map(|slice| slice.row(&out));
+        rows.map(|row| row[3]).sum::<f32>()
+    });
+}
+
+/// All joints of 1,000 characters into the order of the skeleton; items are joints.
+#[divan::bench(args = ["blocks", "rows"])]
+fn copy_joints(bencher: Bencher<'_, '_>, layout: &str) {
+    let (slices, out) = posed(layout);
+    let scene = Scene::one_clip(1);
+    let crowd = scene.crowd(default());
+    let order = crowd.animations().skeleton_order(LevelId(0));
+    let mut to = vec![0.0; order.len() * Form::Matrices.numbers()];
+    let items = ItemsCount::new(slices.len() * order.len());
+    bencher.counter(items).bench_local(|| {
+        for slice in &slices {
+            slice.copy_joints(&out, order, divan::black_box(&mut to));
+        }
+    });
+}
+
+fn posed(layout: &str) -> (Vec<PoseSlice>, Vec<F32x16>) {
+    let layout = match layout {
+        "rows" => Layout::Rows,
+        _ => Layout::Blocks,
+    };
+    let settings = output(Form::Matrices, layout, WriteMode::Cached);
+    let mut crowd = Scene::one_clip(1000).crowd(settings);
+    let mut out = vec![F32x16::ZERO; crowd.output_len()];
+    crowd.pose(&mut out).unwrap();
+    let ids = (0..1000).map(CharacterId);
+    let slices = ids.map(|id| crowd.pose_slice(id).unwrap()).collect();
+    (slices, out)
+}
+
+fn form_of(name: &str) -> Form {
+    match name {
+        "matrices" => Form::Matrices,
+        _ => Form::Rotations,
+    }
 }
 
 /// Everybody with so many joints.
@@ -123,11 +239,7 @@ fn eight_clips_placed_and_faded(bencher: Bencher<'_, '_>) {
 /// 115 MB of output: nothing of it is in a cache when it is written.
 #[divan::bench(args = ["matrices", "rotations"], sample_count = 20)]
 fn cold_memory(bencher: Bencher<'_, '_>, form: &str) {
-    let form = match form {
-        "matrices" => Form::Matrices,
-        _ => Form::Rotations,
-    };
-    let settings = output(form, Layout::Blocks, WriteMode::Streamed);
+    let settings = output(form_of(form), Layout::Blocks, WriteMode::Streamed);
     frames(bencher, &Scene::one_clip(10 * COUNT), settings);
 }
 

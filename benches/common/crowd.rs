@@ -53,9 +53,40 @@ impl Scene {
         scene
     }
 
+    /// Clips of two seconds that begin later and later, without levels of detail: hardly any two characters are near each
+    /// other in time.
+    pub(crate) fn of_many_clips(clips: usize, count: usize) -> Self {
+        let (skeleton, walk) = walk();
+        let frames = ((2.0 * walk.frame_rate()) as usize + 1).min(walk.frames());
+        let cut = |index: usize| {
+            let clip = later(&walk, index * 7 % (walk.frames() - frames + 1));
+            first_frames(&clip, frames)
+        };
+        let levels = Levels::in_order(&skeleton, &[]).unwrap();
+        Self::with_levels((0..clips).map(cut).collect(), levels, count)
+    }
+
+    /// The same, each with a second clip.
+    pub(crate) fn fading(mut self) -> Self {
+        let mut random = Random(3);
+        for character in &mut self.characters {
+            character.fade = Some(Fade {
+                clip: ClipId(random.number(0.0, self.clips.len() as f32) as u16),
+                time: random.number(0.0, 60.0),
+                speed: 1.0,
+                weight: random.number(0.0, 1.0),
+            });
+        }
+        self
+    }
+
     fn of(clips: Vec<Clip>, count: usize) -> Self {
+        let levels = Levels::build(&walk().0, &clips, &LevelSettings::default()).unwrap();
+        Self::with_levels(clips, levels, count)
+    }
+
+    fn with_levels(clips: Vec<Clip>, levels: Levels, count: usize) -> Self {
         let skeleton = walk().0;
-        let levels = Levels::build(&skeleton, &clips, &LevelSettings::default()).unwrap();
         let animations = Arc::new(AnimationSet::new(&skeleton, &clips, &levels.levels).unwrap());
         let mut random = Random(1);
         let characters = (0..count).map(|_| Character {
@@ -95,14 +126,7 @@ impl Scene {
     /// The same in a column of ten abreast, a metre apart, seen from 5 m before its head: levels by
     /// distance, with 2 pixels of error at most.
     pub(crate) fn in_a_column(mut self) -> Self {
-        let settings = SwitchSettings {
-            rule: Rule::ScreenError {
-                pixels: 2.0,
-                measure: Measure::Greatest,
-            },
-            ..SwitchSettings::default()
-        };
-        let switching = Switching::new(&self.levels, &settings).unwrap();
+        let switching = self.switching();
         for (index, character) in self.characters.iter_mut().enumerate() {
             let (x, z) = ((index % 10) as f32 - 4.5, 5.0 + (index / 10) as f32);
             character.placement.ground = Rigid2::new(0.0, x, -z);
@@ -111,6 +135,18 @@ impl Scene {
             character.blend = choice.blend;
         }
         self
+    }
+
+    /// Levels by distance, with 2 pixels of error at most.
+    pub(crate) fn switching(&self) -> Switching {
+        let settings = SwitchSettings {
+            rule: Rule::ScreenError {
+                pixels: 2.0,
+                measure: Measure::Greatest,
+            },
+            ..SwitchSettings::default()
+        };
+        Switching::new(&self.levels, &settings).unwrap()
     }
 
     pub(crate) fn crowd(&self, settings: CrowdSettings) -> Crowd {
@@ -196,6 +232,18 @@ fn later(clip: &Clip, frame: usize) -> Clip {
         name: format!("{} {frame}", desc.name),
         roots: desc.roots[frame..].to_vec(),
         rotations: desc.rotations[frame * skeleton.len()..].to_vec(),
+        ..desc.clone()
+    };
+    Clip::new(&skeleton, desc).unwrap()
+}
+
+/// The first frames of a clip.
+fn first_frames(clip: &Clip, frames: usize) -> Clip {
+    let (skeleton, _) = walk();
+    let desc = clip.desc();
+    let desc = ClipDesc {
+        roots: desc.roots[..frames].to_vec(),
+        rotations: desc.rotations[..frames * skeleton.len()].to_vec(),
         ..desc.clone()
     };
     Clip::new(&skeleton, desc).unwrap()

@@ -1,9 +1,11 @@
 use thiserror::Error;
 
 use super::character::ClipId;
-use super::level_clips::{ClipRange, LevelClips};
+use super::key_bank::{ClipRange, KeyBank, TrackPlaces};
+use super::level_clips::{LevelClips, Stored};
 use super::level_step::{LevelStep, steps};
-use super::quantise::{keys_per_frame, quantise};
+use super::quantise::keys_per_frame;
+use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, Levels, LodError, rehang};
 
@@ -11,12 +13,15 @@ use crate::lod::{Level, LevelId, LevelMotion, Levels, LodError, rehang};
 /// Immutable once made; share it by reference count.
 #[derive(Clone, Debug)]
 pub struct AnimationSet {
+    /// The keys of all clips and levels.
+    pub(super) keys: KeyBank,
+    /// One for each level.
     pub(super) banks: Vec<LevelClips>,
-    /// Of each level, what makes it look like the ones after it: one step for each of those.
+    /// For each level its steps to the levels after it.
     pub(super) steps: Vec<Vec<LevelStep>>,
     /// One for each clip.
     pub(super) ranges: Vec<ClipRange>,
-    /// Seconds of each clip.
+    /// Duration of each clip, in seconds.
     durations: Vec<f32>,
     /// The joints of each level.
     kept: Vec<Vec<JointId>>,
@@ -24,7 +29,7 @@ pub struct AnimationSet {
     carriers: Vec<Vec<u16>>,
 }
 
-/// Why clips and levels make no animations.
+/// Why an [`AnimationSet`] cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AnimationSetError {
     /// There is no clip.
@@ -33,12 +38,9 @@ pub enum AnimationSetError {
     /// There is no level.
     #[error("a crowd needs at least one level")]
     NoLevel,
-    /// A clip or a level is not of the skeleton.
+    /// A clip or a level does not belong to the skeleton.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// The clips' joints do not hang alike.
-    #[error("the motions of one level differ in their joints")]
-    Differ,
     /// More than [`AnimationSet::MOST_MOTIONS`].
     #[error("{clips} clips on {levels} levels are more than {max} motions", max = AnimationSet::MOST_MOTIONS)]
     TooMany {
@@ -47,20 +49,20 @@ pub enum AnimationSetError {
         /// How many levels.
         levels: usize,
     },
-    /// More than 2^32 lines, which is as far as a lane counts.
-    #[error("the clips of one level take more than 256 GiB")]
+    /// The keys of all clips take more than 2^32 units of 16 bytes.
+    #[error("the keys of all clips take more than 64 GiB")]
     TooLarge,
 }
 
 impl AnimationSet {
-    /// Clips times levels may not be more.
+    /// Largest number of clips times levels.
     pub const MOST_MOTIONS: usize = 1 << 19;
 
-    /// All clips on all levels. Rotations become 16-bit numbers: a joint is then within 0.2 mm of
-    /// where slerp in double precision has it, for bodies of human size.
+    /// All clips on all levels. Rotations and positions are stored as 16-bit numbers: for bodies of human size a joint is
+    /// within 0.2 mm of where slerp in double precision has it.
     ///
     /// # Errors
-    /// No clip, no level, or what does not belong together.
+    /// No clip, no level, or a clip or a level of another skeleton.
     pub fn new(
         skeleton: &Skeleton,
         clips: &[Clip],
@@ -75,30 +77,38 @@ impl AnimationSet {
                 levels: levels.len(),
             });
         }
-        // As many keys on every level, so that a moment is the same number on all of them.
-        let mut per_frame = vec![1; clips.len()];
-        for level in levels {
-            for (clip, most) in clips.iter().zip(&mut per_frame) {
-                *most = keys_per_frame(&rehang(skeleton, clip, level)?).max(*most);
-            }
+        if clips.is_empty() {
+            return Err(AnimationSetError::NoClip);
         }
+        let mut tracks = Tracks::new(levels, clips.len());
         let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len());
-        let mut banks = Vec::with_capacity(levels.len());
-        for level in levels {
-            let motions = clips.iter().map(|clip| rehang(skeleton, clip, level));
+        for (index, clip) in clips.iter().enumerate() {
+            let motions = levels.iter().map(|level| rehang(skeleton, clip, level));
             let motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
-            if ranges.is_empty() {
-                for ((motion, clip), &per_frame) in motions.iter().zip(clips).zip(&per_frame) {
-                    let rates = (clip.frame_rate(), per_frame);
-                    ranges.push(ClipRange::after(ranges.last(), motion, rates));
-                }
+            // As many keys on every level, so that a moment is the same number on all of them.
+            let per_frame = motions.iter().map(keys_per_frame).max().unwrap_or(1);
+            for (level, motion) in motions.iter().enumerate() {
+                tracks.add(level, index, &MotionKeys { motion, per_frame });
             }
-            let pairs = motions.iter().zip(&per_frame);
-            let keys: Vec<_> = pairs.map(|(motion, &per)| quantise(motion, per)).collect();
-            banks.push(LevelClips::new(&motions, &keys, &ranges)?);
+            let keys = (clip.frames() - 1) * per_frame + 1;
+            let rate = clip.frame_rate() * per_frame as f64;
+            ranges.push(ClipRange::after(ranges.last(), keys, rate));
         }
+        tracks.store_places();
+        let places = TrackPlaces::new(&tracks);
+        let keys = KeyBank::new(&tracks, &ranges, &places);
+        if keys.rows.len() > u32::MAX as usize {
+            return Err(AnimationSetError::TooLarge);
+        }
+        let stored = Stored {
+            tracks: &tracks,
+            places: &places,
+        };
+        let banks = levels.iter().enumerate();
+        let banks = banks.map(|(number, level)| LevelClips::new(level, number, stored));
         Ok(Self {
-            banks,
+            keys,
+            banks: banks.collect(),
             steps: steps(levels),
             ranges,
             durations: clips.iter().map(|clip| clip.duration() as f32).collect(),
@@ -130,19 +140,19 @@ impl AnimationSet {
         &self.carriers[self.clamp(level).index()]
     }
 
-    /// How many clips.
+    /// Number of clips.
     #[must_use]
     pub fn clips(&self) -> usize {
         self.durations.len()
     }
 
-    /// How many levels.
+    /// Number of levels.
     #[must_use]
     pub fn levels(&self) -> usize {
         self.banks.len()
     }
 
-    /// How many joints a level keeps. A level beyond the last is the last one.
+    /// Number of joints that a level keeps. A level beyond the last is the last one.
     #[must_use]
     pub fn joints(&self, level: LevelId) -> usize {
         self.banks[self.clamp(level).index()].joints.len()
@@ -162,19 +172,16 @@ impl AnimationSet {
         &self.ranges[clip.index()]
     }
 
-    /// From the first frame of a clip to its last, seconds; `None` where there is no such clip.
+    /// Time from the first frame of a clip to its last, in seconds; `None` where there is no such clip.
     #[must_use]
     pub fn duration(&self, clip: ClipId) -> Option<f32> {
         self.durations.get(clip.index()).copied()
     }
 
-    /// Bytes of all keys.
+    /// Size of all keys, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.banks
-            .iter()
-            .map(|bank| size_of_val(&*bank.words) + size_of_val(&*bank.rows))
-            .sum()
+        self.keys.bytes()
     }
 }
 

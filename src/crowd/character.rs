@@ -1,4 +1,4 @@
-use super::level_clips::ClipRange;
+use super::key_bank::ClipRange;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 

@@ -18,8 +18,8 @@ pub struct ExternalPose {
 }
 
 impl AnimationSet {
-    /// Where the `index`th of several characters is that are written by [`AnimationSet::write`], from
-    /// `offset` on, in groups of sixteen that take [`Output::group_len`] each.
+    /// The slice of character `index` of those that [`AnimationSet::write`] writes from line `offset` on, in groups of
+    /// sixteen that take [`Output::group_len`] each.
     #[must_use]
     pub fn pose_slice(&self, output: Output, (offset, index): (usize, usize)) -> PoseSlice {
         let joints = self.joints(LevelId(0));
@@ -28,11 +28,11 @@ impl AnimationSet {
         PoseSlice::new(output, (LevelId(0), joints), at)
     }
 
-    /// Makes a pose look like a level, on the way to the next by what is behind the point, as
+    /// Makes a pose look like a level, blended towards the next by the fraction of `detail`, as
     /// [`Crowd::pose`](super::Crowd::pose) would, and writes it.
     ///
     /// # Panics
-    /// Where there are fewer joints than the finest level has, or the slice is not within `out`.
+    /// If there are fewer joints than the finest level has, or the slice is not within `out`.
     pub fn write(
         &self,
         external: &mut ExternalPose,

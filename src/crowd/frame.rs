@@ -127,6 +127,9 @@ impl Crowd {
 
     fn choose_in_groups(&mut self, frame: &Frame<'_>, scratch: &mut FrameScratch) {
         scratch.groups.clear();
+        let groups = &self.schedule.groups;
+        let most = groups.capacity().max(self.schedule.parked.capacity());
+        scratch.groups.reserve(most);
         let last = self.animations().last();
         let found = self.settings().isa.on_lanes(LevelPass {
             schedule: &mut self.schedule,

@@ -1,11 +1,11 @@
 use super::character::CharacterState;
-use super::level_clips::ClipRange;
-use super::sampling::{Cycle, Moment};
+use super::key_bank::ClipRange;
+use super::moment::{Cycle, Moment};
 use super::schedule::GroupKind;
 use crate::lod::LevelId;
 use crate::math::{F32x16, Lanes};
 
-/// Sixteen characters who are posed together, field by field.
+/// Sixteen characters that are posed together, field by field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     pub(super) clock: Clock,
@@ -18,7 +18,7 @@ pub(super) struct Group {
     pub(super) detail: F32x16,
 }
 
-/// Where they are in their clips, in intervals between keys.
+/// Positions in clips, in intervals between keys.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
     /// When the crowd's clock stands at 0.
@@ -27,22 +27,22 @@ pub(super) struct Clock {
     speed: F32x16,
 }
 
-/// What is only read, where frames are posed, of groups whose characters play several clips.
+/// What posing reads only of groups whose characters play several clips.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GroupCold {
     pub(super) kind: GroupKind,
-    /// Of its part of the output.
+    /// First line of its part of the output.
     pub(super) offset: usize,
-    /// Who they are; [`Group::NOBODY`] for lanes that are not used.
+    /// The characters; [`Group::NOBODY`] for lanes that are not used.
     pub(super) ids: [u32; F32x16::LANES],
-    /// Rows of all clips before each one's own.
+    /// Rows of all clips before each character's own.
     pub(super) rows: [u32; F32x16::LANES],
-    /// Intervals of each one's clip.
+    /// Intervals of each character's clip.
     pub(super) length: F32x16,
     pub(super) fade: FadeLines,
 }
 
-/// Their second clips; the first again, and nothing of it, for those who have none.
+/// Second clips. A character without one has its first clip again, with a weight of 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FadeLines {
     pub(super) weight: F32x16,

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterId, CharacterState, ClipId, Placement};
-use super::frame::{FrameReport, FrameScratch};
-use super::kernel::Scratch;
-use super::output::PoseSlice;
-use super::schedule::{self, NOWHERE, PARKED, Schedule, Sorting, split};
+use super::debt::Debt;
+use super::frame::FrameScratch;
+use super::schedule::{self, NOWHERE, PARKED, Schedule, split};
+use super::scratch::Scratch;
 use super::settings::{CrowdError, CrowdSettings};
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
@@ -26,29 +26,15 @@ pub struct Crowd {
     /// Characters that wait for another group.
     pub(super) late: Vec<u32>,
     /// Seconds.
-    time: f64,
+    pub(super) time: f64,
     /// The time at which the groups' clock stands at 0, in seconds.
-    base: f64,
+    pub(super) base: f64,
     pub(super) debt: Debt,
     /// Number of frames that were posed.
     pub(super) frame: usize,
     /// Whether all characters have the places in the output that they had in the frame before.
     pub(super) is_settled: bool,
     pub(super) scratch_of_frames: FrameScratch,
-}
-
-/// What the present groups cost more than new ones would, in fiftieths of the time that sorting one character takes: about
-/// a nanosecond.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Debt {
-    /// Sum since the last sorting.
-    owed: usize,
-    /// Joints that characters have more than they need, since they stay in their groups.
-    pub(super) joints: isize,
-    /// Work for lanes outside the frustum.
-    pub(super) hidden: usize,
-    /// Number of characters that were moved to other groups.
-    late: usize,
 }
 
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
@@ -60,27 +46,9 @@ pub(super) const MOST_LATE: usize = 16;
 const MOST_THREADS: usize = 64;
 
 /// Chunks that each of several threads finds: the more there are, the less a thread is waited for whose core is taken.
-const CHUNKS_OF_A_THREAD: usize = 8;
+pub(super) const CHUNKS_OF_A_THREAD: usize = 8;
 
 pub(super) const MOST_CHUNKS: usize = 256;
-
-impl Debt {
-    /// Sorting a character.
-    const CHARACTER: usize = 50;
-    /// A group in a frame whose characters are no longer near each other in time.
-    const APART: usize = 100;
-    /// A moved character in a frame: its group is not full.
-    const LATE: usize = 4;
-
-    pub(super) fn of_a_frame(&mut self, apart: usize) {
-        let joints = self.joints.max(0) as usize;
-        self.owed += Self::APART * apart + Self::LATE * self.late + joints + self.hidden;
-    }
-
-    fn is_due(&self, characters: usize) -> bool {
-        self.owed >= Self::CHARACTER * characters
-    }
-}
 
 impl Crowd {
     /// A crowd without characters.
@@ -265,94 +233,7 @@ impl Crowd {
         (self.time - self.base) as f32
     }
 
-    /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
-    pub fn output_len(&mut self) -> usize {
-        self.prepare();
-        self.schedule.lines
-    }
-
-    /// A length that [`Crowd::output_len`] never exceeds for so many characters, however their levels change: the size to
-    /// allocate.
-    #[must_use]
-    pub fn max_output_len(&self, characters: usize) -> usize {
-        let group = self
-            .settings
-            .output
-            .group_len(self.animations.joints(LevelId(0)));
-        // Full groups, one more for each kind of rest, and those of moved characters: `fill` and `move_late`.
-        (characters.div_ceil(16) + 2 + characters / MOST_LATE + 1) * group
-    }
-
-    /// Brings all characters into groups.
-    pub(super) fn prepare(&mut self) -> FrameReport {
-        let characters = self.states.len();
-        let moved = self.late.len();
-        let many = MOST_LATE * (moved + self.debt.late) > characters;
-        let sorted = many || self.debt.is_due(characters);
-        if sorted {
-            self.schedule.store_details(&mut self.states);
-            let (schedule, sorting) = self.sorting();
-            schedule.sort(sorting);
-            self.debt = Debt::default();
-            self.is_settled = false;
-            let spare = characters.saturating_sub(self.late.len());
-            self.late.reserve(spare);
-        } else if moved > 0 {
-            let late = std::mem::take(&mut self.late);
-            let (schedule, sorting) = self.sorting();
-            schedule.move_late(&late, sorting);
-            self.late = late;
-            self.debt.late += moved;
-            self.is_settled = false;
-        }
-        for &id in &self.late {
-            self.states[id as usize].is_late = false;
-        }
-        self.late.clear();
-        FrameReport { moved, sorted }
-    }
-
-    fn sorting(&mut self) -> (&mut Schedule, Sorting<'_>) {
-        let sorting = Sorting {
-            animations: &self.animations,
-            states: &self.states,
-            slots: &mut self.slots,
-            now: self.time,
-            base: self.base,
-            output: self.settings.output,
-            chunks: match self.pool.threads() {
-                1 => 1,
-                threads => (threads * CHUNKS_OF_A_THREAD).min(MOST_CHUNKS),
-            },
-        };
-        (&mut self.schedule, sorting)
-    }
-
-    /// Where the pose of a character is, as [`Crowd::pose`] wrote it last.
-    ///
-    /// # Errors
-    /// A character that is not there, is out, or was added since.
-    pub fn pose_slice(&self, id: CharacterId) -> Result<PoseSlice, CrowdError> {
-        self.check(id)?;
-        let slot = self.slots[id.index()];
-        if slot == NOWHERE {
-            return Err(self.no_such(id));
-        }
-        if slot & PARKED != 0 {
-            return Err(CrowdError::NotVisible { id: id.0 });
-        }
-        let (group, lane) = split(slot);
-        let cold = &self.schedule.cold[group];
-        let joints = self.animations.joints(cold.kind.level);
-        let output = self.settings.output;
-        Ok(PoseSlice::new(
-            output,
-            (cold.kind.level, joints),
-            (cold.offset, lane),
-        ))
-    }
-
-    fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
+    pub(super) fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
         if id.index() < self.states.len() {
             Ok(())
         } else {
@@ -360,7 +241,7 @@ impl Crowd {
         }
     }
 
-    fn no_such(&self, id: CharacterId) -> CrowdError {
+    pub(super) fn no_such(&self, id: CharacterId) -> CrowdError {
         CrowdError::NoSuchCharacter {
             id: id.0,
             characters: self.len(),

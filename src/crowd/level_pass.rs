@@ -10,7 +10,8 @@ use glam::Vec3;
 
 use super::frame::{Frame, Frustum};
 use super::group::{Group, GroupCold};
-use super::schedule::{Parked, Schedule};
+use super::regroup::Parked;
+use super::schedule::Schedule;
 use crate::lod::Switching;
 use crate::math::{F32x16, Kernel, Lanes};
 

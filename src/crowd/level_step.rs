@@ -1,9 +1,8 @@
-//! What makes a level look like a coarser one: the joints that go, ridden by kept ones.
+//! What makes a level look like a coarser one: removed joints are carried by kept ones.
 //!
-//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2):
-//! see [`crate::lod::Blend`]. A group may hold characters of several levels: it is posed on the
-//! finest of them, and whoever was to be coarser takes as many steps from there, the last of them a
-//! part of the way.
+//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see [`crate::lod::Blend`].
+//! A group may hold characters of several levels. It is posed on the finest of them; a character of a coarser level takes
+//! some steps from there, and the last of them in part.
 
 use glam::{Quat, Vec3};
 
@@ -16,17 +15,17 @@ pub(super) struct LevelStep {
     pub(super) removed: Vec<RemovedJoint>,
 }
 
-/// A joint that goes, and what it removed on from then on. Indices into the posed level's joints.
+/// A joint that is removed, and the joint that carries it from then on, as indices into the posed level's joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RemovedJoint {
     pub(super) joint: u16,
     pub(super) carrier: u16,
-    /// Where it removed, in the carrier's frame.
+    /// Its rotation and position in the carrier's frame.
     pub(super) turn: Quat,
     pub(super) place: Vec3,
 }
 
-/// Of each level its steps to the levels after it.
+/// For each level its steps to the levels after it.
 pub(super) fn steps(levels: &[Level]) -> Vec<Vec<LevelStep>> {
     let after = |posed: usize| {
         let pairs = levels[posed..].windows(2);

@@ -35,23 +35,37 @@
 //! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
 
 mod animation_set;
+mod chain;
 mod character;
+mod chunks;
+mod debt;
 mod external_pose;
+mod fetch;
 mod frame;
 mod group;
+mod group_moments;
+mod grouping;
 mod instances;
 mod joint_math;
 mod kernel;
+mod key_bank;
 mod level_clips;
 mod level_pass;
 mod level_step;
+mod matrices;
+mod moment;
 mod output;
 mod posing;
 mod quantise;
+mod quat_lanes;
 mod radix_sort;
+mod regroup;
+mod rotations;
 mod sampling;
 mod schedule;
+mod scratch;
 mod settings;
+mod tracks;
 mod write;
 
 pub use crate::lod::LevelId;

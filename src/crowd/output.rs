@@ -1,15 +1,16 @@
-use super::joint_math::{JointMath, Matrices, Rotations};
+use super::joint_math::JointMath;
+use super::matrices::Matrices;
+use super::rotations::Rotations;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
 /// What is written of each joint, in the space of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
-    /// A matrix of 3 rows and 4 columns, row by row: 12 numbers. It takes a point of the joint's own
-    /// frame into the world.
+    /// A matrix of 3 rows and 4 columns, row by row: 12 numbers. It transforms points from the joint's frame to the world.
     #[default]
     Matrices,
-    /// A unit quaternion (x, y, z, w) and the joint's place (x, y, z): 7 numbers.
+    /// A unit quaternion (x, y, z, w) and the joint's position (x, y, z): 7 numbers.
     Rotations,
 }
 
@@ -24,36 +25,35 @@ impl Form {
     }
 }
 
-/// How the numbers of a group of sixteen characters stand.
+/// The order of the numbers of a group of sixteen characters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
-    /// As they are computed: joint by joint and number by number, a line of sixteen characters each.
+    /// Joint by joint and number by number, each a line of sixteen characters: the order in which the kernels compute.
     #[default]
     Blocks,
-    /// Character by character: the joints one after the other, each with its 12 numbers, or its 7
-    /// and a 0; a row ends on a whole line, and what is left there is undefined.
+    /// Character by character: the joints one after the other, each with 12 numbers, or with 7 and a 0. A row ends on a whole
+    /// line; the rest of that line is undefined.
     Rows,
 }
 
-/// What the memory is that is written to.
+/// How memory is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WriteMode {
-    /// It is read again soon or fits the cache.
+    /// Through the caches, for memory that is read again soon.
     #[default]
     Cached,
-    /// It is larger than the cache or mapped from a device: it is only written, whole lines at a
-    /// time, past the cache.
+    /// Past the caches, whole lines at a time: for memory that is larger than the caches or mapped from a device.
     Streamed,
 }
 
 /// What a crowd writes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// What of each joint.
+    /// The numbers of each joint.
     pub form: Form,
-    /// In which order.
+    /// Their order.
     pub layout: Layout,
-    /// Where to.
+    /// How they are written.
     pub write: WriteMode,
 }
 

@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::chain::Level;
 use super::instances::{Crowd, MOST_CHUNKS};
-use super::kernel::{Level, Run};
+use super::kernel::{Run, Turn};
 use super::settings::PoseError;
 use crate::math::F32x16;
 
@@ -62,6 +63,7 @@ impl Crowd {
                     out = others;
                     let level = piece.kind.level;
                     let run = Run {
+                        keys: &animations.keys,
                         bank: &animations.banks[level.index()],
                         level: Level {
                             number: f32::from(level.0),
@@ -70,9 +72,12 @@ impl Crowd {
                         turn: match settings.hold {
                             hold if is_settled && level >= hold.from => {
                                 let step = usize::from(hold.frames) + 1;
-                                ((frame + step - piece.groups.start % step) % step, step)
+                                Turn {
+                                    first: (frame + step - piece.groups.start % step) % step,
+                                    step,
+                                }
                             }
-                            _ => (0, 1),
+                            _ => Turn { first: 0, step: 1 },
                         },
                         near: piece.kind.near.map(|clip| animations.range(clip)),
                         fading: piece.kind.is_fading,

@@ -1,7 +1,9 @@
 //! Rotations as four signed 16-bit numbers, quantised from the root down.
 //!
-//! Each key is rounded against what its parent has become, not against what it was: the error of a
-//! joint's rotation in model space stays that of one rounding, however long the chain.
+//! A key is rounded against what its parent has become, not against what it was: the error of a joint's rotation in model
+//! space is that of one rounding, however long the chain. A track that several levels share is rounded on the finest of
+//! them. On the others its error is added to the difference of its parent's errors on both levels, which is the same for
+//! all that hangs below one parent.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
@@ -10,24 +12,17 @@ use crate::lod::{LevelMotion, LevelTrack, Translations};
 /// What 1 becomes.
 pub(super) const ONE: f32 = 32767.0;
 
-/// Two keys are never further apart than this, radians: along the straight line between them the
-/// rotation then lags behind slerp by less than 3.3e-5 rad (angle^3 / 249). Clips of slower frame
-/// rates get keys between.
+/// Greatest angle between two keys, in radians: the straight line between them then lags behind slerp by less than
+/// 3.3e-5 rad (angle^3 / 249). Clips of slower frame rates get keys between.
 pub(super) const WIDEST: f32 = 0.2;
 
-/// A joint's keys, as they are stored.
+/// The keys of one joint under one parent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Keys {
     /// Components times [`ONE`]; neighbours lie in the same half of the sphere.
     pub(super) rotations: Vec<[i16; 4]>,
-    /// One for each key, or one for all.
+    /// Positions in the parent's frame, in metres: one for each key, or one for all.
     pub(super) places: Vec<Vec3>,
-}
-
-/// The keys of a motion, joint by joint.
-pub(super) struct Quantised {
-    pub(super) joints: Vec<Keys>,
-    pub(super) keys: usize,
 }
 
 /// Where a joint is in model space.
@@ -35,6 +30,20 @@ pub(super) struct Quantised {
 struct At {
     turn: DQuat,
     place: DVec3,
+}
+
+/// A joint as the clip has it, and as its keys play it.
+#[derive(Clone, Copy)]
+struct WantedAndPlayed {
+    wanted: At,
+    played: At,
+}
+
+/// A moment between two frames of a clip.
+#[derive(Clone, Copy)]
+struct BetweenFrames {
+    frame: usize,
+    share: f64,
 }
 
 impl At {
@@ -51,51 +60,77 @@ impl At {
     }
 }
 
-/// With so many keys for each frame.
-pub(super) fn quantise(motion: &LevelMotion, per_frame: usize) -> Quantised {
-    let keys = (motion.frames - 1) * per_frame + 1;
-    let mut joints = vec![Keys::default(); motion.tracks.len()];
-    // Each joint as it is, and as it is played.
-    let mut poses = vec![(At::ORIGIN, At::ORIGIN); motion.tracks.len()];
-    for key in 0..keys {
-        let moment = (key / per_frame, (key % per_frame) as f64 / per_frame as f64);
+impl WantedAndPlayed {
+    const ORIGIN: Self = Self {
+        wanted: At::ORIGIN,
+        played: At::ORIGIN,
+    };
+}
+
+/// Adds the keys of the tracks that have none yet. `tracks` says where the keys of each joint are in `keys`.
+pub(super) fn quantise(motion: &LevelMotion, tracks: &TracksOfLevel<'_>, keys: &mut [Keys]) {
+    let is_new = |&track: &usize| keys[track].rotations.is_empty();
+    let is_new: Vec<bool> = tracks.indices.iter().map(is_new).collect();
+    if !is_new.contains(&true) {
+        return;
+    }
+    let mut poses = vec![WantedAndPlayed::ORIGIN; motion.tracks.len()];
+    for key in 0..(motion.frames - 1) * tracks.keys_per_frame + 1 {
+        let moment = BetweenFrames {
+            frame: key / tracks.keys_per_frame,
+            share: (key % tracks.keys_per_frame) as f64 / tracks.keys_per_frame as f64,
+        };
         for (index, track) in motion.tracks.iter().enumerate() {
             let above = motion.parents[index].map(|parent| poses[usize::from(parent)]);
-            let above = above.unwrap_or((At::ORIGIN, At::ORIGIN));
-            poses[index] = joints[index].push(track, moment, above);
+            let above = above.unwrap_or(WantedAndPlayed::ORIGIN);
+            let place = place_at(&track.translations, moment);
+            let turn = rotation_at(&track.rotations, moment);
+            let wanted = above.wanted.then(turn, place);
+            let keys = &mut keys[tracks.indices[index]];
+            if is_new[index] {
+                keys.push(track, WantedAndPlayed { wanted, ..above });
+            }
+            poses[index] = WantedAndPlayed {
+                wanted,
+                played: keys.after(above.played, key),
+            };
         }
     }
-    Quantised { joints, keys }
+}
+
+/// Which tracks the joints of a level play.
+#[derive(Clone, Copy)]
+pub(super) struct TracksOfLevel<'a> {
+    /// Of each joint, in the level's order.
+    pub(super) indices: &'a [usize],
+    pub(super) keys_per_frame: usize,
 }
 
 impl Keys {
-    fn push(
-        &mut self,
-        track: &LevelTrack,
-        (frame, share): (usize, f64),
-        (wanted_above, played_above): (At, At),
-    ) -> (At, At) {
-        let place = place_at(&track.translations, frame, share);
-        let wanted = wanted_above.then(rotation_at(&track.rotations, frame, share), place);
-        let own = round(
-            played_above.turn.inverse() * wanted.turn,
-            self.rotations.last(),
-        );
-        let place = match track.translations {
-            Translations::Fixed(place) => {
-                self.places = vec![place];
-                place
-            }
+    /// The position of one key.
+    pub(super) fn place(&self, key: usize) -> Vec3 {
+        self.places[key.min(self.places.len() - 1)]
+    }
+
+    /// The next key: `at` is where the joint is wanted, and where its parent is played.
+    fn push(&mut self, track: &LevelTrack, at: WantedAndPlayed) {
+        let to_parent = at.played.turn.inverse();
+        let own = round(to_parent * at.wanted.turn, self.rotations.last());
+        self.rotations.push(own);
+        match track.translations {
+            Translations::Fixed(place) => self.places = vec![place],
             Translations::Moving(_) => {
                 // What came of the rotations above is taken back.
-                let place = played_above.turn.inverse() * (wanted.place - played_above.place);
+                let place = to_parent * (at.wanted.place - at.played.place);
                 self.places.push(place.as_vec3());
-                place.as_vec3()
             }
-        };
-        self.rotations.push(own);
-        let turn = DQuat::from_array(own.map(f64::from)).normalize();
-        (wanted, played_above.then(turn, place.as_dvec3()))
+        }
+    }
+
+    /// Where a key puts the joint below a parent.
+    fn after(&self, above: At, key: usize) -> At {
+        let turn = DQuat::from_array(self.rotations[key].map(f64::from)).normalize();
+        above.then(turn, self.place(key).as_dvec3())
     }
 }
 
@@ -123,19 +158,19 @@ pub(super) fn keys_per_frame(motion: &LevelMotion) -> usize {
     (widest / WIDEST).ceil().max(1.0) as usize
 }
 
-fn rotation_at(rotations: &[Quat], frame: usize, share: f64) -> DQuat {
-    let here = rotations[frame].as_dquat().normalize();
-    match rotations.get(frame + 1) {
-        Some(next) if share > 0.0 => here.slerp(next.as_dquat().normalize(), share),
+fn rotation_at(rotations: &[Quat], at: BetweenFrames) -> DQuat {
+    let here = rotations[at.frame].as_dquat().normalize();
+    match rotations.get(at.frame + 1) {
+        Some(next) if at.share > 0.0 => here.slerp(next.as_dquat().normalize(), at.share),
         _ => here,
     }
 }
 
-fn place_at(translations: &Translations, frame: usize, share: f64) -> DVec3 {
-    let here = translations.at(frame).as_dvec3();
+fn place_at(translations: &Translations, at: BetweenFrames) -> DVec3 {
+    let here = translations.at(at.frame).as_dvec3();
     match translations {
-        Translations::Moving(places) if share > 0.0 => {
-            here.lerp(places[frame + 1].as_dvec3(), share)
+        Translations::Moving(places) if at.share > 0.0 => {
+            here.lerp(places[at.frame + 1].as_dvec3(), at.share)
         }
         _ => here,
     }

@@ -1,29 +1,30 @@
-//! Who stands beside whom.
+//! Which characters form a group.
 //!
-//! Sixteen characters of one clip and level who are near each other in time share their loads. The
-//! others fill groups in the order of their levels, whatever they play: a group is posed on the
-//! finest level of its characters, and those who may be coarser are made to look so. So few lanes
-//! stay empty, however many clips and levels there are.
+//! Sixteen characters of one clip and level that are near each other in time share their loads. The others fill groups in the
+//! order of their levels, whatever they play: a group is posed on the finest level of its characters, and those that may be
+//! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
 
 use std::ops::Range;
 
 use super::animation_set::AnimationSet;
 use super::character::{CharacterState, ClipId};
+use super::chunks::Piece;
 use super::group::{Group, GroupCold};
 use super::instances::MOST_LATE;
 use super::output::Output;
 use super::radix_sort;
+use super::regroup::Parked;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
 /// How a group is posed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct GroupKind {
-    /// The finest that one of them needs.
+    /// The finest level that one of its characters needs.
     pub(super) level: LevelId,
-    /// The clip of all, who are near each other in time.
+    /// The clip of all characters, where they are near each other in time.
     pub(super) near: Option<ClipId>,
-    /// Whether there is a second clip.
+    /// Whether some character has a second clip.
     pub(super) is_fading: bool,
 }
 
@@ -37,24 +38,6 @@ pub(super) struct Bucket {
     pub(super) lines: usize,
 }
 
-/// Sixteen characters outside the frustum, which are not posed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Parked {
-    pub(super) x: F32x16,
-    pub(super) y: F32x16,
-    pub(super) z: F32x16,
-    /// [`Group::NOBODY`] for lanes that are not used.
-    pub(super) ids: [u32; F32x16::LANES],
-}
-
-/// Groups of one bucket in one chunk.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) kind: GroupKind,
-    pub(super) groups: Range<usize>,
-    pub(super) lines: Range<usize>,
-}
-
 /// The order of a crowd.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Schedule {
@@ -64,25 +47,25 @@ pub(super) struct Schedule {
     pub(super) visible: Vec<u16>,
     pub(super) parked: Vec<Parked>,
     pub(super) buckets: Vec<Bucket>,
-    pieces: Vec<Piece>,
+    pub(super) pieces: Vec<Piece>,
     /// Where the pieces of each chunk end.
-    ends: Vec<usize>,
+    pub(super) ends: Vec<usize>,
     /// Of the whole output.
     pub(super) lines: usize,
-    /// The first of the groups of those who have come since the last sorting.
-    first_late: usize,
-    /// Sorted: the level, whether there is a second clip, the clip, where in it, and who.
+    /// The first group that was added since the last sorting.
+    pub(super) first_late: usize,
+    /// Sorted: level, whether there is a second clip, clip, position in it, character.
     keys: Vec<u64>,
     spare: Vec<u64>,
-    /// Those who are not near others, with one clip and with two: not sixteen yet.
+    /// Fewer than sixteen characters that are not near others, with one clip and with two.
     rest: [Vec<u32>; 2],
 }
 
-/// Bits of a key, from the lowest: who, where in the clip, what is played (22).
+/// Bits of a key, from the lowest: character, position in the clip, what is played (22).
 const ID_BITS: u32 = 28;
 const TIME_BITS: u32 = 14;
 
-/// Sixteen who are within so many intervals can share loads of sixteen words, and for a while yet.
+/// Sixteen characters within so many intervals share their loads, and go on doing so for a while.
 const NEAR: u64 = 12;
 
 /// A crowd may not have more characters.
@@ -110,7 +93,7 @@ pub(super) struct Sorting<'a> {
 }
 
 impl Schedule {
-    /// Puts everybody where they belong. Allocates only where a crowd has grown.
+    /// Puts all characters into groups. Allocates only where a crowd has grown.
     pub(super) fn sort(&mut self, mut sorting: Sorting<'_>) {
         self.order(&sorting);
         self.fill(&mut sorting);
@@ -166,30 +149,7 @@ impl Schedule {
         }
     }
 
-    /// Puts a character that is in no group among those that are not posed.
-    fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
-        let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
-        let lane = match self.parked.last().and_then(free) {
-            Some(lane) => lane,
-            None => {
-                self.parked.push(Parked {
-                    x: F32x16::ZERO,
-                    y: F32x16::ZERO,
-                    z: F32x16::ZERO,
-                    ids: [Group::NOBODY; F32x16::LANES],
-                });
-                0
-            }
-        };
-        let index = self.parked.len() - 1;
-        let state = &states[id as usize];
-        let parked = &mut self.parked[index];
-        parked.ids[lane] = id;
-        parked.move_to(lane, state);
-        slots[id as usize] = PARKED | (index * F32x16::LANES + lane) as u32;
-    }
-
-    /// For any order of so many characters, and for those who come late.
+    /// Memory for any order of so many characters, and for those that are moved later.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
         let full = characters / F32x16::LANES + 2;
         let groups = full + characters / MOST_LATE + 2;
@@ -203,18 +163,21 @@ impl Schedule {
         for rest in &mut self.rest {
             rest.reserve(characters);
         }
+        for keys in [&mut self.keys, &mut self.spare] {
+            keys.reserve(characters.saturating_sub(keys.len()));
+        }
     }
 
-    /// Groups of those who are near each other, then of the others and of those who were left of
-    /// finer levels, as long as there are sixteen.
+    /// Groups of characters that are near each other; then of the others and of those left over from finer levels, as long as
+    /// there are sixteen.
     fn fill_level(&mut self, mut left: &[u64], sorting: &mut Sorting<'_>) {
         while let Some(&key) = left.first() {
             let state = &sorting.states[who(key)];
-            if !state.is_fading && sorting.are_near(left) {
+            if sorting.are_near(left) {
                 let kind = GroupKind {
                     level: state.level(),
                     near: Some(state.clip),
-                    is_fading: false,
+                    is_fading: state.is_fading,
                 };
                 let (near, others) = left.split_at(F32x16::LANES);
                 let mut ids = [0; F32x16::LANES];
@@ -240,7 +203,7 @@ impl Schedule {
         }
     }
 
-    /// The last group of those who are left.
+    /// The last group, of the characters that are left over.
     fn push_rest(&mut self, is_fading: bool, sorting: &mut Sorting<'_>) {
         let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
         if !rest.is_empty() {
@@ -250,7 +213,7 @@ impl Schedule {
         self.rest[usize::from(is_fading)] = rest;
     }
 
-    /// Sixteen at most, the one of the finest level first.
+    /// A group of up to sixteen characters, the one of the finest level first.
     fn push_mixed(&mut self, members: &[u32], is_fading: bool, sorting: &mut Sorting<'_>) {
         let mut ids = [Group::NOBODY; F32x16::LANES];
         ids[..members.len()].copy_from_slice(members);
@@ -263,7 +226,12 @@ impl Schedule {
     }
 
     /// One more group, behind all others.
-    fn push(&mut self, kind: GroupKind, ids: &[u32; F32x16::LANES], sorting: &mut Sorting<'_>) {
+    pub(super) fn push(
+        &mut self,
+        kind: GroupKind,
+        ids: &[u32; F32x16::LANES],
+        sorting: &mut Sorting<'_>,
+    ) {
         let index = self.groups.len();
         let lines = sorting
             .output
@@ -314,151 +282,6 @@ impl Schedule {
             0.0
         };
         self.cold[group].write(lane, state, (ranges, fade_start));
-    }
-
-    /// Lets the groups' clock start at 0 again.
-    pub(super) fn rebase(&mut self, sorting: &Sorting<'_>) {
-        for group in 0..self.groups.len() {
-            let ids = self.cold[group].ids;
-            let Some(&any) = ids.iter().find(|&&id| id != Group::NOBODY) else {
-                continue;
-            };
-            let detail = self.groups[group].detail;
-            for (lane, id) in ids.into_iter().enumerate() {
-                let shown = if id == Group::NOBODY { any } else { id };
-                let state = &sorting.states[shown as usize];
-                self.write((group, lane), state, (sorting.animations, sorting.base));
-            }
-            self.groups[group].detail = detail;
-        }
-    }
-
-    /// Takes the levels that frames have chosen from the groups to the characters.
-    pub(super) fn store_details(&self, states: &mut [CharacterState]) {
-        for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
-            for (lane, &id) in cold.ids.iter().enumerate() {
-                if let Some(state) = states.get_mut(id as usize)
-                    && !state.is_late
-                {
-                    state.detail = group.detail.0[lane];
-                    state.is_culled = visible >> lane & 1 == 0;
-                }
-            }
-        }
-    }
-
-    /// Puts those who cannot stay where they are, or have just come, into groups of their own at the
-    /// end.
-    pub(super) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
-        for &id in late {
-            self.vacate(id, &mut sorting);
-            let state = &sorting.states[id as usize];
-            if state.is_inactive {
-                continue;
-            }
-            if state.is_culled {
-                self.park(id, sorting.states, sorting.slots);
-                continue;
-            }
-            let own = GroupKind {
-                level: state.level(),
-                near: None,
-                is_fading: state.is_fading,
-            };
-            // The last few: more are seldom open.
-            let open = (self.first_late..self.groups.len()).rev().take(4);
-            let vacancy = { open }.find_map(|group| {
-                let cold = &self.cold[group];
-                let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
-                cold.kind.takes(state).then_some((group, lane))
-            });
-            match vacancy {
-                Some((group, lane)) => {
-                    self.cold[group].ids[lane] = id;
-                    sorting.slots[id as usize] = (group * F32x16::LANES + lane) as u32;
-                    self.write((group, lane), state, (sorting.animations, sorting.base));
-                    self.visible[group] |= 1 << lane;
-                }
-                None => {
-                    let mut ids = [Group::NOBODY; F32x16::LANES];
-                    ids[0] = id;
-                    self.push(own, &ids, &mut sorting);
-                }
-            }
-        }
-        self.share_out(sorting.chunks);
-    }
-
-    fn vacate(&mut self, id: u32, sorting: &mut Sorting<'_>) {
-        let slot = std::mem::replace(&mut sorting.slots[id as usize], NOWHERE);
-        if slot == NOWHERE {
-            return;
-        }
-        if slot & PARKED != 0 {
-            let (parked, lane) = split(slot & !PARKED);
-            self.parked[parked].ids[lane] = Group::NOBODY;
-            return;
-        }
-        let (group, lane) = split(slot);
-        self.cold[group].ids[lane] = Group::NOBODY;
-        let stays = |&id: &u32| id != Group::NOBODY;
-        if let Some(other) = self.cold[group].ids.iter().position(stays) {
-            self.groups[group].copy_lane(other, lane);
-            self.cold[group].copy_lane(other, lane);
-        } else {
-            self.visible[group] = 0;
-        }
-    }
-
-    /// Cuts the groups into chunks of equal lengths in the output.
-    fn share_out(&mut self, chunks: usize) {
-        self.pieces.clear();
-        self.ends.clear();
-        for chunk in 0..chunks {
-            let start = self.lines * chunk / chunks;
-            let end = self.lines * (chunk + 1) / chunks;
-            for bucket in &self.buckets {
-                // A group belongs to the chunk in which it starts.
-                let up_to = |line: usize| {
-                    let groups = line.saturating_sub(bucket.offset).div_ceil(bucket.lines);
-                    groups.min(bucket.groups.len())
-                };
-                let (from, to) = (up_to(start), up_to(end));
-                if from < to {
-                    let line = |group: usize| bucket.offset + group * bucket.lines;
-                    self.pieces.push(Piece {
-                        kind: bucket.kind,
-                        groups: bucket.groups.start + from..bucket.groups.start + to,
-                        lines: line(from)..line(to),
-                    });
-                }
-            }
-            self.ends.push(self.pieces.len());
-        }
-    }
-
-    /// All chunks.
-    pub(super) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
-        (0..self.ends.len()).map(|chunk| self.part(chunk))
-    }
-
-    /// Number of chunks.
-    pub(super) fn chunks(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// One chunk, in the order of the output.
-    pub(super) fn part(&self, chunk: usize) -> &[Piece] {
-        let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.pieces[start..self.ends[chunk]]
-    }
-}
-
-impl Parked {
-    pub(super) fn move_to(&mut self, lane: usize, state: &CharacterState) {
-        self.x.0[lane] = state.x;
-        self.y.0[lane] = state.y;
-        self.z.0[lane] = state.z;
     }
 }
 

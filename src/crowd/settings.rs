@@ -8,32 +8,30 @@ use crate::math::Isa;
 /// How a crowd is posed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrowdSettings {
-    /// What is written.
+    /// Form, layout and memory of the output.
     pub output: Output,
-    /// On which registers.
+    /// The instruction set.
     pub isa: Isa,
-    /// How many threads, the caller's counted in; 0 for as many as the machine has. They stay as
-    /// long as the crowd.
+    /// Number of threads, the caller's included; 0 for as many as the machine has. They end when the crowd is dropped.
     pub threads: usize,
-    /// Who is not posed in every frame.
+    /// Which characters are not posed in every frame; none by default.
     pub hold: Hold,
 }
 
-/// Characters of coarse levels keep their pose for some frames, each group of sixteen for others in
-/// turn. Whoever poses hands over the same memory again, with what was written.
+/// Characters of coarse levels keep a pose for some frames; groups of sixteen take turns. The caller must hand over the same
+/// memory in each frame, with its content.
 ///
-/// A held character is where it was so many frames ago at most: at 1.5 m/s and 60 frames a second
-/// 25 mm behind for each of them.
+/// A held character is up to that many frames behind: at 1.5 m/s and 60 frames a second 25 mm for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hold {
-    /// Groups that are posed on this level or a coarser one.
+    /// The finest level whose groups are held.
     pub from: LevelId,
-    /// For how many frames a pose is kept after its own; 0, the default, for none.
+    /// Number of frames for which a pose is kept after its own; 0 by default.
     pub frames: u16,
 }
 
 impl Default for CrowdSettings {
-    /// The widest registers, one thread.
+    /// The widest instruction set of the machine, one thread.
     fn default() -> Self {
         Self {
             output: Output::default(),
@@ -44,19 +42,19 @@ impl Default for CrowdSettings {
     }
 }
 
-/// Why a character cannot be what it is wanted to be.
+/// Why a character was not added or changed, or has no pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum CrowdError {
-    /// A clip that the animations has not.
-    #[error("clip {clip} of a animations of {clips}")]
+    /// A clip that the animations do not have.
+    #[error("there is no clip {clip}: the animations have {clips}")]
     NoSuchClip {
         /// The clip.
         clip: u16,
         /// How many there are.
         clips: usize,
     },
-    /// A character that the crowd has not.
-    #[error("character {id} of a crowd of {characters}")]
+    /// A character that the crowd does not have.
+    #[error("there is no character {id}: the crowd has {characters}")]
     NoSuchCharacter {
         /// The character.
         id: u32,
@@ -69,7 +67,7 @@ pub enum CrowdError {
         /// The character.
         id: u32,
     },
-    /// No more can be told apart.
+    /// The crowd is full.
     #[error("a crowd has {max} characters at most", max = schedule::MOST)]
     Full,
 }

@@ -11,7 +11,9 @@ pub use isa::Isa;
 pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
 pub use lanes::F32x16;
-pub(crate) use lanes::{Kernel, Lanes};
+pub(crate) use lanes::{
+    Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, StridedLines, UnitHalves, prefetch_for_write,
+};
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};

@@ -7,11 +7,21 @@ use sabaki_testing::memory as counting;
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, forms, posed, settings};
 use counting::all_allocations;
-use sabaki::crowd::LevelId;
-use sabaki::math::Isa;
+use glam::{Vec3, Vec4};
+use sabaki::anim::JointId;
+use sabaki::crowd::{Crowd, Frame, Frustum, LevelId, LevelView};
+use sabaki::lod::{Levels, Rule, SwitchSettings, Switching};
+use sabaki::math::{F32x16, Isa};
+use std::sync::Arc;
 
+/// One test: the whole process is counted.
 #[test]
 fn frames_allocate_nothing() {
+    poses_of_all_forms();
+    whole_frames_while_levels_change();
+}
+
+fn poses_of_all_forms() {
     let skeleton = small_skeleton();
     let clips = vec![
         swinging_clip(&skeleton, 90, 0.3),
@@ -50,5 +60,62 @@ fn frames_allocate_nothing() {
                 "{output:?}, {threads} threads"
             );
         }
+    }
+}
+
+/// Positions in front of a camera that walks past: levels change, characters enter and leave the frustum, and the crowd is
+/// sorted again and again.
+fn whole_frames_while_levels_change() {
+    let skeleton = small_skeleton();
+    let clips = vec![
+        swinging_clip(&skeleton, 90, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+    ];
+    let order = [1, 3, 5].map(|id| (JointId(id), f32::from(id)));
+    let levels = Levels::in_order(&skeleton, &order).unwrap();
+    let stage = Stage::on_levels(&skeleton, &clips, &levels);
+    let settings_of_levels = SwitchSettings {
+        rule: Rule::Energy { furthest: 6.0 },
+        ..SwitchSettings::default()
+    };
+    let switching = Switching::new(&levels, &settings_of_levels).unwrap();
+    let characters = stage.characters(1000, 7);
+    for threads in [1, 3] {
+        let settings = settings(forms()[0], Isa::best(), threads);
+        let capacity = characters.len();
+        let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, capacity);
+        for character in &characters {
+            crowd.add(character).unwrap();
+        }
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(capacity)];
+        let mut moved = 0;
+        let mut run = |frames: std::ops::Range<u16>| {
+            for frame in frames {
+                let walked = 0.02 * f32::from(frame);
+                let plane = Vec4::new(walked.cos(), 0.0, walked.sin(), 2.0);
+                let frustum = Frustum {
+                    planes: [plane; 6],
+                    radius: 0.5,
+                    centre: 0.9,
+                };
+                let view = LevelView {
+                    switching: &switching,
+                    eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
+                };
+                let frame = Frame {
+                    seconds: 1.0 / 60.0,
+                    levels: Some(view),
+                    frustum: (frame % 90 < 60).then_some(frustum),
+                    positions: None,
+                };
+                let report = crowd.frame(&frame, &mut out).unwrap();
+                moved += report.moved + usize::from(report.sorted);
+            }
+        };
+        run(0..60);
+        let before = all_allocations();
+        run(60..600);
+        assert_eq!(all_allocations() - before, 0, "{threads} threads");
+        assert!(moved > 1000, "{moved}");
     }
 }

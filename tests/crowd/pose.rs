@@ -131,43 +131,32 @@ fn fused_kernels_give_the_same_bits_and_the_portable_one_is_near() {
 #[test]
 fn a_crowd_goes_on_for_a_long_time() {
     let stage = stage();
-    let mut characters = stage.characters(200, 5);
+    let characters = stage.characters(200, 5);
     let (mut crowd, ids) = crowd_of(&stage, &characters, default());
     let mut out = posed(&mut crowd);
-    for frame in 0..1800 {
+    let frames = 1800;
+    for frame in 0..frames {
         crowd.advance(1.0 / 60.0);
         if frame % 7 == 0 {
             crowd.pose(&mut out).unwrap();
         }
     }
-    // As if each had been put where it has come to.
-    for character in &mut characters {
-        character.time += character.speed * 30.0;
-        if let Some(fade) = &mut character.fade {
-            fade.time += fade.speed * 30.0;
-        }
-    }
     let out = posed(&mut crowd);
-    let (mut anew, new_ids) = crowd_of(&stage, &characters, default());
-    let new_out = posed(&mut anew);
-    for ((&id, &new_id), character) in ids.iter().zip(&new_ids).zip(&characters) {
-        let (slice, new) = (
-            crowd.pose_slice(id).unwrap(),
-            anew.pose_slice(new_id).unwrap(),
-        );
-        // Two clips that are mixed joint by joint are not quite the same on two levels.
-        if character.fade.is_some() && slice.level != new.level {
-            continue;
+    let (mut coarser, mut fading) = (0, 0);
+    for (&id, character) in ids.iter().zip(&characters) {
+        let slice = crowd.pose_slice(id).unwrap();
+        let at = (&slice, Form::Matrices);
+        let expected = stage.drawn(character, f64::from(frames) / 60.0, at);
+        for (joint, expected) in expected.iter().enumerate() {
+            let found = joint_of(&out, &slice, Form::Matrices, joint);
+            let apart = found.translation.distance(expected.translation);
+            assert!(apart < NEAR, "{character:?} joint {joint}: {apart} m");
         }
-        for (joint, same) in stage.both(&slice, &new) {
-            for number in 0..12 {
-                let found = slice.number(&out, joint, number);
-                let expected = new.number(&new_out, same, number);
-                // 1800 sums of a sixtieth of a second.
-                assert!((found - expected).abs() < 2e-3, "{found} {expected}");
-            }
-        }
+        coarser += usize::from(slice.level < character.level);
+        fading += usize::from(character.fade.is_some());
     }
+    // Some stand in groups of finer levels, and some play two clips.
+    assert!(coarser > 10 && fading > 10, "{coarser} {fading}");
 }
 
 #[test]

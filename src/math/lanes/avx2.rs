@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, Lanes, reaching};
+use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -45,7 +45,7 @@ impl Lanes for Avx2 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 8;
-    const REACH: usize = 8;
+    const REACH: usize = 7;
 
     #[inline(always)]
     fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
@@ -194,24 +194,83 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(
-        table: &[u32],
-        (start, stride): (usize, usize),
-        places: __m256i,
-    ) -> [__m256i; N] {
-        let table = reaching::<N>(table, (start, stride), Self::COUNT);
+    fn window_places(places: Self) -> __m256i {
+        // SAFETY: the machine has AVX2.
+        unsafe {
+            // As bytes: two for the place, and two for the one after it.
+            let places = _mm256_cvttps_epi32(places.0);
+            let first = _mm256_mullo_epi32(places, _mm256_set1_epi32(0x0202_0202));
+            _mm256_add_epi32(first, _mm256_set1_epi32(0x0302_0100))
+        }
+    }
+
+    #[inline(always)]
+    fn windows<const N: usize>(columns: KeyColumns<'_>, places: __m256i) -> [__m256i; N] {
+        let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
-            // SAFETY: the machine has AVX2; the table has 8 words from here on. What is asked for may be anywhere.
+            // SAFETY: the machine has AVX2; the table has 32 keys from here on, of which 8 are read. What is asked for may
+            // be anywhere.
             *words = unsafe {
                 let from = table.as_ptr().add(index * stride).cast();
                 _mm_prefetch::<_MM_HINT_T0>(
                     table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
                 );
-                _mm256_permutevar8x32_epi32(_mm256_loadu_si256(from), places)
+                let keys = _mm256_broadcastsi128_si256(_mm_loadu_si128(from));
+                _mm256_shuffle_epi8(keys, places)
             };
         }
         found
+    }
+
+    #[inline(always)]
+    fn unit_with(
+        rows: &KeyRows<'_>,
+        UnitHalves { unit, wanted }: UnitHalves,
+        mut put: impl FnMut(usize, usize, __m256i),
+    ) {
+        for part in 0..Self::PARTS {
+            // SAFETY: the machine has AVX2; rows hand out pointers into their table.
+            unsafe {
+                // Two lanes a register, so that the transposed halves are in order.
+                let mut pairs = [[_mm256_setzero_si256(); 4]; 2];
+                #[allow(
+                    clippy::needless_range_loop,
+                    reason = "the index is a lane of each half of a unit"
+                )]
+                for first in 0..4 {
+                    let lane = part * Self::COUNT + first;
+                    let low = rows.pointers(lane, unit);
+                    let high = rows.pointers(lane + 4, unit);
+                    let mut both = [_mm256_setzero_si256(); 2];
+                    for row in 0..2 {
+                        both[row] = _mm256_inserti128_si256::<1>(
+                            _mm256_castsi128_si256(_mm_load_si128(low[row].cast())),
+                            _mm_load_si128(high[row].cast()),
+                        );
+                    }
+                    pairs[0][first] = _mm256_unpacklo_epi16(both[0], both[1]);
+                    pairs[1][first] = _mm256_unpackhi_epi16(both[0], both[1]);
+                }
+                for half in 0..2 {
+                    if !wanted[half] {
+                        continue;
+                    }
+                    let [a, b, c, d] = pairs[half];
+                    let low = [_mm256_unpacklo_epi32(a, b), _mm256_unpacklo_epi32(c, d)];
+                    let high = [_mm256_unpackhi_epi32(a, b), _mm256_unpackhi_epi32(c, d)];
+                    let words = [
+                        _mm256_unpacklo_epi64(low[0], low[1]),
+                        _mm256_unpackhi_epi64(low[0], low[1]),
+                        _mm256_unpacklo_epi64(high[0], high[1]),
+                        _mm256_unpackhi_epi64(high[0], high[1]),
+                    ];
+                    for (key, words) in words.into_iter().enumerate() {
+                        put(4 * half + key, part, words);
+                    }
+                }
+            }
+        }
     }
 
     #[inline(always)]

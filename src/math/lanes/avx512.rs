@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, Lanes, reaching};
+use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -35,7 +35,7 @@ impl Lanes for Avx512 {
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = 16;
-    const REACH: usize = 16;
+    const REACH: usize = 31;
 
     #[inline(always)]
     fn parts<T: Copy>(value: T) -> [T; Self::PARTS] {
@@ -179,25 +179,85 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(
-        table: &[u32],
-        (start, stride): (usize, usize),
-        places: __m512i,
-    ) -> [__m512i; N] {
-        let table = reaching::<N>(table, (start, stride), Self::COUNT);
+    fn window_places(places: Self) -> __m512i {
+        // SAFETY: the machine has AVX-512F.
+        unsafe {
+            // As 16-bit numbers: the place, and the one after it.
+            let low = _mm512_cvttps_epi32(places.0);
+            let high = _mm512_slli_epi32::<16>(_mm512_add_epi32(low, _mm512_set1_epi32(1)));
+            _mm512_or_si512(high, low)
+        }
+    }
+
+    #[inline(always)]
+    fn windows<const N: usize>(columns: KeyColumns<'_>, places: __m512i) -> [__m512i; N] {
+        let (table, stride) = (columns.reaching::<N>(Self::WINDOW), columns.stride);
         let mut found = [Self::splat_words(0); N];
         for (index, words) in found.iter_mut().enumerate() {
-            // SAFETY: the machine has AVX-512F; the table has 16 words from here on. What is asked for may be
+            // SAFETY: the machine has AVX-512F and BW; the table has 32 keys from here on. What is asked for may be
             // anywhere.
             *words = unsafe {
                 let from = table.as_ptr().add(index * stride).cast();
                 _mm_prefetch::<_MM_HINT_T0>(
                     table.as_ptr().wrapping_add(index * stride + FURTHER).cast(),
                 );
-                _mm512_permutexvar_epi32(places, _mm512_loadu_si512(from))
+                _mm512_permutexvar_epi16(places, _mm512_loadu_si512(from))
             };
         }
         found
+    }
+
+    #[inline(always)]
+    fn unit_with(
+        rows: &KeyRows<'_>,
+        UnitHalves { unit, wanted }: UnitHalves,
+        mut put: impl FnMut(usize, usize, __m512i),
+    ) {
+        // SAFETY: the machine has AVX-512F and BW; rows hand out pointers into their table.
+        unsafe {
+            // Four lanes a register, so that the transposed quarters are in order.
+            let mut pairs = [[_mm512_setzero_si512(); 4]; 2];
+            #[allow(
+                clippy::needless_range_loop,
+                reason = "the index is a lane of each half of a unit"
+            )]
+            for first in 0..4 {
+                let [mut own, mut next] = [_mm512_setzero_si512(); 2];
+                let mut lanes = [[_mm_setzero_si128(); 2]; 4];
+                for (quarter, keys) in lanes.iter_mut().enumerate() {
+                    let pointers = rows.pointers(first + 4 * quarter, unit);
+                    *keys = [
+                        _mm_load_si128(pointers[0].cast()),
+                        _mm_load_si128(pointers[1].cast()),
+                    ];
+                }
+                for (row, register) in [&mut own, &mut next].into_iter().enumerate() {
+                    *register = _mm512_castsi128_si512(lanes[0][row]);
+                    *register = _mm512_inserti32x4::<1>(*register, lanes[1][row]);
+                    *register = _mm512_inserti32x4::<2>(*register, lanes[2][row]);
+                    *register = _mm512_inserti32x4::<3>(*register, lanes[3][row]);
+                }
+                pairs[0][first] = _mm512_unpacklo_epi16(own, next);
+                pairs[1][first] = _mm512_unpackhi_epi16(own, next);
+            }
+            for half in 0..2 {
+                if !wanted[half] {
+                    continue;
+                }
+                let [a, b, c, d] = pairs[half];
+                let low = [_mm512_unpacklo_epi32(a, b), _mm512_unpacklo_epi32(c, d)];
+                let high = [_mm512_unpackhi_epi32(a, b), _mm512_unpackhi_epi32(c, d)];
+                let words = [
+                    _mm512_unpacklo_epi64(low[0], low[1]),
+                    _mm512_unpackhi_epi64(low[0], low[1]),
+                    _mm512_unpacklo_epi64(high[0], high[1]),
+                    _mm512_unpackhi_epi64(high[0], high[1]),
+                ];
+                for (key, words) in words.into_iter().enumerate() {
+                    put(4 * half + key, 0, words);
+                }
+            }
+        }
     }
 
     #[inline(always)]

@@ -12,6 +12,8 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod keys;
+mod lines;
 mod portable;
 #[cfg(test)]
 mod tests;
@@ -21,6 +23,9 @@ use std::ops::{Add, Div, IndexMut, Mul, Sub};
 use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
+pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
+use lines::prefetch;
+pub(crate) use lines::{StridedLines, prefetch_for_write};
 
 /// One number of each of sixteen characters, points or whatever is computed side by side; as long as
 /// a line of the cache, and aligned to it.
@@ -46,8 +51,10 @@ pub(crate) trait Lanes:
 
     /// How many; a divisor of [`F32x16::LANES`].
     const COUNT: usize;
-    /// How many words each of [`Lanes::windows`] chooses from.
+    /// How many places each of [`Lanes::windows`] has.
     const REACH: usize;
+    /// How many keys each of [`Lanes::windows`] reads at most.
+    const WINDOW: usize = 2 * F32x16::LANES;
     /// How many of these make a line.
     const PARTS: usize = F32x16::LANES / Self::COUNT;
 
@@ -98,55 +105,38 @@ pub(crate) trait Lanes:
     fn from_bits(words: Self::Words) -> Self;
     /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
-    /// `table[start + place]` for places below [`Lanes::REACH`], of which only the low bits count; then the same from
-    /// `start + stride` on, and so on, `N` in all. Asks for the words that windows a little further on would need: they
-    /// are too far apart for the machine to foresee.
+    /// For whole numbers from 0 to below [`Lanes::REACH`], what [`Lanes::windows`] takes.
+    fn window_places(places: Self) -> Self::Words;
+    /// From each of `N` windows, the key at each lane's place in the lower half of a word, and the next key in the upper
+    /// half. Asks for the keys that windows a little further on would need: they are too far apart for the machine to
+    /// foresee.
     ///
     /// # Panics
-    /// Where the table ends before [`Lanes::REACH`] words of the last one.
-    fn windows<const N: usize>(
-        table: &[u32],
-        at: (usize, usize),
-        places: Self::Words,
-    ) -> [Self::Words; N];
+    /// Where the table ends before [`Lanes::WINDOW`] keys of the last window.
+    fn windows<const N: usize>(columns: KeyColumns<'_>, places: Self::Words) -> [Self::Words; N];
+    /// Reads a unit of sixteen rows, and of the rows after them, as words like those of [`Lanes::windows`]. `put` is given
+    /// an index from 0 to 3 for the first quad's keys and from 4 to 7 for the second one's, a part, and that part's
+    /// words. Only the quads that are wanted are handed out.
+    fn unit_with(rows: &KeyRows<'_>, unit: UnitHalves, put: impl FnMut(usize, usize, Self::Words));
     /// Both halves of the words as signed 16-bit numbers: low times low plus high times high. Exact
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
     /// Hands out the columns of sixteen rows: `put` is given the column's index, a part of it, and that part's numbers.
     fn transpose_with(lines: [&F32x16; F32x16::LANES], put: impl FnMut(usize, usize, Self));
-
-    /// The columns of sixteen rows.
-    #[inline(always)]
-    fn transpose(lines: [&F32x16; F32x16::LANES]) -> [F32x16; F32x16::LANES] {
-        let mut out = [F32x16::ZERO; F32x16::LANES];
-        Self::transpose_with(
-            lines,
-            #[inline(always)]
-            |column, part, numbers| numbers.store(&mut out[column], part),
-        );
-        out
-    }
 }
 
-/// How far beyond a window's first word others are asked for: the second line from there, which is needed when windows
-/// have gone on by one.
-const FURTHER: usize = 2 * F32x16::LANES;
-
-/// A table from its first window on, all `N` of which have `reach` words there.
-#[inline(always)]
-fn reaching<const N: usize>(
-    table: &[u32],
-    (start, stride): (usize, usize),
-    reach: usize,
-) -> &[u32] {
-    const { assert!(N > 0 && N <= 8) };
-    let table = &table[start..];
-    // Of at most 2^61 words: eight strides are a number.
-    assert!(stride <= table.len());
-    assert!(table.len() >= (N - 1) * stride + reach);
-    table
+/// A unit of [`KeyRows`], and which of its quads are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct UnitHalves {
+    pub(crate) unit: usize,
+    pub(crate) wanted: [bool; 2],
 }
+
+/// How far beyond a window's first key others are asked for: the second line from there, which is needed when windows
+/// have gone on.
+#[cfg(target_arch = "x86_64")]
+const FURTHER: usize = 4 * F32x16::LANES;
 
 /// Work that is written over [`Lanes`].
 pub(crate) trait Kernel {

@@ -3,10 +3,10 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, Lanes, reaching};
+use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, UnitHalves};
 
 const COUNT: usize = 4;
-const REACH: usize = F32x16::LANES;
+const REACH: usize = 2 * F32x16::LANES - 1;
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable([f32; COUNT]);
@@ -48,12 +48,17 @@ fn mul_add(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
+#[inline(always)]
+fn word(low: i16, high: i16) -> u32 {
+    u32::from(high as u16) << 16 | u32::from(low as u16)
+}
+
 impl Lanes for Portable {
     type Words = [u32; COUNT];
     type Parts<T: Copy> = [T; Self::PARTS];
 
     const COUNT: usize = COUNT;
-    /// One word after the other is loaded: they may be anywhere.
+    /// One key after the other is loaded: they may be anywhere.
     const REACH: usize = REACH;
 
     #[inline(always)]
@@ -178,22 +183,47 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn windows<const N: usize>(
-        table: &[u32],
-        (start, stride): (usize, usize),
-        places: [u32; COUNT],
-    ) -> [[u32; COUNT]; N] {
-        let table = reaching::<N>(table, (start, stride), REACH);
+    fn window_places(places: Self) -> [u32; COUNT] {
+        places.truncated()
+    }
+
+    #[inline(always)]
+    fn windows<const N: usize>(columns: KeyColumns<'_>, places: [u32; COUNT]) -> [[u32; COUNT]; N] {
+        let table = columns.reaching::<N>(Self::WINDOW);
         from_fn(
             #[inline(always)]
             |index| {
-                let table = &table[index * stride..][..REACH];
+                let table = &table[index * columns.stride..][..Self::WINDOW];
                 from_fn(
                     #[inline(always)]
-                    |lane| table[places[lane] as usize % REACH],
+                    |lane| {
+                        let place = places[lane] as usize % REACH;
+                        word(table[place], table[place + 1])
+                    },
                 )
             },
         )
+    }
+
+    #[inline(always)]
+    fn unit_with(
+        rows: &KeyRows<'_>,
+        UnitHalves { unit, wanted }: UnitHalves,
+        mut put: impl FnMut(usize, usize, [u32; COUNT]),
+    ) {
+        for part in 0..Self::PARTS {
+            let pairs: [[&KeyUnit; 2]; COUNT] =
+                from_fn(|lane| rows.units(part * COUNT + lane, unit));
+            for key in 0..KeyUnit::KEYS {
+                if wanted[key / KeyUnit::QUAD] {
+                    let words = from_fn(|lane| {
+                        let [before, after] = pairs[lane];
+                        word(before.0[key], after.0[key])
+                    });
+                    put(key, part, words);
+                }
+            }
+        }
     }
 
     #[inline(always)]

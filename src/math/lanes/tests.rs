@@ -5,7 +5,7 @@ use super::*;
 /// Some of everything, written over lanes: what it gives must be the same bits on all registers.
 struct Everything<'a> {
     numbers: &'a [F32x16; 16],
-    table: &'a [u32],
+    table: &'a [i16],
 }
 
 impl Kernel for Everything<'_> {
@@ -42,10 +42,16 @@ impl Kernel for Everything<'_> {
         keep(&|part| as_number(words(part)));
         keep(&|part| as_number(L::pair(words(part), L::splat_words(77))));
         // Below the fewest lanes that there are.
-        let few = |part| (a(part) * a(part) * L::splat(0.25)).truncated();
+        let few = |part| (a(part) * a(part) * L::splat(0.25)).floor();
         for window in 0..3 {
-            let words = |part| L::windows::<3>(self.table, (5, 70), few(part))[window];
-            keep(&|part| L::from_bits(words(part)));
+            let columns = KeyColumns {
+                table: self.table,
+                start: 5,
+                stride: 70,
+            };
+            let places = |part| L::window_places(few(part));
+            let words = |part| L::windows::<3>(columns, places(part))[window];
+            keep(&|part| L::dot_pairs(words(part), L::splat_words(5 << 16 | 3)));
         }
         keep(&|part| L::from_bits(L::load_words(&self.numbers[0], part)));
         let all_below = (0..L::PARTS).all(|part| a(part).all_below(4.0));
@@ -62,8 +68,81 @@ impl Kernel for Everything<'_> {
             .map(|part| a(part).least())
             .fold(f32::INFINITY, f32::min);
         keep(&|_| L::splat(least));
-        out.extend(L::transpose(self.numbers.each_ref()));
+        let mut columns = [F32x16::ZERO; 16];
+        L::transpose_with(self.numbers.each_ref(), |column, part, numbers| {
+            numbers.store(&mut columns[column], part);
+        });
+        out.extend(columns);
         out
+    }
+}
+
+/// Units of sixteen rows.
+struct Units<'a> {
+    rows: KeyRows<'a>,
+    halves: UnitHalves,
+}
+
+impl Kernel for Units<'_> {
+    /// Lines of words; -1 for those that are not handed out.
+    type Out = [[u32; 16]; KeyUnit::KEYS];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Out {
+        let mut out = [F32x16([f32::from_bits(u32::MAX); 16]); KeyUnit::KEYS];
+        L::unit_with(&self.rows, self.halves, |key, part, words| {
+            L::from_bits(words).store(&mut out[key], part);
+        });
+        out.map(|line| line.0.map(f32::to_bits))
+    }
+}
+
+#[test]
+fn units_are_read_from_each_row_and_the_one_after_it() {
+    let (length, count) = (5, 9);
+    let table: Vec<KeyUnit> = (0..length * count)
+        .map(|unit| KeyUnit(std::array::from_fn(|key| (unit * 1234 + key * 77) as i16)))
+        .collect();
+    let starts = std::array::from_fn(|lane| (lane * 3 % (count - 1) * length) as u32);
+    for unit in 0..length {
+        for wanted in [[true, true], [true, false], [false, true]] {
+            for isa in Isa::available() {
+                let rows = KeyRows::new(&table, starts, length);
+                let halves = UnitHalves { unit, wanted };
+                let found = isa.on_lanes(Units { rows, halves });
+                for (key, line) in found.iter().enumerate() {
+                    for (lane, &found) in line.iter().enumerate() {
+                        let own = starts[lane] as usize + unit;
+                        let [low, high] = [own, own + length].map(|unit| table[unit].0[key]);
+                        let word = u32::from(high as u16) << 16 | u32::from(low as u16);
+                        let expected = if wanted[key / 4] { word } else { u32::MAX };
+                        assert_eq!(found, expected, "{isa:?}, key {key}, lane {lane}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_end_with_the_table() {
+    let table = [KeyUnit::default(); 30];
+    let rows = |start: u32, length| {
+        let starts = std::array::from_fn(|lane| if lane == 7 { start } else { 0 });
+        std::panic::catch_unwind(|| KeyRows::new(&table, starts, length)).is_ok()
+    };
+    assert!(rows(20, 5) && rows(0, 15) && rows(30, 0));
+    assert!(!rows(21, 5) && !rows(0, 16) && !rows(u32::MAX, 1));
+    for isa in Isa::available() {
+        let beyond = std::panic::catch_unwind(|| {
+            let rows = KeyRows::new(&table, [0; 16], 5);
+            let halves = UnitHalves {
+                unit: 5,
+                wanted: [true; 2],
+            };
+            isa.on_lanes(Units { rows, halves })
+        });
+        assert!(beyond.is_err(), "{isa:?}");
     }
 }
 
@@ -81,10 +160,7 @@ fn bits(lines: &[F32x16]) -> Vec<[u32; 16]> {
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    // Small ones too, so that the numbers are not NaN.
-    let table: Vec<u32> = (0..300)
-        .map(|index| (index as f32 * 1.3).to_bits())
-        .collect();
+    let table: Vec<i16> = (0..300).map(|index| (index * 1237) as i16).collect();
     let run = |isa: Isa| {
         isa.on_lanes(Everything {
             numbers: &numbers(),
@@ -101,7 +177,7 @@ fn every_instruction_set_gives_the_same_bits() {
 
 #[test]
 fn what_lanes_give_is_plain_arithmetic() {
-    let (numbers, table) = (numbers(), [0u32; 161]);
+    let (numbers, table) = (numbers(), [0i16; 200]);
     let out = Isa::Portable.on_lanes(Everything {
         numbers: &numbers,
         table: &table,
@@ -175,7 +251,7 @@ fn products_are_fused_where_the_machine_can() {
     }
 }
 
-/// The last of so many windows begins so late in a table of 100 words.
+/// The last of so many windows begins so late in a table of 100 keys.
 struct Late(usize);
 
 impl Kernel for Late {
@@ -183,10 +259,14 @@ impl Kernel for Late {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        let (table, stride) = ([1; 100], self.0 / 2);
-        let at = (self.0 - 2 * stride, stride);
-        let found = L::windows::<3>(&table, at, L::splat_words(0));
-        found.len() + 100 - L::REACH
+        let stride = self.0 / 2;
+        let columns = KeyColumns {
+            table: &[1; 100],
+            start: self.0 - 2 * stride,
+            stride,
+        };
+        let found = L::windows::<3>(columns, L::splat_words(0));
+        found.len() + 100 - L::WINDOW
     }
 }
 

@@ -1,0 +1,151 @@
+//! What is measured.
+
+use sabaki::crowd::Layout;
+use sabaki::math::Isa;
+
+use super::Args;
+
+/// Which level each character has.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Lod {
+    /// All joints.
+    Off,
+    /// The same for all.
+    Level(u16),
+    /// By the distance from the head of the column.
+    Distance,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Case {
+    pub(super) what: What,
+    pub(super) lod: Lod,
+    pub(super) layout: Layout,
+    pub(super) isa: Isa,
+    pub(super) threads: usize,
+    /// Clips that are cut from the motions, without levels; `None`: the clips as they are.
+    pub(super) cut: Option<usize>,
+}
+
+/// What a measured time contains.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum What {
+    /// Poses of characters whose levels are known.
+    Pose,
+    /// The whole frame: levels by a camera at this speed, in metres per second, time and poses.
+    Frame(Motion),
+}
+
+/// How the camera moves into the column.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Motion {
+    Still,
+    Walk,
+    Run,
+}
+
+/// Numbers of clips that are measured against each other, each clip [`CUT_SECONDS`] long.
+pub(super) const CUTS: [usize; 3] = [1, 8, 200];
+pub(super) const CUT_SECONDS: f64 = 2.0;
+
+impl Args {
+    /// Poses without levels and by distance, and frames, on all instruction sets and numbers of threads; the rest on the
+    /// widest registers and one thread.
+    pub(super) fn cases(&self, levels: usize) -> Vec<Case> {
+        let most = match self.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            threads => threads,
+        };
+        let doubled = std::iter::successors(Some(1), |&threads| Some(2 * threads));
+        let mut threads: Vec<usize> = doubled.take_while(|&threads| threads < most).collect();
+        threads.push(most);
+        let plain = Case {
+            what: What::Pose,
+            lod: Lod::Off,
+            layout: Layout::Blocks,
+            isa: Isa::best(),
+            threads: 1,
+            cut: None,
+        };
+        let mut cases = Vec::new();
+        let frame = |motion| (What::Frame(motion), Lod::Distance);
+        for (what, lod) in [
+            (What::Pose, Lod::Off),
+            (What::Pose, Lod::Distance),
+            frame(Motion::Still),
+            frame(Motion::Walk),
+            frame(Motion::Run),
+        ] {
+            for isa in Isa::available() {
+                let all = threads.iter().map(|&threads| Case {
+                    what,
+                    lod,
+                    isa,
+                    threads,
+                    ..plain
+                });
+                cases.extend(all);
+            }
+        }
+        cases.push(Case {
+            layout: Layout::Rows,
+            ..plain
+        });
+        cases.extend(CUTS.map(|clips| Case {
+            cut: Some(clips),
+            ..plain
+        }));
+        let each = (1..levels).map(|level| Case {
+            lod: Lod::Level(level as u16),
+            ..plain
+        });
+        cases.extend(each);
+        cases
+    }
+}
+
+impl Motion {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Still => "still",
+            Self::Walk => "walk",
+            Self::Run => "run",
+        }
+    }
+
+    /// Metres per second.
+    pub(super) fn speed(self) -> f32 {
+        match self {
+            Self::Still => 0.0,
+            Self::Walk => 1.5,
+            Self::Run => 5.0,
+        }
+    }
+}
+
+impl What {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Pose => "pose",
+            Self::Frame(_) => "frame",
+        }
+    }
+
+    pub(super) fn camera(self) -> &'static str {
+        match self {
+            Self::Pose => Motion::Still.name(),
+            Self::Frame(motion) => motion.name(),
+        }
+    }
+}
+
+impl Lod {
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Off => "off".to_owned(),
+            Self::Level(level) => level.to_string(),
+            Self::Distance => "distance".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Characters in a column, and how long they take.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::Vec3;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg32;
+use sabaki::anim::{Clip, ClipDesc, Skeleton};
+use sabaki::crowd::{
+    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Frame, LevelId, LevelView, Output,
+    Placement,
+};
+use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
+use sabaki::math::{F32x16, Rigid2};
+
+use super::cases::{CUT_SECONDS, Case, Lod, What};
+use super::rows::Row;
+use super::{Args, usage};
+use crate::cli::Failure;
+
+/// Characters, and the clips that they play.
+pub(super) struct Scene {
+    pub(super) animations: Arc<AnimationSet>,
+    switching: Switching,
+    characters: Vec<Character>,
+}
+
+/// The column: so many abreast, so far apart, metres; the camera stands before its head.
+pub(super) const ABREAST: usize = 10;
+pub(super) const APART: f32 = 1.0;
+pub(super) const BEFORE: f32 = 5.0;
+
+/// Length of a frame, in seconds.
+const SECONDS: f64 = 1.0 / 60.0;
+
+/// Frames that are not measured.
+const WARM_UP: u32 = 3;
+
+impl Scene {
+    /// `cut`: with so many stretches of the clips, and without levels.
+    pub(super) fn new(args: &Args, cut: Option<usize>) -> Result<Self, Failure> {
+        let (skeleton, mut clips) = args.clips()?;
+        if let Some(count) = cut {
+            clips = cut_clips(&skeleton, &clips, count)?;
+        }
+        let levels = match cut {
+            Some(_) => Levels::in_order(&skeleton, &[]),
+            None => Levels::build(&skeleton, &clips, &LevelSettings::default()),
+        };
+        let levels = levels.map_err(usage)?;
+        let settings = SwitchSettings {
+            rule: Rule::ScreenError {
+                pixels: args.error,
+                measure: Measure::Greatest,
+            },
+            ..SwitchSettings::default()
+        };
+        let animations = AnimationSet::new(&skeleton, &clips, &levels.levels).map_err(usage)?;
+        let mut random = Pcg32::seed_from_u64(args.seed);
+        let characters = (0..args.count as usize)
+            .map(|index| Self::character(index, &animations, &mut random))
+            .collect();
+        Ok(Self {
+            switching: Switching::new(&levels, &settings).map_err(usage)?,
+            animations: Arc::new(animations),
+            characters,
+        })
+    }
+
+    /// In a column that walks towards the camera, each at a moment of its own.
+    fn character(index: usize, animations: &AnimationSet, random: &mut impl Rng) -> Character {
+        let (row, file) = (index / ABREAST, index % ABREAST);
+        let clip = ClipId(random.random_range(0..animations.clips()) as u16);
+        let seconds = animations.duration(clip).unwrap_or_default();
+        Character {
+            clip,
+            time: seconds * random.random_range(0.0..1.0f32),
+            speed: random.random_range(0.9..1.1),
+            placement: Placement {
+                ground: Rigid2::new(
+                    0.0,
+                    (file as f32 - 0.5 * (ABREAST - 1) as f32) * APART,
+                    -BEFORE - row as f32 * APART,
+                ),
+                height: 0.0,
+            },
+            ..Character::default()
+        }
+    }
+
+    /// The level, and how far it is on the way to the next.
+    fn detail(&self, character: &Character, lod: Lod) -> (LevelId, f32) {
+        match lod {
+            Lod::Off => (LevelId(0), 0.0),
+            Lod::Level(level) => (LevelId(level), 0.0),
+            Lod::Distance => {
+                let distance = character.placement.ground.ground().length();
+                let choice = self.switching.choose(distance, None);
+                (choice.level, choice.blend)
+            }
+        }
+    }
+
+    pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
+        let output = Output {
+            form: args.form(),
+            layout: case.layout,
+            ..Output::default()
+        };
+        let settings = CrowdSettings {
+            output,
+            isa: case.isa,
+            threads: case.threads,
+            ..CrowdSettings::default()
+        };
+        let count = self.characters.len();
+        let mut crowd = Crowd::with_capacity(Arc::clone(&self.animations), settings, count);
+        let mut joints = 0;
+        for character in &self.characters {
+            let (level, blend) = self.detail(character, case.lod);
+            joints += self.animations.joints(level);
+            crowd
+                .add(&Character {
+                    level,
+                    blend,
+                    ..*character
+                })
+                .map_err(usage)?;
+        }
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(count)];
+        let mut times = Vec::with_capacity(args.frames as usize);
+        for frame in 0..args.frames + WARM_UP {
+            let started = Instant::now();
+            self.step(&mut crowd, (case, frame), &mut out)?;
+            if frame >= WARM_UP {
+                times.push(started.elapsed().as_secs_f64() * 1e3);
+            }
+        }
+        times.sort_by(f64::total_cmp);
+        Ok(Row {
+            case,
+            clips: self.animations.clips(),
+            joints: joints as f64 / count as f64,
+            ms: times[times.len() / 2],
+        })
+    }
+
+    fn step(
+        &self,
+        crowd: &mut Crowd,
+        (case, frame): (Case, u32),
+        out: &mut [F32x16],
+    ) -> Result<(), Failure> {
+        let What::Frame(motion) = case.what else {
+            crowd.advance(SECONDS);
+            return crowd.pose(out).map_err(usage);
+        };
+        let walked = motion.speed() * frame as f32 * SECONDS as f32;
+        let view = LevelView {
+            switching: &self.switching,
+            eye: Vec3::new(0.0, 0.0, -walked),
+        };
+        let frame = Frame {
+            seconds: SECONDS,
+            levels: Some(view),
+            ..Frame::default()
+        };
+        crowd.frame(&frame, out).map(drop).map_err(usage)
+    }
+}
+
+/// So many stretches of the clips, which begin later and later.
+fn cut_clips(skeleton: &Skeleton, clips: &[Clip], count: usize) -> Result<Vec<Clip>, Failure> {
+    let cut = |index: usize| {
+        let clip = &clips[index % clips.len()];
+        let (desc, joints) = (clip.desc(), skeleton.len());
+        let length = ((CUT_SECONDS * clip.frame_rate()) as usize + 1).min(clip.frames());
+        let first = (index / clips.len() * 7) % (clip.frames() - length + 1);
+        let end = first + length;
+        let translations = match desc.translations.is_empty() {
+            true => Vec::new(),
+            false => desc.translations[first * joints..end * joints].to_vec(),
+        };
+        let desc = ClipDesc {
+            name: format!("{} {index}", desc.name),
+            frame_rate: desc.frame_rate,
+            roots: desc.roots[first..end].to_vec(),
+            rotations: desc.rotations[first * joints..end * joints].to_vec(),
+            translations,
+        };
+        Clip::new(skeleton, desc).map_err(usage)
+    };
+    (0..count).map(cut).collect()
+}

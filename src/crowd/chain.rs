@@ -1,0 +1,200 @@
+//! The joints of one part of a group: each from its parent, then the blending between levels, then the output.
+//!
+//! Source: Hasegawa, Nishio & Kobori, 3 (joints of a level evaluated in model space). Differs: one joint of sixteen
+//! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
+//! the one just before it.
+
+use bytemuck::Zeroable;
+
+use super::fetch::Fetch;
+use super::group::Group;
+use super::joint_math::JointMath;
+use super::level_clips::LevelClips;
+use super::level_step::LevelStep;
+use super::output::{Layout, Output, WriteMode};
+use super::quat_lanes::Local;
+use super::sampling::Source;
+use super::write::GroupWriter;
+use crate::math::{F32x16, Lanes};
+
+/// The level that is posed.
+#[derive(Clone, Copy)]
+pub(super) struct Level<'a> {
+    /// By its number.
+    pub(super) number: f32,
+    /// To the levels after it.
+    pub(super) steps: &'a [LevelStep],
+}
+
+/// One part of a group, and where it goes.
+pub(super) struct Posing<'a, P: JointMath> {
+    pub(super) bank: &'a LevelClips,
+    pub(super) level: Level<'a>,
+    pub(super) group: &'a Group,
+    /// Memory of the thread's own.
+    pub(super) models: &'a mut [P::Model],
+    pub(super) out: &'a mut [F32x16],
+    pub(super) output: Output,
+    pub(super) part: usize,
+    /// Nobody is on the way to another level.
+    pub(super) is_posed: bool,
+}
+
+impl<P: JointMath> Posing<'_, P> {
+    /// All joints, parents first. `fetch` is told of each joint of the first part.
+    #[inline(always)]
+    pub(super) fn joints<L: Lanes, S: Source<L>>(&mut self, source: S, fetch: Option<&Fetch<'_>>) {
+        let fetch = fetch.filter(|_| self.part == 0);
+        let chain = Chain {
+            bank: self.bank,
+            group: self.group,
+            part: self.part,
+        };
+        if self.is_in_place() {
+            let models = bytemuck::cast_slice_mut(self.out);
+            chain.pose::<L, P, S>(
+                source,
+                models,
+                #[inline(always)]
+                |joint| {
+                    if let Some(fetch) = fetch {
+                        fetch.joint(joint);
+                    }
+                },
+            );
+            if !self.is_posed {
+                step_on::<L, P>(
+                    self.level,
+                    self.group,
+                    InPart {
+                        models,
+                        part: self.part,
+                    },
+                );
+            }
+            return;
+        }
+        let mut writer = GroupWriter::<P>::new(self.out, self.output, self.bank.joints.len());
+        let is_first = self.part == 0;
+        chain.pose::<L, P, S>(
+            source,
+            self.models,
+            #[inline(always)]
+            |joint| {
+                if let Some(fetch) = fetch {
+                    fetch.joint(joint);
+                }
+                if is_first {
+                    writer.prefetch(joint);
+                }
+            },
+        );
+        if !self.is_posed {
+            let joints = InPart {
+                models: &mut *self.models,
+                part: self.part,
+            };
+            step_on::<L, P>(self.level, self.group, joints);
+        }
+    }
+
+    /// Writes the joints, once they are there in all parts.
+    #[inline(always)]
+    pub(super) fn write<L: Lanes>(self) {
+        if !self.is_in_place() {
+            let joints = self.bank.joints.len();
+            GroupWriter::<P>::new(self.out, self.output, joints).write::<L>(self.models);
+        }
+    }
+
+    /// Whether the output itself is where children find their parents.
+    fn is_in_place(&self) -> bool {
+        (self.output.layout, self.output.write) == (Layout::Blocks, WriteMode::Cached)
+    }
+}
+
+impl Level<'_> {
+    /// Whether nobody of a group is on the way to a level so many steps further, or beyond. Asked of the whole group, so
+    /// that the same is computed on registers of every width.
+    #[inline(always)]
+    pub(super) fn shows<L: Lanes>(&self, detail: &F32x16, steps: usize) -> bool {
+        let mut shows = true;
+        for part in 0..L::PARTS {
+            let ahead = L::load(detail, part) - L::splat(self.number + steps as f32);
+            shows &= ahead.all_below(f32::MIN_POSITIVE);
+        }
+        shows
+    }
+}
+
+/// The joints of one part of a group.
+struct InPart<'a, M> {
+    models: &'a mut [M],
+    part: usize,
+}
+
+/// Puts joints that are blended towards coarser levels where they are carried. The coarsest level comes first: what is
+/// carried by such a joint goes with it.
+#[inline(always)]
+fn step_on<L: Lanes, P: JointMath>(level: Level<'_>, group: &Group, joints: InPart<'_, P::Model>) {
+    let InPart { models, part } = joints;
+    for (index, step) in level.steps.iter().enumerate().rev() {
+        if level.shows::<L>(&group.detail, index) {
+            continue;
+        }
+        let weight = L::load(&group.detail, part) - L::splat(level.number + index as f32);
+        let weight = weight.max(L::splat(0.0)).min(L::splat(1.0));
+        for removed in &step.removed {
+            let ready = P::ready(Local::<L>::splat(removed.turn, removed.place));
+            let mut there = P::Model::zeroed();
+            P::ride(
+                &models[usize::from(removed.carrier)],
+                ready,
+                &mut there,
+                part,
+            );
+            P::approach(
+                &mut models[usize::from(removed.joint)],
+                &there,
+                weight,
+                part,
+            );
+        }
+    }
+}
+
+struct Chain<'a> {
+    bank: &'a LevelClips,
+    group: &'a Group,
+    part: usize,
+}
+
+impl Chain<'_> {
+    /// Each joint from its parent. `done` is told of each.
+    #[inline(always)]
+    fn pose<L: Lanes, P: JointMath, S: Source<L>>(
+        &self,
+        mut source: S,
+        models: &mut [P::Model],
+        mut done: impl FnMut(usize),
+    ) {
+        let joints = &self.bank.joints[..];
+        let models = &mut models[..joints.len()];
+        for (index, joint) in joints.iter().enumerate() {
+            let ready = P::next(&mut source, joint);
+            let (above, rest) = models.split_at_mut(index);
+            match joint.parent {
+                Some(parent) => {
+                    P::compose(&above[usize::from(parent)], ready, &mut rest[0], self.part);
+                }
+                None => P::stand(
+                    self.group.placement(self.part),
+                    ready,
+                    &mut rest[0],
+                    self.part,
+                ),
+            }
+            done(index);
+        }
+    }
+}

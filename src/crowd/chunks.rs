@@ -1,0 +1,58 @@
+//! The groups of a crowd cut into chunks, for threads to take.
+
+use std::ops::Range;
+
+use super::schedule::{GroupKind, Schedule};
+
+/// Groups of one bucket in one chunk.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) kind: GroupKind,
+    pub(super) groups: Range<usize>,
+    pub(super) lines: Range<usize>,
+}
+
+impl Schedule {
+    /// Cuts the groups into chunks of equal lengths in the output.
+    pub(super) fn share_out(&mut self, chunks: usize) {
+        self.pieces.clear();
+        self.ends.clear();
+        for chunk in 0..chunks {
+            let start = self.lines * chunk / chunks;
+            let end = self.lines * (chunk + 1) / chunks;
+            for bucket in &self.buckets {
+                // A group belongs to the chunk in which it starts.
+                let up_to = |line: usize| {
+                    let groups = line.saturating_sub(bucket.offset).div_ceil(bucket.lines);
+                    groups.min(bucket.groups.len())
+                };
+                let (from, to) = (up_to(start), up_to(end));
+                if from < to {
+                    let line = |group: usize| bucket.offset + group * bucket.lines;
+                    self.pieces.push(Piece {
+                        kind: bucket.kind,
+                        groups: bucket.groups.start + from..bucket.groups.start + to,
+                        lines: line(from)..line(to),
+                    });
+                }
+            }
+            self.ends.push(self.pieces.len());
+        }
+    }
+
+    /// All chunks.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &[Piece]> {
+        (0..self.ends.len()).map(|chunk| self.part(chunk))
+    }
+
+    /// Number of chunks.
+    pub(super) fn chunks(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// One chunk, in the order of the output.
+    pub(super) fn part(&self, chunk: usize) -> &[Piece] {
+        let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.pieces[start..self.ends[chunk]]
+    }
+}

@@ -1,0 +1,53 @@
+//! Asking for keys before they are needed.
+
+use super::group_moments::Moments;
+use super::kernel::Run;
+use super::level_clips::LevelClips;
+use crate::math::{F32x16, KeyRows, Lanes};
+
+/// Asks for the keys of a group, a few with each joint of the group before it.
+pub(super) struct Fetch<'a> {
+    bank: &'a LevelClips,
+    own: Option<KeyRows<'a>>,
+    faded: Option<KeyRows<'a>>,
+}
+
+impl Fetch<'_> {
+    #[inline(always)]
+    pub(super) fn joint(&self, joint: usize) {
+        let joints = self.bank.joints.len();
+        let lane = |joint: usize| joint * F32x16::LANES / joints;
+        for lane in lane(joint)..lane(joint + 1) {
+            for &unit in &self.bank.fetched {
+                if let Some(rows) = &self.own {
+                    rows.prefetch(lane, unit);
+                }
+                if let Some(rows) = &self.faded {
+                    rows.prefetch(lane, unit);
+                }
+            }
+        }
+    }
+}
+
+impl Run<'_> {
+    /// What is asked for while the group before is posed.
+    #[inline(always)]
+    pub(super) fn fetch<L: Lanes>(&self, next: Option<&Moments<L>>) -> Fetch<'_> {
+        let mut fetch = Fetch {
+            bank: self.bank,
+            own: None,
+            faded: None,
+        };
+        if let Some(next) = next {
+            if !next.all_near {
+                fetch.own = Some(self.rows(next));
+            }
+            if self.fading {
+                let rows = &self.cold[next.group].fade.rows;
+                fetch.faded = Some(self.rows_at::<L>(rows, &self.faded::<L>(next.group)));
+            }
+        }
+        fetch
+    }
+}

@@ -1,0 +1,143 @@
+//! Changes of the groups between two sortings: characters that are moved to other groups, that leave the frustum, or whose
+//! levels a frame has chosen.
+
+use super::character::CharacterState;
+use super::group::Group;
+use super::schedule::{GroupKind, NOWHERE, PARKED, Schedule, Sorting, split};
+use crate::math::F32x16;
+
+/// Sixteen characters outside the frustum, which are not posed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parked {
+    pub(super) x: F32x16,
+    pub(super) y: F32x16,
+    pub(super) z: F32x16,
+    /// [`Group::NOBODY`] for lanes that are not used.
+    pub(super) ids: [u32; F32x16::LANES],
+}
+
+impl Schedule {
+    /// Puts a character that is in no group among those that are not posed.
+    pub(super) fn park(&mut self, id: u32, states: &[CharacterState], slots: &mut [u32]) {
+        let free = |parked: &Parked| parked.ids.iter().position(|&id| id == Group::NOBODY);
+        let lane = match self.parked.last().and_then(free) {
+            Some(lane) => lane,
+            None => {
+                self.parked.push(Parked {
+                    x: F32x16::ZERO,
+                    y: F32x16::ZERO,
+                    z: F32x16::ZERO,
+                    ids: [Group::NOBODY; F32x16::LANES],
+                });
+                0
+            }
+        };
+        let index = self.parked.len() - 1;
+        let state = &states[id as usize];
+        let parked = &mut self.parked[index];
+        parked.ids[lane] = id;
+        parked.move_to(lane, state);
+        slots[id as usize] = PARKED | (index * F32x16::LANES + lane) as u32;
+    }
+
+    /// Puts characters that do not fit their groups, or that were added, into groups of their own at the end.
+    pub(super) fn move_late(&mut self, late: &[u32], mut sorting: Sorting<'_>) {
+        for &id in late {
+            self.vacate(id, &mut sorting);
+            let state = &sorting.states[id as usize];
+            if state.is_inactive {
+                continue;
+            }
+            if state.is_culled {
+                self.park(id, sorting.states, sorting.slots);
+                continue;
+            }
+            let own = GroupKind {
+                level: state.level(),
+                near: None,
+                is_fading: state.is_fading,
+            };
+            // The last few: more are seldom open.
+            let open = (self.first_late..self.groups.len()).rev().take(4);
+            let vacancy = { open }.find_map(|group| {
+                let cold = &self.cold[group];
+                let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
+                cold.kind.takes(state).then_some((group, lane))
+            });
+            match vacancy {
+                Some((group, lane)) => {
+                    self.cold[group].ids[lane] = id;
+                    sorting.slots[id as usize] = (group * F32x16::LANES + lane) as u32;
+                    self.write((group, lane), state, (sorting.animations, sorting.base));
+                    self.visible[group] |= 1 << lane;
+                }
+                None => {
+                    let mut ids = [Group::NOBODY; F32x16::LANES];
+                    ids[0] = id;
+                    self.push(own, &ids, &mut sorting);
+                }
+            }
+        }
+        self.share_out(sorting.chunks);
+    }
+
+    fn vacate(&mut self, id: u32, sorting: &mut Sorting<'_>) {
+        let slot = std::mem::replace(&mut sorting.slots[id as usize], NOWHERE);
+        if slot == NOWHERE {
+            return;
+        }
+        if slot & PARKED != 0 {
+            let (parked, lane) = split(slot & !PARKED);
+            self.parked[parked].ids[lane] = Group::NOBODY;
+            return;
+        }
+        let (group, lane) = split(slot);
+        self.cold[group].ids[lane] = Group::NOBODY;
+        let stays = |&id: &u32| id != Group::NOBODY;
+        if let Some(other) = self.cold[group].ids.iter().position(stays) {
+            self.groups[group].copy_lane(other, lane);
+            self.cold[group].copy_lane(other, lane);
+        } else {
+            self.visible[group] = 0;
+        }
+    }
+
+    /// Lets the groups' clock start at 0 again.
+    pub(super) fn rebase(&mut self, sorting: &Sorting<'_>) {
+        for group in 0..self.groups.len() {
+            let ids = self.cold[group].ids;
+            let Some(&any) = ids.iter().find(|&&id| id != Group::NOBODY) else {
+                continue;
+            };
+            let detail = self.groups[group].detail;
+            for (lane, id) in ids.into_iter().enumerate() {
+                let shown = if id == Group::NOBODY { any } else { id };
+                let state = &sorting.states[shown as usize];
+                self.write((group, lane), state, (sorting.animations, sorting.base));
+            }
+            self.groups[group].detail = detail;
+        }
+    }
+
+    /// Takes the levels that frames have chosen from the groups to the characters.
+    pub(super) fn store_details(&self, states: &mut [CharacterState]) {
+        for ((group, cold), visible) in self.groups.iter().zip(&self.cold).zip(&self.visible) {
+            for (lane, &id) in cold.ids.iter().enumerate() {
+                if let Some(state) = states.get_mut(id as usize)
+                    && !state.is_late
+                {
+                    state.detail = group.detail.0[lane];
+                    state.is_culled = visible >> lane & 1 == 0;
+                }
+            }
+        }
+    }
+}
+
+impl Parked {
+    pub(super) fn move_to(&mut self, lane: usize, state: &CharacterState) {
+        self.x.0[lane] = state.x;
+        self.y.0[lane] = state.y;
+        self.z.0[lane] = state.z;
+    }
+}

@@ -1,0 +1,40 @@
+//! Memory of the threads that pose.
+
+use super::animation_set::AnimationSet;
+use super::joint_math::JointMath;
+use super::level_clips::LevelClips;
+use super::matrices::Matrices;
+use crate::math::F32x16;
+
+/// What a thread keeps from frame to frame.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    /// A group's joints, where the output is not read from.
+    pub(super) models: Vec<F32x16>,
+    /// Columns of a group's first clips, and of its second ones.
+    pub(super) columns: [Vec<F32x16>; 2],
+}
+
+impl Scratch {
+    /// Enough for any level: threads shall not allocate later.
+    pub(super) fn of(animations: &AnimationSet) -> Self {
+        let mut scratch = Self::default();
+        for bank in &animations.banks {
+            scratch.fit(bank);
+        }
+        scratch
+    }
+
+    /// Never less than there was.
+    pub(super) fn fit(&mut self, bank: &LevelClips) {
+        let grow = |lines: &mut Vec<F32x16>, length: usize| {
+            if lines.len() < length {
+                lines.resize(length, F32x16::ZERO);
+            }
+        };
+        grow(&mut self.models, bank.joints.len() * Matrices::NUMBERS);
+        for lines in &mut self.columns {
+            grow(lines, bank.column_lines);
+        }
+    }
+}

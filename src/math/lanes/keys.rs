@@ -1,0 +1,91 @@
+//! Tables of 16-bit keys, as kernels read them.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{F32x16, prefetch};
+
+/// Eight keys that stand together in a row: two quads, such as two quaternions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(crate) struct KeyUnit(pub(crate) [i16; KeyUnit::KEYS]);
+
+impl KeyUnit {
+    /// Keys of a quad.
+    pub(crate) const QUAD: usize = 4;
+    /// Keys of a unit.
+    pub(crate) const KEYS: usize = 2 * Self::QUAD;
+}
+
+/// Columns of keys: a window starts at `start`, the next one `stride` keys further.
+#[derive(Clone, Copy)]
+pub(crate) struct KeyColumns<'a> {
+    pub(crate) table: &'a [i16],
+    pub(crate) start: usize,
+    pub(crate) stride: usize,
+}
+
+impl KeyColumns<'_> {
+    /// The table from the first window on; each of `N` windows has `reach` keys there.
+    #[inline(always)]
+    pub(super) fn reaching<const N: usize>(&self, reach: usize) -> &[i16] {
+        const { assert!(N > 0 && N <= 8) };
+        let table = &self.table[self.start..];
+        // Of at most 2^62 keys: eight strides are a number.
+        assert!(self.stride <= table.len());
+        assert!(table.len() >= (N - 1) * self.stride + reach);
+        table
+    }
+}
+
+/// A row of keys for each of sixteen lanes, and the row after it.
+pub(crate) struct KeyRows<'a> {
+    table: &'a [KeyUnit],
+    starts: [u32; F32x16::LANES],
+    length: usize,
+}
+
+impl<'a> KeyRows<'a> {
+    /// Rows of `length` units; a lane's own begins at its start.
+    ///
+    /// # Panics
+    /// Where the table ends before the row after a lane's own.
+    #[inline(always)]
+    pub(crate) fn new(table: &'a [KeyUnit], starts: [u32; F32x16::LANES], length: usize) -> Self {
+        let mut last = 0;
+        for start in starts {
+            last = last.max(start);
+        }
+        assert!(last as usize + 2 * length <= table.len());
+        Self {
+            table,
+            starts,
+            length,
+        }
+    }
+
+    /// Asks for the first line from unit `unit` on of one lane's row, and of the row after it.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
+        let unit = self.starts[lane] as usize + unit;
+        prefetch(self.table, unit);
+        prefetch(self.table, unit + self.length);
+    }
+
+    /// Pointers to a unit of one lane's row, and of the row after it. Both are inside the table.
+    #[inline(always)]
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {
+        assert!(unit < self.length);
+        let unit = self.starts[lane] as usize + unit;
+        let own = self.table.as_ptr().wrapping_add(unit);
+        [own, own.wrapping_add(self.length)]
+    }
+
+    /// A unit of one lane's row, and of the row after it.
+    #[inline(always)]
+    pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
+        assert!(unit < self.length);
+        let unit = self.starts[lane] as usize + unit;
+        [&self.table[unit], &self.table[unit + self.length]]
+    }
+}
