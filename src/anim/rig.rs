@@ -1,37 +1,37 @@
-//! Which joints carry the trunk and the limbs: what a [`Warp`](super::Warp) may move.
+//! The joints of the trunk and the limbs, which a [`Warp`](super::Warp) may move.
 
 use super::limbs::Limbs;
 use super::{JointId, Leg, Skeleton};
 
-/// Trunk and limbs of a skeleton, as its names and its tree tell them. What is not told is empty.
+/// Trunk and limbs of a skeleton, identified by the names and the hierarchy of its joints. Parts that are not identified are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Rig {
-    /// From the pelvis (not included) up to the joint that carries both arms; each hangs from the one before it.
+    /// Joints from the pelvis (excluded) up to the parent of both arms. Each is the parent of the next.
     spine: Vec<JointId>,
-    /// First the legs, then the arms.
+    /// Legs, then arms.
     limbs: [Option<Leg>; Self::LIMBS],
-    /// By joint.
+    /// Part of each joint.
     parts: Vec<Part>,
 }
 
-/// What carries a joint.
+/// The part of the body that a joint belongs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Part {
-    /// Joints of the spine that it moves with, from the pelvis up.
+    /// Number of spine joints that move this joint, counted from the pelvis.
     pub(crate) spine: usize,
-    /// The limb that it belongs to: from its first bone on.
+    /// Index of the limb that contains the joint.
     pub(crate) limb: Option<usize>,
-    /// Whether it is the limb's foot or hand, or hangs from it.
+    /// Whether the joint is the limb's foot or hand, or one of its descendants.
     pub(crate) is_end: bool,
 }
 
 impl Rig {
-    /// Two legs and two arms.
+    /// Number of limbs: two legs and two arms.
     pub(crate) const LIMBS: usize = 4;
-    /// How many of these are legs; they come first.
+    /// Number of legs, which are the first limbs.
     pub(crate) const LEGS: usize = 2;
 
-    /// Of a skeleton. Legs count where there are two of them, arms and spine where there are two hands.
+    /// Finds the parts of a skeleton. Legs are found if there are exactly two, arms and spine if there are exactly two hands.
     #[must_use]
     pub(crate) fn of(skeleton: &Skeleton) -> Self {
         let two = |limbs: Vec<Leg>| <[Leg; 2]>::try_from(limbs).ok();
@@ -59,19 +59,19 @@ impl Rig {
         rig
     }
 
-    /// From the pelvis (not included) up to the joint that carries both arms.
+    /// Joints from the pelvis (excluded) up to the parent of both arms.
     #[must_use]
     pub(crate) fn spine(&self) -> &[JointId] {
         &self.spine
     }
 
-    /// Left and right as the skeleton has them: first the legs, then the arms, as two bones and an end each.
+    /// Legs, then arms, in the order of the skeleton. Each limb has two bones and an end.
     #[must_use]
     pub(crate) fn limbs(&self) -> &[Option<Leg>; Self::LIMBS] {
         &self.limbs
     }
 
-    /// The legs; `None` where the skeleton does not have two.
+    /// Both legs, or `None` if the skeleton does not have exactly two.
     #[must_use]
     pub(crate) fn legs(&self) -> Option<[Leg; 2]> {
         Some([self.limbs[0]?, self.limbs[1]?])
@@ -100,7 +100,7 @@ impl Rig {
     }
 }
 
-/// The way from the root down to the last joint that carries both hands, without the root.
+/// Joints from the root (excluded) down to the last common ancestor of both hands.
 fn spine(skeleton: &Skeleton, left: JointId, right: JointId) -> Vec<JointId> {
     let carries_right = |joint: &JointId| skeleton.ancestry(right).any(|above| above == *joint);
     let chest = skeleton.ancestry(left).find(carries_right);

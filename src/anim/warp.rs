@@ -1,35 +1,35 @@
-//! A motion that is bent for a moment: the trunk leans and turns, the pelvis shifts while the feet stay, a foot is lifted,
-//! an arm drawn in.
+//! Temporary displacement of a motion: the trunk leans and turns, the pelvis shifts while the feet stay planted, a foot is lifted,
+//! an arm is drawn in.
 //!
-//! Source: Witkin & Popović, "Motion Warping" (1995): a smooth displacement is added to a captured motion, in and out around
-//! the moment that counts. Differs: the displacement has few parameters that a body understands, and legs and arms follow by
-//! inverse kinematics ([`reach`]), so that feet that stand go on standing.
+//! Source: Witkin & Popović, "Motion Warping" (1995): a smooth displacement is added to a captured motion and fades in and out
+//! around a moment. Differs: the displacement has 19 parameters (spine, pelvis, four limbs, time). Legs and arms follow by inverse
+//! kinematics ([`reach`]), so that planted feet stay planted.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::{Chain, JointId, JointTransform, Pose, Rig, Skeleton, reach};
 
-/// When a warp acts. It comes and goes as smoothly as a fifth-degree polynomial: speed and acceleration are 0 at each end.
+/// Weight of a warp over time. It fades in and out as a fifth-degree polynomial, with zero speed and acceleration at both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Envelope {
-    /// The warp begins, seconds since the motion's start.
+    /// Start of the fade-in, in seconds since the motion's start.
     pub start: f32,
-    /// It has come in whole.
+    /// End of the fade-in, in seconds.
     pub full: f32,
-    /// It begins to go.
+    /// Start of the fade-out, in seconds.
     pub release: f32,
-    /// It has gone.
+    /// End of the fade-out, in seconds.
     pub end: f32,
 }
 
 impl Envelope {
-    /// Largest slope of the polynomial, per length of the way in or out.
+    /// Maximum slope of the polynomial for a fade of 1 s.
     pub const STEEPEST: f32 = 1.875;
-    /// Largest second derivative, per squared length.
+    /// Maximum second derivative of the polynomial for a fade of 1 s.
     pub const SHARPEST: f32 = 5.7736;
 
-    /// How much of the warp acts, 0 to 1.
+    /// Weight of the warp, 0 to 1.
     #[must_use]
     pub fn weight(&self, seconds: f32) -> f32 {
         if seconds <= self.start || seconds >= self.end {
@@ -43,7 +43,7 @@ impl Envelope {
         }
     }
 
-    /// The same on a clock that starts `seconds` later.
+    /// The same envelope on a clock that starts `seconds` later.
     #[must_use]
     pub fn since(&self, seconds: f32) -> Self {
         Self {
@@ -54,62 +54,62 @@ impl Envelope {
         }
     }
 
-    /// The shorter of the ways in and out, seconds.
+    /// Duration of the shorter fade, in seconds.
     #[must_use]
     pub fn shortest_way(&self) -> f32 {
         (self.full - self.start).min(self.end - self.release)
     }
 }
 
-/// From 0 to 1, with no slope and no bend at either end (Perlin 2002).
+/// Smooth step from 0 to 1 with zero first and second derivatives at both ends (Perlin 2002).
 fn smooth(share: f32) -> f32 {
     let share = share.clamp(0.0, 1.0);
     share * share * share * (share * (share * 6.0 - 15.0) + 10.0)
 }
 
-/// How a posture is bent. Directions are those of the motion's space.
+/// Displacement of a pose, in the space of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bend {
-    /// What the chest turns by, axis times angle, radians; each joint of the spine has an equal share.
+    /// Rotation of the chest, as axis times angle in radians. The joints of the spine share it equally.
     pub spine: Vec3,
-    /// What the pelvis moves by, metres; the feet stay.
+    /// Translation of the pelvis, in metres. The feet stay in place.
     pub pelvis: Vec3,
-    /// What the feet, then the hands, move by, metres, in the order of [`Rig::limbs`]. Hands move away from where the trunk
-    /// takes them.
+    /// Translations of the feet and hands, in metres, in the order of [`MotionGraph::limbs`](crate::graph::MotionGraph::limbs). Those of
+    /// hands are added to the movement of the trunk.
     pub ends: [Vec3; Rig::LIMBS],
-    /// How far ahead in the motion it already is, seconds; behind where negative.
+    /// Offset in time, in seconds: positive plays a later moment of the motion.
     pub ahead: f32,
 }
 
-/// A [`Bend`] that comes and goes.
+/// A [`Bend`] that fades in and out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Warp {
-    /// When.
+    /// Weight of the bend over time.
     pub envelope: Envelope,
-    /// What, where it acts whole.
+    /// Displacement at full weight.
     pub bend: Bend,
 }
 
 impl Warp {
-    /// Which moment of the motion is played instead of one, seconds.
+    /// Time in the motion that is played at `seconds`, in seconds.
     #[must_use]
     pub fn moment(&self, seconds: f32) -> f32 {
         seconds + self.bend.ahead * self.envelope.weight(seconds)
     }
 
-    /// What the root moves by at a moment, metres.
+    /// Translation of the root at `seconds`, in metres.
     #[must_use]
     pub fn root(&self, seconds: f32) -> Vec3 {
         self.bend.pelvis * self.envelope.weight(seconds)
     }
 
-    /// Whether anything of it acts at a moment.
+    /// Whether the weight at `seconds` is above 0.
     #[must_use]
     pub fn acts_at(&self, seconds: f32) -> bool {
         self.envelope.weight(seconds) > 0.0
     }
 
-    /// Bends the pose of a moment.
+    /// Applies the warp to the pose at `seconds`.
     pub(crate) fn apply(&self, (skeleton, rig): (&Skeleton, &Rig), seconds: f32, pose: &mut Pose) {
         let weight = self.envelope.weight(seconds);
         if weight > 0.0 {
@@ -125,7 +125,8 @@ impl Bend {
         self.spine.is_finite() && self.pelvis.is_finite() && ends && self.ahead.is_finite()
     }
 
-    /// Bends a pose by a share of it. How far a foot is at most from where it should be, metres, where legs are too short.
+    /// Applies the bend with a weight. Returns the largest distance of a foot from its target, in metres, which is above 0 if a leg is too
+    /// short.
     pub(crate) fn apply(
         &self,
         (skeleton, rig): (&Skeleton, &Rig),
@@ -152,7 +153,7 @@ impl Bend {
         missed
     }
 
-    /// Where the feet stand that legs must bring back there.
+    /// Frames of the feet before the bend, to which the legs return them.
     fn feet(
         &self,
         (skeleton, rig): (&Skeleton, &Rig),
@@ -167,7 +168,7 @@ impl Bend {
         [foot(0), foot(1)]
     }
 
-    /// Turns about one axis in the space of the motion, joint after joint: what the joints below have turned does not change it.
+    /// Rotates the joints of the spine about one axis in the space of the motion, from the pelvis up.
     fn turn_spine(&self, rig: &Rig, weight: f32, pose: &mut Pose) {
         if self.spine == Vec3::ZERO || rig.spine().is_empty() {
             return;
@@ -190,7 +191,7 @@ fn moved(frame: JointTransform, by: Vec3) -> JointTransform {
     }
 }
 
-/// A turn by a small vector, axis times angle: of 2 atan(angle / 2), which is never more.
+/// Rotation by a small vector, axis times angle. The rotation angle is 2 atan(angle / 2), which is never larger than the angle.
 fn turn_by(vector: Vec3) -> Quat {
     let half = 0.5 * vector;
     Quat::from_xyzw(half.x, half.y, half.z, 1.0).normalize()

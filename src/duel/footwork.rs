@@ -10,6 +10,7 @@ use crate::anim::EventKind;
 use crate::graph::{EdgeMotion, Motion, MotionGraph, NodeId, Step};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
+use crate::query::moves::MoveSpan;
 
 /// A motion, and its cost.
 struct RatedMotion {
@@ -85,9 +86,11 @@ impl Duel<'_> {
             ..MoveSettings::default()
         };
         let (mut found, graph) = (Vec::new(), self.baked.graph());
-        let start = (node, seconds.max(0.1));
-        self.search
-            .run(graph, start, &settings, |id| found.push(id));
+        let span = MoveSpan {
+            start: node,
+            seconds: seconds.max(0.1),
+        };
+        self.search.run(graph, span, &settings, |id| found.push(id));
         let steps = |id| {
             let edges = self.search.edges_backwards(id);
             let mut steps: Vec<Step> = edges.map(|edge| Step { edge, rate: 1.0 }).collect();

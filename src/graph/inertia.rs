@@ -1,10 +1,10 @@
-//! A jump from one motion to another that nobody sees: the difference between the two fades out after it.
+//! Inertialization: a cut from one motion to another, after which the offset between the two fades out.
 //!
-//! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): from the jump on only the new
-//! motion is evaluated, and on it lies what the old one was off from it then, with its speed, as a quintic that comes to rest. Differs:
-//! offsets are rotation vectors with three quintics each, not an angle about one axis; their acceleration starts at 0. Feet have offsets of
-//! their own in the space of the motion, and the legs follow by inverse kinematics, so that a foot that stands in both motions at one
-//! place stays there, and one that must move takes a step.
+//! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): after the cut only the new
+//! motion is evaluated. The offset of the old motion at the cut, with its velocity, is added as a quintic that decays to 0. Differs:
+//! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
+//! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. A foot that is planted at the same place in
+//! both motions stays there; a foot that has to move takes a step.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -13,22 +13,22 @@ use super::{EdgeId, MotionGraph};
 use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton, reach};
 use crate::math::Rigid2;
 
-/// A place of the graph that a motion goes on at, without an edge that leads there.
+/// Position in the graph at which a motion continues without an edge that leads there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
-    /// What is played from there.
+    /// Edge to play.
     pub edge: EdgeId,
-    /// Frames since the edge's start.
+    /// Position on the edge, in frames.
     pub frame: f32,
-    /// Takes the space of the clip in which the edge starts to the world.
+    /// Transform from the space of the clip in which the edge starts to the world.
     pub clip_to_world: Rigid2,
-    /// Playback rate of the edge, and of those of its clip up to the end of the next event.
+    /// Playback rate of the edge and of the following edges of its clip, up to the end of the next event.
     pub rate: f32,
-    /// Until nothing is left of the motion before, seconds; above 0.
+    /// Duration of the fade-out of the previous motion, in seconds. Above 0.
     pub blend: f32,
 }
 
-/// A value that comes to rest at 0: where it starts, and how fast it changes then, a second.
+/// An offset that decays to 0: its initial value and its initial rate of change per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Decay {
     value: Vec3,
@@ -36,7 +36,7 @@ struct Decay {
 }
 
 impl Decay {
-    /// Of what is `now`, and will be `then` after so many seconds.
+    /// Decay of an offset that is `now` at first and `then` after `step` seconds.
     fn new(now: Vec3, then: Vec3, seconds: f32) -> Self {
         Self {
             value: now,
@@ -59,17 +59,17 @@ impl Decay {
     }
 }
 
-/// What is left at a moment of a decay's value, and what its speed has brought, in seconds.
+/// Weights of a decay's initial value and initial velocity at a moment. The latter is in seconds.
 #[derive(Clone, Copy)]
 struct Weights {
     value: f32,
     speed: f32,
-    /// Of a foot's lift: 1 in the middle.
+    /// Weight of a foot's lift, 1 in the middle of the decay.
     lift: f32,
 }
 
 impl Weights {
-    /// At a share of a decay that lasts so many seconds: the quintics with no speed and no acceleration at their end.
+    /// Weights at a share of a decay of a given duration: quintics whose velocity and acceleration are 0 at the end.
     fn new(share: f32, seconds: f32) -> Self {
         let s = share.clamp(0.0, 1.0);
         let cube = s * s * s;
@@ -82,44 +82,44 @@ impl Weights {
     }
 }
 
-/// A foot's place and rotation in the space of the motion.
+/// Decaying offset of a foot's position and rotation, in the space of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct FootDecay {
     place: Decay,
     rotation: Decay,
-    /// How high it is lifted on its way, metres.
+    /// Height to which the foot is lifted on its way, in metres.
     lift: f32,
 }
 
-/// One jump of a motion: all that fades out after it.
+/// Decaying offsets after one cut of a motion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Inertia {
-    /// Seconds since the motion's start; below 0 where the motion is the rest of another.
+    /// Time of the cut, in seconds since the motion's start. Negative if the motion is the remainder of another.
     pub(super) start: f32,
     pub(super) seconds: f32,
     root: Decay,
-    /// By joint.
+    /// Offset of each joint's rotation.
     joints: Vec<Decay>,
-    /// By joint, where one of the motions moves joints.
+    /// Offset of each joint's translation, if one of the motions has translations.
     places: Vec<Decay>,
-    /// By leg.
+    /// Offset of each leg's foot.
     feet: Vec<FootDecay>,
 }
 
-/// Poses of two motions, now and a moment later; kept from one entry to the next.
+/// Scratch: poses of both motions at the cut and a moment later.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EntryScratch {
     pub(super) from: [Pose; 2],
     pub(super) to: [Pose; 2],
 }
 
-/// A foot that goes less far than this is not lifted, metres.
+/// Minimum distance that a foot moves to be lifted, in metres.
 const DRAGGED: f32 = 0.02;
-/// A foot is lifted by this share of its way, and at most so high, metres.
+/// Height of a step as a share of its length, and maximum height in metres.
 const LIFT: (f32, f32) = (0.25, 0.12);
 
 impl Inertia {
-    /// Becomes what takes `poses.to` to `poses.from` at `start`; the second of each is `step` seconds later.
+    /// Computes the offsets from `poses.to` to `poses.from` at `start`. The second pose of each is `step` seconds later.
     pub(super) fn measure(
         &mut self,
         graph: &MotionGraph,
@@ -190,12 +190,12 @@ impl Inertia {
             && finite
     }
 
-    /// Whether anything is left of it after `seconds` of the motion.
+    /// Whether the offsets are not yet 0 at `seconds` of the motion.
     pub(super) fn lasts(&self, seconds: f32) -> bool {
         seconds - self.start < self.seconds
     }
 
-    /// When nothing is left of it, seconds since the motion's start.
+    /// End of the decay, in seconds since the motion's start.
     pub(super) fn end(&self) -> f32 {
         self.start + self.seconds
     }
@@ -204,14 +204,14 @@ impl Inertia {
         Weights::new((seconds - self.start) / self.seconds, self.seconds)
     }
 
-    /// What the root is off the new motion's, metres.
+    /// Offset of the root from that of the new motion, in metres.
     pub(super) fn root(&self, seconds: f32) -> Vec3 {
         self.root.at(self.weights(seconds))
     }
 
-    /// Takes the new motion's pose after `seconds` to what is seen.
+    /// Adds the offsets at `seconds` to the pose of the new motion.
     pub(super) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
-        /// More legs than any figure has.
+        /// Maximum number of legs.
         const MOST: usize = 8;
         let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
         let legs = graph.feet().legs();
@@ -248,7 +248,7 @@ impl FootDecay {
         }
     }
 
-    /// Where the foot of the new motion's pose is seen.
+    /// Frame of a foot with its offset added.
     fn foot(
         &self,
         skeleton: &Skeleton,
@@ -264,7 +264,7 @@ impl FootDecay {
     }
 }
 
-/// A turn as its axis times its angle, radians, by the shorter way.
+/// Rotation vector (axis times angle, in radians) of the shorter rotation.
 fn rotation_vector(turn: Quat) -> Vec3 {
     let turn = if turn.w < 0.0 { -turn } else { turn };
     let (axis, sin) = (turn.xyz(), turn.xyz().length());
@@ -278,7 +278,7 @@ fn turn_of(vector: Vec3) -> Quat {
     Quat::from_scaled_axis(vector)
 }
 
-/// Two turns near half a turn may differ by a whole one; then only the first one is known.
+/// Rotation vectors near half a turn may differ by a whole turn. Then the velocity is unknown and taken as 0.
 fn decay_of_turn([now, then]: [Vec3; 2], step: f32) -> Decay {
     match (then - now).length() > std::f32::consts::PI {
         true => Decay::new(now, now, step),

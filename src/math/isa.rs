@@ -1,15 +1,14 @@
-//! The instruction set that a hot loop is compiled for, chosen when the program runs.
+//! Selects the instruction set of hot loops at run time.
 //!
-//! A kernel is written once, in plain Rust over slices and arrays, and run by [`Isa::run`], which
-//! compiles it again for each instruction set. Nothing is fused or reassociated on the way, so that
-//! every one of them gives the same bits.
+//! A kernel is written once, in plain Rust over slices and arrays. [`Isa::run`] compiles it for each instruction set. The compiler does
+//! not fuse or reassociate floating-point operations, so all instruction sets give the same bits.
 
 use std::sync::OnceLock;
 
 /// An instruction set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Isa {
-    /// What the program was built for.
+    /// The instruction set that the program was built for.
     Portable,
     /// x86-64 with AVX2, FMA and BMI.
     Avx2,
@@ -20,21 +19,21 @@ pub enum Isa {
 impl Isa {
     const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// The widest one that this machine has.
+    /// The widest instruction set of this machine.
     #[must_use]
     #[inline]
     pub fn best() -> Self {
-        /// Asked of the machine once, for kernels are short.
+        /// Cached, because kernels are short.
         static BEST: OnceLock<Isa> = OnceLock::new();
         *BEST.get_or_init(|| Self::available().last().unwrap_or(Self::Portable))
     }
 
-    /// All that this machine has, narrow ones first.
+    /// All instruction sets of this machine, narrow ones first.
     pub fn available() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|isa| isa.is_available())
     }
 
-    /// Whether this machine has it.
+    /// Whether this machine has the instruction set.
     #[must_use]
     #[inline]
     pub fn is_available(self) -> bool {
@@ -62,7 +61,7 @@ impl Isa {
         }
     }
 
-    /// This instruction set, or the widest narrower one that this machine has; the second case is logged as a warning.
+    /// This instruction set, or the widest narrower one of this machine. The second case is logged as a warning.
     #[must_use]
     pub fn or_best(self) -> Self {
         let best = Self::available().filter(|&isa| isa <= self).last();
@@ -73,9 +72,8 @@ impl Isa {
         best
     }
 
-    /// Runs a kernel compiled for this instruction set; for [`Isa::Portable`] where the machine has
-    /// it not. What the kernel calls must be `#[inline(always)]`, or it stays as the program was
-    /// built.
+    /// Runs a kernel compiled for this instruction set, or for [`Isa::Portable`] if the machine does not have it. Functions that the kernel
+    /// calls must be `#[inline(always)]`; others are not compiled again.
     #[inline(always)]
     pub fn run<R>(self, kernel: impl FnOnce() -> R) -> R {
         match self {
@@ -96,26 +94,25 @@ impl Isa {
     }
 }
 
-/// A kernel that looks words up in tables.
+/// A kernel that looks up words in tables.
 pub(crate) trait Lookup {
-    /// What it returns.
+    /// Result of the kernel.
     type Out;
 
-    /// Runs it. What it calls must be `#[inline(always)]`.
+    /// Runs the kernel. Functions that it calls must be `#[inline(always)]`.
     fn run<W: Words>(self, words: W) -> Self::Out;
 }
 
-/// Words looked up in tables, sixteen at once, by an instruction set that the machine surely has:
-/// only [`Isa::look_up`] hands one out.
+/// Looks up sixteen words of a table at once. Only [`Isa::look_up`] creates one, for an instruction set that the machine has.
 pub(crate) trait Words: Copy {
-    /// The table's words at `places`; 0 for places beyond it.
+    /// Words of the table at `places`, 0 for places beyond its end.
     #[must_use]
     fn at(self, table: &[u32], places: &[u32; 16]) -> [u32; 16];
 }
 
 impl Isa {
-    /// Runs a kernel compiled for this instruction set, with its way of looking words up; for
-    /// [`Isa::Portable`] where the machine has it not.
+    /// Runs a kernel compiled for this instruction set, or for [`Isa::Portable`] if the machine does not have it, with its implementation
+    /// of [`Words`].
     #[inline]
     pub(crate) fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
         match self {

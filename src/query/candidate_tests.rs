@@ -17,17 +17,17 @@ pub(super) struct Bound {
     pub(super) index: usize,
 }
 
-/// The results of the tests, and the memory of testing.
+/// Results and scratch of the tests.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Results {
-    /// By candidate; `None` for those that were not tested.
+    /// Result of each candidate, or `None` if it was not tested.
     pub(super) evaluated: Vec<Option<Evaluated>>,
     pub(super) workers: Workers,
-    /// Moves that are hit.
+    /// Results of moves that are hit.
     pub(super) hits: PrefixCache,
-    /// Moves that were tested over the whole attack.
+    /// Results of moves that were tested over the whole attack.
     pub(super) wholes: PrefixCache,
-    /// The clearances of the least deep hits, the largest first.
+    /// Clearances of the shallowest hits, the largest first.
     depths: Vec<f32>,
 }
 
@@ -37,11 +37,11 @@ pub(super) struct Tests<'s, 'a> {
     pub(super) results: &'s mut Results,
 }
 
-/// How much the clearances of two candidates can change against one another between the two ways of sampling, metres. Between two
-/// samples a limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
+/// Maximum change of the difference of two clearances between the two samplings, in metres. Between two samples a limb leaves its chord by
+/// less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
 pub(super) const NEAR_TIE: f32 = 0.004;
 
-/// Evasions within this clearance are tested on their final motion, metres.
+/// Clearance below which evasions are tested on their final motion, in metres.
 ///
 /// The samples of a baked body track lie up to half a sample away from those of the motion that is played. Between two samples a
 /// limb leaves its chord by less than 2 mm ([`BodyTrack::RATE`](crate::maps::BodyTrack::RATE)).
@@ -152,8 +152,8 @@ impl Tests<'_, '_> {
         }
     }
 
-    /// Tests hits over the whole attack, at every sample, until the `count` least deep ones are known. These are the same for
-    /// every evaluation, so that what is bent is the same too.
+    /// Tests hits over the whole attack, at every sample, until the `count` shallowest ones are known. They are the same for every
+    /// evaluation, so that the same candidates are warped.
     pub(super) fn least_deep(&mut self, order: &[Bound], count: usize) {
         let mut depths = std::mem::take(&mut self.results.depths);
         depths.clear();

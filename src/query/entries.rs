@@ -1,7 +1,7 @@
-//! Candidates that begin at once: evasions entered from wherever the character is.
+//! Candidates that enter an evasion from the current motion, without an edge that leads there.
 //!
-//! Source: the jumps are those of [`EntryTable`](crate::maps::EntryTable), found when the graph was baked. What is looked for here is which
-//! of them bring an evasion's body to the attack's contact in time: after a delay on the natural way, and at some playback rate.
+//! Source: the entries are those of [`EntryTable`](crate::maps::EntryTable), computed by the bake. This stage selects delays on the
+//! natural motion and playback rates at which the evasion is under way at the attack's contact.
 
 use super::ask::Query;
 use super::attack::Attack;
@@ -16,13 +16,13 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Entry, Motion};
 use crate::maps::{BakedGraph, KnownEntry, Stance};
 
-/// Rates that are tried.
+/// Playback rates that are tried.
 const RATES: [f32; 4] = [1.0, 1.25, 1.5, 0.75];
-/// Entries begin at multiples of it, seconds.
+/// Interval of the delays, in seconds.
 const DELAY_STEP: f32 = 0.1;
-/// An evasion that is entered later than this before the contact helps hardly, seconds.
+/// Minimum time from the entry to the contact, in seconds.
 const SHORTEST: f32 = 0.2;
-/// The contact falls into an evasion, from so long after its start to so long after its end, seconds.
+/// Range of the contact: from this time after the evasion's start to this time after its end, in seconds.
 const USEFUL: (f32, f32) = (0.1, 0.15);
 
 /// Scratch of the stage.
@@ -34,7 +34,7 @@ pub(super) struct EntryScratch {
     joints: Vec<JointTransform>,
 }
 
-/// Adds the evasions that can be entered in time, if the natural way on is hit.
+/// Adds the evasions that can be entered in time, if the natural motion is hit.
 pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: &mut EntryScratch) {
     let Query { baked, settings } = query;
     let (graph, uses) = (baked.graph(), &settings.entries);
@@ -73,7 +73,7 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
     state.search.followed += state.entries.len();
 }
 
-/// When the attack meets the natural way on, seconds; leaves that way in `scratch`.
+/// Time at which the attack hits the natural motion, in seconds. Leaves that motion in `scratch`.
 fn contact(baked: &BakedGraph, request: &ActiveRequest, scratch: &mut EntryScratch) -> Option<f32> {
     let EntryScratch { motion, body, .. } = scratch;
     motion.restart(baked.graph(), request.playhead, []);
@@ -159,9 +159,9 @@ impl Jump<'_> {
     }
 }
 
-/// How many entries are tried: fewer than the settings say for attacks of very many spheres or of minutes.
+/// Maximum number of entries. It is lower than in the settings for attacks with very many spheres or a duration of minutes.
 fn most_entries(uses: &EntryUse, attack: &Attack) -> usize {
-    /// Samples of spheres that all entries together may be tested at.
+    /// Maximum number of samples of spheres of all entries together.
     const MOST_SAMPLES: f32 = 500_000.0;
     let samples = attack.spheres().len() as f32 * (attack.end() - attack.start()) * SAMPLE_RATE;
     uses.most
@@ -169,7 +169,7 @@ fn most_entries(uses: &EntryUse, attack: &Attack) -> usize {
         .max(1)
 }
 
-/// At most so many, evenly spread.
+/// Keeps at most `most` entries, evenly spread.
 fn keep_even(entries: &mut Vec<EntryCandidate>, most: usize) {
     let all = entries.len();
     if all > most {

@@ -4,15 +4,15 @@ use crate::math::Rigid2;
 /// An evasion that is entered after a delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EntryCandidate {
-    /// Seconds since the query.
+    /// Time of the entry, in seconds since the query.
     pub delay: f32,
     pub entry: Entry,
-    /// Position among the evasions.
+    /// Index in [`BakedGraph::evasions`](crate::maps::BakedGraph::evasions).
     pub evasion: usize,
-    /// Seconds at rate 1 from the first moment of the evasion's track to the one that is entered.
+    /// Time from the start of the evasion's track to the entered frame at rate 1, in seconds.
     pub ahead: f32,
-    /// Takes the track's frame to the world.
+    /// Transform from the track's frame to the world.
     pub placement: Rigid2,
-    /// Seconds at rate 1 from the one that is entered to the evasion's end.
+    /// Time from the entered frame to the evasion's end at rate 1, in seconds.
     pub left: f32,
 }

@@ -1,15 +1,15 @@
 use serde::{Deserialize, Serialize};
 
-/// How entries are used.
+/// Settings of entries in a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EntryUse {
-    /// Most candidates that enter an evasion; 0 for none, as in the paper. Default 128.
+    /// Maximum number of candidates that enter an evasion. 0 means none, as in the paper. Default 128.
     pub most: usize,
-    /// Slowest rate of what is entered. Default 0.75.
+    /// Slowest playback rate of an entered evasion. Default 0.75.
     pub slowest: f32,
-    /// Fastest rate of what is entered; each entry has a limit of its own as well. Default 1.5.
+    /// Fastest playback rate of an entered evasion. Each entry has its own limit, too. Default 1.5.
     pub fastest: f32,
-    /// The natural motion goes on at most so long before an entry, seconds. Default 0.8.
+    /// Longest time that the natural motion continues before an entry, in seconds. Default 0.8.
     pub longest_delay: f32,
 }
 
@@ -25,7 +25,7 @@ impl Default for EntryUse {
 }
 
 impl EntryUse {
-    /// No entries: the paper's way.
+    /// Settings without entries, as in the paper.
     #[must_use]
     pub fn none() -> Self {
         Self {

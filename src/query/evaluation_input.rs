@@ -11,7 +11,7 @@ use super::score::{Score, ScoreFacts};
 use super::state::QueryState;
 use crate::graph::{Motion, Step};
 
-/// What is known of the candidates before they are tested.
+/// Data of the candidates before the tests.
 #[derive(Clone, Copy)]
 pub(super) struct EvaluationInput<'a> {
     pub query: Query<'a>,

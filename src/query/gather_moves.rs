@@ -1,5 +1,6 @@
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
+use super::moves::MoveSpan;
 use super::retime::Rate;
 use super::state::QueryState;
 
@@ -16,9 +17,12 @@ pub(super) fn gather_moves(query: Query<'_>, state: &mut QueryState) {
         ..
     } = state;
     let seconds = (request.attack.end() - request.wait).min(LONGEST_MOVE);
-    let start = (request.node, seconds);
+    let span = MoveSpan {
+        start: request.node,
+        seconds,
+    };
     let settings = &query.settings.moves;
-    *search += moves.run(query.baked.graph(), start, settings, |path| {
+    *search += moves.run(query.baked.graph(), span, settings, |path| {
         candidates.list.push(Candidate {
             kind: CandidateKind::Move(path),
             rate: Rate::UNCHANGED,

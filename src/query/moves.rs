@@ -60,6 +60,14 @@ struct State {
     before: Option<(MoveId, EdgeId)>,
 }
 
+/// Start and duration of moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MoveSpan {
+    pub(crate) start: NodeId,
+    /// Duration, in seconds.
+    pub(crate) seconds: f32,
+}
+
 /// A search for moves. Its memory is kept from one search to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MoveSearch {
@@ -75,19 +83,19 @@ pub(crate) struct MoveSearch {
 const ALIKE_FRAMES: u32 = 5;
 
 impl MoveSearch {
-    /// Finds paths from a node that last `seconds`, as different from each other as the settings allow. Calls `found` with each, and
+    /// Finds paths of this start and length, as different from each other as the settings allow. Calls `found` with each, and
     /// first with the path of natural edges, which is played without an attack.
     pub(crate) fn run(
         &mut self,
         graph: &MotionGraph,
-        (start, seconds): (NodeId, f32),
+        span: MoveSpan,
         settings: &MoveSettings,
         mut found: impl FnMut(MoveId),
     ) -> SearchReport {
         self.clear();
-        let frames = (seconds * graph.frame_rate() as f32).ceil().max(1.0) as u32;
+        let frames = (span.seconds * graph.frame_rate() as f32).ceil().max(1.0) as u32;
         self.states.push(State {
-            node: start,
+            node: span.start,
             frames: 0,
             to_start: Rigid2::IDENTITY,
             before: None,

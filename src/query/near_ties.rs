@@ -1,22 +1,21 @@
-//! The second test of candidates that the sampling of the body cannot tell apart.
+//! Second test of candidates whose scores differ by less than the sampling error.
 //!
 //! [`Evaluation::Lazy`] tests an evasion on its baked body track, whose samples lie up to half a sample away from those that
-//! [`Evaluation::Exhaustive`] poses. Where two candidates come closer to one another than this can move them, the order of their
-//! scores would depend on the culling path. Such candidates are posed at the samples of the exhaustive test, so that every path
-//! chooses the same one.
+//! [`Evaluation::Exhaustive`] poses. If two scores differ by less than this error, their order would depend on the culling path. Such
+//! candidates are tested again at the samples of the exhaustive test, so that all paths choose the same one.
 
 use super::candidate_tests::{NEAR_TIE, Tests};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 
 impl Tests<'_, '_> {
-    /// The largest difference of two scores that are nearly tied.
+    /// Maximum difference of two scores that are nearly tied.
     pub(super) fn near_tie(&self) -> f32 {
         self.input.query.settings.weights.distance.abs() * NEAR_TIE
     }
 
-    /// Tests the candidates again that are nearly tied with the best score, and those that are hit by so little that they may be
-    /// clean. Returns whether the best score is now so much worse that candidates may win that were skipped because of it.
+    /// Tests again the candidates that are nearly tied with the best score, and those whose hit is within the error. Returns whether the best
+    /// score got so much worse that skipped candidates may win.
     pub(super) fn settle_near_ties(&mut self) -> bool {
         if self.input.state.request.evaluation == Evaluation::Exhaustive {
             return false;
@@ -41,7 +40,7 @@ impl Tests<'_, '_> {
         self.best_score() > most
     }
 
-    /// Tests the hits again that are nearly as shallow as the shallowest.
+    /// Tests again the hits that are nearly tied with the shallowest one.
     pub(super) fn settle_hits(&mut self) {
         let depths = self.tested().map(|(_, one)| one.clearance.metres);
         let least = depths.fold(f32::NEG_INFINITY, f32::max) - NEAR_TIE;

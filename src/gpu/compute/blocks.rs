@@ -1,6 +1,6 @@
-//! The attack as blocks of 8 × 4 texels, a bit each: plane by plane, clock by clock, in chunks that shaders read as
-//! uniforms. Texels are as wide as those of the evasions' maps; where the attack's are wider, the first one of every
-//! [pitch](crate::maps::MapGrid::attack_pitch) stands for it.
+//! The attack as blocks of 8 × 4 texels with one bit each, by plane and clock, in chunks that shaders read as uniform buffers. Texels
+//! have the size of those of the evasions' maps. If the attack's texels are larger, the first texel of each
+//! [pitch](crate::maps::MapGrid::attack_pitch) represents them.
 
 use std::ops::Range;
 
@@ -11,16 +11,16 @@ use crate::{
     query::cull::{AttackDrawing, AttackLayer, Counted, TimedDisc},
 };
 
-/// Words of a chunk: 16 KiB, the uniform buffer that every device takes.
+/// Words of a chunk: 16 KiB, the size of uniform buffers that all devices support.
 pub(super) const CHUNK: usize = 4096;
-/// Texels from a window's first one to its last one.
+/// Distance from the first to the last texel of a window.
 pub(super) const SPAN: i32 = 8;
 /// Words of a plane: slab, plane of the slab, first block, end block.
 const PLANE: usize = 4;
-/// Words of a block: its place, and a bit for each texel.
+/// Words of a block: its position, and a bit for each texel.
 const BLOCK: usize = 2;
 
-/// Blocks that a shader sorts out at a time, a bit each.
+/// Number of blocks that a shader filters together, one bit each.
 const BATCH: usize = 32;
 
 /// The planes of one clock in a chunk.
@@ -31,7 +31,7 @@ struct ClockPlanes {
     planes: Range<u32>,
 }
 
-/// Blocks of one plane: all of them, or some where there are many.
+/// Blocks of one plane, or a part of them.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
     clock: u32,
@@ -42,10 +42,10 @@ struct Plane {
     end: u32,
 }
 
-/// The attack of one cull. Used again and again: it allocates nothing once it has held as much.
+/// The attack of one cull. The memory is reused; after inputs of similar size nothing is allocated.
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
-    /// Chunk after chunk: planes from the front, their blocks from the back.
+    /// All chunks: planes from the front, their blocks from the back.
     pub(super) words: Vec<u32>,
     clocks: Vec<ClockPlanes>,
     planes: Vec<Plane>,
@@ -57,7 +57,7 @@ pub(super) struct Blocks {
     all: Sheet,
 }
 
-/// Whether a block's texels, as they are turned, may span more than a window's (`SPAN` in `shaders/count.comp.glsl`).
+/// Whether a block's rotated texels may exceed a window (`SPAN` in `shaders/count.comp.glsl`).
 pub(super) fn is_large(turn: FixedTransform2) -> bool {
     let most = i64::from(SPAN) << (FixedTransform2::SHIFT - 1);
     let [a, b] = [turn.a, turn.b].map(|part| i64::from(part).abs());
@@ -92,7 +92,7 @@ impl Blocks {
         self.blocks.len()
     }
 
-    /// The planes of one slab and clock.
+    /// Adds the planes of one slab and clock.
     #[inline(always)]
     fn layer(
         &mut self,
@@ -129,8 +129,7 @@ impl Blocks {
         }
     }
 
-    /// Notes the plane of the blocks from `first` on, as many at a time as are sorted out at a time; none where nothing is
-    /// covered.
+    /// Adds the plane of the blocks from `first` on, divided into groups that are filtered together. Adds nothing if there are no blocks.
     #[inline(always)]
     fn plane(&mut self, layer: &AttackLayer, number: u32, first: usize) {
         for start in (first..self.blocks.len()).step_by(BATCH) {
@@ -144,7 +143,7 @@ impl Blocks {
         }
     }
 
-    /// Deals planes out to chunks; one that does not fit is cut.
+    /// Assigns planes to chunks. A plane that does not fit is divided.
     fn pack(&mut self) {
         self.words.clear();
         self.clocks.clear();
@@ -186,24 +185,24 @@ impl Blocks {
         found.map_or(0..0, |one| one.planes.clone())
     }
 
-    /// Planes of one clock in one chunk at most.
+    /// Maximum number of planes of one clock in one chunk.
     pub(super) fn most_planes(&self) -> u32 {
         let planes = self.clocks.iter().map(|one| one.planes.len() as u32);
         planes.max().unwrap_or(0)
     }
 
-    /// Chunks of this attack.
+    /// Number of chunks of this attack.
     pub(super) fn chunks(&self) -> u32 {
         (self.words.len() / CHUNK) as u32
     }
 
-    /// Chunks of any attack of so many blocks: no chunk but the last one has room for a plane of one block.
+    /// Maximum number of chunks of an attack with a number of blocks. Only the last chunk has room for a plane of one block.
     pub(super) fn most_chunks(blocks: u32) -> u64 {
         u64::from(blocks).div_ceil((CHUNK / (PLANE + BLOCK)) as u64)
     }
 }
 
-/// Lists a plane of a chunk with those of its clock.
+/// Adds a plane of a chunk to those of its clock.
 fn note(clocks: &mut Vec<ClockPlanes>, clock: u32, (chunk, number): (u32, u32)) {
     match clocks.last_mut() {
         Some(last) if (last.clock, last.chunk) == (clock, chunk) => last.planes.end = number + 1,

@@ -1,5 +1,4 @@
-//! Planes of the attack on the way to their blocks: a word for each block of 8 × 4 texels, drawn disc by disc, all
-//! texels of a block at once.
+//! Draws planes of the attack, with a word for each block of 8 × 4 texels. A disc is drawn block by block, all texels of a block at once.
 
 use std::ops::Range;
 
@@ -8,10 +7,10 @@ use crate::{
     query::cull::TimedDisc,
 };
 
-/// Sides of a block, texels.
+/// Sides of a block, in texels.
 pub(super) const COLUMNS: usize = 8;
 pub(super) const ROWS: usize = 4;
-/// One texel a bit.
+/// One bit for each texel.
 const TEXELS: usize = COLUMNS * ROWS;
 
 /// The size of all planes of an attack.
@@ -20,14 +19,14 @@ pub(super) struct Shape {
     /// Texels of the evasions' maps.
     width: usize,
     height: usize,
-    /// log2 of the texels from one of the attack's to the next.
+    /// log2 of the attack's pitch, in texels.
     shift: u32,
-    /// The texels of a block that stand for the attack's, a bit each.
+    /// Bits of the texels of a block that represent the attack's texels.
     every: u32,
 }
 
 impl Shape {
-    /// Of maps of a rectangle whose texels lie 1, 2 or 4 texels of the evasions' maps apart.
+    /// Shape of the planes of a rectangle with a pitch of 1, 2 or 4 texels.
     pub(super) fn new(rect: MapRect, pitch: u32) -> Self {
         Self {
             width: (rect.width * pitch) as usize,
@@ -49,7 +48,7 @@ impl Shape {
         self.height.div_ceil(ROWS)
     }
 
-    /// The texels of a block that are within the rectangle and stand for the attack's.
+    /// Bits of the texels of a block that lie in the rectangle and represent the attack's texels.
     #[inline(always)]
     fn within(self, [column, row]: [usize; 2]) -> u32 {
         let columns = (self.width - column * COLUMNS).min(COLUMNS);
@@ -59,17 +58,17 @@ impl Shape {
     }
 }
 
-/// One plane. All words are 0 but those that something is drawn into.
+/// One plane. Words without texels are 0.
 #[derive(Debug, Default)]
 pub(super) struct Sheet {
     words: Vec<u32>,
-    /// Rows and columns of blocks that may hold something.
+    /// Rows and columns of blocks that may have texels.
     rows: Range<usize>,
     columns: Range<usize>,
 }
 
 impl Sheet {
-    /// Makes room for planes of this shape. What is there is 0, whatever its place was.
+    /// Resizes the plane. All existing words are 0.
     pub(super) fn stretch(&mut self, shape: Shape) {
         let words = shape.columns() * shape.rows();
         if self.words.len() < words {
@@ -105,7 +104,7 @@ impl Sheet {
         }
     }
 
-    /// Adds what is drawn on another sheet.
+    /// Adds the texels of another plane.
     #[inline(always)]
     pub(super) fn add(&mut self, shape: Shape, other: &Self) {
         for row in other.rows.clone() {
@@ -120,7 +119,7 @@ impl Sheet {
         self.columns = around(&self.columns, &other.columns);
     }
 
-    /// Moves what is drawn to the end of a list: of each block that holds something, place and word.
+    /// Moves the texels to the end of a list: position and word of each block with texels.
     #[inline(always)]
     pub(super) fn take(&mut self, shape: Shape, blocks: &mut Vec<[u32; 2]>) {
         let columns = std::mem::take(&mut self.columns);
@@ -136,7 +135,7 @@ impl Sheet {
     }
 }
 
-/// The texels of a block that a disc covers, a bit each; `x` and `z` lead from its centre to the block's first corner.
+/// Bits of the texels of a block that a disc covers. `x` and `z` are the vector from the disc's centre to the block's first corner.
 #[inline(always)]
 fn covered([x, z]: [i32; 2], (radius, shift): (i32, u32)) -> u32 {
     let half = SUB_TEXELS / 2;
@@ -149,7 +148,7 @@ fn covered([x, z]: [i32; 2], (radius, shift): (i32, u32)) -> u32 {
     covered
 }
 
-/// The smallest range around both.
+/// Smallest range that contains both.
 fn around(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     if a.is_empty() {
         return b.clone();

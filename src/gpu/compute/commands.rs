@@ -27,7 +27,7 @@ const RESULTS: u32 = 4;
 const BINDINGS: [u32; 5] = [ATLAS, ATTACK, CANDIDATES, GROUPS, RESULTS];
 const _: () = assert!(COUNT_COMP.bindings.len() == BINDINGS.len());
 
-/// What a binding is.
+/// Buffer of a binding.
 fn kind(binding: u32) -> vk::DescriptorType {
     match binding {
         ATTACK => vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC,
@@ -36,7 +36,7 @@ fn kind(binding: u32) -> vk::DescriptorType {
 }
 
 impl Parts {
-    /// Makes the layout of the descriptor sets, as the shader table has it.
+    /// Creates the layout of the descriptor sets from the shader table.
     pub(super) fn make_layout(&mut self, context: &Context) -> Result<(), GpuError> {
         let bindings = BINDINGS.map(|at| {
             vk::DescriptorSetLayoutBinding::default()
@@ -52,7 +52,7 @@ impl Parts {
         Ok(())
     }
 
-    /// Gives each slot its descriptor sets, one for each page of the maps.
+    /// Creates the descriptor sets of each slot, one for each page of the maps.
     pub(super) fn make_sets(
         &mut self,
         context: &Context,
@@ -132,7 +132,7 @@ impl Parts {
 }
 
 impl ComputePath {
-    /// All inputs, then all dispatches, then all numbers: no cull of a batch waits for another one.
+    /// Records all inputs, then all dispatches, then all copies of counts, so that no cull of a batch waits for another one.
     ///
     /// # Safety
     /// As for [`Culler::record_batch`](crate::gpu::Culler::record_batch); the slots have the inputs of the batch.

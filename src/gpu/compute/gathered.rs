@@ -1,4 +1,4 @@
-//! A cull's input, laid out for the device: the attack's blocks, and candidates in groups of one clock.
+//! Input of a cull in the layout of the device: the blocks of the attack, and candidates in groups of one clock.
 
 use super::{
     blocks::{self, Blocks, CHUNK},
@@ -15,19 +15,19 @@ use crate::{
     query::cull::{Counted, CullCandidate, CullInput},
 };
 
-/// Candidates of a work group, one an invocation: `local_size_x` in `shaders/count.comp.glsl`.
+/// Number of candidates of a work group, one for each invocation: `local_size_x` in `shaders/count.comp.glsl`.
 const GROUP: usize = 32;
 
-/// The most that a culler takes.
+/// Capacity of a culler.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capacity {
     pub(super) candidates: u32,
     pub(super) blocks: u32,
-    /// Work groups in one dispatch.
+    /// Maximum number of work groups in one dispatch.
     pub(super) groups: u32,
 }
 
-/// Where the parts of a cull's input start, bytes.
+/// Offsets of the parts of a cull's input, in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Offsets {
     pub(super) groups: u64,
@@ -36,10 +36,10 @@ pub(super) struct Offsets {
 }
 
 impl Capacity {
-    /// Groups that a small cull is divided into, so that it does not leave a device idle.
+    /// Number of groups that a small cull is divided into to occupy the device.
     const WANTED_GROUPS: u32 = 128;
     const MOST_PARTS: u32 = 16;
-    /// A multiple of every device's alignment of buffers' offsets.
+    /// Alignment of offsets, a multiple of those of all devices.
     const ALIGNMENT: u64 = 256;
 
     pub(super) fn offsets(&self) -> Offsets {
@@ -60,13 +60,13 @@ impl Capacity {
         Blocks::most_chunks(self.blocks).max(1)
     }
 
-    /// Of all chunks, where each candidate may have a clock of its own.
+    /// Maximum number of groups of all chunks if each candidate has its own clock.
     fn most_groups(&self) -> u64 {
         u64::from(self.candidates) * self.most_chunks()
     }
 
-    /// Words of the counts of any cull. Where a sum has several parts there are [`WANTED_GROUPS`](Self::WANTED_GROUPS) groups at
-    /// most, of all chunks and parts together; otherwise there is a count for each candidate and chunk.
+    /// Maximum number of words of a cull's counts. If a sum has several parts, there are at most [`WANTED_GROUPS`](Self::WANTED_GROUPS)
+    /// groups of all chunks and parts together. Otherwise there is one count for each candidate and chunk.
     pub(super) fn counts(&self) -> u64 {
         let whole = u64::from(self.candidates) * self.most_chunks();
         let in_parts = u64::from(Self::WANTED_GROUPS) * GROUP as u64;
@@ -75,7 +75,7 @@ impl Capacity {
     }
 }
 
-/// Groups of one chunk, whose maps are on one page.
+/// Groups of one chunk with maps on one page.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dispatch {
     pub(super) chunk: u32,
@@ -84,24 +84,24 @@ pub(super) struct Dispatch {
     pub(super) groups: u32,
 }
 
-/// One cull on its way to the device. Used again and again: it allocates nothing once it has held as much.
+/// Input of one cull for the device. The memory is reused; after inputs of similar size nothing is allocated.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
-    /// By page of their maps, then by clock.
+    /// Groups, by the page of their maps, then by clock.
     pub(super) candidates: Vec<PlacedPlanes>,
     pub(super) groups: Vec<CandidateGroup>,
     pub(super) dispatches: Vec<Dispatch>,
     pub(super) blocks: Blocks,
-    /// Page, clock and position of each candidate, sorted.
+    /// Page, clock and index of each candidate, sorted.
     order: Vec<(u32, u32, u32)>,
     slices: u32,
-    /// Whether a turn makes blocks so large that they may not fit a window.
+    /// Whether a transform enlarges blocks so that they may not fit a window.
     pub(super) is_large: bool,
     up_to_hits: bool,
 }
 
 impl Gathered {
-    /// Lays an input out.
+    /// Computes the layout of an input.
     pub(super) fn fill(
         &mut self,
         (input, counted): (&CullInput<'_>, Counted),
@@ -131,7 +131,7 @@ impl Gathered {
         Ok(())
     }
 
-    /// What the shader is told besides.
+    /// Push constants of the shader.
     pub(super) fn constants(&self) -> CountSettings {
         CountSettings {
             first: 0,
@@ -144,7 +144,7 @@ impl Gathered {
         }
     }
 
-    /// Groups for the same candidates and chunk.
+    /// Number of groups for the same candidates and chunk.
     pub(super) fn parts(&self) -> u32 {
         let groups = self.groups.len().max(1) as u32;
         let most = (Capacity::WANTED_GROUPS / groups).clamp(1, Capacity::MOST_PARTS);
@@ -153,7 +153,7 @@ impl Gathered {
         planes.div_ceil(planes.div_ceil(most))
     }
 
-    /// Counts of each candidate, which are parts of a sum.
+    /// Number of counts of each candidate, which are added up.
     pub(super) fn sums(&self) -> u32 {
         self.blocks.chunks() * self.parts()
     }
@@ -193,8 +193,7 @@ impl Gathered {
         }
     }
 
-    /// Puts candidates of a page and clock together, for each chunk: also where it has no planes of that clock, for a count
-    /// of 0.
+    /// Groups the candidates of a page and clock for each chunk, also for chunks without planes of that clock, whose count is 0.
     fn group(&mut self) {
         self.groups.clear();
         self.dispatches.clear();

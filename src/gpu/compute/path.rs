@@ -29,7 +29,7 @@ use crate::{
 pub(in crate::gpu) struct ComputePath {
     pub(super) context: Context,
     pub(super) parts: Parts,
-    /// By entry of a batch.
+    /// Inputs by entry of a batch.
     pub(super) gathered: Vec<Gathered>,
     pub(super) capacity: Capacity,
     planes: Planes,
@@ -37,7 +37,7 @@ pub(in crate::gpu) struct ComputePath {
 
 #[derive(Debug, Default)]
 pub(super) struct Parts {
-    /// For turns that do not enlarge blocks, and for all others.
+    /// Pipelines for transforms that do not enlarge blocks, and for all others.
     pub(super) pipelines: [Pipeline; 2],
     pub(super) atlas: Uploaded,
     pub(super) slots: Vec<Slot>,
@@ -46,7 +46,7 @@ pub(super) struct Parts {
 }
 
 impl ComputePath {
-    /// Creates pipelines and memory. Leaves nothing behind when it fails.
+    /// Creates pipelines and memory. Frees everything if it fails.
     pub(in crate::gpu) fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -75,7 +75,7 @@ impl ComputePath {
         }
     }
 
-    /// The maps, in pages of no more than a device reads at a time.
+    /// The maps, in pages of at most the size that a device can bind.
     fn planes(context: &Context, desc: &CullerDesc<'_>) -> Result<Planes, GpuError> {
         let most = u64::from(context.limits().max_storage_buffer_range);
         let wanted = desc.compute.max_page;
@@ -86,7 +86,7 @@ impl ComputePath {
         Planes::new(desc.atlas, page)
     }
 
-    /// What a description asks for, as far as the device allows.
+    /// Capacity of a description, limited to that of the device.
     fn capacity(context: &Context, desc: &CullerDesc<'_>) -> Capacity {
         let most_groups = context.limits().max_compute_work_group_count[0];
         Capacity {
@@ -96,7 +96,7 @@ impl ComputePath {
         }
     }
 
-    /// Bytes of memory that a culler of this description takes, with the staging buffer of the maps.
+    /// Memory of a culler of this description with the staging buffer of the maps, in bytes.
     pub(in crate::gpu) fn bytes(context: &Context, desc: &CullerDesc<'_>) -> Result<u64, GpuError> {
         let maps = 8 * Self::planes(context, desc)?.words.len() as u64;
         let slots = u64::from(desc.frames_in_flight.max(1));

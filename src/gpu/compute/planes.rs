@@ -1,8 +1,8 @@
-//! The maps of all evasions as the shader reads them: for each region, slab and slice a plane of bits.
+//! The maps of all evasions as the shader reads them: a plane of bits for each region, slab and slice.
 //!
-//! A plane is cut into strips of 16 columns, one every 8, and a strip's word holds two rows. Wherever a block of the attack's
-//! 8 × 4 texels falls, however it is turned, its texels lie in five words in a row of one strip: few reads for many texels,
-//! which is what reads from memory cost most for.
+//! A plane is stored as overlapping strips of 16 columns with a stride of 8. A word of a strip holds two rows. For any position and
+//! rotation of a block of 8 × 4 texels of the attack, its texels lie in five consecutive words of one strip. This minimises the number of
+//! reads, which dominate the cost.
 
 use std::ops::Range;
 
@@ -12,31 +12,31 @@ use crate::{
     maps::{MapGrid, MapRect, MaskMap, RegionAtlas, RegionMaps},
 };
 
-/// Words of a window.
+/// Number of words of a window.
 const WINDOW: u32 = 5;
-/// Columns from one strip to the next.
+/// Stride of strips, in columns.
 const STRIDE: u32 = 8;
-/// Words of an entry: where its words start; its first texel; how many places for a window's first texel there are.
+/// Words of an entry: index of its first word, its first texel, and the number of positions of a window's first texel.
 const ENTRY: usize = 3;
 
-/// Pages start at multiples of so many words: 256 bytes, the coarsest alignment that a device may ask for.
+/// Alignment of pages, in words: 256 bytes, the largest alignment that a device may require.
 const ALIGNMENT: usize = 64;
 
-/// Where a region's planes are.
+/// Position of a region's planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlaneRegion {
-    /// Which of the [pages](Planes::pages).
+    /// Index in [`Planes::pages`].
     pub(super) page: u32,
-    /// Word of the page where its first entry is: `[slab][slices of body, slices of outer, evasion]`.
+    /// Word of the page at which its first entry starts: `[slab][slices of body, slices of outer, evasion]`.
     pub(super) entries: u32,
     pub(super) first_slab: i32,
     pub(super) slabs: u32,
 }
 
-/// The atlas, laid out for the shader.
+/// The atlas in the layout of the shader.
 #[derive(Debug)]
 pub(super) struct Planes {
-    /// Region by region, entries and then planes.
+    /// Entries, then planes, region by region.
     pub(super) words: Vec<u32>,
     pub(super) regions: Vec<PlaneRegion>,
     /// Words that are bound at a time, each some regions whole: no more than a device reads from one buffer.

@@ -19,7 +19,7 @@ pub(super) struct Atlas {
 }
 
 impl Atlas {
-    /// Fills a default atlas. After a failure [`Atlas::destroy`] frees what there is.
+    /// Fills a default atlas. After a failure, [`Atlas::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         context: &Context,
@@ -35,12 +35,12 @@ impl Atlas {
         self.make_set(context)
     }
 
-    /// The maps' words.
+    /// Words of the maps.
     pub(super) fn buffer(&self) -> vk::Buffer {
         self.words.buffer.handle
     }
 
-    /// Records the copy of the maps to where shaders read them.
+    /// Records the copy of the maps from the staging buffer to the device.
     ///
     /// # Safety
     /// `cmd` is being recorded outside of rendering; the staging buffer has not been released.
@@ -54,7 +54,7 @@ impl Atlas {
         unsafe { self.words.record(context, cmd, Access::SHADER_READ) };
     }
 
-    /// Frees the staging buffer; the device must have run the upload.
+    /// Frees the staging buffer. The upload must have finished on the device.
     pub(super) fn release_staging(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.words.release_staging(context, memory);
     }
@@ -102,7 +102,7 @@ impl Atlas {
         Ok(())
     }
 
-    /// Frees everything; the device must be done with it.
+    /// Frees everything. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
         unsafe {

@@ -1,6 +1,6 @@
-//! Where boxes lie on a device's tiles. Candidates meet an attack in the same few texels, often all of them in one tile;
-//! a software rasterizer draws a tile on one core, while the others have nothing to do
-//! (`vendor-notes/lavapipe.md`). Then everything is moved down, until a border of tiles goes through the middle of it.
+//! Distributes boxes over the tiles of a software rasterizer, which draws each tile on one core (`vendor-notes/lavapipe.md`).
+//! Candidates meet an attack in the same few texels, often all of them in one tile. Then everything is moved down until the border
+//! between two tiles divides the boxes.
 
 use super::boxes::CORNERS;
 use crate::{
@@ -8,22 +8,22 @@ use crate::{
     maps::SUB_TEXELS,
 };
 
-/// Side of a tile, texels.
+/// Side of a tile, in texels.
 const TILE: u32 = 64;
-/// Boxes that are looked at.
+/// Maximum number of boxes that are examined.
 const SAMPLE: usize = 512;
 
-/// What is drawn where. Used again and again.
+/// Numbers of texels by tile. The memory is reused.
 #[derive(Debug, Default)]
 pub(super) struct Balance {
-    /// Texels of boxes in a tile.
+    /// Number of box texels in each tile.
     tiles: Vec<u64>,
-    /// How many texels more than in the row before.
+    /// Difference of the number of texels to the previous row.
     rows: Vec<i64>,
 }
 
 impl Balance {
-    /// Rows to move everything down by; 0 where no tile has more than all others together, by far.
+    /// Number of rows to move everything down by. 0 if no tile has far more texels than all others together.
     pub(super) fn shift(&mut self, corners: &[BoxCorner], [columns, rows]: [u32; 2]) -> u32 {
         let across = columns.div_ceil(TILE) as usize;
         self.tiles.clear();
@@ -58,7 +58,7 @@ impl Balance {
     }
 }
 
-/// Tiles along one axis, and the texels in each, from `low` to before `high`.
+/// Tiles along one axis that contain texels from `low` to before `high`, with the number of these texels in each.
 fn parts(low: u16, high: u16) -> impl Iterator<Item = (usize, u64)> {
     let (low, high) = (u32::from(low), u32::from(high));
     (low / TILE..high.div_ceil(TILE)).map(move |tile| {
@@ -68,7 +68,7 @@ fn parts(low: u16, high: u16) -> impl Iterator<Item = (usize, u64)> {
 }
 
 impl BoxCorner {
-    /// Moves a corner down by so many rows of the target.
+    /// Moves a corner down by a number of rows.
     pub(super) fn move_down(&mut self, rows: u32) {
         let [a, b, x, z] = &mut self.turn;
         let twice = 2 * rows as i32;
@@ -80,7 +80,7 @@ impl BoxCorner {
 }
 
 impl PlacedDisc {
-    /// Moves a disc and its map down by so many rows of the target.
+    /// Moves a disc and its map down by a number of rows.
     pub(super) fn move_down(&mut self, rows: u32) {
         self.disc[1] += rows as i32 * SUB_TEXELS;
         self.clip[1] += rows as u16;

@@ -1,14 +1,14 @@
-//! Drawings that share a target.
+//! A batch of drawings in one target.
 
 use super::shelves::Place;
 
-/// Drawings that are drawn into the target at once.
+/// Drawings that are drawn into the target together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Batch {
-    /// Positions among the drawings, and where each lies.
+    /// Index and position in the target of each drawing.
     pub(crate) members: Vec<(usize, Place)>,
-    /// Columns and rows of the target that are in use.
+    /// Number of used columns and rows of the target.
     pub(crate) used: [u32; 2],
-    /// Discs and whole maps.
+    /// Number of instances: discs and whole maps.
     pub(super) instances: u32,
 }

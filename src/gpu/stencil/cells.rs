@@ -1,11 +1,9 @@
-//! The attack's maps on the target: each slab, clock and slice in a cell of its own, as small as
-//! what is drawn in it.
+//! Layout of the attack's maps in the target. Each slab, clock and slice has a cell, which is the bounding rectangle of its discs.
 //!
 //! Source: Masaoka & Oshita, section 5.3: the attack is drawn once into the stencil of each slab.
-//! Differs: slices of time have stencils of their own too. A target has eight planes, one a stencil
-//! bit. Cells lie side by side in the first plane as long as there is room, then in the next one;
-//! where all eight are full, another pass begins with an empty target. A cell that is larger than
-//! the target is cut into several.
+//! Differs: each slice of time has a stencil, too. A target has eight planes, one for each stencil bit. Cells are packed into the first
+//! plane while there is room, then into the next one. If all eight are full, another pass starts with an empty target. A cell that is
+//! larger than the target is divided.
 
 use std::ops::Range;
 
@@ -19,10 +17,10 @@ use crate::{
     query::cull::{AttackDrawing, TimedDisc},
 };
 
-/// Planes of a target: the bits of a stencil.
+/// Number of planes of a target: the bits of a stencil value.
 pub(super) const PLANES: u32 = 8;
 
-/// Which of the attack's maps.
+/// Kind of a map of the attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Source {
     /// Inner discs of one slice.
@@ -33,30 +31,30 @@ pub(super) enum Source {
     Any,
 }
 
-/// One map of the attack, or a part of one.
+/// One map of the attack, or a part of it.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
-    /// Counted from the first one of the first pass.
+    /// Index of the plane, counted from the first plane of the first pass.
     plane: u32,
     source: Source,
-    /// Position in [`AttackDrawing::layers`].
+    /// Index in [`AttackDrawing::layers`].
     layer: u32,
     pub(super) slice: u32,
-    /// Counted from the attack's rectangle.
+    /// Rectangle relative to that of the attack.
     pub(super) rect: MapRect,
-    /// Where it lies in the target.
+    /// Position in the target.
     pub(super) place: Place,
-    /// In [`AttackDrawing::discs`]; some may miss the cell.
+    /// Range in [`AttackDrawing::discs`]. Some discs may lie outside the cell.
     discs: Range<u32>,
 }
 
-/// Cells of one plane that a candidate is drawn over together: those of a layer.
+/// Cells of one layer and plane, over which a candidate is drawn together.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) plane: u32,
     pub(super) slab: Slab,
     pub(super) clock: u32,
-    /// Around the cells.
+    /// Bounding rectangle of the cells.
     pub(super) rect: MapRect,
     pub(super) cells: Range<u32>,
 }
@@ -68,17 +66,17 @@ pub(super) struct Plane {
     pub(super) discs: Range<u32>,
 }
 
-/// What is drawn before the target is cleared again.
+/// Cells between two clears of the target.
 #[derive(Clone, Debug)]
 pub(super) struct Pass {
     pub(super) planes: Range<u32>,
-    /// By [`Source`].
+    /// Groups by [`Source`].
     pub(super) groups: [Range<u32>; 3],
-    /// Columns and rows of the target.
+    /// Number of used columns and rows of the target.
     pub(super) used: [u32; 2],
 }
 
-/// How the attack is laid out.
+/// Settings of the layout.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Room {
     /// Sides of the target.
@@ -86,7 +84,7 @@ pub(super) struct Room {
     pub(super) discs: u32,
 }
 
-/// The attack of one cull. Used again and again.
+/// Layout of the attack of one cull. The memory is reused.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
     pub(super) cells: Vec<Cell>,
@@ -97,7 +95,7 @@ pub(super) struct Cells {
 }
 
 impl Source {
-    /// Where a part of a candidate is counted.
+    /// Source that a part of a candidate is counted in.
     pub(super) fn of(part: Part, slices: u32) -> Self {
         match part {
             Part::Body => Self::Inner,
@@ -109,7 +107,7 @@ impl Source {
 }
 
 impl Cells {
-    /// Lays out the maps of an attack that are of use.
+    /// Computes the layout of the maps that are counted.
     pub(super) fn fill(
         &mut self,
         attack: &AttackDrawing,
@@ -143,7 +141,7 @@ impl Cells {
         )
     }
 
-    /// A cell for each slice of a layer; its discs are sorted by slice.
+    /// Adds a cell for each slice of a layer. Its discs are sorted by slice.
     fn slices(
         &mut self,
         attack: &AttackDrawing,
@@ -161,7 +159,7 @@ impl Cells {
         }
     }
 
-    /// A cell around discs, or several where it is larger than the target.
+    /// Adds the cell around discs, divided if it is larger than the target.
     fn cut(
         &mut self,
         attack: &AttackDrawing,
@@ -198,7 +196,7 @@ impl Cells {
         }
     }
 
-    /// Gives each cell its plane and its place there.
+    /// Assigns a plane and a position to each cell.
     fn place(&mut self, room: Room) {
         self.cells
             .sort_unstable_by_key(|cell| std::cmp::Reverse(cell.rect.height));
@@ -227,7 +225,7 @@ impl Cells {
         self.cells.sort_unstable_by_key(key);
     }
 
-    /// The discs, plane by plane.
+    /// Lists the discs by plane.
     fn draw(&mut self, attack: &AttackDrawing) {
         let planes = self.cells.iter().map(|cell| cell.plane + 1).max();
         for plane in 0..planes.unwrap_or(0) {
@@ -261,13 +259,13 @@ impl Cells {
         }
     }
 
-    /// Moves all cells, and what is drawn into them, down by so many rows of the target.
+    /// Moves all cells and their discs down by a number of rows.
     pub(super) fn move_down(&mut self, rows: u32) {
         self.cells.iter_mut().for_each(|cell| cell.place.y += rows);
         self.discs.iter_mut().for_each(|disc| disc.move_down(rows));
     }
 
-    /// Puts cells together that candidates are drawn over in one go.
+    /// Groups the cells over which a candidate is drawn together.
     fn group(&mut self, attack: &AttackDrawing) {
         let mut before = None;
         for (cell, index) in self.cells.iter().zip(0..) {
@@ -298,7 +296,7 @@ impl Cells {
     }
 }
 
-/// The part of the attack's rectangle that a disc may cover.
+/// Part of the attack's rectangle that a disc can cover.
 fn around(one: &TimedDisc, attack: &AttackDrawing) -> MapRect {
     let whole = MapRect {
         u: 0,

@@ -25,11 +25,11 @@ use crate::gpu::{
 
 const GRAPHICS: vk::PipelineBindPoint = vk::PipelineBindPoint::GRAPHICS;
 
-/// Queries of one pass that fit the pool: what is rendered and copied in one go.
+/// Queries of one pass that fit the pool. They are rendered and copied together.
 struct Turn<'a> {
     pass: &'a Pass,
     queries: &'a [Query],
-    /// Of the first one, among the counts of the cull.
+    /// Index of the first query among the counts of the cull.
     first: u64,
     begins_pass: bool,
     ends_pass: bool,
@@ -60,7 +60,7 @@ impl StencilPath {
         }
     }
 
-    /// The culls of a batch that have something to count.
+    /// The culls of a batch that have queries.
     fn culls(&self, slots: &[usize]) -> impl Iterator<Item = Cull<'_>> {
         let culls = self.entries.iter().zip(slots).map(|(entry, &slot)| Cull {
             entry,
@@ -69,7 +69,7 @@ impl StencilPath {
         culls.filter(|cull| !cull.entry.gathered.queries.is_empty())
     }
 
-    /// One cull by queries.
+    /// Records one cull that counts by occlusion queries.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
@@ -94,7 +94,7 @@ impl StencilPath {
         }
     }
 
-    /// Every cull by atomics: first all sums are set to 0, at last all are copied.
+    /// Records all culls that count by atomics: first all sums are set to 0, at the end all are copied.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
@@ -119,7 +119,7 @@ impl StencilPath {
         }
     }
 
-    /// The attack, and over it all boxes, pass by pass.
+    /// Records the attack and then all boxes, pass by pass.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
@@ -149,7 +149,7 @@ impl StencilPath {
         }
     }
 
-    /// The boxes of all candidates, a plane after the other.
+    /// Records the boxes of all candidates, plane by plane.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
@@ -168,7 +168,7 @@ impl StencilPath {
         }
     }
 
-    /// The attack, unless the target has it; then some queries, and the way of their counts.
+    /// Records the attack, unless it is already in the target, then queries and the copy of their counts.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`].
@@ -209,7 +209,7 @@ impl StencilPath {
         }
     }
 
-    /// The attack's maps, a plane after the other.
+    /// Records the attack's maps, plane by plane.
     ///
     /// # Safety
     /// As for [`StencilPath::record_commands`], within the rendering.
@@ -304,7 +304,7 @@ impl StencilPath {
     }
 }
 
-/// Marks what the attack touches in one plane, and leaves the others.
+/// Stencil state that sets the bit of one plane where the attack is drawn.
 fn into_plane(bit: u32) -> StencilRule {
     StencilRule {
         write: bit,
@@ -312,7 +312,7 @@ fn into_plane(bit: u32) -> StencilRule {
     }
 }
 
-/// Counts where the attack is in one plane, and changes nothing.
+/// Stencil state that passes where the bit of one plane is set, and writes nothing.
 fn over_plane(bit: u32) -> StencilRule {
     StencilRule {
         compare: vk::CompareOp::EQUAL,

@@ -1,4 +1,4 @@
-//! What every stencil pass begins with, and discs on their way to the device.
+//! Begin of rendering for all stencil passes, and discs as instances.
 
 use ash::vk;
 
@@ -8,18 +8,18 @@ use crate::{
     maps::{Disc, MapRect},
 };
 
-/// How a rendering begins and ends.
+/// Load and store operations of a rendering.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rendering {
-    /// Columns and rows of the target that are drawn to.
+    /// Number of columns and rows of the target that are drawn to.
     pub(crate) used: [u32; 2],
-    /// What they are set to first; `None` where they keep what was stored.
+    /// Value that the target is cleared to, or `None` to load it.
     pub(crate) clear: Option<u32>,
-    /// Whether they are needed after it.
+    /// Whether the target is stored at the end.
     pub(crate) stored: bool,
 }
 
-/// Begins to draw into a target.
+/// Records the begin of rendering to a target.
 ///
 /// # Safety
 /// `cmd` is being recorded outside of rendering, for the context's device; the target is in the layout of a stencil
@@ -76,12 +76,12 @@ pub(crate) unsafe fn begin(
 }
 
 impl Place {
-    /// The map's first and end texels. Targets have sides below 2¹⁶.
+    /// First texel and end of the map in the target. Targets have sides below 2¹⁶.
     pub(crate) fn clip(self, rect: MapRect) -> [u16; 4] {
         [self.x, self.y, self.x + rect.width, self.y + rect.height].map(|texel| texel as u16)
     }
 
-    /// A disc of the map, on the target.
+    /// Instance of a disc of the map.
     pub(crate) fn place(self, disc: Disc, rect: MapRect) -> PlacedDisc {
         let Disc { x, z, radius } = disc.relative_to(-(self.x as i32), -(self.y as i32));
         PlacedDisc {
@@ -90,7 +90,7 @@ impl Place {
         }
     }
 
-    /// The map as a whole, for pipelines that read no disc.
+    /// Instance of the whole map, for pipelines without discs.
     pub(crate) fn whole(self, rect: MapRect) -> PlacedDisc {
         PlacedDisc {
             disc: [0; 3],

@@ -1,9 +1,7 @@
-//! A cull's input, laid out for the device: the attack's cells, and over them the boxes in which
-//! candidates are drawn, query by query.
+//! Input of a cull in the layout of the device: the cells of the attack, and for each query the boxes in which candidates are drawn.
 //!
-//! Source: Masaoka & Oshita, section 5.3. Differs: only those texels of an attack's map are drawn
-//! that the candidate's map of the same slab, clock and slice can reach; where there are none,
-//! there is no query.
+//! Source: Masaoka & Oshita, section 5.3. Differs: a box covers only those texels of an attack's map that the candidate's map of the
+//! same slab, clock and slice can reach. If there are none, there is no query.
 
 use std::ops::Range;
 
@@ -19,20 +17,20 @@ use crate::{
     query::cull::{Counted, CullCandidate, CullInput},
 };
 
-/// Where a box's number starts, above log2 of bits a texel: `map.w` in `shaders/include/candidate.glsl`.
+/// First bit of a box's number in `map.w` (`shaders/include/candidate.glsl`), above log2 of the bits of a texel.
 const NUMBER_SHIFT: u32 = 5;
-/// Boxes, and so numbers, that can be told apart.
+/// Maximum number of numbers in these bits.
 pub(super) const MOST_BOXES: u32 = 1 << (32 - NUMBER_SHIFT);
 
-/// The most that a culler takes.
+/// Capacity of a culler.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Capacity {
     pub(super) candidates: u32,
     pub(super) discs: u32,
     pub(super) boxes: u32,
-    /// Queries of a pool.
+    /// Number of queries in a pool.
     pub(super) queries: u32,
-    /// Sides of the target, texels.
+    /// Sides of the target, in texels.
     pub(super) target: [u32; 2],
 }
 
@@ -45,14 +43,14 @@ fn has(counted: Counted, part: Part) -> bool {
     }
 }
 
-/// Boxes of one plane, which are drawn at once.
+/// Boxes of one plane, which are drawn together.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     pub(super) plane: u32,
     pub(super) boxes: Range<u32>,
 }
 
-/// One number to count, or, where there are several passes, a part of it.
+/// One count, or a part of it if there are several passes.
 #[derive(Clone, Debug)]
 pub(super) struct Query {
     pub(super) pass: u32,
@@ -61,22 +59,21 @@ pub(super) struct Query {
     pub(super) draws: Range<u32>,
 }
 
-/// One cull on its way to the device. Used again and again, so that it allocates nothing once it
-/// has held as much.
+/// Input of one cull for the device. The memory is reused; after inputs of similar size nothing is allocated.
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     pub(super) cells: Cells,
-    /// Four corners each.
+    /// Four corners of each box.
     pub(super) corners: Vec<BoxCorner>,
     pub(super) draws: Vec<Draw>,
-    /// By pass.
+    /// Queries of each pass.
     pub(super) queries: Vec<Query>,
     ways: Vec<WayBack>,
     balance: Balance,
 }
 
 impl Gathered {
-    /// Lays an input out.
+    /// Computes the layout of an input.
     pub(super) fn fill(
         &mut self,
         (input, counted): (&CullInput<'_>, Counted),
@@ -113,7 +110,7 @@ impl Gathered {
         Ok(())
     }
 
-    /// Moves everything to where more than one tile has to do with it, if the target has room.
+    /// Moves everything so that the work is divided between tiles, if the target has room.
     fn spread(&mut self, target: [u32; 2]) {
         // Several passes are as many tiles full.
         let [pass] = &mut *self.cells.passes else {
@@ -138,7 +135,7 @@ impl Gathered {
         self.ways.clear();
     }
 
-    /// A query for each candidate that has something to count in a pass.
+    /// Adds a query for each candidate with boxes in a pass.
     fn queries(
         &mut self,
         (pass, part): (u32, Part),
@@ -186,7 +183,7 @@ impl Gathered {
     }
 }
 
-/// The boxes in which a candidate's map can meet the attack's in a layer.
+/// Adds the boxes in which a candidate's map can overlap the attack's map of a layer.
 fn push_boxes(
     (group, cells, number): (&Group, &[Cell], u32),
     (map, reaches, way): (&MapBits, &[Reach], &WayBack),
@@ -226,22 +223,20 @@ fn push_boxes(
     }
 }
 
-/// From an evasion's frame to the attack's maps, in single precision: for boxes that are a little
-/// too large.
+/// Transform from an evasion's frame to the attack's maps in single precision, for boxes that are slightly too large.
 #[derive(Clone, Copy, Debug)]
 struct WayBack {
     cos: f32,
     sin: f32,
-    /// In the evasion's frame, texels.
+    /// Translation in the evasion's frame, in texels.
     from: [f32; 2],
-    /// A turn that is none cannot be turned back.
+    /// The inverse transform, or `None` if the rotation is 0.
     exists: bool,
     turn: FixedTransform2,
 }
 
 impl WayBack {
-    /// Texels around a map: half of one from a texel's centre to its border, and more than single
-    /// precision can lose.
+    /// Margin around a map, in texels: half a texel from centre to border, and the error of single precision.
     const MARGIN: f32 = 1.0;
 
     fn new(turn: FixedTransform2) -> Self {
@@ -258,8 +253,8 @@ impl WayBack {
         }
     }
 
-    /// `FixedTransform2::texel`, with both maps' places in the translation: from texels of the target, where the attack's first one
-    /// lies at `origin`, to those of the map. Sums may wrap on the way; what they end as fits.
+    /// `FixedTransform2::texel` with the positions of both maps in the translation: from texels of the target, in which the attack's first
+    /// texel is at `origin`, to texels of the map. Intermediate sums may wrap; the result fits.
     fn onto(&self, map: &MapBits, [x, y]: [i32; 2]) -> [i32; 4] {
         let FixedTransform2 { a, b, tx, tz } = self.turn;
         let placed = |start: i32, along: i32, across: i32, texel: i32| {
@@ -271,7 +266,7 @@ impl WayBack {
         [a, b, placed(tx, a, b, map.u), placed(tz, -b, a, map.v)]
     }
 
-    /// Around everything that the centre of a texel may be turned from into a rectangle.
+    /// Bounding rectangle of all texel centres that the transform may move into a rectangle.
     fn around(&self, reach: &Reach) -> MapRect {
         if reach.is_empty() {
             return MapRect::default();
@@ -296,7 +291,7 @@ impl WayBack {
     }
 }
 
-/// More than any attack's map.
+/// Larger than the side of any attack's map.
 const EVERYWHERE: MapRect = MapRect {
     u: -(1 << 20),
     v: -(1 << 20),

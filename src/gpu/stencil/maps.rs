@@ -1,4 +1,4 @@
-//! The evasions' maps, as shaders find them, and how far each slice of them reaches.
+//! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
 use crate::{
     gpu::{
@@ -9,7 +9,7 @@ use crate::{
     query::cull::CullCandidate,
 };
 
-/// Which of a slab's maps.
+/// Kind of a slab's map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Part {
     Body,
@@ -21,7 +21,7 @@ impl Part {
     pub(super) const ALL: [Self; 3] = [Self::Body, Self::Outer, Self::Evasion];
 }
 
-/// Where one map lies in its frame, and its bits in the atlas's words: `[row][column][slice]`.
+/// Position of a map in its frame, and of its bits in the atlas's words: `[row][column][slice]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct MapBits {
     pub(super) u: i32,
@@ -33,7 +33,7 @@ pub(super) struct MapBits {
     pub(super) texel_bits_log2: u32,
 }
 
-/// A rectangle by its middle, texels of the evasion's frame. Half sides below 0: it holds nothing.
+/// A rectangle given by its centre and half sides, in texels of the evasion's frame. Negative half sides mean that it is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Reach {
     pub(super) middle: [f32; 2],
@@ -43,7 +43,7 @@ pub(super) struct Reach {
 /// The maps of an atlas.
 #[derive(Debug)]
 pub(super) struct Maps {
-    /// The words are gone once they have been staged.
+    /// The words are freed once they have been staged.
     packed: PackedAtlas,
     /// `[map of the packed atlas][part]`.
     bits: Vec<MapBits>,
@@ -83,22 +83,22 @@ impl Maps {
         })
     }
 
-    /// The bits of all maps, until they are [forgotten](Maps::forget_words).
+    /// Bits of all maps, until [`Maps::forget_words`] frees them.
     pub(super) fn words(&self) -> &[u32] {
         &self.packed.words
     }
 
-    /// Frees what the device has by now.
+    /// Frees the words after their upload.
     pub(super) fn forget_words(&mut self) {
         self.packed.words = Vec::new();
     }
 
-    /// Slices of a texel.
+    /// Number of slices of a texel.
     pub(super) fn slices(&self) -> u32 {
         self.slices as u32
     }
 
-    /// Refuses candidates of another atlas.
+    /// Checks that candidates belong to this atlas.
     pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
         let stranger = |one: &CullCandidate| one.region.index() >= self.regions;
         match candidates.iter().position(stranger) {
@@ -112,8 +112,7 @@ impl Maps {
         }
     }
 
-    /// A candidate's map in a slab: its bits and its reaches, the whole one first, then those of
-    /// the slices.
+    /// Bits of a candidate's map in a slab, and its bounding rectangles: of all slices first, then of each slice.
     pub(super) fn find(
         &self,
         candidate: &CullCandidate,
@@ -149,7 +148,7 @@ fn push_reaches(slab: &SlabMaps, slices: usize, reaches: &mut Vec<Reach>) {
     reaches.extend(std::iter::repeat_n(whole, slices + 1));
 }
 
-/// The reach of each slice.
+/// Bounding rectangle of each slice.
 fn push_slices(masks: &MaskMap, slices: usize, reaches: &mut Vec<Reach>) {
     let rect = masks.rect();
     let (width, height) = (rect.width as usize, rect.height as usize);

@@ -1,4 +1,4 @@
-//! Many maps in one target: shelves, the tallest maps first.
+//! Packs many maps into one target on shelves, the tallest maps first.
 
 use super::{batch::Batch, rules, shelves::Shelves};
 use crate::{
@@ -9,16 +9,16 @@ use crate::{
     maps::Drawing,
 };
 
-/// What a target and its buffers hold at once.
+/// Capacity of a target and its buffers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room {
-    /// Sides of the target, texels.
+    /// Side of the target, in texels.
     pub(crate) side: u32,
-    /// Discs and whole maps, each an instance.
+    /// Maximum number of instances: discs and whole maps.
     pub(crate) instances: u32,
 }
 
-/// Deals drawings out. Those without a texel or without a frame are in no batch: their maps are empty.
+/// Assigns drawings to batches. Drawings without texels or without frames are in no batch; their maps are empty.
 pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuError> {
     let mut order = Vec::with_capacity(drawings.len());
     for (index, drawing) in drawings.iter().enumerate() {
@@ -70,8 +70,8 @@ fn next<'a>(batches: &'a mut Vec<Batch>, shelves: &mut Shelves) -> &'a mut Batch
     &mut batches[last]
 }
 
-/// Its discs, those of the first frame a second time, and the map as a whole: at its end and wherever counting starts
-/// again.
+/// Number of instances of a drawing: its discs, those of the first frame again, and the whole map at the end and at each restart of the
+/// count.
 fn instances(drawing: &Drawing) -> u32 {
     let restarts = drawing.frames().saturating_sub(1) / rules::FRAMES_BETWEEN_RESTARTS;
     (drawing.discs.len() + drawing.frame(0).len() + 1 + restarts) as u32

@@ -1,4 +1,4 @@
-//! The stencil passes that make maps, as data: which instances, under which rule.
+//! The stencil passes that draw maps, as data: instances and stencil rules.
 //!
 //! Source: Masaoka & Oshita, section 4.3: frame i is drawn with EQUAL i and INCR, so that only texels that every earlier frame
 //! covered count up, and two discs of one frame count once. Here counting starts at 1, which leaves 0 for texels
@@ -15,32 +15,32 @@ use crate::{
     maps::Drawing,
 };
 
-/// The highest count of 8 bits.
+/// Highest stencil value.
 const HIGHEST: u32 = 255;
-/// What counting starts from, and what the target is cleared to.
+/// Initial count, to which the target is cleared.
 pub(crate) const START: u32 = 1;
-/// Frames that one run of the count holds.
+/// Number of frames until the count restarts.
 pub(crate) const FRAMES_BETWEEN_RESTARTS: usize = (HIGHEST - START) as usize;
-/// After [`every_frame`]: texels of the evasion map. Above it: of the body map.
+/// Value of texels of the evasion map after [`every_frame`]. Texels of the body map have higher values.
 pub(crate) const EVASION: u8 = 1;
 
 /// One draw.
 #[derive(Clone, Debug)]
 pub(crate) struct Pass {
-    /// Whole maps instead of discs.
+    /// Whether the instances are whole maps instead of discs.
     pub(crate) whole_maps: bool,
     pub(crate) rule: StencilRule,
     pub(crate) instances: Range<u32>,
 }
 
-/// The draws of a batch, and their instances.
+/// Draws of a batch and their instances.
 #[derive(Debug, Default)]
 pub(crate) struct Passes {
     pub(crate) passes: Vec<Pass>,
     pub(crate) instances: Vec<PlacedDisc>,
 }
 
-/// Texels end as 0, [`EVASION`] or more (body).
+/// Computes the passes after which texels are 0, [`EVASION`], or higher (body).
 pub(crate) fn every_frame(drawings: &[Drawing], batch: &Batch, out: &mut Passes) {
     out.clear();
     let longest = batch
@@ -67,7 +67,7 @@ pub(crate) fn every_frame(drawings: &[Drawing], batch: &Batch, out: &mut Passes)
     out.pass_last(false, mark_evasion());
 }
 
-/// Texels end as [`START`] where nothing was drawn, 2 where anything was.
+/// Computes the passes after which texels are [`START`], or 2 where a disc was drawn.
 pub(crate) fn any_frame(drawings: &[Drawing], batch: &Batch, out: &mut Passes) {
     out.clear();
     for &(index, cell) in &batch.members {
@@ -107,7 +107,7 @@ impl Passes {
         }
     }
 
-    /// A pass over the instances that no pass has yet.
+    /// Adds a pass over the instances since the last pass.
     fn pass_last(&mut self, whole_maps: bool, rule: StencilRule) {
         let start = self.passes.last().map_or(0, |pass| pass.instances.end);
         let instances = start..self.instances.len() as u32;
@@ -120,7 +120,7 @@ impl Passes {
         }
     }
 
-    /// The last pass's instances again, under another rule.
+    /// Adds a pass over the instances of the last pass with another rule.
     fn repeat(&mut self, rule: StencilRule) {
         if let Some(mut pass) = self.passes.last().cloned() {
             pass.rule = rule;
@@ -138,7 +138,7 @@ const ALL: StencilRule = StencilRule {
     write: HIGHEST,
 };
 
-/// Writes a value wherever a disc covers.
+/// Rule that writes a value where a disc covers.
 pub(crate) const fn draw(value: u32) -> StencilRule {
     StencilRule {
         reference: value,
@@ -146,7 +146,7 @@ pub(crate) const fn draw(value: u32) -> StencilRule {
     }
 }
 
-/// A frame's discs count once, where all earlier frames have.
+/// Rule that increments texels that all earlier frames covered.
 const fn count_up(count: u32) -> StencilRule {
     StencilRule {
         compare: CompareOp::EQUAL,
@@ -156,7 +156,7 @@ const fn count_up(count: u32) -> StencilRule {
     }
 }
 
-/// Texels that have dropped out become 0.
+/// Rule that sets texels to 0 that a frame did not cover.
 const fn keep_only(count: u32) -> StencilRule {
     StencilRule {
         compare: CompareOp::EQUAL,
@@ -167,7 +167,7 @@ const fn keep_only(count: u32) -> StencilRule {
     }
 }
 
-/// After [`keep_only`] of [`HIGHEST`], whose lowest bit is set: counting starts again.
+/// Rule that restarts the count, after [`keep_only`] of [`HIGHEST`], whose lowest bit is set.
 const fn restart() -> StencilRule {
     StencilRule {
         compare: CompareOp::EQUAL,
@@ -178,7 +178,7 @@ const fn restart() -> StencilRule {
     }
 }
 
-/// The first frame's discs, where the body map is not: there the value is 0 (or has just become 1).
+/// Rule for the first frame's discs outside the body map, where the value is 0 or has just become 1.
 const fn mark_evasion() -> StencilRule {
     StencilRule {
         compare: CompareOp::GREATER_OR_EQUAL,

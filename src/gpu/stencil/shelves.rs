@@ -1,6 +1,6 @@
 //! Rectangles side by side on shelves, the tallest first.
 
-/// Where a map lies in a target: its first texel.
+/// Position of a map in a target: its first texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Place {
     pub(crate) x: u32,
@@ -16,7 +16,7 @@ pub(super) struct Shelves {
 }
 
 impl Shelves {
-    /// A place for a map that is not taller than those before it, in a target of these sides.
+    /// Position for a map that is not taller than the previous ones, or `None` if the target is full.
     pub(super) fn place(&mut self, [width, height]: [u32; 2], sides: [u32; 2]) -> Option<Place> {
         if self.x + width > sides[0] {
             (self.x, self.y, self.height) = (0, self.y + self.height, 0);
@@ -33,7 +33,7 @@ impl Shelves {
         Some(place)
     }
 
-    /// The first place of an empty target.
+    /// Starts an empty target with a map.
     pub(super) fn first(&mut self, [width, height]: [u32; 2]) -> Place {
         *self = Self {
             x: width,

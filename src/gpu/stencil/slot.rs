@@ -1,4 +1,4 @@
-//! What one cull in flight needs for itself: its vertices, queries, counts.
+//! Resources of one cull in flight: vertices, queries and counts.
 
 use ash::vk;
 
@@ -18,20 +18,20 @@ use crate::gpu::{
 /// Null handles by default; destroying those does nothing.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
-    /// The attack's discs: vertex attributes.
+    /// Vertex attributes of the attack's discs.
     pub(super) discs: Buffer,
-    /// Of the boxes: vertex attributes.
+    /// Vertex attributes of the boxes.
     pub(super) corners: Buffer,
-    /// A count for each query.
+    /// Count of each query.
     pub(super) counts: Counts,
-    /// Empty where queries count.
+    /// Sums of atomics. Empty if occlusion queries count.
     pub(super) sums: Sums,
-    /// Whose numbers the cull that was recorded last counts: candidate and part of each query.
+    /// Candidate and part of each query of the last recorded cull.
     pub(super) queries: Vec<(u32, Part)>,
 }
 
 impl Slot {
-    /// Fills a default slot. After a failure [`Slot::destroy`] frees what there is.
+    /// Fills a default slot. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
         context: &Context,
@@ -63,7 +63,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Bytes of a slot's buffers.
+    /// Size of a slot's buffers, in bytes.
     pub(super) fn bytes(capacity: &Capacity, counting: Counting) -> u64 {
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let boxes = u64::from(capacity.boxes);
@@ -75,14 +75,14 @@ impl Slot {
         discs + corners + HEADER + 4 * boxes + sums
     }
 
-    /// Remembers which numbers a cull's queries count.
+    /// Stores candidate and part of each query of a cull.
     pub(super) fn note_queries(&mut self, queries: &[Query]) {
         self.queries.clear();
         let numbers = queries.iter().map(|query| (query.candidate, query.part));
         self.queries.extend(numbers);
     }
 
-    /// Frees everything; the device must be done with it.
+    /// Frees everything. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.sums.destroy(context, memory);
         self.counts.destroy(context, memory);

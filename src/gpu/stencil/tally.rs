@@ -1,8 +1,7 @@
-//! Counting without queries: the fragments that pass the stencil test add themselves up.
+//! Counts without occlusion queries: fragments that pass the stencil test are counted by atomic additions.
 //!
-//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: an atomic addition in the fragment shader counts what
-//! an occlusion query would. All boxes of a plane are then one draw, whichever candidates they belong to, and no query
-//! begins or ends.
+//! Source: Masaoka & Oshita, section 5.3, for what is counted. Differs: an atomic addition in the fragment shader replaces the occlusion
+//! query. All boxes of a plane are one draw, for all candidates.
 
 use std::ops::Range;
 
@@ -26,17 +25,17 @@ const WORDS: u32 = 0;
 const COUNTS: u32 = 1;
 const _: () = assert!(TALLY_FRAG.bindings.len() == 2);
 
-/// Boxes in the order in which they are drawn: plane by plane. Used again and again.
+/// Boxes in the order of drawing, plane by plane. The memory is reused.
 #[derive(Debug, Default)]
 pub(super) struct ByPlane {
-    /// Four corners each.
+    /// Four corners of each box.
     pub(super) corners: Vec<BoxCorner>,
-    /// Of each plane.
+    /// Boxes of each plane.
     pub(super) boxes: Vec<Range<u32>>,
 }
 
 impl ByPlane {
-    /// Sorts the boxes of all queries.
+    /// Sorts the boxes of all queries by plane.
     pub(super) fn fill(&mut self, planes: &[Plane], draws: &[Draw], corners: &[BoxCorner]) {
         self.boxes.clear();
         self.boxes.resize(planes.len(), 0..0);
@@ -63,7 +62,7 @@ impl ByPlane {
     }
 }
 
-/// What all slots share. Null handles by default.
+/// Descriptor layout and pool of all slots. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
     pub(super) layout: vk::DescriptorSetLayout,
@@ -71,7 +70,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Fills a default one, for so many slots.
+    /// Fills a default layout for a number of slots.
     pub(super) fn fill(&mut self, context: &Context, slots: u32) -> Result<(), GpuError> {
         let bindings = [WORDS, COUNTS].map(|at| {
             vk::DescriptorSetLayoutBinding::default()
@@ -97,7 +96,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Frees both; the device must be done with them.
+    /// Frees both. The device must no longer use them.
     pub(super) fn destroy(&mut self, context: &Context) {
         // SAFETY: the handles are null or were made from this device, which the caller says is done with them.
         unsafe {
@@ -109,7 +108,7 @@ impl Layout {
     }
 }
 
-/// Of one cull in flight: a sum for each query that there would be. Null handles by default.
+/// Sums of one cull in flight, one for each query. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Sums {
     buffer: Buffer,
@@ -117,7 +116,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Fills default ones, so many.
+    /// Fills default sums for a number of queries.
     pub(super) fn fill(
         &mut self,
         context: &Context,
@@ -135,7 +134,7 @@ impl Sums {
         Ok(())
     }
 
-    /// Makes the set of the maps and these sums; it goes with its pool.
+    /// Creates the descriptor set of the maps and these sums. It is freed with its pool.
     pub(super) fn make_set(
         &mut self,
         context: &Context,
@@ -168,7 +167,7 @@ impl Sums {
         Ok(())
     }
 
-    /// Records that counting starts at 0; barriers are the caller's.
+    /// Records the reset of the sums to 0, without barriers.
     ///
     /// # Safety
     /// `cmd` is being recorded outside of rendering; no cull that is in flight has these sums.
@@ -186,7 +185,7 @@ impl Sums {
         }
     }
 
-    /// Records the copy of the sums to the counts; barriers are the caller's.
+    /// Records the copy of the sums to the counts, without barriers.
     ///
     /// # Safety
     /// As for [`Sums::record_start`].
@@ -206,7 +205,7 @@ impl Sums {
         }
     }
 
-    /// Frees the buffer; the device must be done with it.
+    /// Frees the buffer. The device must no longer use it.
     pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.buffer.destroy(context, memory);
     }

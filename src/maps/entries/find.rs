@@ -1,4 +1,4 @@
-//! Finding the entries of each moment: a bake's part.
+//! Search for the entries of all moments.
 
 use glam::Vec3;
 
@@ -9,12 +9,12 @@ use crate::graph::{ClipId, EdgeId, EdgeMotion, Entry, Motion, MotionGraph, Playh
 use crate::maps::Evasion;
 use crate::math::{Rigid2, in_parallel};
 
-/// Further apart than this over the ground root and feet are not brought together, metres: most such pairs fail, and trying costs.
+/// Maximum horizontal distance of root and feet, in metres. Most pairs beyond it fail the later tests, which are slower.
 const ROOT_APART: f32 = 0.25;
 const FOOT_APART: f32 = 0.45;
 
 impl EntryTable {
-    /// Finds all entries of a graph; the same for any number of threads.
+    /// Finds all entries of a graph. The result does not depend on the number of threads.
     #[must_use]
     pub(crate) fn find(
         graph: &MotionGraph,
@@ -87,9 +87,9 @@ fn clip_of(graph: &MotionGraph, target: &EntryTarget) -> ClipId {
     graph.node(graph.edge(target.edge).from).clip
 }
 
-/// Which clip edge plays a frame of a clip.
+/// The edges that play the frames of each clip.
 struct ClipPlaces {
-    /// By clip: first frame and edge, in order.
+    /// First frame and edge, by clip, in order.
     edges: Vec<Vec<(u32, u32, EdgeId)>>,
 }
 
@@ -107,7 +107,7 @@ impl ClipPlaces {
         Self { edges }
     }
 
-    /// The edge, and frames since its start.
+    /// Edge that plays a frame, and the position on it in frames.
     fn find(&self, clip: ClipId, frame: u32) -> Option<(EdgeId, u32)> {
         let list = &self.edges[clip.index()];
         let after = list.partition_point(|&(first, _, _)| first <= frame);
@@ -116,7 +116,7 @@ impl ClipPlaces {
     }
 }
 
-/// The moments that can be entered, by evasion and frame.
+/// Frames that can be entered, sorted by evasion and frame.
 fn targets(
     graph: &MotionGraph,
     evasions: &[Evasion],
@@ -168,7 +168,7 @@ fn targets_at_steps(
     targets
 }
 
-/// All numbers below `count`, each once, so that those that come first are evenly spread.
+/// A permutation of the numbers below `count` in which each prefix is spread evenly.
 fn spread(count: usize) -> impl Iterator<Item = usize> {
     let is_coprime = |step: &usize| {
         let (mut a, mut b) = (*step, count);
@@ -183,7 +183,7 @@ fn spread(count: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |index| index * step % count)
 }
 
-/// Where hips and head are in a frame of a clip.
+/// Positions of hips and head in a frame of a clip.
 #[derive(Clone, Copy, Debug)]
 struct Points {
     hip: Vec3,
@@ -212,16 +212,16 @@ struct Finder<'a> {
     graph: &'a MotionGraph,
     limits: &'a MotionLimits,
     targets: &'a [EntryTarget],
-    /// Most entries of a moment.
+    /// Maximum number of entries of a moment.
     most: usize,
     stances: Vec<Stance>,
-    /// By target: hips and head after the last of [`DEPARTURES`].
+    /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
     places: &'a ClipPlaces,
 }
 
 impl Finder<'_> {
-    /// The entries of a frame of a clip.
+    /// Finds the entries of a frame of a clip.
     fn moment(&self, (clip, frame): (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
         let (graph, clip) = (self.graph, ClipId(clip as u32));
         let Some((edge, edge_frame)) = self.places.find(clip, frame) else {

@@ -1,7 +1,7 @@
-//! What a body can do, as its clips show it.
+//! Limits of plausible motion, measured in the clips.
 //!
-//! Percentiles of what is seen in the clips: how fast each joint turns and how fast that changes, how far hips and head leave the way
-//! that their speed would take them, how fast toes go. A motion that stays within them is called plausible.
+//! The limits are percentiles over all frames of the clips: angular velocity and acceleration of each joint, departure of hips and head
+//! from constant velocity, and speed of the toes. A motion within all limits is called plausible.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 use crate::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::{Motion, MotionGraph};
 
-/// How much of what the clips show is taken for plausible.
+/// Percentiles and bounds that define plausible motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlausibilitySettings {
     /// Percentile of each joint's angular velocity and acceleration, and of the toes' speed. Default 99.9.
     pub joints: f32,
-    /// Percentile of the departure of hips and head from constant velocity. Default 99: of fighting clips 0.13 m in 0.2 s and 0.22 m in
-    /// 0.3 s for the hips.
+    /// Percentile of the departure of hips and head from constant velocity. Default 99. For the hips of fighting clips this is 0.13 m in
+    /// 0.2 s and 0.22 m in 0.3 s.
     pub departure: f32,
-    /// How far the better one of the feet that stand may slide, metres. Default 0.12.
+    /// Maximum slide of the planted foot that slides least, in metres. Default 0.12.
     pub slide: f32,
-    /// No toe goes faster, metres per second. Default 5.
+    /// Maximum speed of a toe, in metres per second. Default 5.
     pub toe_speed: f32,
 }
 
@@ -34,50 +34,50 @@ impl Default for PlausibilitySettings {
     }
 }
 
-/// What the clips show, by the settings' percentiles.
+/// The limits of one set of clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MotionLimits {
-    /// By joint, radians per second.
+    /// Angular velocity of each joint, in radians per second.
     pub joint_speed: Vec<f32>,
-    /// By joint, radians per second squared.
+    /// Angular acceleration of each joint, in radians per second squared.
     pub joint_acceleration: Vec<f32>,
-    /// Of the hips over the ground, after each of [`DEPARTURES`], metres.
+    /// Horizontal departure of the hips after each of [`DEPARTURES`], in metres.
     pub hip_departure: [f32; 2],
-    /// Of the head in space, after each of [`DEPARTURES`], metres.
+    /// Departure of the head after each of [`DEPARTURES`], in metres.
     pub head_departure: [f32; 2],
-    /// Of a toe, metres per second.
+    /// Speed of a toe, in metres per second.
     pub toe_speed: f32,
-    /// Of the better foot that stands, metres.
+    /// Slide of the planted foot that slides least, in metres.
     pub slide: f32,
 }
 
-/// Departures are measured after these, seconds.
+/// Times after which departures are measured, in seconds.
 pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
 
-/// Why an entry is not plausible: the first limit that it breaks.
+/// The first limit that an entry exceeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Implausible {
-    /// A joint turns too fast.
+    /// Angular velocity of a joint.
     JointSpeed(JointId),
-    /// A joint's turning changes too fast.
+    /// Angular acceleration of a joint.
     JointAcceleration(JointId),
-    /// The hips leave their way.
+    /// Departure of the hips.
     Hips,
-    /// The head leaves its way.
+    /// Departure of the head.
     Head,
-    /// A toe darts.
+    /// Speed of a toe.
     Toe,
-    /// No foot that stands stays.
+    /// Slide of the planted feet.
     Slide,
 }
 
-/// What is looked at of a pose.
+/// The part of a pose that the limits depend on.
 #[derive(Clone, Debug, Default)]
 struct Sample {
     rotations: Vec<Quat>,
     hip: Vec3,
     head: Vec3,
-    /// By leg.
+    /// Position of each ankle.
     ankles: Vec<Vec3>,
     toes: Vec<Vec3>,
 }
@@ -103,7 +103,7 @@ impl Sample {
     }
 }
 
-/// The turn of each joint between two samples, radians.
+/// Rotation vector of each joint between two samples, in radians.
 fn turns<'a>(from: &'a Sample, to: &'a Sample) -> impl Iterator<Item = Vec3> + 'a {
     let both = from.rotations.iter().zip(&to.rotations);
     both.map(|(from, to)| {
@@ -113,12 +113,12 @@ fn turns<'a>(from: &'a Sample, to: &'a Sample) -> impl Iterator<Item = Vec3> + '
     })
 }
 
-/// How far a point is from where its speed between `before` and `now` would have taken it.
+/// Distance of a point from where its velocity between `before` and `now` would have taken it.
 fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
     then - (now + (now - before) * frames as f32)
 }
 
-/// The joint of the trunk that is furthest from the root: the head.
+/// The head: the joint of the trunk with the longest chain to the root.
 pub(super) fn head(skeleton: &Skeleton) -> JointId {
     let trunk = skeleton.ids().filter(|&id| skeleton.mirror(id).is_none());
     let length = |&id: &JointId| skeleton.chain_length(id);
@@ -128,7 +128,7 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 }
 
 impl MotionLimits {
-    /// Learns from all clips of a graph.
+    /// Measures the limits in all clips of a graph.
     #[must_use]
     pub(crate) fn learn(graph: &MotionGraph, settings: &PlausibilitySettings) -> Self {
         let (rate, joints) = (graph.frame_rate() as f32, graph.skeleton().len());
@@ -182,7 +182,7 @@ impl MotionLimits {
         }
     }
 
-    /// Whether it fits a skeleton: asked of what is read from a file.
+    /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
         let numbers = { self.joint_speed.iter() }.chain(&self.joint_acceleration);
@@ -195,7 +195,7 @@ impl MotionLimits {
     }
 }
 
-/// 0 of nothing.
+/// Percentile of the values, 0 if there are none.
 fn percentile(mut values: Vec<f32>, percent: f32) -> f32 {
     values.sort_by(f32::total_cmp);
     let last = values.len().saturating_sub(1) as f32;
@@ -203,7 +203,7 @@ fn percentile(mut values: Vec<f32>, percent: f32) -> f32 {
     values.get(at).copied().unwrap_or(0.0)
 }
 
-/// Looks at motions; kept from one to the next.
+/// Scratch of the test of motions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Examiner {
     pose: Pose,

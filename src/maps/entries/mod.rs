@@ -1,8 +1,8 @@
-//! Where an evasion can be entered from any moment, without an edge that leads there.
+//! Entries: cuts into evasions from any moment of the clips, without an edge that leads there.
 //!
-//! Source: the jump itself is that of [`Entry`](crate::graph::Entry) (Bollo, GDC 2018). Which jumps look right is found when a graph is
-//! baked: each moment of the clips is tried against each moment of each evasion and of its lead-in, and what stays within what the clips show
-//! a body to do ([`MotionLimits`]) is kept, a few bytes each.
+//! Source: the cut is that of [`Entry`](crate::graph::Entry) (Bollo, GDC 2018). The table is computed by the bake: each moment of the
+//! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
+//! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
 
 mod find;
 mod limits;
@@ -21,22 +21,22 @@ use crate::anim::Facing;
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
-/// Which entries are looked for.
+/// Settings of the search for entries.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EntrySettings {
-    /// Frames from one moment that entries are known of to the next. Default 3; 0 for no entries at all, as in the paper.
+    /// Interval of the moments at which entries start, in frames. Default 3. 0 means no entries, as in the paper.
     pub moment_step: u32,
-    /// Frames of an evasion from one that can be entered to the next. Default 2.
+    /// Interval of the frames of an evasion that can be entered, in frames. Default 2.
     pub target_step: u32,
-    /// So long before its start an evasion can be entered, seconds. Default 0.4.
+    /// Longest time before its start at which an evasion can be entered, in seconds. Default 0.4.
     pub lead_in: f32,
-    /// And so long after it, seconds. Default 1.2.
+    /// Longest time after its start at which an evasion can be entered, in seconds. Default 1.2.
     pub late: f32,
-    /// Most moments of evasions that can be entered: where there would be more, they are further apart. Default 256.
+    /// Maximum number of targets. Their interval grows if there would be more. Default 256.
     pub most_targets: u32,
-    /// Most entries of a moment: the search ends there. Default 64.
+    /// Maximum number of entries of a moment. Default 64.
     pub most: u32,
-    /// What is plausible.
+    /// Limits of plausible motion.
     pub plausible: PlausibilitySettings,
 }
 
@@ -54,29 +54,29 @@ impl Default for EntrySettings {
     }
 }
 
-/// How long an entry may blend, seconds: the shortest one that is plausible is taken.
+/// Durations of the blend, in seconds. The shortest plausible one is used.
 pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
 
-/// How fast an entry may be played: up to the fastest one that is plausible.
+/// Playback rates of an entry. Rates up to the fastest plausible one are used.
 pub(crate) const RATES: [f32; 3] = [1.0, 1.25, 1.5];
 
-/// A moment of an evasion, or of its lead-in, that can be entered.
+/// A frame of an evasion, or of its lead-in, that can be entered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTarget {
     /// Position in [`BakedGraph::evasions`](super::BakedGraph::evasions).
     pub evasion: u16,
     /// Frame of the evasion's clip.
     pub frame: u32,
-    /// The edge that plays it.
+    /// Edge that plays the frame.
     pub edge: EdgeId,
-    /// Frames since that edge's start.
+    /// Position of the frame on that edge, in frames.
     pub edge_frame: u32,
 }
 
-/// One jump that a moment allows.
+/// One entry of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct KnownEntry {
-    /// Position among the targets.
+    /// Index in [`EntryTable::targets`].
     pub target: u16,
     how: u8,
 }
@@ -91,61 +91,61 @@ impl KnownEntry {
         }
     }
 
-    /// Seconds.
+    /// Duration of the blend, in seconds.
     #[must_use]
     pub(crate) fn blend(self) -> f32 {
         BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
     }
 
-    /// The leg whose foot stays where it is; without one the root does.
+    /// Leg whose foot is kept in place, or `None` if the root is kept.
     #[must_use]
     pub(crate) fn pin(self) -> Option<usize> {
         usize::from(self.how >> 2 & 15).checked_sub(1)
     }
 
-    /// The fastest rate that is plausible.
+    /// Fastest plausible playback rate.
     #[must_use]
     pub(crate) fn fastest(self) -> f32 {
         RATES[usize::from(self.how >> 6).min(RATES.len() - 1)]
     }
 }
 
-/// Every moment's entries.
+/// Entries of all moments.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EntryTable {
     limits: MotionLimits,
-    /// Frames from one moment to the next.
+    /// Interval of moments, in frames.
     step: u32,
     targets: Vec<EntryTarget>,
-    /// For each clip its first moment; one more at the end.
+    /// First moment of each clip. The last item is the number of moments.
     first_moment: Vec<u32>,
-    /// For each moment where its entries end.
+    /// End of each moment's entries in `entries`.
     ends: Vec<u32>,
     entries: Vec<KnownEntry>,
-    /// How many moments have the most entries.
+    /// Number of moments with the maximum number of entries.
     cut: u64,
 }
 
 impl EntryTable {
-    /// What the clips show a body to do.
+    /// Limits of motion, measured in the clips.
     #[must_use]
     pub(crate) fn limits(&self) -> &MotionLimits {
         &self.limits
     }
 
-    /// All moments that can be entered, by evasion and frame.
+    /// All frames that can be entered, sorted by evasion and frame.
     #[must_use]
     pub(crate) fn targets(&self) -> &[EntryTarget] {
         &self.targets
     }
 
-    /// Whether no moment has an entry.
+    /// Whether the table is empty.
     #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The entries of the moment that is nearest to a playhead: in a transition that of the side that weighs more.
+    /// Entries of the moment that is nearest to a playhead. In a transition the side with the larger weight determines the moment.
     #[must_use]
     pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
         if self.entries.is_empty() {
@@ -176,7 +176,7 @@ impl EntryTable {
         &self.entries[start as usize..self.ends[moment] as usize]
     }
 
-    /// Whether every index points somewhere.
+    /// Checks all indices.
     pub(super) fn check(&self, graph: &MotionGraph, evasions: &[Evasion]) -> Result<(), String> {
         let moments_of = |clip: usize| {
             let frames = graph.clips()[clip].frames() as u32;
@@ -227,30 +227,30 @@ impl EntryTable {
     }
 }
 
-/// The body from the first moment on at which an evasion can be entered.
+/// Body spheres from the first frame at which an evasion can be entered.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct EntryTrack {
-    /// The body in the character's frame then.
+    /// Spheres in the character's frame at that time.
     pub track: BodyTrack,
-    /// Frame of the clip that the track starts with.
+    /// Frame of the clip at which the track starts.
     pub first: u32,
-    /// The character's frame then, in the space of the clip.
+    /// The character's frame at the track's start, in the space of the clip.
     pub placement: Rigid2,
 }
 
-/// What is derived of the entries when a graph is baked or read.
+/// Data derived from the entries, which files do not store.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct EntryTracks {
-    /// By evasion; `None` where none can be entered.
+    /// Track of each evasion, or `None` if it cannot be entered.
     pub(super) tracks: Vec<Option<EntryTrack>>,
-    /// By target: how the body stands, in the space of its clip.
+    /// Stance at each target, in the space of its clip.
     pub(super) stances: Vec<Stance>,
-    /// How the way that a body faces is found; none where nothing can be entered.
+    /// Joints that determine the facing direction, or `None` if no evasion can be entered.
     pub(super) facing: Option<Facing>,
 }
 
 impl EntryTracks {
-    /// The body is known at least this long after an evasion's end, seconds.
+    /// Time that tracks continue after the evasion's end, in seconds.
     const BEYOND: f32 = 0.5;
 
     pub(super) fn new(
@@ -286,14 +286,14 @@ impl EntryTracks {
         }
     }
 
-    /// How long a track is, seconds.
+    /// Duration of a track, in seconds.
     fn seconds(graph: &MotionGraph, evasion: &Evasion, first: &EntryTarget) -> f32 {
         let end = graph.node(graph.edge(evasion.edge).to).frame;
         let frames = f64::from(end.saturating_sub(first.frame));
         (frames / graph.frame_rate()) as f32 + Self::BEYOND
     }
 
-    /// What the tracks take in memory, about, bytes.
+    /// Estimated memory of the tracks, in bytes.
     pub(super) fn bytes(
         graph: &MotionGraph,
         body: &Body,

@@ -1,4 +1,4 @@
-//! How soon can a character react?
+//! Statistics of entries.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub struct EntryReport {
 }
 
 impl EntryReport {
-    /// Share of the moments that have an entry; 0 of none.
+    /// Share of the moments that have an entry, 0 if there are no moments.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.entered as f64 / self.moments.max(1) as f64

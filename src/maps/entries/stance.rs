@@ -1,4 +1,4 @@
-//! How a body stands at a moment: what an entry is aligned by.
+//! Position, facing direction and feet of a body, by which entries are aligned.
 
 use glam::Vec3;
 
@@ -6,22 +6,22 @@ use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
 use crate::graph::{ClipId, MotionGraph};
 use crate::math::Rigid2;
 
-/// Where a body stands and which way it faces, and where its root and its feet are.
+/// Position and facing direction of a body, and positions of its root and feet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stance {
-    /// The character's frame.
+    /// The character's frame (root on the ground, facing +Z).
     pub placement: Rigid2,
-    /// The root's place.
+    /// Position of the root.
     pub root: Vec3,
-    /// The ankles', by leg; the first four.
+    /// Positions of the ankles of the first four legs.
     pub feet: [Vec3; Self::LEGS],
 }
 
 impl Stance {
-    /// No more legs are looked at.
+    /// Maximum number of legs.
     pub(crate) const LEGS: usize = 4;
 
-    /// Of joints in some space, in that space.
+    /// Stance of a body, in the space of `joints`.
     #[must_use]
     pub(crate) fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
         let mut feet = [Vec3::ZERO; Self::LEGS];
@@ -35,7 +35,7 @@ impl Stance {
         }
     }
 
-    /// Of a frame of a clip, in the clip's space.
+    /// Stance at a frame of a clip, in the clip's space.
     #[must_use]
     pub(crate) fn of_frame(graph: &MotionGraph, clip: ClipId, frame: u32) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -44,8 +44,8 @@ impl Stance {
         Self::of(graph, Facing::of(graph.skeleton()), &joints)
     }
 
-    /// Takes the space of `target` to that of this stance, so that both face one way and have a foot, or without one the root, at
-    /// one place.
+    /// Transform from the space of `target` to that of this stance that makes the facing directions equal and the positions of a foot (or,
+    /// without one, of the root) equal.
     #[must_use]
     pub(crate) fn align(&self, target: &Self, pin: Option<usize>) -> Rigid2 {
         let place =
@@ -55,7 +55,7 @@ impl Stance {
         Rigid2::new(0.0, off.x, off.z) * turn
     }
 
-    /// How far root and feet are apart over the ground when the other is aligned, metres: the root, and for each leg the foot.
+    /// Horizontal distances of root and feet after the alignment, in metres: of the root, and of each leg's foot.
     pub(super) fn apart(&self, target: &Self, align: Rigid2) -> (f32, [f32; Self::LEGS]) {
         let apart = |a: Vec3, b: Vec3| (a - align.point(b)).with_y(0.0).length();
         let feet = std::array::from_fn(|leg| apart(self.feet[leg], target.feet[leg]));

@@ -1,12 +1,10 @@
-//! Numbers in the lanes of a machine's vector registers, for kernels that compilers do not find by
-//! themselves: words picked from a window of a table, sums of 16-bit products, full-line stores past
-//! the caches.
+//! Explicit SIMD for kernels that compilers do not vectorise well: table lookups within a window, sums of 16-bit products, and
+//! non-temporal stores of full cache lines.
 //!
-//! A [`Kernel`] is written once over [`Lanes`] and run by [`Isa::on_lanes`], which alone names the
-//! types behind it, and only where the machine has what they are made of. Memory is always in
-//! [`F32x16`]s of sixteen; a type of fewer lanes takes a line in parts.
+//! A [`Kernel`] is written once over [`Lanes`]. [`Isa::on_lanes`] runs it with the type for an instruction set that the machine has. Memory
+//! is always in [`F32x16`]s; types with fewer lanes process them in parts.
 //!
-//! Every type rounds alike, but for [`Lanes::mul_add`]: see there.
+//! All types round in the same way, except in [`Lanes::mul_add`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -27,29 +25,28 @@ pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
 use lines::prefetch;
 pub(crate) use lines::{StridedLines, prefetch_for_write};
 
-/// One number of each of sixteen characters, points or whatever is computed side by side; as long as
-/// a line of the cache, and aligned to it.
+/// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct F32x16(pub [f32; F32x16::LANES]);
 
 impl F32x16 {
-    /// Numbers in a line.
+    /// Number of lanes.
     pub const LANES: usize = 16;
-    /// All zero.
+    /// All lanes 0.
     pub const ZERO: Self = Self([0.0; Self::LANES]);
 }
 
-/// As many numbers as a register holds, [`Lanes::COUNT`], worked on at once.
+/// A vector register of [`Lanes::COUNT`] numbers.
 pub(crate) trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// As many 32-bit words.
+    /// A register with the same number of 32-bit words.
     type Words: Copy;
-    /// One of something for each part of a line: an array of [`Lanes::PARTS`].
+    /// An array of [`Lanes::PARTS`] items, one for each part of an [`F32x16`].
     type Parts<T: Copy>: Copy + IndexMut<usize, Output = T>;
 
-    /// How many; a divisor of [`F32x16::LANES`].
+    /// Number of lanes, a divisor of [`F32x16::LANES`].
     const COUNT: usize;
     /// How many places each of [`Lanes::windows`] has.
     const REACH: usize;
@@ -58,52 +55,51 @@ pub(crate) trait Lanes:
     /// How many of these make a line.
     const PARTS: usize = F32x16::LANES / Self::COUNT;
 
-    /// The same for all parts.
+    /// The same item for all parts.
     fn parts<T: Copy>(value: T) -> Self::Parts<T>;
     /// The same number in all lanes.
     fn splat(value: f32) -> Self;
-    /// Part `part` of a line.
+    /// Loads a part of a line.
     fn load(line: &F32x16, part: usize) -> Self;
-    /// Into part `part` of a line.
+    /// Stores to a part of a line.
     fn store(self, line: &mut F32x16, part: usize);
-    /// Into part `part` of a line, past the caches; [`Lanes::fence`] must follow the last of them
-    /// before another thread reads.
+    /// Stores to a part of a line without the caches. [`Lanes::fence`] must follow before another thread reads.
     fn stream(self, line: &mut F32x16, part: usize);
-    /// Orders all [`Lanes::stream`] before what comes after.
+    /// Orders all previous [`Lanes::stream`] before later stores.
     fn fence();
 
-    /// `self * factor + sum`, rounded once where the machine can do so, else twice.
+    /// `self * factor + sum`, rounded once with FMA, otherwise twice.
     fn mul_add(self, factor: Self, sum: Self) -> Self;
-    /// `sum - self * factor`, rounded as [`Lanes::mul_add`].
+    /// `sum - self * factor`, rounded like [`Lanes::mul_add`].
     fn neg_mul_add(self, factor: Self, sum: Self) -> Self;
-    /// The square root.
+    /// Square root.
     fn sqrt(self) -> Self;
-    /// The next whole number below.
+    /// Largest integer not above the number.
     fn floor(self) -> Self;
-    /// The larger one; `other` where one is NaN.
+    /// Maximum; `other` if one is NaN.
     fn max(self, other: Self) -> Self;
-    /// The smaller one; `other` where one is NaN.
+    /// Minimum; `other` if one is NaN.
     fn min(self, other: Self) -> Self;
-    /// With the sign of `sign`.
+    /// The number with the sign of `sign`.
     fn copy_sign(self, sign: Self) -> Self;
     /// The number in the first lane.
     fn first(self) -> f32;
-    /// The least number of all lanes; none may be NaN.
+    /// Minimum of all lanes, none of which may be NaN.
     fn least(self) -> f32;
-    /// Whether every lane is below `bound`; false where one is NaN.
+    /// Whether all lanes are below `bound`; false if one is NaN.
     fn all_below(self, bound: f32) -> bool;
-    /// A bit for each lane, the first lane's lowest: set where the number is below `bound`, clear for NaN.
+    /// A bit for each lane, the first lane's lowest: set if the number is below `bound`, clear for NaN.
     fn mask_below(self, bound: f32) -> u32;
 
     /// The same word in all lanes.
     fn splat_words(word: u32) -> Self::Words;
-    /// Rounded towards zero; for numbers from 0 to 2^31 - 1.
+    /// The numbers rounded towards zero, for numbers from 0 to 2^31 - 1.
     fn truncated(self) -> Self::Words;
-    /// Part `part` of a line, as the bits that it has.
+    /// Loads the bits of a part of a line.
     fn load_words(line: &F32x16, part: usize) -> Self::Words;
-    /// The number that has these bits.
+    /// The numbers with these bits.
     fn from_bits(words: Self::Words) -> Self;
-    /// Two 16-bit numbers, both below 2^15, in one word; `high` in its upper half.
+    /// Packs two 16-bit numbers below 2^15 into each word, `high` into its upper half.
     fn pair(low: Self::Words, high: Self::Words) -> Self::Words;
     /// For whole numbers from 0 to below [`Lanes::REACH`], what [`Lanes::windows`] takes.
     fn window_places(places: Self) -> Self::Words;
@@ -122,7 +118,7 @@ pub(crate) trait Lanes:
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
-    /// Hands out the columns of sixteen rows: `put` is given the column's index, a part of it, and that part's numbers.
+    /// Transposes sixteen rows. Calls `put` with a column's index, the index of a part, and the part's numbers.
     fn transpose_with(lines: [&F32x16; F32x16::LANES], put: impl FnMut(usize, usize, Self));
 }
 
@@ -140,16 +136,15 @@ const FURTHER: usize = 4 * F32x16::LANES;
 
 /// Work that is written over [`Lanes`].
 pub(crate) trait Kernel {
-    /// What it returns.
+    /// Result of the kernel.
     type Out;
 
-    /// Does it. This, and what it calls, must be `#[inline(always)]`.
+    /// Runs the kernel. It and the functions that it calls must be `#[inline(always)]`.
     fn run<L: Lanes>(self) -> Self::Out;
 }
 
 impl Isa {
-    /// Runs a kernel on the registers of this instruction set; on those of [`Isa::Portable`] where
-    /// the machine has it not.
+    /// Runs a kernel with the registers of this instruction set, or of [`Isa::Portable`] if the machine does not have it.
     #[inline]
     pub(crate) fn on_lanes<K: Kernel>(self, kernel: K) -> K::Out {
         match self {

@@ -7,7 +7,7 @@
 use super::groups::{Group, Groups, LANES};
 use super::input::{CullCandidate, CullInput};
 use super::overlap::{Counted, Overlap};
-use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks};
+use super::texels::{AttackTexels, BLOCK, BLOCK_TEXELS, BlockMasks, MaskLayout};
 use crate::maps::{
     BitMap, CoarseMap, CoarseRegion, FixedTransform2, MaskMap, RegionMaps, SlabMaps,
 };
@@ -50,7 +50,7 @@ impl Culler {
     pub fn count(&mut self, input: &CullInput<'_>, overlaps: &mut Vec<Overlap>) {
         let lanes = input.atlas.grid().lanes();
         self.texels
-            .draw(self.isa, input.attack, (lanes, self.counted));
+            .draw(self.isa, input.attack, MaskLayout::new(lanes, self.counted));
         self.groups.take(self.isa, &self.texels);
         overlaps.clear();
         self.isa.look_up(Counting {
@@ -82,6 +82,8 @@ impl Lookup for Counting<'_> {
         for candidate in self.input.candidates {
             let count = CandidateCount {
                 texels,
+                groups,
+                counted: self.counted,
                 transform: candidate.transform,
                 steps: TexelSteps::new(candidate.transform),
                 widest: (2 * self.input.atlas.grid().attack_pitch as i32)
@@ -99,19 +101,24 @@ impl Lookup for Counting<'_> {
             };
             if up_to_hits {
                 // Most candidates are hit, and need no other counts.
-                let body = Counted::BODY;
-                count.count(&maps, (groups, body), &mut overlap, |so_far| {
-                    so_far.body > 0
-                });
+                let first = CandidateCount {
+                    counted: Counted::BODY,
+                    ..count
+                };
+                first.count(&maps, &mut overlap, |so_far| so_far.body > 0);
                 if overlap.body == 0 {
                     let rest = Counted {
                         body: false,
                         ..self.counted
                     };
-                    count.count(&maps, (groups, rest), &mut overlap, |_| false);
+                    let rest = CandidateCount {
+                        counted: rest,
+                        ..count
+                    };
+                    rest.count(&maps, &mut overlap, |_| false);
                 }
             } else {
-                count.count(&maps, (groups, self.counted), &mut overlap, |_| false);
+                count.count(&maps, &mut overlap, |_| false);
             }
             self.overlaps.push(overlap);
         }
@@ -139,8 +146,11 @@ impl TexelSteps {
 }
 
 /// The count of one candidate.
+#[derive(Clone, Copy)]
 struct CandidateCount<'a, W> {
     texels: &'a AttackTexels,
+    groups: &'a Groups,
+    counted: Counted,
     transform: FixedTransform2,
     steps: TexelSteps,
     /// Upper bound of |cos| + |sin| of a rotation, in fixed point.
@@ -158,9 +168,26 @@ struct CandidateMaps<'a> {
 /// The blocks of a group that may overlap each map, a bit each.
 #[derive(Clone, Copy, Debug, Default)]
 struct Met {
+    /// Index of the group's first block.
+    first: usize,
     outer: u32,
     body: u32,
     evasion: u32,
+}
+
+impl Met {
+    /// With the index of the group's first block.
+    #[inline(always)]
+    fn after(self, first: usize) -> Self {
+        Self { first, ..self }
+    }
+}
+
+/// One word of the masks of a map.
+#[derive(Clone, Copy)]
+struct MaskLane<'a> {
+    map: &'a MaskMap,
+    lane: usize,
 }
 
 impl<W: Words> CandidateCount<'_, W> {
@@ -169,11 +196,10 @@ impl<W: Words> CandidateCount<'_, W> {
     fn count(
         &self,
         maps: &CandidateMaps<'_>,
-        (groups, counted): (&Groups, Counted),
         overlap: &mut Overlap,
         is_enough: impl Fn(&Overlap) -> bool,
     ) {
-        for &index in groups.largest_first() {
+        for &index in self.groups.largest_first() {
             let layer = &self.texels.layers[index];
             let slab = i64::from(layer.slab.0) - i64::from(maps.region.first_slab.0);
             let slab = usize::try_from(slab)
@@ -182,9 +208,9 @@ impl<W: Words> CandidateCount<'_, W> {
             let Some(slab) = slab else {
                 continue;
             };
-            for (group, first) in groups.of(index) {
-                let met = self.meets(group, &maps.near[slab], counted);
-                self.add((met, first), &maps.region.slabs[slab], overlap);
+            for (group, first) in self.groups.of(index) {
+                let met = self.meets(group, &maps.near[slab]);
+                self.add(met.after(first), &maps.region.slabs[slab], overlap);
             }
             if is_enough(overlap) {
                 return;
@@ -194,13 +220,14 @@ impl<W: Words> CandidateCount<'_, W> {
 
     /// Finds the blocks that may overlap the maps.
     #[inline(always)]
-    fn meets(&self, group: &Group, near: &CoarseMap, counted: Counted) -> Met {
-        let transform = self.transform;
+    fn meets(&self, group: &Group, near: &CoarseMap) -> Met {
+        let (transform, counted) = (self.transform, self.counted);
         // The cells of the coarse maps hold for rotations only.
         if transform.a.abs().saturating_add(transform.b.abs()) > self.widest {
             let all = group.blocks;
             let of = |is_counted: bool| if is_counted { all } else { 0 };
             return Met {
+                first: 0,
                 outer: of(counted.outer),
                 body: of(counted.body),
                 evasion: of(counted.evasion),
@@ -239,22 +266,36 @@ impl<W: Words> CandidateCount<'_, W> {
 
     /// Counts the texels of the blocks that may overlap.
     #[inline(always)]
-    fn add(&self, (met, first): (Met, usize), maps: &SlabMaps, overlap: &mut Overlap) {
+    fn add(&self, met: Met, maps: &SlabMaps, overlap: &mut Overlap) {
         let mut left = met.outer | met.body | met.evasion;
         while left != 0 {
             let bit = left & left.wrapping_neg();
-            let block = first + left.trailing_zeros() as usize;
+            let block = met.first + left.trailing_zeros() as usize;
             left ^= bit;
             let at = self.turned(block);
             for lane in 0..self.texels.lanes {
                 let index = block * self.texels.lanes + lane;
                 if met.outer & bit != 0 {
                     let masks = &self.texels.outer[index];
-                    overlap.outer += self.masks(masks, (&maps.outer, lane), &at);
+                    overlap.outer += self.masks(
+                        masks,
+                        MaskLane {
+                            map: &maps.outer,
+                            lane,
+                        },
+                        &at,
+                    );
                 }
                 if met.body & bit != 0 {
                     let masks = &self.texels.inner[index];
-                    overlap.body += self.masks(masks, (&maps.body, lane), &at);
+                    overlap.body += self.masks(
+                        masks,
+                        MaskLane {
+                            map: &maps.body,
+                            lane,
+                        },
+                        &at,
+                    );
                 }
             }
             if met.evasion & bit != 0 {
@@ -283,9 +324,10 @@ impl<W: Words> CandidateCount<'_, W> {
     fn masks(
         &self,
         masks: &BlockMasks,
-        (map, lane): (&MaskMap, usize),
+        of: MaskLane<'_>,
         [x, z]: &[[i32; BLOCK_TEXELS]; 2],
     ) -> u32 {
+        let MaskLane { map, lane } = of;
         let (rect, lanes) = (map.rect(), map.lanes() as u32);
         let mut places = [0; BLOCK_TEXELS];
         for k in 0..BLOCK_TEXELS {

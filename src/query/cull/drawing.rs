@@ -85,10 +85,15 @@ impl AttackDrawing {
         for (clock, &offset) in (0..).zip(clocks) {
             for slab in reach.slabs.clone() {
                 let inner = self.discs.len();
-                cutter.inner((scratch, slab), (clock, offset), &mut self.discs);
+                let layer = LayerTime {
+                    slab,
+                    clock,
+                    offset,
+                };
+                cutter.inner(scratch, layer, &mut self.discs);
                 let outer = self.discs.len();
                 if input.outer {
-                    cutter.outer((scratch, slab), (clock, offset), &mut self.discs);
+                    cutter.outer(scratch, layer, &mut self.discs);
                 }
                 let end = self.discs.len();
                 if inner == end {
@@ -150,6 +155,15 @@ fn timed_rect(discs: &[TimedDisc]) -> MapRect {
         .fold(MapRect::default(), MapRect::union)
 }
 
+/// A map of the attack: the part of it that is in a slab, seen from the time of a clock.
+#[derive(Clone, Copy)]
+struct LayerTime {
+    slab: i32,
+    clock: u32,
+    /// Time at which the clock's first slice begins, seconds.
+    offset: f32,
+}
+
 /// Cuts the spheres of steps into discs.
 struct DiscCutter {
     grid: MapGrid,
@@ -160,12 +174,8 @@ struct DiscCutter {
 }
 
 impl DiscCutter {
-    fn inner(
-        &self,
-        (steps, slab): (&AttackSteps, i32),
-        (clock, offset): (u32, f32),
-        discs: &mut Vec<TimedDisc>,
-    ) {
+    /// Appends the inner discs of a layer.
+    fn inner(&self, steps: &AttackSteps, layer: LayerTime, discs: &mut Vec<TimedDisc>) {
         let grid = self.grid;
         let cut = if grid.is_certain() {
             Cut::Inner(self.inner)
@@ -173,49 +183,41 @@ impl DiscCutter {
             Cut::Nearest
         };
         if !grid.is_timed() {
-            for &ball in &steps.untimed {
-                self.push((ball, slab, cut), 0..=0, discs);
-            }
+            let all = steps.untimed.iter();
+            let cut = all.filter_map(|&ball| self.disc(ball, layer.slab, cut));
+            discs.extend(cut.map(|disc| TimedDisc { disc, slice: 0 }));
             return;
         }
-        for step in steps.at(slab).filter(|step| step.is_inner(clock)) {
-            let slice = i64::from(floor((step.middle - offset) / grid.slice_seconds));
+        for step in steps
+            .at(layer.slab)
+            .filter(|step| step.is_inner(layer.clock))
+        {
+            let slice = i64::from(floor((step.middle - layer.offset) / grid.slice_seconds));
             if (0..i64::from(grid.slices)).contains(&slice) {
                 let slice = slice as u32;
-                self.push(
-                    ((step.centre, step.radius), slab, cut),
-                    slice..=slice,
-                    discs,
-                );
+                let disc = self.disc((step.centre, step.radius), layer.slab, cut);
+                discs.extend(disc.map(|disc| TimedDisc { disc, slice }));
             }
         }
     }
 
-    fn outer(
-        &self,
-        (steps, slab): (&AttackSteps, i32),
-        (clock, offset): (u32, f32),
-        discs: &mut Vec<TimedDisc>,
-    ) {
-        let grid = self.grid;
+    /// Appends the outer discs of a layer.
+    fn outer(&self, steps: &AttackSteps, layer: LayerTime, discs: &mut Vec<TimedDisc>) {
         let cut = Cut::Outer(self.outer);
-        for step in steps.at(slab).filter(|step| step.is_met(clock)) {
-            if let Some((from, to)) = step.slices(grid, offset) {
-                self.push(((step.centre, step.within), slab, cut), from..=to, discs);
+        for step in steps.at(layer.slab).filter(|step| step.is_met(layer.clock)) {
+            let Some((from, to)) = step.slices(self.grid, layer.offset) else {
+                continue;
+            };
+            if let Some(disc) = self.disc((step.centre, step.within), layer.slab, cut) {
+                discs.extend((from..=to).map(|slice| TimedDisc { disc, slice }));
             }
         }
     }
 
-    fn push(
-        &self,
-        (ball, slab, cut): ((Vec3, f32), i32, Cut),
-        slices: std::ops::RangeInclusive<u32>,
-        discs: &mut Vec<TimedDisc>,
-    ) {
+    /// The disc that a ball, given by centre and radius, cuts from a slab, if it touches the rectangle.
+    fn disc(&self, ball: (Vec3, f32), slab: i32, cut: Cut) -> Option<Disc> {
         let disc = self.grid.cut(ball, Slab(slab), cut);
         let near = |disc: &Disc| !MapRect::around(&[*disc]).intersection(self.rect).is_empty();
-        if let Some(disc) = disc.filter(near) {
-            discs.extend(slices.map(|slice| TimedDisc { disc, slice }));
-        }
+        disc.filter(near)
     }
 }

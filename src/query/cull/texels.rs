@@ -67,6 +67,22 @@ const NOTHING: Range<usize> = Range {
     end: 0,
 };
 
+/// The masks of a texel.
+#[derive(Clone, Copy)]
+pub(super) struct MaskLayout {
+    /// Words of a mask.
+    lanes: usize,
+    /// Number of kinds: inner masks, then outer masks if they are counted.
+    kinds: usize,
+}
+
+impl MaskLayout {
+    pub(super) fn new(lanes: usize, counted: Counted) -> Self {
+        let kinds = if counted.outer { 2 } else { 1 };
+        Self { lanes, kinds }
+    }
+}
+
 /// The mask and the bit that a disc sets in each block.
 #[derive(Clone, Copy)]
 struct MaskBit {
@@ -75,26 +91,21 @@ struct MaskBit {
 }
 
 impl AttackTexels {
-    /// Draws the counted maps of an attack, with masks of `lanes` words.
-    pub(super) fn draw(
-        &mut self,
-        isa: Isa,
-        attack: &AttackDrawing,
-        (lanes, counted): (usize, Counted),
-    ) {
-        self.lanes = lanes;
+    /// Draws the counted maps of an attack.
+    pub(super) fn draw(&mut self, isa: Isa, attack: &AttackDrawing, layout: MaskLayout) {
+        self.lanes = layout.lanes;
         self.layers.clear();
         self.places.clear();
         self.inner.clear();
         self.outer.clear();
-        let kinds = if counted.outer { 2 } else { 1 };
-        self.canvas.stretch(attack.rect, kinds * lanes);
+        self.canvas
+            .stretch(attack.rect, layout.kinds * layout.lanes);
         isa.run(
             #[inline(always)]
             || {
                 for layer in &attack.layers {
                     let first = self.places.len() as u32;
-                    self.canvas.draw_layer(attack, layer, (lanes, kinds));
+                    self.canvas.draw_layer(attack, layer, layout);
                     self.take_blocks();
                     self.layers.push(TexelLayer {
                         slab: layer.slab,
@@ -171,17 +182,12 @@ impl Canvas {
     }
 
     #[inline(always)]
-    fn draw_layer(
-        &mut self,
-        attack: &AttackDrawing,
-        layer: &AttackLayer,
-        (lanes, kinds): (usize, usize),
-    ) {
-        let discs = attack.discs_of(layer).into_iter().take(kinds);
+    fn draw_layer(&mut self, attack: &AttackDrawing, layer: &AttackLayer, layout: MaskLayout) {
+        let discs = attack.discs_of(layer).into_iter().take(layout.kinds);
         for (kind, discs) in discs.enumerate() {
             for &TimedDisc { disc, slice } in discs {
                 let bit = MaskBit {
-                    part: kind * lanes + slice as usize / 32,
+                    part: kind * layout.lanes + slice as usize / 32,
                     bit: 1 << (slice % 32),
                 };
                 self.draw(disc, bit);
@@ -257,8 +263,8 @@ mod tests {
             for isa in Isa::available() {
                 let mut texels = AttackTexels::default();
                 // What was drawn before leaves nothing behind.
-                texels.draw(isa, &attack, (2, Counted::ALL));
-                texels.draw(isa, &attack, (2, counted));
+                texels.draw(isa, &attack, MaskLayout::new(2, Counted::ALL));
+                texels.draw(isa, &attack, MaskLayout::new(2, counted));
                 prop_assert_eq!(texels.outer.len(), if with_outer { texels.inner.len() } else { 0 });
                 for layer in &texels.layers {
                     let mut found = vec![[0u64; 2]; (width * height) as usize];

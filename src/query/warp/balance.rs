@@ -1,7 +1,7 @@
-//! Whether a body that stands still would fall: its centre of mass must lie over its feet.
+//! Balance of a standing body: the centre of mass must lie over the feet.
 //!
-//! Source: the support polygon of standing, and for a foot that is lifted for a moment the inverted pendulum: what stands
-//! `d` beside its support has moved by d (cosh(t √(g / h)) - 1) after t seconds (Hof, Gazendam & Sinke 2005, equation 2).
+//! Source: the support polygon for standing, and the inverted pendulum while a foot is lifted: a body at a distance d from its support
+//! moves by d (cosh(t √(g / h)) - 1) within t seconds (Hof, Gazendam & Sinke 2005, equation 2).
 
 use glam::{Vec2, Vec3};
 
@@ -10,22 +10,22 @@ use super::ticks::Tick;
 use crate::anim::Rig;
 use crate::maps::BakedGraph;
 
-/// From the bones of a foot to its edge, metres.
+/// Distance from the bones of a foot to its edge, in metres.
 const HALF_FOOT: f32 = 0.05;
 
-/// What carries a body that stands still.
+/// Support of a body that stands still.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Support {
-    /// Which feet stand on the ground.
+    /// Whether each foot is planted.
     pub feet: [bool; Rig::LEGS],
-    /// How far the centre of mass may lie beside them, metres.
+    /// Maximum distance of the centre of mass from the support, in metres.
     pub allowed: f32,
 }
 
 impl Support {
-    /// With the foot of a limb in the air for so long.
+    /// Support while the foot of a limb is lifted for `seconds`.
     pub(super) fn without(self, limb: usize, seconds: f32) -> Self {
-        /// √(g / h), 1/s, and how far a body may sway, metres.
+        /// √(g / h) in 1/s, and the maximum sway in metres.
         const RATE: f32 = 3.2;
         const SWAY: f32 = 0.05;
         let mut feet = self.feet;
@@ -38,7 +38,7 @@ impl Support {
     }
 }
 
-/// The centre of mass by the volumes of the body's spheres; of the trunk, arms and head alone with their share of the mass.
+/// Centre of mass from the volumes of the body's spheres, and that of trunk, arms and head with their share of the mass.
 struct Masses {
     centre: Vec3,
     upper: Vec3,
@@ -68,8 +68,8 @@ impl Masses {
     }
 }
 
-/// The condition that keeps the centre of mass over the feet, where the bend whose numbers are `now` does not. `beside` is how
-/// far it lies beside them anyway.
+/// Condition that keeps the centre of mass over the feet, if the bend with the numbers `now` does not. `beside` is its distance from
+/// the support without a warp.
 pub(super) fn row(
     baked: &BakedGraph,
     (tick, support): (&Tick, &Support),
@@ -98,13 +98,13 @@ pub(super) fn row(
     })
 }
 
-/// How far the centre of mass lies beside the feet; `None` where it lies over them, or none stands.
+/// Distance of the centre of mass from the support, or `None` if it lies over the support or no foot is planted.
 pub(super) fn beside(baked: &BakedGraph, tick: &Tick, support: &Support) -> Option<f32> {
     let masses = Masses::of(baked, &tick.centres);
     outside(baked.graph().rig(), tick, (support, masses.centre)).map(|(distance, _)| distance)
 }
 
-/// How far a place lies beside the feet, and in which direction.
+/// Distance and direction of a point from the support.
 fn outside(rig: &Rig, tick: &Tick, (support, place): (&Support, Vec3)) -> Option<(f32, Vec2)> {
     let place = Vec2::new(place.x, place.z);
     let mut points = [Vec2::ZERO; 2 * Rig::LEGS];

@@ -1,4 +1,4 @@
-//! What a warp is asked for, and what it returns.
+//! Input and result of a warp.
 
 use super::settings::WarpSettings;
 use crate::maps::BakedGraph;
@@ -8,36 +8,36 @@ use crate::query::clearance::{Clearance, MotionBody};
 /// Number of samples on each side of the moment at which the attack is nearest.
 pub(super) const SAMPLES: usize = 3;
 
-/// A motion that was bent so that it is clean.
+/// Result of a warp that makes a motion clean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Warped {
-    /// Of the warped motion, exactly.
+    /// Exact clearance of the warped motion.
     pub clearance: Clearance,
-    /// How much of the bounds the warp uses: the sum of the squared shares.
+    /// Share of the bounds that the warp uses: the sum of the squared shares.
     pub effort: f32,
 }
 
-/// What is warped, and against what.
+/// Input of a warp.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WarpCase<'a> {
-    /// Whose motion it is.
+    /// Graph of the motion.
     pub baked: &'a BakedGraph,
-    /// In the world of the motion, on its clock.
+    /// Attack, in the world and on the clock of the motion.
     pub attack: &'a Attack,
-    /// How far it may be bent.
+    /// Bounds of the warp.
     pub settings: &'a WarpSettings,
 }
 
-/// What a warp is to do to the smallest distance from the attack.
+/// Wanted change of the smallest distance from the attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wish {
-    /// Above the margin.
+    /// Increase it to the margin.
     Away,
-    /// From one distance to a smaller one, metres.
+    /// Decrease it, in metres.
     Nearer { from: f32, to: f32 },
 }
 
-/// A case with the change of the smallest distance that is wanted.
+/// Input of a warp with the wanted change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task<'a> {
     pub(super) case: WarpCase<'a>,

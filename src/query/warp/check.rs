@@ -1,4 +1,4 @@
-//! The last look at a warped motion, frame by frame: do feet stay, is nothing faster than a body moves?
+//! Final check of a warped motion, frame by frame: planted feet stay, and no joint exceeds the limits of speed.
 
 use glam::Vec3;
 
@@ -6,23 +6,23 @@ use super::settings::WarpLimits;
 use crate::anim::{Chain, Pose, Rig};
 use crate::graph::{Motion, MotionGraph};
 
-/// What the check works with.
+/// Scratch of the check.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CheckScratch {
-    /// Of the last three frames: as the motion has them, and warped.
+    /// Poses of the last three frames, each without and with the warp.
     frames: [[Pose; 2]; 3],
 }
 
-/// Why a warp is refused.
+/// Reason why a warp is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Refused {
-    /// A foot that stands moves.
+    /// A planted foot moves.
     Slides,
-    /// A joint turns too fast, or its speed changes too fast.
+    /// The angular velocity or acceleration of a joint is too high.
     TooFast,
 }
 
-/// Goes through the envelope at the frame rate of the clips.
+/// Checks each frame within the envelope, at the frame rate of the clips.
 pub(super) fn check(
     graph: &MotionGraph,
     (motion, plain): (&Motion, &Motion),
@@ -58,7 +58,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Where the ankles are.
+/// Positions of the ankles.
 struct Ankles([Option<Vec3>; Rig::LEGS]);
 
 impl Ankles {
@@ -71,7 +71,7 @@ impl Ankles {
         Self([ankle(0), ankle(1)])
     }
 
-    /// A foot that stands stays, unless it is lifted.
+    /// Checks that planted feet stay, except lifted ones.
     fn check(
         &self,
         graph: &MotionGraph,
@@ -96,7 +96,7 @@ impl Ankles {
     }
 }
 
-/// No joint that is bent is faster than the limits where the motion itself is not.
+/// Checks that no displaced joint exceeds the limits, unless the motion without the warp exceeds them too.
 fn speeds(
     graph: &MotionGraph,
     frames: &[[Pose; 2]; 3],

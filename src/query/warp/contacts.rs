@@ -1,4 +1,4 @@
-//! Where an attack comes nearest to the body between the samples around a moment, and what keeps it away.
+//! The nearest points of attack and body between the samples around a moment, and the conditions that keep them apart.
 
 use glam::Vec3;
 
@@ -8,26 +8,26 @@ use crate::maps::{BakedGraph, MovingSphere};
 use crate::query::Attack;
 use crate::query::clearance::{SAMPLE_RATE, closest};
 
-/// A sphere of the body to which the attack comes near.
+/// A body sphere that the attack comes near to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contact {
-    /// Position of the first of the two samples between which that is.
+    /// Index of the sample before the contact.
     tick: usize,
-    /// 0 at that sample, 1 at the next.
+    /// Position between the samples: 0 at that sample, 1 at the next.
     share: f32,
     sphere: usize,
-    /// Between the surfaces.
+    /// Distance of the surfaces.
     pub metres: f32,
-    /// From the attack to the body.
+    /// Direction from the attack to the body.
     away: Vec3,
 }
 
-/// Spheres that are this much further away than the margin are held away too, metres.
+/// Spheres up to this distance beyond the margin get conditions too, in metres.
 const NEAR: f32 = 0.04;
-/// So many of two samples at most.
+/// Maximum number of contacts between two samples.
 const MOST: usize = 6;
 
-/// Finds the contacts between samples that follow each other, the nearest first for each two.
+/// Finds the contacts between consecutive samples, the nearest first for each pair.
 pub(super) fn find(
     baked: &BakedGraph,
     (attack, margin): (&Attack, f32),
@@ -81,7 +81,7 @@ fn between(
 }
 
 impl Contact {
-    /// The condition that the bend whose numbers are `now` is changed to one that keeps the attack `margin` away.
+    /// Condition that changes the bend with the numbers `now` to one that keeps the attack at the margin.
     pub(super) fn row(
         &self,
         baked: &BakedGraph,

@@ -1,14 +1,14 @@
-//! Legs that must reach the ground, and knees that fold no further than they can.
+//! Conditions of legs: planted feet are within reach, and knees do not fold beyond their limit.
 
 use super::linear::{Gradient, Numbers, Row, Scales, dot};
 use super::ticks::Tick;
 use crate::anim::Rig;
 
-/// Distances this near to the limit are held to it, metres.
+/// Distance from a limit below which the condition is added, in metres.
 const NEAR: f32 = 0.12;
 
-/// The conditions of one sample that no ankle comes further from its hip, or nearer to it, than the leg's bones let it.
-/// `now` are the numbers that the sample is warped by.
+/// Conditions of one sample that keep each ankle's distance from its hip within the range of the leg's bones. `now` are the numbers
+/// that the sample is warped by.
 pub(super) fn rows(
     rig: &Rig,
     tick: &Tick,
@@ -46,7 +46,7 @@ pub(super) fn rows(
     }
 }
 
-/// A foot that moves away from where it stands is lifted by half as much at least.
+/// Conditions that lift a displaced foot by at least half of its displacement.
 pub(super) fn lift_rows(limb: usize, scales: &Scales, rows: &mut Vec<Row>) {
     for (x, z) in [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)] {
         let mut gradient = Gradient::default();

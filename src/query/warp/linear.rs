@@ -1,34 +1,34 @@
-//! The smallest displacement that keeps linear conditions and bounds.
+//! The smallest displacement that satisfies linear conditions and bounds.
 //!
 //! Source: Boyle & Dykstra, "A Method for Finding Projections onto the Intersection of Convex Sets" (1986): the point of the
-//! intersection that is nearest to the origin. A half space keeps its correction as one number (Hildreth 1957).
+//! intersection that is nearest to the origin. The correction of a half space is stored as one number (Hildreth 1957).
 
 use glam::Vec3;
 
 use crate::anim::{Bend, Rig};
 
-/// Numbers of a [`Bend`]: spine, pelvis, four ends, and time.
+/// Number of parameters of a [`Bend`]: spine, pelvis, four ends, and time.
 pub(super) const N: usize = 3 * GROUPS + 1;
-/// Vectors among them.
+/// Number of vectors among them.
 const GROUPS: usize = 2 + Rig::LIMBS;
 
-/// A bend as numbers, each as a share of its bound, or what changes by each of them.
+/// Parameters of a bend as shares of their bounds, or derivatives with respect to them.
 pub(super) type Numbers = [f32; N];
 
-/// How much of a bend 1 is: the bounds of one motion; 0 for what must not move.
+/// Bounds of one motion, by which parameters are scaled. 0 for parts that must not move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Scales {
-    /// Radians.
+    /// Bound of the spine, in radians.
     pub spine: f32,
-    /// Metres.
+    /// Bound of the pelvis, in metres.
     pub pelvis: f32,
-    /// Metres, in the order of [`Rig::limbs`].
+    /// Bounds of feet and hands, in metres, in the order of [`Rig::limbs`].
     pub ends: [f32; Rig::LIMBS],
-    /// Seconds.
+    /// Bound of the offset in time, in seconds.
     pub ahead: f32,
 }
 
-/// A condition: the sum of the products of `slope` and a bend's numbers is not below `least`.
+/// A condition: the dot product of `slope` and the parameters is at least `least`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub slope: Numbers,
@@ -36,7 +36,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The condition that the same sum is not above `least`.
+    /// The condition that the same dot product is at most `least`.
     pub(super) fn reversed(&self) -> Self {
         Self {
             slope: self.slope.map(|number| -number),
@@ -45,7 +45,7 @@ impl Row {
     }
 }
 
-/// What a quantity changes by with each part of a bend: one unit of it.
+/// Derivatives of a quantity with respect to each part of a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Gradient {
     pub spine: Vec3,
@@ -55,7 +55,7 @@ pub(super) struct Gradient {
 }
 
 impl Gradient {
-    /// By shares of bounds.
+    /// Derivatives with respect to shares of the bounds.
     pub(super) fn scaled(&self, scales: &Scales) -> Numbers {
         let mut numbers = [0.0; N];
         let vectors = [self.spine * scales.spine, self.pelvis * scales.pelvis].into_iter();
@@ -69,7 +69,7 @@ impl Gradient {
     }
 }
 
-/// The bend that numbers are.
+/// The bend with these parameters.
 pub(super) fn bend_of(numbers: &Numbers, scales: &Scales) -> Bend {
     let vector = |group: usize| Vec3::from_slice(&numbers[3 * group..]);
     Bend {
@@ -84,10 +84,10 @@ pub(super) fn dot(a: &Numbers, b: &Numbers) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The numbers with the smallest sum of squares for which every vector is no longer than 1 and every row is kept; where no
-/// numbers keep all rows, some that nearly do. `factors` is scratch.
+/// The parameters with the smallest sum of squares for which each vector has a length of at most 1 and all rows are satisfied. If no
+/// parameters satisfy all rows, the result nearly satisfies them. `factors` is scratch.
 pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<f32>) -> Numbers {
-    /// Steps beyond which nothing changes that could be seen.
+    /// Maximum number of iterations.
     const SWEEPS: usize = 60;
     const STILL: f32 = 1e-5;
     let mut numbers = [0.0; N];
@@ -118,7 +118,7 @@ pub(super) fn least_numbers(rows: &[Row], factors: &mut Vec<f32>) -> Numbers {
     numbers
 }
 
-/// Onto the ball of radius 1.
+/// Projects onto the unit ball.
 fn bound(part: &mut [f32], beyond: &mut [f32]) {
     for (number, beyond) in part.iter_mut().zip(beyond.iter()) {
         *number += beyond;
@@ -135,7 +135,7 @@ fn bound(part: &mut [f32], beyond: &mut [f32]) {
     }
 }
 
-/// By how much the worst row is missed; 0 or less where all are kept.
+/// Largest violation of a row; 0 or less if all are satisfied.
 pub(super) fn worst(rows: &[Row], numbers: &Numbers) -> f32 {
     let missed = rows.iter().map(|row| row.least - dot(&row.slope, numbers));
     missed.fold(f32::NEG_INFINITY, f32::max)

@@ -1,9 +1,9 @@
-//! What is nearly clean is bent to be clean.
+//! Warps: small displacements that make a motion clean that is hit by little.
 //!
-//! Source: the step that Masaoka & Oshita name as their next one (section 7), by motion warping (Witkin & Popović 1995). The
-//! warp is solved as inverse kinematics by constraints is (Gleicher 1997): distances of the attack to the spheres of the body
-//! that it comes near are made linear in the warp's few parameters, the smallest warp that keeps all is found, the body is
-//! posed by it, and so on; the exact test of the warped motion has the last word.
+//! Source: motion warping (Witkin & Popović 1995), which Masaoka & Oshita propose as future work (section 7). The warp is solved by
+//! sequential linearisation (Gleicher 1997): the distances of the attack from near body spheres are linearised in the warp's
+//! parameters, the smallest warp that satisfies all conditions is computed, the body is posed with it, and the step is repeated. The
+//! warped motion is accepted only if the exact test finds it clean.
 
 mod balance;
 mod case;
@@ -31,11 +31,11 @@ use goal::Goal;
 use linear::{N, Numbers, Row, bend_of, least_numbers, worst};
 use ticks::Tick;
 
-/// What warping works with; kept from one motion to the next.
+/// Solver of warps, with its scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Warper {
     ticks: Vec<Tick>,
-    /// How many of them are in use.
+    /// Number of ticks in use.
     used: usize,
     contacts: Vec<Contact>,
     rows: Vec<Row>,
@@ -44,21 +44,21 @@ pub(crate) struct Warper {
     check: CheckScratch,
 }
 
-/// A distance is the wished one within this, metres.
+/// Tolerance of a wanted distance, in metres.
 const NEARLY: f32 = 0.005;
-/// No warp ends later, seconds after the query.
+/// Latest end of a warp, in seconds after the query.
 const LONGEST: f32 = 600.0;
-/// The most moments around which samples are taken.
+/// Maximum number of moments around which samples are taken.
 const MOMENTS: usize = 3;
-/// Rows may be missed by so much before a solution is tried, metres: distances are not linear.
+/// Maximum violation of a row at which a solution is tried, in metres. Distances are not linear.
 const HOPE: f32 = 0.02;
 
 /// Attacks of more spheres are not bent away from: each sphere of the attack is compared with each of the body.
 const MOST_SPHERES: usize = 1024;
 
 impl Warper {
-    /// Bends `motion`, which is hit as `hit` says, so that it is clean; `None`, and the motion as it was, where that cannot be.
-    /// The motion lasts at least as long as the attack.
+    /// Bends a motion that is hit so that it is clean. Returns `None` and leaves the motion unchanged if that is not possible. The motion
+    /// must last at least as long as the attack.
     pub(crate) fn warp(
         &mut self,
         case: WarpCase<'_>,
@@ -69,8 +69,8 @@ impl Warper {
         self.bend(Task { case, wish }, motion, tested)
     }
 
-    /// Bends `motion`, which the attack misses by more than `widest` as `clear` says, so that it misses by that, or as nearly so as
-    /// the bounds let it; `None`, and the motion as it was, where that cannot be.
+    /// Bends a motion that the attack misses by more than `widest` so that it misses by `widest`, or as near to it as the bounds allow.
+    /// Returns `None` and leaves the motion unchanged if that is not possible.
     pub(crate) fn lessen(
         &mut self,
         case: WarpCase<'_>,
@@ -143,7 +143,7 @@ impl Warper {
         None
     }
 
-    /// Adds the samples around a moment, in order and none twice.
+    /// Adds the samples around a moment, in order and without duplicates.
     fn look_at(&mut self, seconds: f32) {
         let middle = (seconds * SAMPLE_RATE) as usize;
         for number in middle.saturating_sub(SAMPLES)..=middle + SAMPLES + 1 {
@@ -161,7 +161,7 @@ impl Warper {
         }
     }
 
-    /// The numbers of a bend that keeps the attack away at all samples; `None` where none does.
+    /// Parameters of a bend that keeps the attack away at all samples, or `None` if there are none.
     fn solve_ticks(&mut self, task: Task<'_>, goal: &Goal, motion: &mut Motion) -> Option<Numbers> {
         let Task { case, wish } = task;
         let WarpCase {
@@ -231,7 +231,7 @@ impl Warper {
     }
 }
 
-/// Conditions that are kept at a time.
+/// Maximum number of rows at a time.
 const MOST_ROWS: usize = 192;
-/// A condition is kept that is missed by no more, metres.
+/// Violation up to which a row counts as satisfied, in metres.
 const KEPT: f32 = 1e-3;

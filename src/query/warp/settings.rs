@@ -3,27 +3,26 @@ use serde::{Deserialize, Serialize};
 use super::linear::Scales;
 use crate::anim::{Bend, Envelope, Rig};
 
-/// When and how far motions are warped so that they avoid an attack.
+/// Settings of warps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WarpSettings {
-    /// Where no candidate is clean, at most so many of those that are hit least deep are warped; 0 for no warping. Default 2: of a
-    /// fighter's hits by thrown balls 1 cures 67%, 2 72% and 4 73%.
+    /// Maximum number of candidates that are warped if no candidate is clean, the least deep hits first. 0 means no warping. Default 2. Of
+    /// a fighter's hits by thrown balls, 1 cures 67%, 2 cure 72% and 4 cure 73%.
     pub candidates: usize,
-    /// A hit that is deeper is not tried, metres. Default 0.3.
+    /// Maximum depth of a hit that is warped, in metres. Default 0.3.
     pub deepest: f32,
-    /// A clean answer that is nearer to the attack than this is bent away from it, metres. Default 0: none is.
+    /// Clearance below which a clean answer is bent away from the attack, in metres. Default 0: no answer is.
     pub nearest: f32,
-    /// A clean answer that is further from the attack is bent towards it as far as this and its bounds let it, where that
-    /// lowers the score, metres. Default none.
+    /// Clearance above which a clean answer is bent towards the attack if that lowers its score, in metres. Default `None`: no answer is.
     pub widest: Option<f32>,
-    /// The warped body stays so far from the attack, if it can, metres. Default 0.01.
+    /// Wanted clearance of a warped motion, in metres. Default 0.01.
     pub margin: f32,
-    /// Corrections of the warp by the distances that it leads to, at most. Default 5.
+    /// Maximum number of linearisations. Default 5.
     pub rounds: usize,
-    /// What may be moved by how much.
+    /// Maximum displacements.
     pub bounds: WarpBounds,
-    /// How fast.
+    /// Maximum speeds and durations.
     pub limits: WarpLimits,
 }
 
@@ -42,7 +41,7 @@ impl Default for WarpSettings {
     }
 }
 
-/// A setting: its name, its value, and the range that it must be in, with that range in words.
+/// A setting: its name, its value, its valid range, and the range in words.
 pub(in crate::query) type RangedSetting = (
     &'static str,
     f64,
@@ -56,7 +55,7 @@ impl WarpSettings {
         Self::OFF
     }
 
-    /// Each number with its name and its range.
+    /// All settings with their names and ranges.
     pub(in crate::query) fn ranges(&self) -> [RangedSetting; 25] {
         let (bounds, limits) = (&self.bounds, &self.limits);
         let number =
@@ -116,19 +115,19 @@ impl WarpSettings {
     };
 }
 
-/// The most that a warp may displace; 0 leaves a part as it is.
+/// Maximum displacements of a warp. 0 leaves a part unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WarpBounds {
-    /// Bend and twist of the whole spine, radians. Default 15°.
+    /// Rotation of the whole spine, in radians. Default 15°.
     pub spine: f32,
-    /// Shift or dip of the pelvis, metres. Default 0.10.
+    /// Translation of the pelvis, in metres. Default 0.10.
     pub pelvis: f32,
-    /// Way of a foot that is lifted, metres. Default 0.25.
+    /// Translation of a lifted foot, in metres. Default 0.25.
     pub foot: f32,
-    /// Way of a hand, metres. Default 0.20.
+    /// Translation of a hand, in metres. Default 0.20.
     pub hand: f32,
-    /// Shift in time, ahead or behind, seconds. Default 0.04.
+    /// Offset in time, ahead or behind, in seconds. Default 0.04.
     pub time: f32,
 }
 
@@ -164,7 +163,7 @@ impl WarpBounds {
         }
     }
 
-    /// How much of the bounds a bend uses: the sum of the squared shares.
+    /// Share of the bounds that a bend uses: the sum of the squared shares.
     #[must_use]
     pub(crate) fn effort(&self, bend: &Bend) -> f32 {
         let share = |length: f32, bound: f32| match length {
@@ -181,7 +180,7 @@ impl WarpBounds {
             + share(bend.ahead, self.time)
     }
 
-    /// The same bounds, none of which moves anything faster than the limits on such a way in and out.
+    /// These bounds, reduced so that no part exceeds the limits of speed in this envelope.
     pub(super) fn within(&self, limits: &WarpLimits, envelope: &Envelope, spine: usize) -> Scales {
         let way = envelope.shortest_way();
         let by_speed = |speed: f32| speed * way / Envelope::STEEPEST;
@@ -199,39 +198,39 @@ impl WarpBounds {
     }
 }
 
-/// How a body moves at most, and how long a warp takes to come and go.
+/// Maximum speeds of a warp, and durations of its fades.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WarpLimits {
-    /// The warp comes in over so many seconds where there is time. Default 0.35.
+    /// Duration of the fade-in if there is time, in seconds. Default 0.35.
     pub way_in: f32,
-    /// In no fewer. Default 0.12.
+    /// Minimum duration of the fade-in, in seconds. Default 0.12.
     pub shortest_way_in: f32,
-    /// It goes over so many seconds. Default 0.4.
+    /// Duration of the fade-out, in seconds. Default 0.4.
     pub way_out: f32,
-    /// It begins no earlier than so many seconds after the query. Default 0.
+    /// Earliest start, in seconds after the query. Default 0.
     pub reaction: f32,
-    /// It acts whole from so long before the attack is nearest until so long after, seconds. Default 0.03.
+    /// Time at full weight before and after the attack is nearest, in seconds. Default 0.03.
     pub hold: f32,
-    /// Of a joint in its parent's frame, rad/s: what a warp adds is not above it, nor is a warped motion faster than it
-    /// where the motion itself is not. Default 20.
+    /// Angular velocity of a joint in its parent's frame, in rad/s. It limits what a warp adds, and the warped motion where the motion
+    /// itself is below it. Default 20.
     pub angular_velocity: f32,
-    /// The same of its change, rad/s². Default 500.
+    /// Angular acceleration of a joint, limited in the same way, in rad/s². Default 500.
     pub angular_acceleration: f32,
-    /// Of the pelvis, added to its own, m/s. Default 1.
+    /// Velocity that a warp adds to the pelvis, in m/s. Default 1.
     pub root_speed: f32,
-    /// The same of its change, m/s². Default 12.
+    /// Acceleration that a warp adds to the pelvis, in m/s². Default 12.
     pub root_acceleration: f32,
-    /// Of a lifted foot or a hand, added to its own, m/s. Default 2.5.
+    /// Velocity that a warp adds to a lifted foot or a hand, in m/s. Default 2.5.
     pub end_speed: f32,
-    /// Playback goes at most so much faster or slower. Default 0.25.
+    /// Maximum change of the playback rate. Default 0.25.
     pub rate: f32,
-    /// How far the centre of mass may lie beside the feet while the body stands still, where it does not do so anyway,
-    /// metres. Default 0.02.
+    /// Maximum distance of the centre of mass from the support while the body stands still, in metres, unless the motion itself exceeds
+    /// it. Default 0.02.
     pub balance: f32,
-    /// A knee or an elbow is bent no further than to this angle between its bones, radians. Default 35°.
+    /// Minimum angle between the bones of a knee or an elbow, in radians. Default 35°.
     pub folded: f32,
-    /// How far a standing foot may be from where it stood, metres. Default 0.001.
+    /// Maximum displacement of a planted foot, in metres. Default 0.001.
     pub slide: f32,
 }
 
@@ -275,9 +274,9 @@ impl WarpLimits {
         slide: 0.0,
     };
 
-    /// The envelope around a time in which the attack is near; `None` where there is no time to come in.
+    /// Envelope around the time at which the attack is nearest, or `None` if there is no time for the fade-in.
     pub(super) fn envelope(&self, [from, to]: [f32; 2]) -> Option<Envelope> {
-        /// Whatever the settings say, seconds.
+        /// Minimum duration of a fade, in seconds.
         const LONGEST: f32 = 10.0;
         let hold = self.hold.min(LONGEST);
         let (full, release) = (from - hold, to + hold);

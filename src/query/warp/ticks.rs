@@ -1,4 +1,4 @@
-//! The body at the samples around the moment at which an attack is nearest, as it is and as it is warped.
+//! The body at the samples around the moment at which the attack is nearest, without and with the warp.
 
 use glam::Vec3;
 
@@ -14,22 +14,22 @@ use crate::query::clearance::SAMPLE_RATE;
 /// The body at one sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tick {
-    /// Samples since the query.
+    /// Number of the sample since the query.
     pub number: usize,
-    /// How much of the warp acts.
+    /// Weight of the warp.
     pub weight: f32,
-    /// As the motion itself has it, and how far ahead that was taken.
+    /// Pose without the warp, and the offset in time at which it was taken.
     base: Pose,
     ahead: Option<f32>,
-    /// Of each leg as the motion has it: from hip to ankle, how near and how far the ankle may come, metres.
+    /// For each leg without the warp: the vector from hip to ankle, and the range of its length, in metres.
     pub legs: [LegRange; Rig::LEGS],
-    /// Bent.
+    /// Pose with the warp.
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
 }
 
-/// How near to and how far from its hip an ankle may come.
+/// Range of the distance from hip to ankle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LegRange {
     pub nearest: f32,
@@ -37,7 +37,7 @@ pub(super) struct LegRange {
 }
 
 impl Tick {
-    /// Forgets what it was.
+    /// Starts a new sample.
     pub(super) fn restart(&mut self, number: usize) {
         self.number = number;
         self.ahead = None;
@@ -47,7 +47,7 @@ impl Tick {
         self.number as f32 / SAMPLE_RATE
     }
 
-    /// Poses the body as `motion` is warped now.
+    /// Poses the body with the current warp of `motion`.
     pub(super) fn pose(&mut self, baked: &BakedGraph, motion: &Motion, limits: &WarpLimits) {
         let graph = baked.graph();
         let (skeleton, seconds) = (graph.skeleton(), self.seconds());
@@ -89,7 +89,7 @@ impl Tick {
         }
     }
 
-    /// What the distance of a sphere in the direction `away` changes by with the bend at this sample.
+    /// Gradient of a sphere's distance in the direction `away` with respect to the bend, at this sample.
     pub(super) fn gradient(
         &mut self,
         baked: &BakedGraph,
@@ -124,21 +124,21 @@ impl Tick {
         gradient
     }
 
-    /// From the joints of the spine that carry a point to it, on average over the whole spine.
+    /// Vector to a point from the spine joints that move it, averaged over the whole spine.
     pub(super) fn lever(&self, rig: &Rig, count: usize, place: Vec3) -> Vec3 {
         let joints = rig.spine()[..count].iter();
         let levers = joints.map(|joint| place - self.joints[joint.index()].translation);
         levers.sum::<Vec3>() / rig.spine().len().max(1) as f32
     }
 
-    /// What a point of a limb goes along `away` when its end is displaced: by displacing it a little.
+    /// Derivative of a limb point along `away` with respect to the displacement of the limb's end, by finite differences.
     fn end_gradient(
         &mut self,
         baked: &BakedGraph,
         leg: &Leg,
         (sphere, away): (usize, Vec3),
     ) -> Vec3 {
-        /// Metres.
+        /// Step of the finite differences, in metres.
         const STEP: f32 = 0.004;
         let skeleton = baked.graph().skeleton();
         let sphere = baked.body().spheres[sphere];
@@ -197,7 +197,7 @@ mod tests {
         })
     }
 
-    /// Where a sphere is by the bend, the naive way.
+    /// Position of a sphere after the bend, computed naively.
     fn place(motion: &Motion, bend: Bend, sphere: usize) -> Vec3 {
         let baked = baked();
         let mut motion = motion.clone();

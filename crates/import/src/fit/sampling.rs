@@ -14,8 +14,10 @@ use super::pieces::cut;
 
 /// Points of the first way. A mesh that needs more is sampled the second way.
 const MOST_POINTS: usize = 60_000;
-/// Points that the second way chooses from, as far as vertices allow; the pieces' length is doubled until they are enough.
-const MOST_CANDIDATES: usize = 4_000_000;
+/// Maximum number of pieces that the second way makes. Their length is doubled until they are few enough.
+const MOST_PIECES: usize = 1_000_000;
+/// Maximum number of points of the second way. The distance between them is doubled until they are few enough.
+const MOST_CHOSEN: usize = 100_000;
 /// Two normals point the same way if the cosine of their angle is above this.
 const ALIKE: f32 = 0.5;
 
@@ -92,33 +94,43 @@ impl Points {
         points
     }
 
-    /// Of the vertices and the middles of short pieces those that are no closer than `spacing` to one of the same joint and side.
+    /// Chooses among the vertices and the middles of short pieces, `spacing` apart if the limits allow it.
     fn of_pieces(
         mesh: &Mesh,
         (vertices, joints): (&[Candidate], &[JointId]),
-        spacing: f32,
+        mut spacing: f32,
     ) -> Self {
+        loop {
+            if let Some(points) = Self::thinned(mesh, (vertices, joints), spacing) {
+                return points;
+            }
+            spacing *= 2.0;
+        }
+    }
+
+    /// The points that are no closer than `spacing` to one of the same joint and side; `None` if they are too many.
+    fn thinned(
+        mesh: &Mesh,
+        (vertices, joints): (&[Candidate], &[JointId]),
+        spacing: f32,
+    ) -> Option<Self> {
         let mut length = spacing;
-        while candidates(mesh, length) > MOST_CANDIDATES {
+        while piece_count(mesh, length) > MOST_PIECES {
             length *= 2.0;
         }
         // A place is within two thirds of the longest edge of its piece's middle.
         let mut chosen = Chosen::new(Self::none(spacing + length * 2.0 / 3.0), spacing);
-        vertices.iter().for_each(|&vertex| chosen.offer(vertex));
-        let mut pieces = Vec::new();
+        if !vertices.iter().all(|&vertex| chosen.offer(vertex)) {
+            return None;
+        }
         for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {
             let corners = mesh.corners(triangle);
-            let normal = normal_of(corners).normalize_or_zero();
-            pieces.clear();
-            cut(corners, length, &mut |piece| {
-                pieces.push(piece);
-                true
-            });
-            if pieces.len() == 1 {
+            if parts(corners, length) == 1 {
                 // Its corners are near enough.
                 continue;
             }
-            for piece in &pieces {
+            let normal = normal_of(corners).normalize_or_zero();
+            let mut offer = |piece: [Vec3; 3]| {
                 let place = piece.iter().sum::<Vec3>() / 3.0;
                 let far = |&corner: &usize| corners[corner].distance_squared(place);
                 let nearest = (0..3).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
@@ -126,10 +138,13 @@ impl Points {
                     place,
                     joint: joints[of_triangle[nearest] as usize],
                     normal,
-                });
+                })
+            };
+            if !cut(corners, length, &mut offer) {
+                return None;
             }
         }
-        chosen.points
+        Some(chosen.points)
     }
 }
 
@@ -149,8 +164,8 @@ impl Chosen {
         }
     }
 
-    /// Takes a point unless a taken one of its joint and side is near.
-    fn offer(&mut self, point: Candidate) {
+    /// Takes a point unless a taken one of its joint and side is near. Returns false if there are too many.
+    fn offer(&mut self, point: Candidate) -> bool {
         let cell = (point.place / self.distance).floor().as_ivec3();
         let is_near = |&other: &u32| {
             let other = other as usize;
@@ -163,13 +178,14 @@ impl Chosen {
         let around = (0..27).map(|at| cell + IVec3::new(at % 3, at / 3 % 3, at / 9) - IVec3::ONE);
         let mut near = around.filter_map(|cell| self.cells.get(&cell));
         if near.any(|taken| taken.iter().any(is_near)) {
-            return;
+            return true;
         }
         self.cells
             .entry(cell)
             .or_default()
             .push(self.points.places.len() as u32);
         self.points.push(point);
+        self.points.places.len() <= MOST_CHOSEN
     }
 }
 
@@ -206,13 +222,15 @@ fn grid_points(mesh: &Mesh, spacing: f32) -> usize {
     (0..mesh.triangles().len()).map(inner).sum()
 }
 
-/// About how many pieces of a length the triangles have: by area, and along long edges.
-fn candidates(mesh: &Mesh, length: f32) -> usize {
+/// About how many pieces the triangles are cut into: by area, and along long edges.
+fn piece_count(mesh: &Mesh, length: f32) -> usize {
     let pieces = |triangle| {
         let corners = mesh.corners(triangle);
-        let along = parts(corners, length);
         let by_area = 2.0 * normal_of(corners).length() / (length * length);
-        2 * along + (by_area.min(1e9) as usize)
+        match parts(corners, length) {
+            1 => 0,
+            along => 2 * along + by_area.min(1e9) as usize,
+        }
     };
     (0..mesh.triangles().len()).map(pieces).sum()
 }

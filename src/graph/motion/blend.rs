@@ -1,0 +1,171 @@
+//! Entries of a motion, and the offsets that fade out after them.
+
+use super::{Motion, Piece};
+use crate::anim::{EventKind, Warp};
+use crate::graph::inertia::{Entry, EntryScratch, Inertia};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead, Step};
+
+impl Motion {
+    /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
+    /// during the entry's blend. The motion that was planned from there on is dropped.
+    pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let step = (1.0 / graph.frame_rate()) as f32;
+        self.extend(graph, seconds + step);
+        self.sample(graph, seconds, &mut scratch.from[0]);
+        self.sample(graph, seconds + step, &mut scratch.from[1]);
+        // What an earlier entry has left is in these poses.
+        self.cut(seconds);
+        self.push_entry(graph, entry, seconds);
+        self.extend(graph, seconds + step);
+        for (later, pose) in [0.0, step].into_iter().zip(&mut scratch.to) {
+            self.playhead(graph, seconds + later).pose(graph, pose);
+        }
+        if self.inertias.len() == self.entered {
+            self.inertias.push(Inertia::default());
+        }
+        let times = (seconds, entry.blend.max(step), step);
+        self.inertias[self.entered].measure(graph, &mut scratch, times);
+        self.entered += 1;
+        self.scratch = scratch;
+    }
+
+    /// Ends the motion just before `seconds`, so that the next piece starts at that time.
+    pub(super) fn cut(&mut self, seconds: f32) {
+        let played = self.pieces.partition_point(|piece| piece.start < seconds);
+        self.pieces.truncate(played);
+        if let Some(last) = self.pieces.last_mut() {
+            last.end = last.end.min(seconds.next_down());
+        }
+        let begun = |inertia: &Inertia| inertia.start < seconds;
+        self.entered = self.inertias[..self.entered].partition_point(begun);
+    }
+
+    /// Appends the entry's edge and the edges of its clip up to the end of the evasion, all at the entry's rate.
+    pub(super) fn push_entry(&mut self, graph: &MotionGraph, entry: &Entry, seconds: f32) {
+        let rate = entry.rate;
+        let playhead = Playhead {
+            edge: entry.edge,
+            frame: entry.frame,
+            clip_to_world: entry.clip_to_world,
+        };
+        let left = playhead.seconds_to_next_node(graph) / rate;
+        self.pieces.push(Piece {
+            playhead,
+            rate,
+            start: seconds,
+            end: seconds + left,
+        });
+        let mut edge = entry.edge;
+        let is_evasion = |edge: EdgeId| {
+            let event = graph.edge(edge).event;
+            event.is_some_and(|event| graph.event(event).kind == EventKind::Evasion)
+        };
+        /// Upper limit of the number of edges of a lead-in.
+        const MOST: usize = 256;
+        let mut pushed = 0;
+        while !is_evasion(edge) && pushed < MOST {
+            edge = graph.natural_edge(graph.edge(edge).to);
+            if graph.edge(edge).motion != EdgeMotion::Clip {
+                break;
+            }
+            self.push(graph, Step { edge, rate });
+            pushed += 1;
+        }
+    }
+
+    pub(in crate::graph) fn inertias(&self) -> &[Inertia] {
+        &self.inertias[..self.entered]
+    }
+
+    /// Offset that still fades out after `seconds`.
+    pub(super) fn inertia(&self, seconds: f32) -> Option<&Inertia> {
+        let begun = self
+            .inertias()
+            .partition_point(|inertia| inertia.start <= seconds);
+        let last = self.inertias[..begun].last()?;
+        last.lasts(seconds).then_some(last)
+    }
+
+    /// Whether the offset of an earlier motion still fades out after `seconds`. The pose then differs from the playhead's.
+    #[must_use]
+    pub fn is_blending(&self, seconds: f32) -> bool {
+        self.inertia(self.moment(seconds)).is_some()
+    }
+
+    /// Keeps the offset that fades out after `seconds` of `other`, which this motion continues from its start on. Call it before
+    /// any [`Motion::enter`].
+    pub fn continue_blend(&mut self, other: &Self, seconds: f32) {
+        let Some(left) = other.inertia(seconds) else {
+            return;
+        };
+        self.entered = 0;
+        if self.inertias.is_empty() {
+            self.inertias.push(Inertia::default());
+        }
+        self.inertias[0].clone_from(left);
+        self.inertias[0].start -= seconds;
+        self.entered = 1;
+    }
+
+    /// Time until the offset that fades out at the start is gone, in seconds; 0 without one.
+    #[must_use]
+    pub fn blends_until(&self) -> f32 {
+        self.inertia(0.0).map_or(0.0, Inertia::end)
+    }
+
+    /// Returns the motion that remains after `seconds`: the edge that plays then, at its rate, and
+    /// everything after it.
+    #[must_use]
+    pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
+        let warp = { self.warp }.filter(|warp| warp.envelope.end > seconds);
+        let moment = warp.map_or(seconds, |warp| warp.moment(seconds).min(seconds));
+        let index = self.pieces.partition_point(|piece| piece.end < moment);
+        let first = index.min(self.pieces.len().saturating_sub(1));
+        let mut pieces = self.pieces[first..].to_vec();
+        for piece in &mut pieces {
+            piece.start -= seconds;
+            piece.end -= seconds;
+        }
+        if let Some(begun) = pieces.first_mut().filter(|_| warp.is_none()) {
+            begun.playhead = self.playhead(graph, seconds);
+            begun.start = 0.0;
+            begun.end = begun.end.max(0.0);
+        }
+        let warp = warp.map(|warp| Warp {
+            envelope: warp.envelope.since(seconds),
+            ..warp
+        });
+        let left = { self.inertias().iter() }.filter(|one| one.lasts(seconds));
+        let mut inertias: Vec<Inertia> = left.cloned().collect();
+        for inertia in &mut inertias {
+            inertia.start -= seconds;
+            // Rounding may bring the end of what was left there up to the entry.
+            let left =
+                |piece: &&mut Piece| piece.start < inertia.start && piece.end >= inertia.start;
+            if let Some(piece) = pieces.iter_mut().rev().find(left) {
+                piece.end = inertia.start.next_down();
+            }
+        }
+        Self {
+            pieces,
+            warp,
+            entered: inertias.len(),
+            inertias,
+            scratch: EntryScratch::default(),
+        }
+    }
+
+    /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
+    /// its end.
+    #[must_use]
+    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[Step]) -> Self {
+        let mut branch = self.rest(graph, seconds);
+        branch.pieces.truncate(1);
+        branch.entered = branch.inertias().partition_point(|one| one.start <= 0.0);
+        for &step in steps {
+            branch.push(graph, step);
+        }
+        branch
+    }
+}

@@ -1,0 +1,80 @@
+//! Positions and poses of a motion at a time.
+
+use glam::Vec3;
+
+use super::Motion;
+use crate::anim::Pose;
+use crate::graph::{EdgeId, MotionGraph, Playhead, Step};
+use crate::math::Rigid2;
+
+impl Motion {
+    /// Playhead after `seconds`. Times before the start or after the end are clamped. A motion that
+    /// was never started is at the start of the first edge. During a blend ([`Motion::is_blending`]) the pose differs from the
+    /// playhead's.
+    #[must_use]
+    pub fn playhead(&self, graph: &MotionGraph, seconds: f32) -> Playhead {
+        let seconds = self.warp.map_or(seconds, |warp| warp.moment(seconds));
+        let index = self.pieces.partition_point(|piece| piece.end < seconds);
+        let Some(piece) = self.pieces.get(index).or(self.pieces.last()) else {
+            return Playhead {
+                edge: EdgeId(0),
+                frame: 0.0,
+                clip_to_world: Rigid2::IDENTITY,
+            };
+        };
+        let frames = (seconds - piece.start).max(0.0) * piece.rate * graph.frame_rate() as f32;
+        let longest = graph.edge(piece.playhead.edge).frames as f32;
+        Playhead {
+            frame: (piece.playhead.frame + frames).min(longest),
+            ..piece.playhead
+        }
+    }
+
+    /// Writes the pose after `seconds` to `out`, in the world.
+    pub fn sample(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
+        self.sample_unbent(graph, seconds, out);
+        self.apply_warp(graph, seconds, out);
+    }
+
+    /// The same as if it were not bent, but for the time at which it is.
+    pub(crate) fn sample_unbent(&self, graph: &MotionGraph, seconds: f32, out: &mut Pose) {
+        self.playhead(graph, seconds).pose(graph, out);
+        if let Some(inertia) = self.inertia(self.moment(seconds)) {
+            inertia.apply(graph, self.moment(seconds), out);
+        }
+    }
+
+    /// The time that is played, where a warp shifts it.
+    pub(super) fn moment(&self, seconds: f32) -> f32 {
+        self.warp.map_or(seconds, |warp| warp.moment(seconds))
+    }
+
+    /// Bends the pose of a moment, which was sampled without.
+    pub fn apply_warp(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+        if let Some(warp) = &self.warp {
+            warp.apply((graph.skeleton(), graph.rig()), seconds, pose);
+        }
+    }
+
+    /// Position of the root after `seconds`, in the world. It equals the root of [`Motion::sample`]
+    /// and is faster.
+    #[must_use]
+    pub fn root(&self, graph: &MotionGraph, seconds: f32) -> Vec3 {
+        let playhead = self.playhead(graph, seconds);
+        let root = graph.sample_edge_root(playhead.edge, playhead.frame);
+        let moved = self.warp.map_or(Vec3::ZERO, |warp| warp.root(seconds));
+        let moment = self.moment(seconds);
+        let faded = self
+            .inertia(moment)
+            .map_or(Vec3::ZERO, |left| left.root(moment));
+        playhead.clip_to_world.point(root) + moved + faded
+    }
+
+    /// Steps after the first edge, which has already started.
+    pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
+        self.pieces.iter().skip(1).map(|piece| Step {
+            edge: piece.playhead.edge,
+            rate: piece.rate,
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! Settings and errors of a bake.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{Body, EntrySettings, GridSettings, MapGrid, PathSettings, Prop, RetimeSettings};
+
+/// Settings of a bake.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BakeSettings {
+    /// Texel size, slab height and time slices of the maps.
+    pub maps: MapGrid,
+    /// Thresholds that decide which edges may be retimed.
+    pub retime: RetimeSettings,
+    /// Horizon of the path search, and limits on the paths that are kept.
+    pub paths: PathSettings,
+    /// Size of the cells that paths are filed in.
+    pub grid: GridSettings,
+    /// Settings of the jumps into evasions that need no edge.
+    pub entries: EntrySettings,
+    /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
+    pub body: Option<Body>,
+    /// Number of threads that draw the maps, or 0 for one thread per CPU core. The maps do not
+    /// depend on it.
+    pub threads: usize,
+    /// Props that the joints hold, in addition to those of [`BakeSettings::body`].
+    pub props: Vec<Prop>,
+}
+
+impl BakeSettings {
+    pub(super) fn check_numbers(&self) -> Result<(), BakeError> {
+        let (retime, paths) = (&self.retime, &self.paths);
+        let (entries, plausible) = (&self.entries, &self.entries.plausible);
+        let percent = |value: f32| f64::from(value);
+        let metres = |name, value: f32| (name, f64::from(value), 0.0..=1e6, "0 to 1000000 m");
+        let cell = |name, value: f32| (name, f64::from(value), 0.001..=1e3, "0.001 to 1000");
+        let checks = [
+            ("retime.window", retime.window, 0.0..=10.0, "0 to 10 s"),
+            metres("retime.slow", retime.slow),
+            metres("retime.fast", retime.fast),
+            metres("retime.still", retime.still),
+            (
+                "paths.horizon",
+                f64::from(paths.horizon),
+                0.0..=10.0,
+                "0 to 10 s",
+            ),
+            cell("paths.alike_distance", paths.alike_distance),
+            cell("paths.alike_angle", paths.alike_angle),
+            (
+                "paths.most",
+                f64::from(paths.most),
+                1.0..=1e7,
+                "1 to 10000000",
+            ),
+            (
+                "entries.lead_in",
+                f64::from(entries.lead_in),
+                0.0..=10.0,
+                "0 to 10 s",
+            ),
+            (
+                "entries.late",
+                f64::from(entries.late),
+                0.0..=60.0,
+                "0 to 60 s",
+            ),
+            (
+                "entries.plausible.joints",
+                percent(plausible.joints),
+                0.0..=100.0,
+                "0 to 100",
+            ),
+            (
+                "entries.plausible.departure",
+                percent(plausible.departure),
+                0.0..=100.0,
+                "0 to 100",
+            ),
+            metres("entries.plausible.slide", plausible.slide),
+            metres("entries.plausible.toe_speed", plausible.toe_speed),
+            (
+                "grid.cell",
+                f64::from(self.grid.cell),
+                0.05..=1.0,
+                "0.05 to 1 m",
+            ),
+        ];
+        let wrong = checks
+            .into_iter()
+            .find(|(_, value, range, _)| !range.contains(value));
+        match wrong {
+            Some((name, value, _, range)) => Err(BakeError::Setting { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Reason why a graph cannot be baked.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BakeError {
+    /// Texel size, slab height or time slices are out of range.
+    #[error(
+        "texels must be 0.001 to 1 m and an attack's 1, 2 or 4 of them, slabs 0.001 to 10 m and slices 1 to {max} of 0.001 to 1 s; they are {texel} m and {attack_pitch}, {slab_height} m and {slices} of {slice_seconds} s",
+        max = MapGrid::MAX_SLICES
+    )]
+    Grid {
+        /// Side of a texel, in metres.
+        texel: f32,
+        /// Pitch of an attack's texels, in texels.
+        attack_pitch: u32,
+        /// Height of a slab, in metres.
+        slab_height: f32,
+        /// Number of time slices.
+        slices: u32,
+        /// Duration of a slice, in seconds.
+        slice_seconds: f32,
+    },
+    /// Another setting is out of range.
+    #[error("bake setting {name} is {value}; it must be {range}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Value of the setting.
+        value: f64,
+        /// Range of valid values.
+        range: &'static str,
+    },
+    /// The body has no sphere, or a sphere has an unknown joint, a position that is not finite, or
+    /// no radius.
+    #[error(
+        "the body needs spheres, each on a joint of the skeleton, with a finite place and a radius above 0"
+    )]
+    Body,
+    /// A prop has no sphere, or a sphere with an unknown joint, a position that is not finite, or
+    /// no radius. Props are counted from 0.
+    #[error(
+        "prop {0} needs spheres, and a joint of the skeleton, each with a finite place and a radius above 0"
+    )]
+    Prop(usize),
+    /// The body is farther above or below the ground than slab numbers reach.
+    #[error("the body in {event} reaches from slab {low} to {high}; {max} above and below the ground are the most: choose higher slabs", max = MapGrid::HIGHEST_SLAB)]
+    TooHigh {
+        /// Clip and time of the event.
+        event: String,
+        /// Lowest slab that the body reaches.
+        low: i32,
+        /// Highest slab that the body reaches.
+        high: i32,
+    },
+    /// A map has more texels on a side than fixed-point products allow.
+    #[error("the map of {event} would be {width} x {height} texels; {max} a side is the most: choose larger texels", max = MapGrid::MAX_SIDE)]
+    MapTooLarge {
+        /// Clip and time of the event.
+        event: String,
+        /// Width of the map, in texels.
+        width: u32,
+        /// Height of the map, in texels.
+        height: u32,
+    },
+    /// The drawn maps do not match the requested drawings.
+    #[error("{found} maps were drawn where {expected} were asked for")]
+    Maps {
+        /// Number of maps that match a drawing.
+        found: usize,
+        /// Number of drawings.
+        expected: usize,
+    },
+}
