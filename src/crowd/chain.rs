@@ -10,21 +10,12 @@ use super::fetch::Fetch;
 use super::group::Group;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
-use super::level_step::LevelStep;
 use super::output::{Layout, Output, WriteMode};
 use super::quat_lanes::Local;
+use super::run::Level;
 use super::sampling::Source;
 use super::write::GroupWriter;
 use crate::math::{F32x16, Lanes};
-
-/// The level that is posed.
-#[derive(Clone, Copy)]
-pub(super) struct Level<'a> {
-    /// By its number.
-    pub(super) number: f32,
-    /// To the levels after it.
-    pub(super) steps: &'a [LevelStep],
-}
 
 /// One part of a group, and where it goes.
 pub(super) struct Posing<'a, P: JointMath> {

@@ -1,16 +1,7 @@
 //! The groups of a crowd cut into chunks, for threads to take.
 
-use std::ops::Range;
-
-use super::schedule::{GroupKind, Schedule};
-
-/// Groups of one bucket in one chunk.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) kind: GroupKind,
-    pub(super) groups: Range<usize>,
-    pub(super) lines: Range<usize>,
-}
+use super::bucket::Piece;
+use super::schedule::Schedule;
 
 impl Schedule {
     /// Cuts the groups into chunks of equal lengths in the output.

@@ -1,8 +1,8 @@
 //! Asking for keys before they are needed.
 
 use super::group_moments::Moments;
-use super::kernel::Run;
 use super::level_clips::LevelClips;
+use super::run::Run;
 use crate::math::{F32x16, KeyRows, Lanes};
 
 /// Asks for the keys of a group, a few with each joint of the group before it.

@@ -4,83 +4,16 @@
 //! of the groups (see `level_pass`). Only characters that need a finer level than their group has, or that enter the frustum,
 //! are put into other groups.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::character::{CharacterId, Placement};
+use super::frame_input::{Frame, FrameReport};
 use super::instances::Crowd;
-use super::level_pass::{LevelPass, LevelRamps};
-use super::schedule::{NOWHERE, PARKED, split};
+use super::level_pass::{FrameScratch, LevelPass};
 use super::settings::PoseError;
-use crate::lod::{LevelId, Switching};
+use super::slot::{NOWHERE, PARKED, split};
+use crate::lod::LevelId;
 use crate::math::F32x16;
-
-/// What changes from one frame to the next.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Frame<'a> {
-    /// Seconds since the frame before. 0 by default.
-    pub seconds: f64,
-    /// Where levels of detail come from. `None`, the default: characters keep their levels.
-    pub levels: Option<LevelView<'a>>,
-    /// The camera's frustum. `None`, the default: all characters are posed.
-    pub frustum: Option<Frustum>,
-    /// World positions by [`CharacterId`], in metres, that distances and culling are measured from. `None`, the default:
-    /// the characters' placements.
-    pub positions: Option<&'a [Vec3]>,
-}
-
-/// Chooses levels by the distance from a camera.
-#[derive(Clone, Copy, Debug)]
-pub struct LevelView<'a> {
-    /// The distances at which levels change.
-    pub switching: &'a Switching,
-    /// The camera's position in the world, in metres.
-    pub eye: Vec3,
-}
-
-/// The volume that a camera sees. Characters outside it are neither given levels nor posed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frustum {
-    /// Planes (normal, offset): a point p is inside where `normal · p + offset >= 0`. Normals have length 1.
-    pub planes: [Vec4; 6],
-    /// Radius of a sphere around each character, in metres.
-    pub radius: f32,
-    /// Height of that sphere's centre above the character's position, in metres.
-    pub centre: f32,
-}
-
-/// What a frame did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FrameReport {
-    /// Characters that were given another place in the output.
-    pub moved: usize,
-    /// Whether all characters were sorted anew.
-    pub sorted: bool,
-}
-
-/// Buffers that are kept between frames.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FrameScratch {
-    ramps: LevelRamps,
-    /// Groups with characters that need a finer level, and parked groups with visible characters.
-    groups: Vec<u32>,
-    /// Sum of all characters' levels at the last sorting.
-    sorted_levels: Option<f64>,
-}
-
-impl Frustum {
-    /// Signed distance of the sphere's centre from the plane that it is furthest outside of, in metres.
-    fn depth(&self, position: Vec3) -> f32 {
-        let centre = (position + Vec3::Y * self.centre).extend(1.0);
-        let planes = self.planes.iter();
-        planes.fold(f32::INFINITY, |least, plane| least.min(plane.dot(centre)))
-    }
-
-    fn contains(&self, position: Vec3) -> bool {
-        // A position that is no number is inside, as in the kernel.
-        let depth = self.depth(position);
-        depth >= -self.radius || depth.is_nan()
-    }
-}
 
 impl Crowd {
     /// Advances time, chooses levels, culls, and poses all visible characters into the beginning of `out`. Allocates nothing

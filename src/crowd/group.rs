@@ -1,7 +1,7 @@
+use super::bucket::GroupKind;
 use super::character::CharacterState;
 use super::key_bank::ClipRange;
 use super::moment::{Cycle, Moment};
-use super::schedule::GroupKind;
 use crate::lod::LevelId;
 use crate::math::{F32x16, Lanes};
 

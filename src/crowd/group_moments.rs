@@ -1,8 +1,8 @@
 //! Where the characters of a group are in their clips.
 
-use super::kernel::Run;
 use super::key_bank::ClipRange;
 use super::moment::{Cycle, Moment, Near, Weights};
+use super::run::Run;
 use crate::math::{F32x16, KeyRows, Lanes};
 
 /// Where a group is in its clips, and what of it is shown.

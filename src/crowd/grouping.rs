@@ -2,11 +2,12 @@
 
 use super::character::CharacterId;
 use super::debt::Debt;
-use super::frame::FrameReport;
-use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS, MOST_LATE};
+use super::frame_input::FrameReport;
+use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
 use super::output::PoseSlice;
-use super::schedule::{NOWHERE, PARKED, Schedule, Sorting, split};
+use super::schedule::{Schedule, Sorting};
 use super::settings::CrowdError;
+use super::slot::{MOST_LATE, NOWHERE, PARKED, split};
 use crate::lod::LevelId;
 
 impl Crowd {

@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex};
 use super::animation_set::AnimationSet;
 use super::character::{Character, CharacterId, CharacterState, ClipId, Placement};
 use super::debt::Debt;
-use super::frame::FrameScratch;
-use super::schedule::{self, NOWHERE, PARKED, Schedule, split};
+use super::level_pass::FrameScratch;
+use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::{CrowdError, CrowdSettings};
+use super::slot::{self, NOWHERE, PARKED, split};
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
 
@@ -39,9 +40,6 @@ pub struct Crowd {
 
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
 const LONGEST_RUN: f64 = 8.0;
-
-/// The crowd is sorted once one character in so many was moved to another group.
-pub(super) const MOST_LATE: usize = 16;
 
 const MOST_THREADS: usize = 64;
 
@@ -119,7 +117,7 @@ impl Crowd {
     /// # Errors
     /// A clip that does not exist; a crowd that is full.
     pub fn add(&mut self, character: &Character) -> Result<CharacterId, CrowdError> {
-        if self.states.len() >= schedule::MOST {
+        if self.states.len() >= slot::MOST {
             return Err(CrowdError::Full);
         }
         let mut state = self.state(character)?;

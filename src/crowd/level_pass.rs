@@ -8,12 +8,22 @@
 
 use glam::Vec3;
 
-use super::frame::{Frame, Frustum};
+use super::bucket::Parked;
+use super::frame_input::{Frame, Frustum};
 use super::group::{Group, GroupCold};
-use super::regroup::Parked;
 use super::schedule::Schedule;
 use crate::lod::Switching;
 use crate::math::{F32x16, Kernel, Lanes};
+
+/// Buffers that are kept between frames.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FrameScratch {
+    pub(super) ramps: LevelRamps,
+    /// Groups with characters that need a finer level, and parked groups with visible characters.
+    pub(super) groups: Vec<u32>,
+    /// Sum of all characters' levels at the last sorting.
+    pub(super) sorted_levels: Option<f64>,
+}
 
 /// The ramps of a [`Switching`].
 #[derive(Clone, Debug, Default)]

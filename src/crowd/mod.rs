@@ -35,6 +35,7 @@
 //! Architecture invariant: nothing here knows what else a character may be doing (graph, avoidance) or what draws it.
 
 mod animation_set;
+mod bucket;
 mod chain;
 mod character;
 mod chunks;
@@ -42,6 +43,7 @@ mod debt;
 mod external_pose;
 mod fetch;
 mod frame;
+mod frame_input;
 mod group;
 mod group_moments;
 mod grouping;
@@ -61,10 +63,12 @@ mod quat_lanes;
 mod radix_sort;
 mod regroup;
 mod rotations;
+mod run;
 mod sampling;
 mod schedule;
 mod scratch;
 mod settings;
+mod slot;
 mod tracks;
 mod write;
 
@@ -72,7 +76,7 @@ pub use crate::lod::LevelId;
 pub use animation_set::{AnimationSet, AnimationSetError};
 pub use character::{Character, CharacterId, ClipId, Fade, Placement};
 pub use external_pose::ExternalPose;
-pub use frame::{Frame, FrameReport, Frustum, LevelView};
+pub use frame_input::{Frame, FrameReport, Frustum, LevelView};
 pub use instances::Crowd;
 pub use output::{Form, Layout, Output, PoseSlice, WriteMode};
 pub use settings::{CrowdError, CrowdSettings, Hold, PoseError};

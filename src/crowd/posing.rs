@@ -3,9 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::chain::Level;
 use super::instances::{Crowd, MOST_CHUNKS};
-use super::kernel::{Run, Turn};
+use super::run::{Level, Run, Turn};
 use super::settings::PoseError;
 use crate::math::F32x16;
 

@@ -1,20 +1,12 @@
 //! Changes of the groups between two sortings: characters that are moved to other groups, that leave the frustum, or whose
 //! levels a frame has chosen.
 
+use super::bucket::{GroupKind, Parked};
 use super::character::CharacterState;
 use super::group::Group;
-use super::schedule::{GroupKind, NOWHERE, PARKED, Schedule, Sorting, split};
+use super::schedule::{Schedule, Sorting};
+use super::slot::{NOWHERE, PARKED, split};
 use crate::math::F32x16;
-
-/// Sixteen characters outside the frustum, which are not posed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Parked {
-    pub(super) x: F32x16,
-    pub(super) y: F32x16,
-    pub(super) z: F32x16,
-    /// [`Group::NOBODY`] for lanes that are not used.
-    pub(super) ids: [u32; F32x16::LANES],
-}
 
 impl Schedule {
     /// Puts a character that is in no group among those that are not posed.

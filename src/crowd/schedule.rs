@@ -4,39 +4,14 @@
 //! order of their levels, whatever they play: a group is posed on the finest level of its characters, and those that may be
 //! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
 
-use std::ops::Range;
-
 use super::animation_set::AnimationSet;
-use super::character::{CharacterState, ClipId};
-use super::chunks::Piece;
+use super::bucket::{Bucket, GroupKind, Parked, Piece};
+use super::character::CharacterState;
 use super::group::{Group, GroupCold};
-use super::instances::MOST_LATE;
 use super::output::Output;
 use super::radix_sort;
-use super::regroup::Parked;
-use crate::lod::LevelId;
+use super::slot::{ID_BITS, MOST, MOST_LATE, NOWHERE};
 use crate::math::F32x16;
-
-/// How a group is posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct GroupKind {
-    /// The finest level that one of its characters needs.
-    pub(super) level: LevelId,
-    /// The clip of all characters, where they are near each other in time.
-    pub(super) near: Option<ClipId>,
-    /// Whether some character has a second clip.
-    pub(super) is_fading: bool,
-}
-
-/// Groups of one kind that stand together.
-#[derive(Clone, Debug)]
-pub(super) struct Bucket {
-    pub(super) kind: GroupKind,
-    pub(super) groups: Range<usize>,
-    pub(super) offset: usize,
-    /// Of each group.
-    pub(super) lines: usize,
-}
 
 /// The order of a crowd.
 #[derive(Clone, Debug, Default)]
@@ -61,21 +36,11 @@ pub(super) struct Schedule {
     rest: [Vec<u32>; 2],
 }
 
-/// Bits of a key, from the lowest: character, position in the clip, what is played (22).
-const ID_BITS: u32 = 28;
+/// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
 const TIME_BITS: u32 = 14;
 
 /// Sixteen characters within so many intervals share their loads, and go on doing so for a while.
 const NEAR: u64 = 12;
-
-/// A crowd may not have more characters.
-pub(super) const MOST: usize = (1 << ID_BITS) - 1;
-
-/// The slot of a character that is in no group.
-pub(super) const NOWHERE: u32 = u32::MAX;
-
-/// Set in the slots of parked characters.
-pub(super) const PARKED: u32 = 1 << 31;
 
 /// What the order follows from.
 pub(super) struct Sorting<'a> {
@@ -303,21 +268,6 @@ impl Sorting<'_> {
     }
 }
 
-impl GroupKind {
-    /// Whether a character can be posed so.
-    pub(super) fn takes(self, state: &CharacterState) -> bool {
-        self.level <= state.level()
-            && self.near.is_none_or(|clip| clip == state.clip)
-            && (self.is_fading || !state.is_fading)
-    }
-}
-
 fn who(key: u64) -> usize {
     (key & MOST as u64) as usize
-}
-
-/// A slot as group and lane.
-pub(super) fn split(slot: u32) -> (usize, usize) {
-    let slot = slot as usize;
-    (slot / F32x16::LANES, slot % F32x16::LANES)
 }

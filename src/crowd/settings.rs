@@ -1,7 +1,7 @@
 use thiserror::Error;
 
 use super::output::Output;
-use super::schedule;
+use super::slot;
 use crate::lod::LevelId;
 use crate::math::Isa;
 
@@ -68,7 +68,7 @@ pub enum CrowdError {
         id: u32,
     },
     /// The crowd is full.
-    #[error("a crowd has {max} characters at most", max = schedule::MOST)]
+    #[error("a crowd has {max} characters at most", max = slot::MOST)]
     Full,
 }
 

@@ -2,6 +2,7 @@
 //! number of threads, in one run.
 
 mod cases;
+mod row;
 mod rows;
 mod scene;
 

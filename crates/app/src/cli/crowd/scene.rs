@@ -15,7 +15,7 @@ use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switchin
 use sabaki::math::{F32x16, Rigid2};
 
 use super::cases::{CUT_SECONDS, Case, Lod, What};
-use super::rows::Row;
+use super::row::Row;
 use super::{Args, usage};
 use crate::cli::Failure;
 

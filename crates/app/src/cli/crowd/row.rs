@@ -1,0 +1,69 @@
+//! One measurement.
+
+use sabaki::crowd::{Form, Layout};
+use serde_json::{Value, json};
+
+use super::Args;
+use super::cases::{CUTS, Case, Lod, What};
+
+/// The time of one case.
+pub(super) struct Row {
+    pub(super) case: Case,
+    pub(super) clips: usize,
+    /// Joints of a character; the mean, where levels differ.
+    pub(super) joints: f64,
+    pub(super) ms: f64,
+}
+
+impl Row {
+    pub(super) fn isa(&self) -> String {
+        format!("{:?}", self.case.isa).to_lowercase()
+    }
+
+    pub(super) fn layout(&self) -> &'static str {
+        match self.case.layout {
+            Layout::Blocks => "blocks",
+            Layout::Rows => "rows",
+        }
+    }
+
+    /// Nanoseconds for a joint of a character.
+    pub(super) fn per_joint(&self, args: &Args) -> f64 {
+        self.ms * 1e6 / (self.joints * f64::from(args.count))
+    }
+
+    /// How many times as fast as posing all joints in blocks, on the same instruction set and number of threads; of cut
+    /// clips, as one of them.
+    pub(super) fn against_plain(&self, rows: &[Self]) -> f64 {
+        let plain = Case {
+            what: What::Pose,
+            lod: Lod::Off,
+            layout: Layout::Blocks,
+            cut: self.case.cut.map(|_| CUTS[0]),
+            ..self.case
+        };
+        let plain = rows.iter().find(|row| row.case == plain);
+        plain.map_or(1.0, |plain| plain.ms / self.ms)
+    }
+
+    pub(super) fn to_json(&self, args: &Args, rows: &[Self]) -> Value {
+        json!({
+            "what": self.case.what.name(),
+            "camera": self.case.what.camera(),
+            "clips": self.clips,
+            "layout": self.layout(),
+            "form": match args.form() {
+                Form::Matrices => "matrices",
+                Form::Rotations => "rotations",
+            },
+            "lod": self.case.lod.name(),
+            "isa": self.isa(),
+            "threads": self.case.threads,
+            "count": args.count,
+            "joints": self.joints,
+            "ms": self.ms,
+            "ns_per_joint": self.per_joint(args),
+            "against_plain": self.against_plain(rows),
+        })
+    }
+}

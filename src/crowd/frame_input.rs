@@ -1,0 +1,63 @@
+//! What a frame is given, and what it reports.
+
+use glam::{Vec3, Vec4};
+
+use crate::lod::Switching;
+
+/// What changes from one frame to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Frame<'a> {
+    /// Seconds since the frame before. 0 by default.
+    pub seconds: f64,
+    /// Where levels of detail come from. `None`, the default: characters keep their levels.
+    pub levels: Option<LevelView<'a>>,
+    /// The camera's frustum. `None`, the default: all characters are posed.
+    pub frustum: Option<Frustum>,
+    /// World positions by [`CharacterId`], in metres, that distances and culling are measured from. `None`, the default:
+    /// the characters' placements.
+    pub positions: Option<&'a [Vec3]>,
+}
+
+/// Chooses levels by the distance from a camera.
+#[derive(Clone, Copy, Debug)]
+pub struct LevelView<'a> {
+    /// The distances at which levels change.
+    pub switching: &'a Switching,
+    /// The camera's position in the world, in metres.
+    pub eye: Vec3,
+}
+
+/// The volume that a camera sees. Characters outside it are neither given levels nor posed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    /// Planes (normal, offset): a point p is inside where `normal · p + offset >= 0`. Normals have length 1.
+    pub planes: [Vec4; 6],
+    /// Radius of a sphere around each character, in metres.
+    pub radius: f32,
+    /// Height of that sphere's centre above the character's position, in metres.
+    pub centre: f32,
+}
+
+/// What a frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameReport {
+    /// Characters that were given another place in the output.
+    pub moved: usize,
+    /// Whether all characters were sorted anew.
+    pub sorted: bool,
+}
+
+impl Frustum {
+    /// Signed distance of the sphere's centre from the plane that it is furthest outside of, in metres.
+    pub(super) fn depth(&self, position: Vec3) -> f32 {
+        let centre = (position + Vec3::Y * self.centre).extend(1.0);
+        let planes = self.planes.iter();
+        planes.fold(f32::INFINITY, |least, plane| least.min(plane.dot(centre)))
+    }
+
+    pub(super) fn contains(&self, position: Vec3) -> bool {
+        // A position that is no number is inside, as in the kernel.
+        let depth = self.depth(position);
+        depth >= -self.radius || depth.is_nan()
+    }
+}

@@ -1,0 +1,48 @@
+//! The groups that one call of a kernel poses.
+
+use super::group::{Group, GroupCold};
+use super::key_bank::{ClipRange, KeyBank};
+use super::level_clips::LevelClips;
+use super::level_step::LevelStep;
+use super::output::Output;
+use super::scratch::Scratch;
+use crate::math::F32x16;
+
+/// Groups that are posed on one level in one way.
+pub(super) struct Run<'a> {
+    pub(super) keys: &'a KeyBank,
+    pub(super) bank: &'a LevelClips,
+    pub(super) level: Level<'a>,
+    /// The clip of all of them, where they are near each other in time; else each has its own.
+    pub(super) near: Option<&'a ClipRange>,
+    /// Whether some of them have a second clip.
+    pub(super) fading: bool,
+    pub(super) groups: &'a [Group],
+    /// Lanes of each group that are inside the frustum.
+    pub(super) visible: &'a [u16],
+    pub(super) cold: &'a [GroupCold],
+    pub(super) turn: Turn,
+    /// The groups' clock, in seconds.
+    pub(super) now: f32,
+    pub(super) output: Output,
+    /// [`Output::group_len`] for each group.
+    pub(super) out: &'a mut [F32x16],
+    pub(super) scratch: &'a mut Scratch,
+}
+
+/// Which groups are posed in this frame.
+#[derive(Clone, Copy)]
+pub(super) struct Turn {
+    pub(super) first: usize,
+    /// From one to the next.
+    pub(super) step: usize,
+}
+
+/// The level that is posed.
+#[derive(Clone, Copy)]
+pub(super) struct Level<'a> {
+    /// By its number.
+    pub(super) number: f32,
+    /// To the levels after it.
+    pub(super) steps: &'a [LevelStep],
+}
