@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::EntryTable;
 use crate::graph::{EdgeMotion, MotionGraph};
 
-/// Figures of an [`EntryTable`].
+/// Figures of the entries of a baked graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EntryReport {
     /// Number of entries.

@@ -55,7 +55,7 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Overlaps of any number of candidates: [`cpu::count`](sabaki::query::cull::cpu::count) on the device, as far as
+    /// Overlaps of any number of candidates: [`cpu::count`] on the device, as far as
     /// the culler [counts](sabaki::query::cull::Counted) them.
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
