@@ -25,7 +25,7 @@ pub struct StageDesc<'a> {
     /// Maximum number of characters of a crowd. Default 0.
     pub max_members: u32,
     /// Maximum size of their poses, in lines
-    /// ([`crowd::Crowd::lines`](sabaki::crowd::Crowd::lines)). Default 0.
+    /// ([`crowd::Crowd::output_len`](sabaki::crowd::Crowd::output_len)). Default 0.
     pub max_crowd_lines: u32,
     /// Maximum number of parts of a crowd's figures. Default 4,096.
     pub max_parts: u32,
