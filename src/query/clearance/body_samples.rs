@@ -12,7 +12,7 @@ pub(super) trait BodySamples {
     fn sampling(&self) -> Sampling;
     /// Lower bounds of the distance between the whole body and a sphere that moves between two keys, for each of several
     /// intervals.
-    fn bounds(&self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes;
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes;
     /// Adds the blocks of the body's spheres that may be nearer than `near.limit` during the interval from sample `tick` on.
     fn near_blocks(&self, tick: usize, near: Near<'_>, blocks: &mut Vec<usize>);
     /// Computes the spheres of a sample.
@@ -24,7 +24,7 @@ pub(super) trait BodySamples {
 }
 
 /// Up to sixteen intervals that follow each other.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Intervals {
     /// First sample.
     pub tick: usize,

@@ -41,7 +41,21 @@ pub(super) struct PosedRows {
     known: FxHashMap<PoseKey, usize>,
     /// Coordinates, `[slot][x, y, z][sphere]`, padded.
     rows: Vec<f32>,
+    /// Bounds of the motion that is tested: the next sphere of the attack is often tested at the same samples.
+    bounding_spheres: Vec<Ends<4>>,
+    bounding_cylinders: Vec<Ends<5>>,
 }
+
+/// Values at the start and at the end of each of several intervals.
+#[derive(Clone, Debug)]
+struct Ends<const ROWS: usize> {
+    intervals: Intervals,
+    from: [Lanes; ROWS],
+    to: [Lanes; ROWS],
+}
+
+/// Number of bounds that are kept.
+const MOST_ENDS: usize = 4;
 
 /// Key of a pose: edge, frame, and placement in the world.
 type PoseKey = [u32; 6];
@@ -62,6 +76,8 @@ impl PosedRows {
         }
         self.slots.clear();
         self.first_tick = None;
+        self.bounding_spheres.clear();
+        self.bounding_cylinders.clear();
         PosedBody {
             baked,
             motion,
@@ -187,20 +203,24 @@ impl PosedBody<'_> {
     /// Values at the start and the end of each interval.
     fn ends<const ROWS: usize>(
         &self,
-        Intervals { tick, count }: Intervals,
+        intervals: Intervals,
         of: impl Fn(usize) -> [f32; ROWS],
-    ) -> ([Lanes; ROWS], [Lanes; ROWS]) {
+    ) -> Ends<ROWS> {
         let (mut from, mut to) = ([[0.0; LANES]; ROWS], [[0.0; LANES]; ROWS]);
-        for at in 0..=count {
-            let values = of(tick + at * self.sampling.interval());
-            if at < count {
+        for at in 0..=intervals.count {
+            let values = of(intervals.tick + at * self.sampling.interval());
+            if at < intervals.count {
                 put(&mut from, at, values);
             }
             if let Some(before) = at.checked_sub(1) {
                 put(&mut to, before, values);
             }
         }
-        (from, to)
+        Ends {
+            intervals,
+            from,
+            to,
+        }
     }
 
     fn axes(&self, tick: usize) -> [&[f32]; 3] {
@@ -219,25 +239,38 @@ impl BodySamples for PosedBody<'_> {
         self.sampling
     }
 
-    fn bounds(&self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
         let (first, interval) = (intervals.tick, self.interval());
         match self.sampling {
             Sampling::Each => {
-                let (from, to) = self.ends(intervals, |tick| self.bounding_sphere(tick));
-                Isa::best().run(
-                    #[inline(always)]
-                    || SegmentLanes::new(keys, first, interval).distances_to_spheres([&from, &to]),
-                )
-            }
-            Sampling::CoarseFirst => {
-                let (from, to) = self.ends(intervals, |tick| self.bounding_cylinder(tick));
-                Isa::best().run(
+                let mut known = std::mem::take(&mut self.scratch.bounding_spheres);
+                let ends = find_or_add(&mut known, intervals, || {
+                    self.ends(intervals, |tick| self.bounding_sphere(tick))
+                });
+                let lanes = Isa::best().run(
                     #[inline(always)]
                     || {
                         SegmentLanes::new(keys, first, interval)
-                            .distances_to_cylinders([&from, &to])
+                            .distances_to_spheres([&ends.from, &ends.to])
                     },
-                )
+                );
+                self.scratch.bounding_spheres = known;
+                lanes
+            }
+            Sampling::CoarseFirst => {
+                let mut known = std::mem::take(&mut self.scratch.bounding_cylinders);
+                let ends = find_or_add(&mut known, intervals, || {
+                    self.ends(intervals, |tick| self.bounding_cylinder(tick))
+                });
+                let lanes = Isa::best().run(
+                    #[inline(always)]
+                    || {
+                        SegmentLanes::new(keys, first, interval)
+                            .distances_to_cylinders([&ends.from, &ends.to])
+                    },
+                );
+                self.scratch.bounding_cylinders = known;
+                lanes
             }
         }
     }
@@ -267,4 +300,21 @@ fn put<const ROWS: usize>(rows: &mut [Lanes; ROWS], lane: usize, values: [f32; R
     for (row, value) in rows.iter_mut().zip(values) {
         row[lane] = value;
     }
+}
+
+/// The bounds of some intervals, computed where they are not known.
+fn find_or_add<const ROWS: usize>(
+    known: &mut Vec<Ends<ROWS>>,
+    intervals: Intervals,
+    compute: impl FnOnce() -> Ends<ROWS>,
+) -> &Ends<ROWS> {
+    let at = known.iter().position(|ends| ends.intervals == intervals);
+    let at = at.unwrap_or_else(|| {
+        if known.len() == MOST_ENDS {
+            known.remove(0);
+        }
+        known.push(compute());
+        known.len() - 1
+    });
+    &known[at]
 }

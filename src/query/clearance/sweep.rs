@@ -188,7 +188,7 @@ impl<S: BodySamples> LineTest<'_, S> {
     }
 
     /// Finds the intervals in which the body may be near, nearest first. Often there are none.
-    fn find_intervals(&self, bounded: &mut Vec<BoundedInterval>) {
+    fn find_intervals(&mut self, bounded: &mut Vec<BoundedInterval>) {
         let interval = self.samples.interval();
         let [first, last] = self.keys.map(tick_of);
         let deviation = match self.samples.sampling() {

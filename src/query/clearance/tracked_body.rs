@@ -32,7 +32,7 @@ impl BodySamples for TrackedBody<'_> {
         Sampling::Each
     }
 
-    fn bounds(&self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
+    fn bounds(&mut self, keys: [SphereKey; 2], intervals: Intervals) -> Lanes {
         let tick = intervals.tick;
         let hulls = self.track.hulls(tick / BodyTrack::INTERVAL);
         Isa::best().run(
