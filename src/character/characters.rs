@@ -1,14 +1,12 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use serde::{Deserialize, Serialize};
-use thiserror::Error;
-
+use super::error::CharacterError;
 use super::event::CharacterEvent;
 use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
+use super::slot::{Slot, lock, most_urgent, on_all};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -18,74 +16,20 @@ use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, WorkerPool, thread_count};
 
-/// Why a call to [`Characters`] is refused.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CharacterError {
-    /// There is no such character, or no longer.
-    #[error("there is no character {index} of generation {generation}")]
-    NoSuchCharacter {
-        /// Index of its place.
-        index: u32,
-        /// Number of characters that had this place before it.
-        generation: u32,
-    },
-    /// There is no such threat, or no longer.
-    #[error("there is no threat {}", .0.0)]
-    NoSuchThreat(ThreatId),
-    /// The graph has no moment without a labelled event.
-    #[error("the graph has no moment without an event, in which a character could stand")]
-    NothingToPlay,
-    /// A number is not finite or out of range.
-    #[error("{0} has a number that is not finite or out of range")]
-    Value(&'static str),
-    /// A saved state that is damaged or belongs to another graph.
-    #[error("the saved state {0}")]
-    Saved(&'static str),
-    /// The buffer for the joints has another length than the skeleton.
-    #[error("the buffer has room for {found} joints; the skeleton has {needed}")]
-    Joints {
-        /// Number of joints of the skeleton.
-        needed: usize,
-        /// Length of the buffer.
-        found: usize,
-    },
-}
-
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
     pub(super) baked: Arc<BakedGraph>,
     settings: CharacterSettings,
     steering: Steering,
-    slots: Vec<Mutex<Slot>>,
-    free: Vec<u32>,
-    threats: Vec<KnownThreat>,
-    next_threat: u64,
-    now: f64,
+    pub(super) slots: Vec<Mutex<Slot>>,
+    pub(super) free: Vec<u32>,
+    pub(super) threats: Vec<KnownThreat>,
+    pub(super) next_threat: u64,
+    pub(super) now: f64,
     pool: WorkerPool,
     workers: Vec<Mutex<Worker>>,
     pose: Pose,
     joints: Vec<JointTransform>,
-}
-
-/// A place for a character.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Slot {
-    generation: u32,
-    state: Option<Box<CharacterState>>,
-    /// Time until a new threat may reach the body, during a step.
-    #[serde(skip)]
-    urgency: Option<f32>,
-}
-
-/// Everything about characters and threats but the graph and the settings. Saved and restored, it goes on to the same bit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CharactersState {
-    slots: Vec<Slot>,
-    free: Vec<u32>,
-    threats: Vec<KnownThreat>,
-    next_threat: u64,
-    now: f64,
 }
 
 impl Characters {
@@ -409,54 +353,6 @@ impl Characters {
         Ok(self.baked.stance(&joints).placement)
     }
 
-    /// Everything that can be saved. Serialize it in any format that keeps floats to the bit.
-    #[must_use]
-    pub fn state(&self) -> CharactersState {
-        CharactersState {
-            slots: self.slots.iter().map(|slot| lock(slot).clone()).collect(),
-            free: self.free.clone(),
-            threats: self.threats.clone(),
-            next_threat: self.next_threat,
-            now: self.now,
-        }
-    }
-
-    /// Goes on from a saved state of the same graph.
-    ///
-    /// # Errors
-    /// A state that is damaged or belongs to another graph. The characters then stay as they are.
-    pub fn restore(&mut self, state: CharactersState) -> Result<(), CharacterError> {
-        state.check(&self.baked)?;
-        self.slots = state.slots.into_iter().map(Mutex::new).collect();
-        self.free = state.free;
-        self.threats = state.threats;
-        self.next_threat = state.next_threat;
-        self.now = state.now;
-        Ok(())
-    }
-
-    /// [`Characters::state`] as bytes.
-    ///
-    /// # Errors
-    /// Memory is exhausted.
-    pub fn save(&self) -> Result<Vec<u8>, CharacterError> {
-        postcard::to_stdvec(&self.state())
-            .map_err(|_| CharacterError::Saved("needs too much memory"))
-    }
-
-    /// [`Characters::restore`] from bytes.
-    ///
-    /// # Errors
-    /// Those of [`Characters::restore`]; bytes that are none of [`Characters::save`].
-    pub fn load(&mut self, bytes: &[u8]) -> Result<(), CharacterError> {
-        let damaged = |_| CharacterError::Saved("is damaged");
-        let (state, rest) = postcard::take_from_bytes(bytes).map_err(damaged)?;
-        if !rest.is_empty() {
-            return Err(CharacterError::Saved("is longer than it should be"));
-        }
-        self.restore(state)
-    }
-
     fn threat_index(&self, id: ThreatId) -> Result<usize, CharacterError> {
         let found = self.threats.binary_search_by_key(&id, |known| known.id);
         found.map_err(|_| CharacterError::NoSuchThreat(id))
@@ -493,84 +389,4 @@ impl Characters {
             _ => Err(unknown),
         }
     }
-}
-
-impl CharactersState {
-    fn check(&self, baked: &BakedGraph) -> Result<(), CharacterError> {
-        let graph = baked.graph();
-        let plays = |motion: &Motion| !motion.is_empty() && motion.is_sound(graph);
-        let sound = |state: &CharacterState| {
-            let playing = &state.playing;
-            let times =
-                (0.0..=600.0).contains(&playing.seconds) && (0.01..=100.0).contains(&playing.rate);
-            let pending = state.pending.as_ref();
-            times
-                && plays(&playing.motion)
-                && pending.is_none_or(|pending| plays(&pending.motion) && pending.at.is_finite())
-                && state.goal.is_sound()
-        };
-        let states = self.slots.iter().filter_map(|slot| slot.state.as_deref());
-        let empty = |index: &u32| {
-            { self.slots.get(*index as usize) }.is_some_and(|slot| slot.state.is_none())
-        };
-        let vacant = self
-            .slots
-            .iter()
-            .filter(|slot| slot.state.is_none())
-            .count();
-        let fits = self.now.is_finite()
-            && states.into_iter().all(sound)
-            && self.free.iter().all(empty)
-            && self.free.len() == vacant
-            && self.threats.iter().all(|known| known.threat.is_sound())
-            && self.threats.is_sorted_by(|a, b| a.id < b.id)
-            && self
-                .threats
-                .iter()
-                .all(|known| known.id.0 < self.next_threat);
-        match fits {
-            true => Ok(()),
-            false => Err(CharacterError::Saved("does not fit this graph")),
-        }
-    }
-}
-
-/// Calls `work` for each place, on all threads.
-fn on_all(
-    pool: &mut WorkerPool,
-    (slots, workers): (&[Mutex<Slot>], &[Mutex<Worker>]),
-    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
-) {
-    let next = AtomicUsize::new(0);
-    pool.run(&|thread: usize| {
-        let mut worker = lock(&workers[thread]);
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(slot) = slots.get(index) else {
-                return;
-            };
-            work(index, &mut lock(slot), &mut worker);
-        }
-    });
-}
-
-/// The last character of `most` that may plan in a step, by the time until a threat may reach it and its index.
-fn most_urgent(slots: &[Mutex<Slot>], most: usize) -> (f32, usize) {
-    const ALL: (f32, usize) = (f32::INFINITY, usize::MAX);
-    if most >= slots.len() {
-        return ALL;
-    }
-    let slots = slots.iter().enumerate();
-    let urgency = |(index, slot): (usize, &Mutex<Slot>)| Some((lock(slot).urgency?, index));
-    let mut all: Vec<(f32, usize)> = slots.filter_map(urgency).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    match most.checked_sub(1).map(|last| all.get(last)) {
-        Some(Some(&last)) => last,
-        Some(None) => ALL,
-        None => (f32::NEG_INFINITY, 0),
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -60,24 +60,29 @@
 //! ```
 
 mod characters;
+mod error;
 mod event;
 mod goal;
 mod hybrid_crowd;
 mod ids;
 mod plan;
 mod playing;
+mod saved;
 mod scratch;
 mod settings;
+mod slot;
 mod state;
 mod steer;
 mod threat;
 mod world;
 
-pub use characters::{CharacterError, Characters, CharactersState};
+pub use characters::Characters;
+pub use error::CharacterError;
 pub use event::{CharacterEvent, CharacterEventKind};
 pub use goal::Goal;
 pub use hybrid_crowd::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
 pub use ids::{CharacterId, ThreatId};
+pub use saved::CharactersState;
 pub use settings::CharacterSettings;
 pub use steer::SteerSettings;
 pub use threat::{Threat, ThreatSphere};

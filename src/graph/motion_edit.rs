@@ -17,7 +17,7 @@ pub struct Played<'a> {
 }
 
 impl Motion {
-    /// Becomes [`Motion::rest`], in the memory that it has. What remains of a warp stays.
+    /// Becomes [`Motion::rest`]. What remains of a warp stays.
     pub fn drop_past(&mut self, graph: &MotionGraph, seconds: f32) {
         *self = self.rest(graph, seconds);
     }

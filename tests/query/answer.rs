@@ -101,7 +101,7 @@ fn best(answer: &Answer) -> f32 {
 }
 
 /// The best score of those that the maps let pass and that are clear by more than `metres`, or of
-/// all where none of these is. Everything was judged.
+/// all where none of these is. Everything was evaluated.
 fn best_passed(all: &Answer, metres: f32) -> f32 {
     let passed = |c: &&CandidateReport| c.overlap.is_none_or(|overlap| overlap.body == 0);
     all.candidates

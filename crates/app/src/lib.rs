@@ -8,6 +8,7 @@ pub mod film;
 pub mod headless;
 pub mod live;
 mod painter;
+pub mod percentile;
 pub mod play;
 #[cfg(feature = "window")]
 mod present;

@@ -6,13 +6,14 @@ use super::map_quality::{GroundTruth, MapTally};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{CullPath, Enumerate, Lookup, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::culling::{self, Culling, DeviceArgs};
 use super::passes::{LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
-use super::stats::{QueryRunner, Run, Times, percentile};
+use super::stats::{QueryRunner, Run, Times};
 use super::{Done, Failure, cancel, crossover, map_settings, output};
 
 #[derive(clap::Args)]

@@ -7,13 +7,13 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::cull::CullInput;
 use sabaki::query::{Answer, CullPath, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::Throw;
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::chart::{self, Chart, Scale};
 use super::culling::Culling;
 use super::passes::Method;
 use super::plot::{Area, Drawn, Figure, Format, Paint};
-use super::stats::percentile;
 use super::{Failure, cancel, output};
 
 /// Numbers of candidates that are culled.

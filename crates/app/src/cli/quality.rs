@@ -1,6 +1,7 @@
 //! A table of how human composed motions are, beside the clips.
 
-use sabaki_app::demo::quality::{Quality, quantile};
+use sabaki_app::demo::quality::Quality;
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::output;
@@ -12,7 +13,16 @@ struct Row {
     values: fn(&Quality) -> &[f32],
     share: f64,
     /// From the value's own unit to the table's.
-    scale: f32,
+    scale: f64,
+}
+
+impl Row {
+    /// In the table's unit; `None` where nothing was measured.
+    fn value(&self, quality: &Quality) -> Option<f64> {
+        let values = (self.values)(quality);
+        let all = || values.iter().copied().map(f64::from).collect();
+        (!values.is_empty()).then(|| self.scale * percentile(all(), self.share))
+    }
 }
 
 const ROWS: [Row; 8] = [
@@ -78,10 +88,8 @@ const ROWS: [Row; 8] = [
 pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
     let mut table = output::table(&["", "clips", what, "ratio"], 1);
     for row in ROWS {
-        let of = |quality: &Quality| quantile((row.values)(quality), row.share);
-        let cell = |value: Option<f32>| {
-            value.map_or("-".to_owned(), |value| format!("{:.2}", value * row.scale))
-        };
+        let of = |quality: &Quality| row.value(quality);
+        let cell = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
         let ratio = match (of(clips), of(composed)) {
             (Some(clip), Some(value)) if clip > 0.0 => format!("{:.2}", value / clip),
             _ => "-".to_owned(),
@@ -100,10 +108,7 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
 /// The same for a program.
 pub(super) fn document(clips: &Quality, composed: &Quality) -> Value {
     let of = |quality: &Quality| {
-        let value = |row: &Row| {
-            let value = quantile((row.values)(quality), row.share);
-            json!(value.map(|value| value * row.scale))
-        };
+        let value = |row: &Row| json!(row.value(quality));
         let rows = ROWS.iter().map(|row| (row.key.to_owned(), value(row)));
         rows.collect::<serde_json::Map<_, _>>()
     };

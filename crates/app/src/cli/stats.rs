@@ -9,6 +9,7 @@ use sabaki::query::{
     Answer, Counts, CullPath, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
 };
 use sabaki_app::demo::throw::Throw;
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::Failure;
@@ -162,13 +163,6 @@ impl<'a> QueryRunner<'a> {
             decide_ms,
         }
     }
-}
-
-/// The value below which a share of all values lies; 0 without values.
-pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let index = (share * (values.len().saturating_sub(1)) as f64).round() as usize;
-    values.get(index).copied().unwrap_or(0.0)
 }
 
 /// Median and 99th percentile, in milliseconds.

@@ -1,10 +1,11 @@
 //! Statistics over many attacks.
 
+use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::output;
 use super::passes::{Method, Pass};
-use super::stats::{Run, Times, percentile};
+use super::stats::{Run, Times};
 
 /// Statistics of one method.
 pub(crate) struct Summary {

@@ -17,7 +17,6 @@ use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{ExactTest, Extent, MotionBody};
 use sabaki::query::{Answer, Attack, AttackError};
 
 /// From the query to the contact, seconds.
@@ -156,16 +155,12 @@ impl<'a> BallThrower<'a> {
         let mut motion = Motion::new(graph, playhead, &[]);
         let last = contact + self.settings.beyond / self.settings.speed;
         motion.extend(graph, last + 0.1);
-        let mut scratch = MotionBody::default();
         for _ in 0..MOST_DRAWN {
             let attack = self.ball(&motion, (contact, part), &mut random)?;
-            let test = ExactTest {
-                extent: Extent::UNTIL_HIT,
-                ..ExactTest::new(self.baked, &attack)
-            };
-            if !test.on_motion(&motion, &mut scratch).is_clean() {
+            let throw = Throw { playhead, attack };
+            if throw.would_hit(self.baked) {
                 return Ok(Some(TimedThrow {
-                    throw: Throw { playhead, attack },
+                    throw,
                     part,
                     walks: walks(graph, &motion),
                 }));

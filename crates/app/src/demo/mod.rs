@@ -15,6 +15,7 @@ mod feet;
 mod guard;
 pub mod interval;
 mod keys;
+mod limbs;
 mod locomotion;
 pub mod quality;
 mod rhythm;

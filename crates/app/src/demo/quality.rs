@@ -9,6 +9,8 @@ use sabaki::graph::{EdgeMotion, Motion};
 use sabaki::maps::BakedGraph;
 use sabaki::query::Answer;
 
+use super::limbs::{LEGS, limb_of};
+
 /// What was measured of many samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Quality {
@@ -51,21 +53,12 @@ impl<'a> QualityMeter<'a> {
     #[must_use]
     pub fn new(baked: &'a BakedGraph) -> Self {
         let graph = baked.graph();
-        let (skeleton, limbs) = (graph.skeleton(), graph.limbs());
-        let legs = limbs[..2].iter().flatten();
-        let limb_of = |joint: JointId| {
-            let parent = |joint: &JointId| skeleton.joints()[joint.index()].parent;
-            let above: Vec<_> = std::iter::successors(Some(joint), parent).collect();
-            let has = |limb: &Option<sabaki::anim::Leg>| {
-                limb.is_some_and(|limb| above.contains(&limb.hip))
-            };
-            limbs.iter().position(has)
-        };
+        let legs = graph.limbs()[..LEGS].iter().flatten();
         Self {
             baked,
             toes: legs.map(|leg| leg.toe.unwrap_or(leg.foot)).collect(),
             limbs: { baked.body().spheres.iter() }
-                .map(|sphere| limb_of(sphere.joint))
+                .map(|sphere| limb_of(graph, sphere.joint))
                 .collect(),
             seconds: (1.0 / graph.frame_rate()) as f32,
         }
@@ -148,8 +141,7 @@ impl<'a> QualityMeter<'a> {
         let turned = |from: &Sample, to: &Sample| -> Vec<Vec3> {
             let pairs = from.rotations.iter().zip(&to.rotations);
             pairs
-                .map(|(a, b)| (a.conjugate() * *b).to_scaled_axis() / self.seconds)
-                .map(wrapped(self.seconds))
+                .map(|(a, b)| shorter(a.conjugate() * *b).to_scaled_axis() / self.seconds)
                 .collect()
         };
         let turns: Vec<Vec<Vec3>> = samples
@@ -193,22 +185,10 @@ impl<'a> QualityMeter<'a> {
     }
 }
 
-/// The shorter of the two rotations that a quaternion stands for, as an angular velocity.
-fn wrapped(seconds: f32) -> impl Fn(Vec3) -> Vec3 {
-    move |turn| {
-        let angle = turn.length() * seconds;
-        match angle > std::f32::consts::PI {
-            true => turn * ((angle - std::f32::consts::TAU) / angle),
-            false => turn,
-        }
+/// The same rotation, by at most half a turn.
+fn shorter(rotation: Quat) -> Quat {
+    match rotation.w < 0.0 {
+        true => -rotation,
+        false => rotation,
     }
-}
-
-/// The value below which a share of all lies; `None` of none.
-#[must_use]
-pub fn quantile(values: &[f32], share: f64) -> Option<f32> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f32::total_cmp);
-    let at = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
-    sorted.get(at).copied()
 }

@@ -1,9 +1,9 @@
 //! Why an attack was not avoided.
 
-use sabaki::anim::JointId;
 use sabaki::maps::BakedGraph;
 use sabaki::query::Answer;
 
+use super::limbs::{LEGS, limb_of};
 use super::throw::Throw;
 
 /// The reason for a hit.
@@ -44,12 +44,7 @@ impl Cause {
             };
         }
         let hit = baked.body().spheres[answer.clearance().body_sphere].joint;
-        let skeleton = baked.graph().skeleton();
-        let legs = baked.graph().limbs()[..2].iter().flatten();
-        let hips: Vec<_> = legs.map(|leg| leg.hip).collect();
-        let parent = |joint: &JointId| skeleton.joints()[joint.index()].parent;
-        let mut above = std::iter::successors(Some(hit), parent);
-        match above.any(|joint| hips.contains(&joint)) {
+        match limb_of(baked.graph(), hit).is_some_and(|limb| limb < LEGS) {
             true => Self::Leg,
             false => Self::Short,
         }

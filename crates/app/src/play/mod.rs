@@ -36,9 +36,8 @@ fn clip_frame(graph: &MotionGraph, playhead: Playhead) -> Option<(u32, f32)> {
     is_clip.then_some((node.clip.0, node.frame as f32 + playhead.frame))
 }
 
-/// The value below which a share of all values lies; 0 without values.
-fn percentile(mut values: Vec<f32>, share: f32) -> f32 {
-    values.sort_by(f32::total_cmp);
-    let index = (share * values.len().saturating_sub(1) as f32).round() as usize;
-    values.get(index).copied().unwrap_or(0.0)
+/// [`percentile::percentile`](crate::percentile::percentile) in single precision.
+fn percentile(values: Vec<f32>, share: f64) -> f32 {
+    let values = values.into_iter().map(f64::from).collect();
+    crate::percentile::percentile(values, share) as f32
 }

@@ -1,0 +1,37 @@
+use thiserror::Error;
+
+use super::ids::ThreatId;
+
+/// Why a call to [`Characters`](super::Characters) is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CharacterError {
+    /// There is no such character, or no longer.
+    #[error("there is no character {index} of generation {generation}")]
+    NoSuchCharacter {
+        /// Index of its place.
+        index: u32,
+        /// Number of characters that had this place before it.
+        generation: u32,
+    },
+    /// There is no such threat, or no longer.
+    #[error("there is no threat {}", .0.0)]
+    NoSuchThreat(ThreatId),
+    /// The graph has no moment without a labelled event.
+    #[error("the graph has no moment without an event, in which a character could stand")]
+    NothingToPlay,
+    /// A number is not finite or out of range.
+    #[error("{0} has a number that is not finite or out of range")]
+    Value(&'static str),
+    /// A saved state that is damaged or belongs to another graph.
+    #[error("the saved state {0}")]
+    Saved(&'static str),
+    /// The buffer for the joints has another length than the skeleton.
+    #[error("the buffer has room for {found} joints; the skeleton has {needed}")]
+    Joints {
+        /// Number of joints of the skeleton.
+        needed: usize,
+        /// Length of the buffer.
+        found: usize,
+    },
+}
