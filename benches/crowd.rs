@@ -16,7 +16,8 @@ use sabaki::crowd::{
     CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, LevelView, Output, PoseSlice,
     WriteMode,
 };
-use sabaki::math::{F32x16, Isa};
+use sabaki::internal::F32x16;
+use sabaki::math::Isa;
 use scene::Scene;
 
 const COUNT: usize = 10_000;

@@ -7,8 +7,9 @@
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Context, Culler, CullerDesc, Ticket};
 use sabaki::graph::{self, ClipSource, GraphSettings};
+use sabaki::internal::{AttackDrawing, CullCandidate};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
-use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, CullPath, Overlap, cpu};
+use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo;
 use sabaki_app::demo::throw::{ThrowSettings, throw};

@@ -27,6 +27,7 @@
 //! | [`lod`] | joint energy, levels of detail, switching between them |
 //! | [`anim`] | skeleton, clip, pose, forward kinematics |
 //! | [`math`] | rigid transforms of the ground plane, instruction sets, threads |
+//! | `internal` | hidden: what the packages of this workspace share and a host never names; no promise of compatibility |
 //!
 //! A module uses those below it in this table, never one above it. Motion files are read by the package `sabaki-import`; pictures are
 //! drawn by `sabaki-draw`; the command is `sabaki-app`.
@@ -59,6 +60,8 @@ pub mod duel;
 pub mod gpu;
 pub mod graph;
 pub mod guide;
+#[doc(hidden)]
+pub mod internal;
 pub mod lod;
 pub mod maps;
 pub mod math;

@@ -7,8 +7,9 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     AnimationSet, Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement,
 };
+use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
-use sabaki::math::{F32x16, Rigid2};
+use sabaki::math::Rigid2;
 use sabaki_app::demo;
 use sabaki_import::{ReadOptions, read_clip};
 

@@ -6,7 +6,7 @@
 //! # Contract
 //! A component is a guest in the caller's command buffer.
 //!
-//! | | [`Culler`], stencil | [`Culler`], compute | [`Rasterizer`] |
+//! | | [`Culler`], stencil | [`Culler`], compute | `Rasterizer` |
 //! | --- | --- | --- | --- |
 //! | the queue family has | graphics | compute | graphics |
 //! | the command buffer is | being recorded, outside of rendering and of occlusion queries | being recorded, outside of rendering | as for stencil |
@@ -63,7 +63,7 @@ mod raw;
 mod requirements;
 mod resources;
 mod shader_table;
-mod stencil;
+pub(crate) mod stencil;
 mod terms;
 mod uploaded;
 
@@ -84,7 +84,6 @@ pub use raw::{check_raw, command_buffer};
 pub use requirements::{
     PathReport, Report, Requirement, RequirementKind, check, check_enabled, requirements,
 };
-pub use stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use terms::{Terms, Without};
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as

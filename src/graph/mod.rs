@@ -4,13 +4,13 @@
 //! 4.4.
 
 mod build;
-mod cloud;
+pub(crate) mod cloud;
 mod component;
-pub mod distance;
+pub(crate) mod distance;
 mod error;
 mod events;
-mod feet;
-mod ids;
+pub(crate) mod feet;
+pub(crate) mod ids;
 mod inertia;
 mod limits;
 mod links;
@@ -31,10 +31,12 @@ mod validate;
 mod waits;
 
 pub use build::build;
-pub use cloud::PointCloud;
+pub(crate) use cloud::PointCloud;
 pub use error::GraphError;
-pub use feet::{Feet, FeetSettings, FootSlide, Plant};
-pub use ids::{ClipId, EdgeId, EventId, NodeId};
+pub(crate) use feet::Feet;
+pub use feet::{FeetSettings, FootSlide};
+pub(crate) use ids::EventId;
+pub use ids::{ClipId, EdgeId, NodeId};
 pub use inertia::Entry;
 pub use links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent};
 pub use motion::Motion;

@@ -1,7 +1,7 @@
 //! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
 
 mod isa;
-mod lanes;
+pub(crate) mod lanes;
 mod parallel;
 mod rigid2;
 mod round;
@@ -10,7 +10,7 @@ mod worker_pool;
 pub use isa::Isa;
 pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
-pub use lanes::F32x16;
+pub(crate) use lanes::F32x16;
 pub(crate) use lanes::{
     Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, StridedLines, UnitHalves, prefetch_for_write,
 };

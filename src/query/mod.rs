@@ -1,7 +1,7 @@
 //! Queries: an attack in, a path through the graph and its playback rate out.
 //!
 //! Source: Masaoka & Oshita, sections 3.3 and 5. A [`Query`] takes a [`Request`] through these stages: gather the candidates of the
-//! next node, retime them, [`cull`] them by maps, evaluate the rest exactly ([`clearance`]), score them, and select one for
+//! next node, retime them, [`cull`] them by maps, evaluate the rest exactly (`clearance`), score them, and select one for
 //! the [`Answer`]. [`Query::answer`] does all of it on the CPU. To cull on a device, take a [`Session`].
 //!
 //! Architecture invariant: no file of this module uses the GPU. Maps go out as plain data, and counts come back.
@@ -12,7 +12,7 @@ mod attack;
 mod candidate;
 mod candidate_motion;
 mod candidate_tests;
-pub mod clearance;
+pub(crate) mod clearance;
 mod context;
 pub mod cull;
 mod entries;

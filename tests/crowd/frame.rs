@@ -10,8 +10,9 @@ use glam::{Vec3, Vec4};
 use sabaki::crowd::{
     Character, CharacterId, Crowd, CrowdError, Frame, Frustum, LevelView, Output, Placement,
 };
+use sabaki::internal::F32x16;
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
-use sabaki::math::{F32x16, Isa, Rigid2};
+use sabaki::math::{Isa, Rigid2};
 
 const SECONDS: f64 = 1.0 / 60.0;
 

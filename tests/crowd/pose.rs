@@ -14,8 +14,9 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
     CrowdSettings, Form, Hold, LevelId, Output, PoseError,
 };
+use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels};
-use sabaki::math::{F32x16, Isa};
+use sabaki::math::Isa;
 use sabaki_import::{ReadOptions, read_clip};
 
 /// Metres.

@@ -9,9 +9,10 @@ use common::maps::{attack_of, untimed};
 use common::{Random, desc, drifting};
 use counting::allocations;
 use sabaki::gpu::{Culler, CullerDesc};
-use sabaki::maps::{FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Slab};
+use sabaki::internal::{CullCandidate, FixedTransform2, MapRect, RegionId, RegionMaps, Slab};
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::Rigid2;
-use sabaki::query::cull::{CullCandidate, CullInput};
+use sabaki::query::cull::CullInput;
 use sabaki_app::headless::{Headless, HeadlessDesc};
 
 #[test]

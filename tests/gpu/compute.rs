@@ -11,8 +11,9 @@ use common::timed::{atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
 use sabaki::gpu::{ComputeSettings, Culler, CullerDesc, InputWay};
-use sabaki::maps::{MapGrid, MapRect};
-use sabaki::query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap};
+use sabaki::internal::{AttackDrawing, Counted, CullCandidate, MapRect};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::{CullInput, Overlap};
 use sabaki_app::headless::{Headless, HeadlessDesc};
 
 const RECT: MapRect = MapRect {

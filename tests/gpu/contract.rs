@@ -12,8 +12,9 @@ use common::cull_cases::Way;
 use common::{Random, desc, finish};
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{
-    Context, Culler, CullerDesc, Features, GpuAllocatorMemory, GpuError, Rasterizer, Terms, Ticket,
+    Context, Culler, CullerDesc, Features, GpuAllocatorMemory, GpuError, Terms, Ticket,
 };
+use sabaki::internal::Rasterizer;
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, CullPath, Overlap};
 use sabaki_app::headless::{Headless, Message};

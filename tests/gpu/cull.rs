@@ -8,11 +8,10 @@ use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counte
 use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
-use sabaki::{
-    gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms, Without},
-    maps::{MapGrid, MapRect, RegionId, Slab},
-    query::cull::{AttackDrawing, Counted, CullCandidate, CullInput, Overlap},
-};
+use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms, Without};
+use sabaki::internal::{AttackDrawing, Counted, CullCandidate, MapRect, RegionId, Slab};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::{CullInput, Overlap};
 
 #[test]
 fn thousands_of_random_candidates_agree() {

@@ -11,10 +11,11 @@ use common::{Random, desc, device, drifting, finish};
 use sabaki::gpu::ash;
 use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
-    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, Rasterizer,
-    RasterizerDesc, RawContextDesc, Terms, check, requirements,
+    Block, Context, Culler, CullerDesc, Features, GpuError, Memory, MemoryDesc, RawContextDesc,
+    Terms, check, requirements,
 };
-use sabaki::maps::{MapGrid, MapRect, RegionAtlas, RegionMaps, Slab};
+use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, RegionMaps, Slab};
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::CullPath;
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 

@@ -8,8 +8,9 @@ use common::cull::{any_input, atlas_on, culler, sliced};
 use common::cull_cases::Way;
 use common::{Random, device_on, drifting, finish};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Culler, Rasterizer, RasterizerDesc, Terms, Without, check, requirements};
-use sabaki::maps::{MapGrid, MapRect, raster};
+use sabaki::gpu::{Culler, Terms, Without, check, requirements};
+use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, raster};
+use sabaki::maps::MapGrid;
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_app::headless::Headless;
 

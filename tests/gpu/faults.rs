@@ -17,13 +17,12 @@ use common::{Random, desc, drifting, finish};
 use glam::Vec3;
 use plain_memory::PlainMemory;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{
-    Context, Culler, CullerDesc, GpuError, Memory, PipelineCache, Rasterizer, RasterizerDesc,
-};
+use sabaki::gpu::{Context, Culler, CullerDesc, GpuError, Memory, PipelineCache};
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::maps::{MapRect, RegionAtlas, SphereKey, raster};
+use sabaki::internal::{Counted, MapRect, Rasterizer, RasterizerDesc, raster};
+use sabaki::maps::{RegionAtlas, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
+use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::headless::Headless;
 use shim::Fault;

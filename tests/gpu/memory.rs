@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 
 use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc};
-use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
+use sabaki::internal::Counted;
+use sabaki::query::cull::{CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_testing::baked::embedded;

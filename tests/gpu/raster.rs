@@ -5,8 +5,8 @@
 use sabaki_testing as common;
 
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
-use sabaki::gpu::{GpuError, Rasterizer, RasterizerDesc};
-use sabaki::maps::{Disc, Drawing, MapRect, raster};
+use sabaki::gpu::GpuError;
+use sabaki::internal::{Disc, Drawing, MapRect, Rasterizer, RasterizerDesc, raster};
 use sabaki_app::headless::Headless;
 
 fn rect(u: i32, v: i32, width: u32, height: u32) -> MapRect {

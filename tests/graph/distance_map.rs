@@ -7,8 +7,7 @@ use common::captures::captures;
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use proptest::prelude::*;
-use sabaki::graph::PointCloud;
-use sabaki::graph::distance::{DistanceMap, WindowPair, Windows};
+use sabaki::internal::{DistanceMap, PointCloud, WindowPair, Windows};
 use sabaki::math::{Isa, Rigid2};
 
 const WINDOW: usize = 10;

@@ -11,13 +11,12 @@ use std::sync::OnceLock;
 use common::baked::{embedded, embedded_graph};
 use common::captures::{captures, fight_graph};
 use glam::{Quat, Vec3};
-use sabaki::anim::{
-    Clip, ClipDesc, Joint, JointTransform, Leg, Pose, Skeleton, forward_kinematics,
-};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::graph::{
     self, ClipId, ClipSource, EdgeId, EdgeMotion, FeetSettings, GraphSettings, MotionGraph,
     blend_weight,
 };
+use sabaki::internal::Leg;
 use sabaki::math::Rigid2;
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);

@@ -10,7 +10,8 @@ use std::collections::BTreeSet;
 use common::baked::{embedded, embedded_graph};
 use common::small::small;
 use sabaki::graph::{GraphSettings, Motion, NodeId, Playhead, Step};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, NodePath, PathId, PathSettings};
+use sabaki::internal::{NodePath, PathId};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
 use sabaki::math::Rigid2;
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.

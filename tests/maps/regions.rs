@@ -7,10 +7,8 @@ use common::small::small;
 use glam::Vec3;
 use proptest::prelude::*;
 use sabaki::anim::JointId;
-use sabaki::maps::{
-    BakeError, BakeSettings, Baker, BitMap, Body, BodySphere, Disc, Drawing, FixedTransform2,
-    MapGrid, MapRect, MaskMap, Slab, raster,
-};
+use sabaki::internal::{BitMap, Disc, Drawing, FixedTransform2, MapRect, MaskMap, Slab, raster};
+use sabaki::maps::{BakeError, BakeSettings, Baker, Body, BodySphere, MapGrid};
 use sabaki::math::Rigid2;
 
 fn drawing() -> impl Strategy<Value = Drawing> {

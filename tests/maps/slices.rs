@@ -7,10 +7,8 @@ use sabaki_testing as common;
 use common::random::Random;
 use common::small::small;
 use glam::Vec3;
-use sabaki::maps::{
-    BakeError, BakeSettings, BakedGraph, Baker, BodyTrack, MapGrid, RegionId, Section, Slab,
-    TrackStart,
-};
+use sabaki::internal::{BodyTrack, RegionId, Section, Slab, TrackStart};
+use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, MapGrid};
 
 fn bake(maps: MapGrid, threads: usize) -> BakedGraph {
     let settings = BakeSettings {

@@ -9,7 +9,7 @@ use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
-use sabaki::maps::{AttackMaps, AttackMove};
+use sabaki::internal::{AttackMaps, AttackMove};
 use sabaki::math::Rigid2;
 use sabaki::query::{Attack, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};

@@ -9,10 +9,10 @@ use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, NodeId, Playhead};
+use sabaki::internal::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::WarpSettings;
-use sabaki::query::clearance::{ExactTest, MotionBody, SAMPLE_RATE};
 use sabaki::query::{
     Answer, Attack, CandidateReport, EntryUse, Enumerate, Evaluation, Fate, Query, QuerySettings,
 };

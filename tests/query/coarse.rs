@@ -7,9 +7,9 @@ use sabaki_testing as common;
 use common::baked::embedded;
 use common::captures::fight_graph;
 use sabaki::graph::{Motion, Step};
+use sabaki::internal::{ExactTest, Extent, MotionBody, Sampling};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::Attack;
-use sabaki::query::clearance::{ExactTest, Extent, MotionBody, Sampling};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 /// Metres.

@@ -6,15 +6,14 @@ use sabaki_testing as common;
 
 use common::maps::oracle;
 use common::random::Random;
-use sabaki::maps::{
-    BitMap, Disc, FixedTransform2, MapGrid, MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps,
-    Slab, SlabMaps,
+use sabaki::internal::{
+    AttackDrawing, AttackLayer, BitMap, CullCandidate, Disc, FixedTransform2, MapRect, MaskMap,
+    RegionId, RegionMaps, Slab, SlabMaps, TimedDisc,
 };
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::{Isa, Rigid2};
 use sabaki::query::cull::cpu::Culler;
-use sabaki::query::cull::{
-    AttackDrawing, AttackLayer, CullCandidate, CullInput, Overlap, TimedDisc,
-};
+use sabaki::query::cull::{CullInput, Overlap};
 
 fn between(random: &mut Random, low: i32, high: i32) -> i32 {
     low + random.below((high - low + 1) as usize) as i32

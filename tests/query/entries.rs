@@ -9,10 +9,10 @@ use common::baked::embedded;
 use glam::{Quat, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Entry, Motion, Playhead};
+use sabaki::internal::{ExactTest, MotionBody};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::WarpSettings;
-use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{
     Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
 };

@@ -8,12 +8,12 @@ use common::baked::embedded;
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sabaki::maps::{BodyTrack, MovingSphere, SphereKey};
+use sabaki::internal::{
+    BodyTrack, Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
+};
+use sabaki::maps::{MovingSphere, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::Attack;
-use sabaki::query::clearance::{
-    Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
-};
 
 /// A sphere on a way of some keys near a body, within a track's time.
 fn keys(rng: &mut impl Rng, evasion: &PlacedEvasion<'_>) -> Vec<SphereKey> {

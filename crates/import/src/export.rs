@@ -12,9 +12,9 @@ use super::{Question, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead};
+use sabaki::internal::SAMPLE_RATE;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::SAMPLE_RATE;
 use sabaki::query::{Answer, Attack, CandidateReport, EnteredAt};
 
 /// Unit of exported BVH positions: centimetres.

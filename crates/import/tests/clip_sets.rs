@@ -5,9 +5,8 @@
 use std::path::PathBuf;
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{
-    Clip, ClipDesc, Facing, Joint, JointId, JointKind, JointTransform, Pose, Skeleton,
-};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
+use sabaki::internal::Facing;
 use sabaki::maps::Body;
 use sabaki_import::{ClipSet, LengthUnit, ReadOptions, ScaleSource, gltf, read_clips};
 

@@ -8,8 +8,9 @@ use sabaki::crowd::{
     AnimationSet, Character, CharacterId, ClipId, Crowd, CrowdSettings, Fade, Form, Layout,
     LevelId, Output, Placement, PoseSlice, WriteMode,
 };
+use sabaki::internal::F32x16;
 use sabaki::lod::{Level, LevelMotion, Levels, rehang};
-use sabaki::math::{F32x16, Isa, Rigid2};
+use sabaki::math::{Isa, Rigid2};
 
 use super::random::Random;
 

@@ -1,11 +1,13 @@
 //! What the culling paths of a device are tested with: any maps, any attacks, any candidates.
 
 use sabaki::gpu::{Culler, CullerDesc};
-use sabaki::maps::{
-    FixedTransform2, MapGrid, MapRect, RegionAtlas, RegionId, RegionMaps, Section, Slab, SlabMaps,
+use sabaki::internal::{
+    AttackDrawing, CullCandidate, FixedTransform2, MapRect, RegionId, RegionMaps, Section, Slab,
+    SlabMaps,
 };
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::Rigid2;
-use sabaki::query::cull::{AttackDrawing, CullCandidate, CullInput, Overlap, cpu};
+use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_app::headless::Headless;
 
 use super::maps::{attack_of, timed, timed_attack, untimed};

@@ -1,10 +1,9 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
 use sabaki::gpu::{BatchEntry, Counting, Culler, CullerDesc, GpuError, Mismatch};
-use sabaki::maps::{MapGrid, MapRect, RegionAtlas, Slab, SlabMaps};
-use sabaki::query::cull::{
-    AttackDrawing, AttackLayer, CullCandidate, CullInput, CullPath, Overlap,
-};
+use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, MapRect, Slab, SlabMaps};
+use sabaki::maps::{MapGrid, RegionAtlas};
+use sabaki::query::cull::{CullInput, CullPath, Overlap};
 use sabaki_app::headless::Headless;
 
 use super::cull::{counted, culler};

@@ -3,7 +3,7 @@
 
 use sabaki::gpu::ash::vk;
 use sabaki::gpu::{Terms, Without};
-use sabaki::maps::{Disc, Drawing, MapRect, SUB_TEXELS};
+use sabaki::internal::{Disc, Drawing, MapRect, SUB_TEXELS};
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 
 /// A software device with validation on. A machine without one fails the test.

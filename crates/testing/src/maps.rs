@@ -1,9 +1,11 @@
 //! Maps made up for tests.
 
-use sabaki::maps::{
-    BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, SlabMaps, raster,
+use sabaki::internal::{
+    AttackDrawing, AttackLayer, BitMap, Disc, Drawing, MapRect, MaskMap, SUB_TEXELS, Slab,
+    SlabMaps, TimedDisc, raster,
 };
-use sabaki::query::cull::{AttackDrawing, AttackLayer, CullInput, Overlap, TimedDisc};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::{CullInput, Overlap};
 
 use super::random::Random;
 

@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 use glam::Vec3;
 use sabaki::anim::{Event, EventKind, JointId};
 use sabaki::graph::{self, ClipSource, EdgeId, GraphSettings, Playhead};
+use sabaki::internal::{ExactTest, MotionBody};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{ExactTest, MotionBody};
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 
 use super::clips::{small_skeleton, swinging_clip};

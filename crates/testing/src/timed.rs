@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use sabaki::maps::{
-    BitMap, FixedTransform2, MapGrid, MapRect, MaskMap, RegionAtlas, RegionId, RegionMaps, Slab,
-    SlabMaps,
+use sabaki::internal::{
+    AttackDrawing, AttackLayer, BitMap, CullCandidate, FixedTransform2, MapRect, MaskMap, RegionId,
+    RegionMaps, Slab, SlabMaps, TimedDisc,
 };
+use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::math::Rigid2;
-use sabaki::query::cull::{AttackDrawing, AttackLayer, CullCandidate, TimedDisc};
 
 use super::Random;
 

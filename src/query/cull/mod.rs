@@ -8,18 +8,20 @@
 
 pub mod cpu;
 mod draw_input;
-mod drawing;
+pub(crate) mod drawing;
 mod groups;
-mod input;
-mod overlap;
+pub(crate) mod input;
+pub(crate) mod overlap;
 mod path;
 mod query_maps;
 mod steps;
 mod texels;
 
 pub(super) use draw_input::{DrawInput, PlacedRegion};
-pub use drawing::{AttackDrawing, AttackLayer, TimedDisc};
-pub use input::{CullCandidate, CullInput};
-pub use overlap::{Counted, Overlap};
+pub(crate) use drawing::{AttackDrawing, AttackLayer, TimedDisc};
+pub(crate) use input::CullCandidate;
+pub use input::CullInput;
+pub(crate) use overlap::Counted;
+pub use overlap::Overlap;
 pub use path::{CullPath, UnknownCullPath};
 pub(super) use query_maps::QueryMaps;

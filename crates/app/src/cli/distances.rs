@@ -2,8 +2,8 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use sabaki::graph::distance::{DistanceMap, Windows};
-use sabaki::graph::{EdgeMotion, GraphSettings, MotionGraph, PointCloud};
+use sabaki::graph::{EdgeMotion, GraphSettings, MotionGraph};
+use sabaki::internal::{DistanceMap, PointCloud, Windows};
 use sabaki::math::in_parallel;
 
 use super::picture::FONT;

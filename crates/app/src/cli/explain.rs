@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
+use sabaki::internal::Warp;
 use sabaki::maps::BakedGraph;
 use sabaki::query::RateError;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};

@@ -6,7 +6,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Serialize;
 
-use sabaki::maps::PathId;
+use sabaki::internal::PathId;
 use sabaki::query::cull::Overlap;
 use sabaki::query::{Answer, Session, Source};
 

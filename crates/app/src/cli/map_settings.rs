@@ -4,7 +4,8 @@ use std::convert::Infallible;
 use std::time::Instant;
 
 use super::map_quality::{GroundTruth, MapTally, Round};
-use sabaki::maps::{BakedGraph, MapGrid, Section};
+use sabaki::internal::Section;
+use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Query, QueryContext};
 use sabaki_app::demo::throw::Throw;

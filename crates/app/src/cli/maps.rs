@@ -1,6 +1,7 @@
 //! Settings of the maps on the command line.
 
-use sabaki::maps::{MapGrid, Section};
+use sabaki::internal::Section;
+use sabaki::maps::MapGrid;
 
 /// Settings of the maps; `compare --settings` measures what each one changes.
 #[derive(Clone, Copy, Debug, clap::Args)]

@@ -2,8 +2,9 @@
 //! and what they share.
 
 use plotters::style::RGBColor;
-use sabaki::maps::{Drawing, MapGrid, MaskMap, Slab, SlabMaps, raster};
-use sabaki::query::cull::{CullCandidate, CullInput};
+use sabaki::internal::{CullCandidate, Drawing, MaskMap, Slab, SlabMaps, raster};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::CullInput;
 
 use super::picture::{Picture, TextLook};
 use super::plot::INK;

@@ -10,9 +10,9 @@ use rand_pcg::Pcg64Mcg;
 
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, Playhead};
+use sabaki::internal::{ExactTest, Extent, MotionBody};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::{ExactTest, Extent, MotionBody};
 use sabaki::query::{Attack, AttackError, Request};
 
 /// Settings of the balls.

@@ -1,14 +1,12 @@
 //! Draws maps and counts overlaps, each in one call.
 
 use super::Headless;
-use sabaki::{
-    gpu::{Culler, GpuError, MapKind, Rasterizer},
-    maps::{BitMap, Drawing, raster::EvasionMaps},
-    query::cull::{CullInput, Overlap, cpu},
-};
+use sabaki::gpu::{Culler, GpuError};
+use sabaki::internal::{BitMap, Drawing, MapKind, Rasterizer, raster::EvasionMaps};
+use sabaki::query::cull::{CullInput, Overlap, cpu};
 
 impl Headless {
-    /// Body and evasion maps of many drawings: [`raster::every_frame`](sabaki::maps::raster::every_frame) on the device.
+    /// Body and evasion maps of many drawings: [`raster::every_frame`](sabaki::internal::raster::every_frame) on the device.
     ///
     /// # Errors
     /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
@@ -33,7 +31,7 @@ impl Headless {
         Ok(maps)
     }
 
-    /// Attack maps of many drawings: [`raster::any_frame`](sabaki::maps::raster::any_frame) on the device.
+    /// Attack maps of many drawings: [`raster::any_frame`](sabaki::internal::raster::any_frame) on the device.
     ///
     /// # Errors
     /// [`Rasterizer::plan`]'s, or those of [`Headless::run`].
@@ -56,7 +54,7 @@ impl Headless {
     }
 
     /// Overlaps of any number of candidates: [`cpu::count`] on the device, as far as
-    /// the culler [counts](sabaki::query::cull::Counted) them.
+    /// the culler [counts](sabaki::internal::Counted) them.
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
     /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.

@@ -10,9 +10,9 @@ use sabaki::character::{
     CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
     CharactersState, Goal, Threat, ThreatId,
 };
+use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::clearance::closest;
 
 use super::{FRAME, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};

@@ -18,7 +18,7 @@ use capture::Capture;
 use frames::Frame;
 use overlay::Overlay;
 use sabaki::gpu::{Context, GpuError};
-use sabaki::math::F32x16;
+use sabaki::internal::F32x16;
 use sabaki_draw::internal::{COPIED, DRAWN, Use, turn};
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Stage, StageDesc, Target};

@@ -16,11 +16,12 @@ use sabaki::crowd::{
     self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
     CrowdSettings, Layout, LevelId, Output, Placement, PoseError, WriteMode,
 };
+use sabaki::internal::F32x16;
 use sabaki::lod::{
     Level, LevelSettings, Levels, LodError, Measure, Rule, SwitchSettings, Switching, View,
 };
 use sabaki::maps::Body;
-use sabaki::math::{F32x16, Rigid2};
+use sabaki::math::Rigid2;
 
 /// Settings of a formation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Camera, Capsule, Figure, Light, Look, Shot};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead, Step};
+use sabaki::internal::Clearance;
 use sabaki::maps::{BakedGraph, MovingSphere};
-use sabaki::query::clearance::Clearance;
 use sabaki::query::{Answer, Attack};
 
 /// Settings of the playback of a dodge.

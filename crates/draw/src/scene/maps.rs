@@ -5,9 +5,8 @@
 
 use super::{Layer, Shot};
 use sabaki::graph::{EdgeId, Motion, MotionGraph};
-use sabaki::maps::{
-    BakedGraph, BitMap, Disc, Drawing, MapGrid, MapRect, MaskMap, SUB_TEXELS, Slab, raster,
-};
+use sabaki::internal::{BitMap, Disc, Drawing, MapRect, MaskMap, SUB_TEXELS, Slab, raster};
+use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::math::Rigid2;
 use sabaki::query::Attack;
 

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::Camera;
-use sabaki::maps::BitMap;
+use sabaki::internal::BitMap;
 use sabaki::math::Rigid2;
 
 /// The convex hull of two spheres. If both are equal, it is a sphere.

@@ -18,7 +18,7 @@ use pipelines::Pipelines;
 use sabaki::gpu::internal::within;
 use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
-use sabaki::math::F32x16;
+use sabaki::internal::F32x16;
 use slot::Slot;
 use targets::Targets;
 

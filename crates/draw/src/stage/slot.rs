@@ -10,7 +10,7 @@ use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
 use sabaki::gpu::internal::{Buffer, BufferDesc};
 use sabaki::gpu::internal::{Named, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
-use sabaki::math::F32x16;
+use sabaki::internal::F32x16;
 
 /// Buffers and descriptor set of a slot. Handles are null by default.
 #[derive(Debug, Default)]
