@@ -1,4 +1,4 @@
-use glam::Vec3;
+use crate::math::Sphere;
 
 use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::Playhead;
@@ -43,13 +43,13 @@ impl Trunk {
     }
 
     /// Writes the centres and radii at a position of the graph, in the world.
-    pub fn at(&self, baked: &BakedGraph, playhead: Playhead, out: &mut Vec<(Vec3, f32)>) {
+    pub fn at(&self, baked: &BakedGraph, playhead: Playhead, out: &mut Vec<Sphere>) {
         let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
         playhead.pose(baked.graph(), &mut pose);
         forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
         out.clear();
         let spheres = self.spheres.iter();
-        out.extend(spheres.map(|sphere| (sphere.centre(&joints), sphere.radius)));
+        out.extend(spheres.map(|sphere| Sphere::new(sphere.centre(&joints), sphere.radius)));
     }
 
     /// The smallest distance between the surfaces of two bodies' trunks, metres; negative where they overlap.
@@ -60,7 +60,7 @@ impl Trunk {
         self.at(baked, playheads[1], &mut b);
         let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
         pairs
-            .map(|(a, b)| a.0.distance(b.0) - a.1 - b.1)
+            .map(|(a, b)| a.centre.distance(b.centre) - a.radius - b.radius)
             .fold(f32::INFINITY, f32::min)
     }
 }

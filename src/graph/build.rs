@@ -9,7 +9,7 @@ use super::component::largest_component;
 use super::distance::{WindowPair, Windows};
 use super::links::{self, LinkSource};
 use super::minima::{self, MinimaSettings};
-use super::report::BuildCounts;
+use super::report::{BuildCounts, BuiltGraphs};
 use super::source::ClipSource;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
@@ -78,7 +78,10 @@ pub fn build(
     let graph = graph.with_feet(&settings.feet);
     let report = BuildReport::new(
         source,
-        (&full, &graph),
+        &BuiltGraphs {
+            full: &full,
+            kept: &graph,
+        },
         BuildCounts {
             transitions: under_threshold,
             window_pairs: window_pairs(&windows),

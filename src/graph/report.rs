@@ -40,6 +40,12 @@ pub struct Dropped {
     pub attacks: Vec<String>,
 }
 
+/// The complete graph and its largest component.
+pub(super) struct BuiltGraphs<'a> {
+    pub(super) full: &'a MotionGraph,
+    pub(super) kept: &'a MotionGraph,
+}
+
 /// Counts of a build.
 pub(super) struct BuildCounts {
     pub(super) transitions: usize,
@@ -51,12 +57,12 @@ impl BuildReport {
     /// Times within which evasions are counted, in seconds.
     const SOON: [f64; 3] = [0.5, 1.0, 1.5];
 
-    /// `graphs` are the complete graph and its largest component.
     pub(super) fn new(
         source: ClipSource<'_>,
-        (full, kept): (&MotionGraph, &MotionGraph),
+        graphs: &BuiltGraphs<'_>,
         counts: BuildCounts,
     ) -> Self {
+        let BuiltGraphs { full, kept } = *graphs;
         let count = |kind| {
             source
                 .events

@@ -95,15 +95,15 @@ impl CoarseMap {
             for (row, texels) in map.masks().chunks(width.max(1)).enumerate() {
                 for (column, mask) in texels.chunks(map.lanes()).enumerate() {
                     if mask.iter().any(|&word| word != 0) {
-                        let texel = (column as i32, row as i32);
-                        coarse.spread((map.rect(), texel), mask, is_body);
+                        let cells = coarse.around(map.rect(), [column as i32, row as i32]);
+                        coarse.spread(cells, mask, is_body);
                     }
                 }
             }
         }
         let rect = maps.evasion.rect();
         maps.evasion.for_each(|column, row| {
-            for cell in coarse.around(rect, (column, row)).into_iter().flatten() {
+            for cell in coarse.around(rect, [column, row]).into_iter().flatten() {
                 coarse.evasion[cell] = 1;
             }
         });
@@ -129,9 +129,10 @@ impl CoarseMap {
         &self.evasion
     }
 
-    fn spread(&mut self, (rect, texel): (MapRect, (i32, i32)), mask: &[u32], is_body: bool) {
+    /// Adds a texel's mask to the cells within its reach.
+    fn spread(&mut self, within: [Option<usize>; 9], mask: &[u32], is_body: bool) {
         let cells = self.evasion.len();
-        for cell in self.around(rect, texel).into_iter().flatten() {
+        for cell in within.into_iter().flatten() {
             let target = if is_body {
                 &mut self.body
             } else {
@@ -144,7 +145,7 @@ impl CoarseMap {
     }
 
     /// Cells that are within reach of a texel: at most three along each axis.
-    fn around(&self, rect: MapRect, (column, row): (i32, i32)) -> [Option<usize>; 9] {
+    fn around(&self, rect: MapRect, [column, row]: [i32; 2]) -> [Option<usize>; 9] {
         let (column, row) = (column + rect.u - self.u, row + rect.v - self.v);
         // With cells of 4 texels, cell i covers 4 i to 4 i + 4 and reaches the texels 4 i - 3 to 4
         // i + 6.

@@ -14,8 +14,6 @@
 //! neighbours. Its spheres shrink or grow by the distance that they travel in that time, and by the
 //! deviation of the motion from a straight line between samples.
 
-use glam::Vec3;
-
 use super::attack_move::attack_spheres;
 use super::slab::Cut;
 use super::{
@@ -23,7 +21,7 @@ use super::{
 };
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, GraphEvent, MotionGraph};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, Sphere};
 
 /// Half of a texel's diagonal, rounded up, in sub-texels.
 pub(crate) const HALF_DIAGONAL: f32 = 0.7072 * SUB_TEXELS as f32;
@@ -70,9 +68,6 @@ pub(super) struct TooHigh {
     pub low: i32,
     pub high: i32,
 }
-
-/// Centre and radius of a sphere, in metres.
-type Sphere = (Vec3, f32);
 
 /// The graph, the body and the grid that all events of a bake share.
 #[derive(Clone, Copy)]
@@ -171,7 +166,7 @@ pub(super) fn of_attack(
     };
     let mut moments = Vec::new();
     for sphere in attack_spheres(graph, body, event) {
-        sphere.for_each_step(|centre, radius| moments.push(vec![(centre, radius)]));
+        sphere.for_each_step(|ball| moments.push(vec![ball]));
     }
     let slabs = slab_range(moments.iter().flatten(), grid)?;
     let cutter = Cutter { slabs, grid };
@@ -189,7 +184,7 @@ fn slab_range<'a>(
     spheres: impl Iterator<Item = &'a Sphere>,
     grid: MapGrid,
 ) -> Result<SlabRange, TooHigh> {
-    let reached = spheres.map(|&(centre, radius)| grid.slabs(centre, radius));
+    let reached = spheres.map(|sphere| grid.slabs(sphere.centre, sphere.radius));
     let ends = reached.map(|slabs| (*slabs.start(), *slabs.end()));
     let Some((low, high)) = ends.reduce(|(a, b), (c, d)| (a.min(c), b.max(d))) else {
         return Ok(SlabRange::default());
@@ -210,9 +205,9 @@ fn in_slabs(moments: &[Vec<Sphere>], cutter: Cutter, cut: Cut) -> Vec<Drawing> {
     let Cutter { slabs, grid } = cutter;
     let mut drawings = vec![Drawing::default(); slabs.count];
     for moment in moments {
-        for &(centre, radius) in moment {
-            for slab in grid.slabs(centre, radius) {
-                if let Some(disc) = grid.cut((centre, radius), Slab(slab), cut) {
+        for &sphere in moment {
+            for slab in grid.slabs(sphere.centre, sphere.radius) {
+                if let Some(disc) = grid.cut(sphere, Slab(slab), cut) {
                     drawings[(slab - slabs.low) as usize].discs.push(disc);
                 }
             }
@@ -274,7 +269,7 @@ fn body_frames(
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
             body.spheres
                 .iter()
-                .map(|sphere| (sphere.centre(&joints), sphere.radius))
+                .map(|sphere| Sphere::new(sphere.centre(&joints), sphere.radius))
                 .collect()
         })
         .collect()
@@ -290,7 +285,10 @@ struct Moment {
 
 /// Spheres of the moments with their bounds added (`growth` 1), subtracted (-1) or ignored (0).
 fn grown_spheres(moments: &[Vec<Moment>], growth: f32) -> Vec<Vec<Sphere>> {
-    let grown = |moment: &Moment| (moment.sphere.0, moment.sphere.1 + growth * moment.drift);
+    let grown = |moment: &Moment| Sphere {
+        radius: moment.sphere.radius + growth * moment.drift,
+        ..moment.sphere
+    };
     moments
         .iter()
         .map(|spheres| spheres.iter().map(grown).collect())
@@ -364,7 +362,7 @@ impl<'a> MovingBody<'a> {
         let sphere = |(index, sphere): (usize, &super::BodySphere)| {
             let ends = [now, now + 1].map(|tick| self.track.centre(tick, index));
             Moment {
-                sphere: (ends[0].lerp(ends[1], share), sphere.radius),
+                sphere: Sphere::new(ends[0].lerp(ends[1], share), sphere.radius),
                 drift: most(&self.distances, index) * BodyTrack::RATE * around
                     + most(&self.deviations, index),
             }

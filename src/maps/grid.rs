@@ -11,7 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Body, BodyTrack, NodePath, PathId, PathTable};
-use crate::math::{Rigid2, floor};
+use crate::math::{Rigid2, Sphere, floor};
 
 /// Settings of a [`Grid`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +71,8 @@ impl CellColumn {
 
     /// Heights of the cells that a sphere reaches in the column `(x, z)`, or 0 if it does not reach
     /// the column.
-    fn reached(centre: Vec3, radius: f32, cell: f32, (x, z): (i32, i32)) -> u64 {
+    fn reached(sphere: Sphere, cell: f32, [x, z]: [i32; 2]) -> u64 {
+        let Sphere { centre, radius } = sphere;
         let nearest = |value: f32, index: i32| {
             value.clamp(index as f32 * cell, (index + 1) as f32 * cell) - value
         };
@@ -90,19 +91,15 @@ impl CellColumn {
 
     /// Calls `visit` for each column that a sphere reaches and that is at most `within` columns
     /// from the origin along x and z.
-    fn for_each_reached(
-        (centre, radius): (Vec3, f32),
-        cell: f32,
-        within: i32,
-        mut visit: impl FnMut(Self),
-    ) {
+    fn for_each_reached(sphere: Sphere, cell: f32, within: i32, mut visit: impl FnMut(Self)) {
+        let Sphere { centre, radius } = sphere;
         let furthest = within.min(Self::FURTHEST);
         let of = |value: f32| floor(value / cell).clamp(-Self::FURTHEST, Self::FURTHEST);
         let span =
             |value: f32| of(value - radius).max(-furthest)..=of(value + radius).min(furthest);
         for x in span(centre.x) {
             for z in span(centre.z) {
-                let heights = Self::reached(centre, radius, cell, (x, z));
+                let heights = Self::reached(sphere, cell, [x, z]);
                 if heights != 0 {
                     visit(Self { x, z, heights });
                 }
@@ -204,7 +201,7 @@ impl Grid {
         let mut columns = Vec::new();
         for (index, sphere) in body.spheres.iter().enumerate() {
             let centre = placement.point(track.centre(tick, index));
-            let sphere = (centre, sphere.radius);
+            let sphere = Sphere::new(centre, sphere.radius);
             CellColumn::for_each_reached(sphere, self.cell, i32::MAX, |c| columns.push(c));
         }
         columns
@@ -352,16 +349,17 @@ impl TouchedCells {
         self.room = 0;
     }
 
-    /// Adds the cells that a sphere (centre and radius, in metres) touches, within `reach` metres
+    /// Adds the cells that a sphere touches, within `reach` metres
     /// of the node's root along x and along z.
-    pub fn add(&mut self, (centre, radius): (Vec3, f32), cell: f32, reach: f32) {
+    pub fn add(&mut self, sphere: Sphere, cell: f32, reach: f32) {
+        let Sphere { centre, radius } = sphere;
         if centre.x.abs() - radius > reach || centre.z.abs() - radius > reach {
             return;
         }
         // Paths have no cells beyond their reach.
         let within = floor(reach / cell).saturating_add(1);
         let columns = &mut self.columns;
-        CellColumn::for_each_reached((centre, radius), cell, within, |c| columns.push(c));
+        CellColumn::for_each_reached(sphere, cell, within, |c| columns.push(c));
         if self.columns.len() > self.room.max(Self::ROOM) {
             self.merge();
             self.room = 2 * self.columns.len();

@@ -1,6 +1,7 @@
 //! Bounding spheres of the body over short intervals of time: one of the whole body, and tighter
 //! ones of its parts.
 
+use crate::math::Sphere;
 use glam::Vec3;
 
 /// Number of consecutive spheres of the body in one part.
@@ -27,8 +28,8 @@ impl Hulls {
     /// each interval; `part` returns the hull of a range of spheres in an interval.
     pub(super) fn new(
         spheres: usize,
-        body: &[(Vec3, f32)],
-        part: impl Fn(usize, std::ops::Range<usize>) -> (Vec3, f32),
+        body: &[Sphere],
+        part: impl Fn(usize, std::ops::Range<usize>) -> Sphere,
     ) -> Self {
         let mut hulls = Self {
             stretches: body.len(),
@@ -59,13 +60,13 @@ impl Hulls {
 
     /// Memory of one interval, in bytes.
     pub(super) fn stretch_bytes(spheres: usize) -> usize {
-        size_of::<(Vec3, f32)>() + spheres.div_ceil(PART * LANES) * size_of::<HullRows>()
+        size_of::<Sphere>() + spheres.div_ceil(PART * LANES) * size_of::<HullRows>()
     }
 
     /// Hull of the whole body in an interval.
-    pub(super) fn body(&self, stretch: usize) -> (Vec3, f32) {
+    pub(super) fn body(&self, stretch: usize) -> Sphere {
         let [x, y, z, radius] = [0, 1, 2, 3].map(|row| self.body[row][stretch]);
-        (Vec3::new(x, y, z), radius)
+        Sphere::new(Vec3::new(x, y, z), radius)
     }
 
     /// Hulls of the whole body in 16 consecutive intervals. The last interval is repeated past the
@@ -87,8 +88,9 @@ impl Hulls {
     }
 }
 
-fn values((centre, radius): (Vec3, f32)) -> [f32; 4] {
-    [centre.x, centre.y, centre.z, radius]
+fn values(sphere: Sphere) -> [f32; 4] {
+    let [x, y, z] = sphere.centre.to_array();
+    [x, y, z, sphere.radius]
 }
 
 #[cfg(test)]
@@ -97,11 +99,13 @@ mod tests {
 
     #[test]
     fn each_part_and_each_stretch_has_its_own_hull() {
-        let body: Vec<(Vec3, f32)> = (0..5).map(|i| (Vec3::splat(i as f32), 0.5)).collect();
+        let body: Vec<Sphere> = (0..5)
+            .map(|i| Sphere::new(Vec3::splat(i as f32), 0.5))
+            .collect();
         // 131 spheres form 17 parts; the last part has three spheres.
         let part = |stretch: usize, spheres: std::ops::Range<usize>| {
             let place = Vec3::new(stretch as f32, spheres.start as f32, spheres.len() as f32);
-            (place, 1.0 + stretch as f32)
+            Sphere::new(place, 1.0 + stretch as f32)
         };
         let hulls = Hulls::new(131, &body, part);
         for first in 0..8 {

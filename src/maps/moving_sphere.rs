@@ -1,8 +1,7 @@
-use glam::Vec3;
 use serde::Serialize;
 
 use super::SphereKey;
-use crate::math::Rigid2;
+use crate::math::{Rigid2, Sphere};
 
 /// A sphere that moves along straight lines between keys. It does not exist before its first and
 /// after its last key.
@@ -105,11 +104,11 @@ impl MovingSphere {
 
     /// Calls `visit` with the sphere at times so close together that it moves at most half its
     /// radius between them. The first and the last key are included.
-    pub fn for_each_step(&self, mut visit: impl FnMut(Vec3, f32)) {
+    pub fn for_each_step(&self, mut visit: impl FnMut(Sphere)) {
         /// Maximum number of steps between two keys. A sphere that moves very far relative to its
         /// radius is drawn with gaps.
         const MOST_STEPS: f32 = 1024.0;
-        visit(self.keys[0].center, self.keys[0].radius);
+        visit(Sphere::new(self.keys[0].center, self.keys[0].radius));
         for pair in self.keys.windows(2) {
             let smallest = pair[0].radius.min(pair[1].radius);
             let steps = (pair[0].center.distance(pair[1].center) / (0.5 * smallest))
@@ -118,7 +117,8 @@ impl MovingSphere {
             for step in 1..=steps as usize {
                 let share = step as f32 / steps;
                 let radius = pair[0].radius + (pair[1].radius - pair[0].radius) * share;
-                visit(pair[0].center.lerp(pair[1].center, share), radius);
+                let centre = pair[0].center.lerp(pair[1].center, share);
+                visit(Sphere { centre, radius });
             }
         }
     }

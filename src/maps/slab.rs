@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 use super::{Disc, SUB_TEXELS};
-use crate::math::{floor, round};
+use crate::math::{Sphere, floor, round};
 
 /// Number of a horizontal slab. Slab `n` reaches from `n` to `n + 1` slab heights above the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -158,12 +158,13 @@ impl MapGrid {
     /// the nearest. Returns `None` if the sphere does not reach the section's height.
     #[must_use]
     pub fn disc(&self, centre: Vec3, radius: f32, slab: Slab) -> Option<Disc> {
-        self.cut((centre, radius), slab, Cut::Nearest)
+        self.cut(Sphere::new(centre, radius), slab, Cut::Nearest)
     }
 
     /// Disc of a sphere in a slab, cut and rounded as `cut` tells.
     #[must_use]
-    pub(crate) fn cut(&self, (centre, radius): (Vec3, f32), slab: Slab, cut: Cut) -> Option<Disc> {
+    pub(crate) fn cut(&self, sphere: Sphere, slab: Slab, cut: Cut) -> Option<Disc> {
+        let Sphere { centre, radius } = sphere;
         let section = match cut {
             Cut::Nearest => self.section,
             Cut::Inner(_) => Section::Plane,

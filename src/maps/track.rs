@@ -9,7 +9,7 @@ use super::hulls::{HullRows, Hulls};
 use super::{Body, BodyRows};
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{EdgeId, Motion, MotionGraph, Playhead};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, Sphere};
 
 /// Centres of the body's spheres, sampled [`BodyTrack::RATE`] times per second, in the character's
 /// frame at the start (root on the ground, facing +Z). Time 0 is the first sample.
@@ -71,23 +71,25 @@ impl BodyTrack {
             forward_kinematics(graph.skeleton(), &pose, &mut joints);
             body_rows.push(&joints, &mut track.rows);
             body.centres(&joints, &mut centres);
-            bounds.push(bound(body, &centres));
+            let spheres = body.spheres.iter().zip(&centres);
+            let spheres = spheres.map(|(sphere, &centre)| Sphere::new(centre, sphere.radius));
+            bounds.push(Sphere::around(&spheres.collect::<Vec<_>>()));
         }
         let firsts = (0..ticks).step_by(Self::INTERVAL);
         let stretches = firsts.map(|first| first..=(first + Self::INTERVAL).min(ticks - 1));
         let stretches: Vec<_> = stretches.collect();
         let whole: Vec<_> = stretches
             .iter()
-            .map(|s| around(&bounds[s.clone()]))
+            .map(|s| Sphere::around(&bounds[s.clone()]))
             .collect();
         let part = |stretch: usize, spheres: std::ops::Range<usize>| {
             let samples = stretches[stretch].clone();
             let of = |sphere: usize| {
                 let (track, radius) = (&track, body.spheres[sphere].radius);
                 let samples = samples.clone();
-                samples.map(move |tick| (track.centre(tick, sphere), radius))
+                samples.map(move |tick| Sphere::new(track.centre(tick, sphere), radius))
             };
-            around(&spheres.flat_map(of).collect::<Vec<_>>())
+            Sphere::around(&spheres.flat_map(of).collect::<Vec<_>>())
         };
         track.hulls = Hulls::new(body.spheres.len(), &whole, part);
         track
@@ -107,7 +109,7 @@ impl BodyTrack {
     /// Sphere that contains the whole body during an interval: from sample [`BodyTrack::INTERVAL`]
     /// `index` to the first sample of the next interval, along straight lines between samples.
     #[must_use]
-    pub fn hull(&self, index: usize) -> (Vec3, f32) {
+    pub fn hull(&self, index: usize) -> Sphere {
         self.hulls.body(index)
     }
 
@@ -154,30 +156,4 @@ impl BodyTrack {
         let [x, y, z] = self.axes(tick);
         Vec3::new(x[sphere], y[sphere], z[sphere])
     }
-}
-
-/// Sphere that contains all `spheres`. Its centre is the middle of the box around their centres.
-fn around(spheres: &[(Vec3, f32)]) -> (Vec3, f32) {
-    let low = spheres.iter().map(|s| s.0).fold(Vec3::INFINITY, Vec3::min);
-    let high = spheres
-        .iter()
-        .map(|s| s.0)
-        .fold(Vec3::NEG_INFINITY, Vec3::max);
-    let middle = (low + high) / 2.0;
-    let reach = |(centre, radius): &(Vec3, f32)| centre.distance(middle) + radius;
-    (middle, spheres.iter().map(reach).fold(0.0, f32::max))
-}
-
-/// Sphere that contains the body. Its centre is the middle of the box around the spheres' centres.
-fn bound(body: &Body, centres: &[Vec3]) -> (Vec3, f32) {
-    let low = centres.iter().copied().fold(Vec3::INFINITY, Vec3::min);
-    let high = centres.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
-    let middle = (low + high) / 2.0;
-    let radius = body
-        .spheres
-        .iter()
-        .zip(centres)
-        .map(|(sphere, centre)| centre.distance(middle) + sphere.radius)
-        .fold(0.0, f32::max);
-    (middle, radius)
 }

@@ -5,6 +5,7 @@ pub(crate) mod lanes;
 mod parallel;
 mod rigid2;
 mod round;
+mod sphere;
 mod worker_pool;
 
 pub use isa::Isa;
@@ -17,4 +18,5 @@ pub(crate) use lanes::{
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;
 pub use round::{floor, round};
+pub use sphere::Sphere;
 pub(crate) use worker_pool::WorkerPool;

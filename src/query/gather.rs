@@ -3,6 +3,7 @@
 //! Source: Masaoka & Oshita, sections 5.1 and 5.2. Differs: of candidates that perform the same evasion at nearly the same place,
 //! only the one with the rate nearest to 1 is kept. If no path is in time, the paths that are nearest to it are taken.
 
+use crate::math::Sphere;
 use rustc_hash::FxHashSet;
 
 use super::ask::Query;
@@ -152,9 +153,9 @@ impl<'a> Gathered<'a> {
         let touched = &mut self.scratch.touched;
         touched.clear();
         for sphere in self.request.attack.spheres() {
-            sphere.for_each_step(|centre, radius| {
-                let centre = to_node.point(centre);
-                touched.add((centre, radius), grid.cell(), reach);
+            sphere.for_each_step(|ball| {
+                let centre = to_node.point(ball.centre);
+                touched.add(Sphere { centre, ..ball }, grid.cell(), reach);
             });
         }
     }

@@ -79,7 +79,7 @@ fn looking_up_columns_is_looking_at_every_cell() {
         let node = throw.playhead.next_node(baked.graph());
         let mut touched = TouchedCells::default();
         for sphere in throw.attack.spheres() {
-            sphere.for_each_step(|centre, radius| touched.add((centre, radius), cell, 3.0));
+            sphere.for_each_step(|ball| touched.add(ball, cell, 3.0));
         }
         let columns = touched.merge();
         let attack = cells_of(columns.iter().copied());

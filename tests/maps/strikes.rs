@@ -10,7 +10,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
 use sabaki::internal::{AttackMaps, AttackMove};
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
@@ -68,7 +68,7 @@ fn an_attack_passes_without_gaps() {
     for strike in baked.attack_moves() {
         for sphere in baked.attack_spheres(strike) {
             let mut before: Option<glam::Vec3> = None;
-            sphere.for_each_step(|centre, radius| {
+            sphere.for_each_step(|Sphere { centre, radius }| {
                 let gap = before.map_or(0.0, |before| before.distance(centre));
                 assert!(
                     gap <= 0.5 * radius + 1e-5,

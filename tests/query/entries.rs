@@ -17,6 +17,7 @@ use sabaki::query::{
     Answer, Attack, EntryUse, Evaluation, Query, QueryContext, QuerySettings, Request,
 };
 use sabaki_app::demo::by_time::{BallSettings, BallThrower, TimedThrow};
+use sabaki_app::demo::throw::RandomDraw;
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
 fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
@@ -126,7 +127,11 @@ fn entries_turn_no_joint_faster_than_the_clips_do() {
 
 fn balls(contact: f32) -> Vec<TimedThrow> {
     let thrower = BallThrower::new(embedded(), BallSettings::default());
-    let thrown = (0..40).filter_map(|index| thrower.throw(contact, (5, index)).unwrap());
+    let thrown = (0..40).filter_map(|index| {
+        thrower
+            .throw(contact, RandomDraw { seed: 5, index })
+            .unwrap()
+    });
     thrown.collect()
 }
 

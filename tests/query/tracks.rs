@@ -12,7 +12,7 @@ use sabaki::internal::{
     BodyTrack, Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
 };
 use sabaki::maps::{MovingSphere, SphereKey};
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::Attack;
 
 /// A sphere on a way of some keys near a body, within a track's time.
@@ -123,7 +123,10 @@ fn a_tracks_hulls_hold_the_body() {
     for index in 0..baked.evasions().len() {
         let track = baked.track(index);
         for tick in 0..track.ticks() {
-            let (middle, radius) = track.hull(tick / BodyTrack::INTERVAL);
+            let Sphere {
+                centre: middle,
+                radius,
+            } = track.hull(tick / BodyTrack::INTERVAL);
             for (at, sphere) in baked.body().spheres.iter().enumerate() {
                 let away = track.centre(tick, at).distance(middle) + sphere.radius;
                 assert!(away <= radius + 1e-4, "{away} {radius}");

@@ -7,7 +7,7 @@ use super::{AttackGrid, AttackGridSettings, AttackOption, Contact, FiledCell, ce
 use crate::graph::NodeId;
 use crate::maps::paths::{self, PathSource, PathTable};
 use crate::maps::{BakedGraph, Retimable};
-use crate::math::in_parallel;
+use crate::math::{Sphere, in_parallel};
 
 /// A candidate entry of the grid.
 #[derive(Clone, Copy)]
@@ -103,7 +103,7 @@ impl NodeSearch<'_> {
                     path: id,
                     contact: number,
                 };
-                self.for_each_cell((place, contact.radius), |cell, away| {
+                self.for_each_cell(Sphere::new(place, contact.radius), |cell, away| {
                     candidates.push(Candidate {
                         cell,
                         attack: path.evasion,
@@ -137,7 +137,8 @@ impl NodeSearch<'_> {
 
     /// Calls `found` for each cell whose inscribed sphere touches the given sphere, with the
     /// distance between the cell's centre and the sphere's centre.
-    fn for_each_cell(&self, (centre, radius): (Vec3, f32), mut found: impl FnMut([i16; 3], f32)) {
+    fn for_each_cell(&self, sphere: Sphere, mut found: impl FnMut([i16; 3], f32)) {
+        let Sphere { centre, radius } = sphere;
         let side = self.settings.cell;
         let reach = radius + 0.5 * side;
         let around = (reach / side).ceil().clamp(1.0, 64.0) as i16;

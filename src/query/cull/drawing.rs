@@ -6,12 +6,10 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
-
 use super::draw_input::{DrawInput, Reach};
 use super::steps::AttackSteps;
 use crate::maps::{Cut, Disc, FixedTransform2, HALF_DIAGONAL, MapGrid, MapRect, ROUNDING, Slab};
-use crate::math::floor;
+use crate::math::{Sphere, floor};
 
 /// The attack's discs, in the frame in which the paths start.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -195,7 +193,7 @@ impl DiscCutter {
             let slice = i64::from(floor((step.middle - layer.offset) / grid.slice_seconds));
             if (0..i64::from(grid.slices)).contains(&slice) {
                 let slice = slice as u32;
-                let disc = self.disc((step.centre, step.radius), layer.slab, cut);
+                let disc = self.disc(Sphere::new(step.centre, step.radius), layer.slab, cut);
                 discs.extend(disc.map(|disc| TimedDisc { disc, slice }));
             }
         }
@@ -208,14 +206,14 @@ impl DiscCutter {
             let Some((from, to)) = step.slices(self.grid, layer.offset) else {
                 continue;
             };
-            if let Some(disc) = self.disc((step.centre, step.within), layer.slab, cut) {
+            if let Some(disc) = self.disc(step.bound(), layer.slab, cut) {
                 discs.extend((from..=to).map(|slice| TimedDisc { disc, slice }));
             }
         }
     }
 
-    /// The disc that a ball, given by centre and radius, cuts from a slab, if it touches the rectangle.
-    fn disc(&self, ball: (Vec3, f32), slab: i32, cut: Cut) -> Option<Disc> {
+    /// The disc that a ball cuts from a slab, if it touches the rectangle.
+    fn disc(&self, ball: Sphere, slab: i32, cut: Cut) -> Option<Disc> {
         let disc = self.grid.cut(ball, Slab(slab), cut);
         let near = |disc: &Disc| !MapRect::around(&[*disc]).intersection(self.rect).is_empty();
         disc.filter(near)

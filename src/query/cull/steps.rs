@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::draw_input::{DrawInput, Reach};
 use crate::maps::{CLOCK_ERROR, Disc, MapGrid, MapRect, MovingSphere, SUB_TEXELS, SphereKey};
-use crate::math::floor;
+use crate::math::{Sphere, floor};
 
 /// A short part of a sphere's line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,13 @@ pub(super) struct Step {
     met_inner: u64,
 }
 
+impl Step {
+    /// Contains the sphere during the whole step.
+    pub(super) fn bound(&self) -> Sphere {
+        Sphere::new(self.centre, self.within)
+    }
+}
+
 /// The bit of a clock.
 fn clock_bit(clock: u32) -> u64 {
     1 << clock.min(63)
@@ -39,7 +46,7 @@ fn clock_bit(clock: u32) -> u64 {
 pub(in crate::query) struct AttackSteps {
     steps: Vec<Step>,
     /// Spheres as the paper draws them, for untimed maps.
-    pub(super) untimed: Vec<(Vec3, f32)>,
+    pub(super) untimed: Vec<Sphere>,
     /// Slabs in which a step may overlap the inner maps of each placed evasion.
     pub(in crate::query) touched: Vec<Range<i32>>,
     /// Whether a limit has cut something off.
@@ -63,13 +70,13 @@ impl AttackSteps {
         let start = attack.start();
         for sphere in attack.spheres() {
             if !grid.is_timed() {
-                sphere.for_each_step(|centre, radius| {
+                sphere.for_each_step(|ball| {
                     // No map reaches this sphere.
-                    if !meets((centre, radius), grid, reach.rect) {
+                    if !meets(ball, grid, reach.rect) {
                         return;
                     }
                     match self.untimed.len() < MOST_STEPS {
-                        true => self.untimed.push((centre, radius)),
+                        true => self.untimed.push(ball),
                         false => self.cut_off = true,
                     }
                 });
@@ -98,9 +105,7 @@ impl AttackSteps {
                     (*slabs.start()).max(reach.slabs.start),
                     (*slabs.end()).min(reach.slabs.end - 1),
                 );
-                if step.slabs.0 > step.slabs.1
-                    || !meets((step.centre, step.within), grid, reach.rect)
-                {
+                if step.slabs.0 > step.slabs.1 || !meets(step.bound(), grid, reach.rect) {
                     return;
                 }
                 if self.steps.len() == MOST_STEPS {
@@ -120,7 +125,8 @@ impl AttackSteps {
 }
 
 /// Whether a sphere may touch a texel of the rectangle, or an attack's texel that falls into it.
-fn meets((centre, radius): (Vec3, f32), grid: MapGrid, rect: MapRect) -> bool {
+fn meets(sphere: Sphere, grid: MapGrid, rect: MapRect) -> bool {
+    let Sphere { centre, radius } = sphere;
     let reach = radius / grid.texel + 2.0 * grid.attack_pitch as f32;
     let axis = |place: f32, first: i32, texels: u32| {
         let place = place / grid.texel;
@@ -194,7 +200,7 @@ impl AttackSteps {
             let (mut low, mut end) = (i32::MAX, i32::MIN);
             if !rect.is_empty() {
                 for step in &mut self.steps {
-                    let near = meets((step.centre, step.within), grid.for_attacks(), rect);
+                    let near = meets(step.bound(), grid.for_attacks(), rect);
                     if near && step.slices(grid, offset).is_some() {
                         step.met_inner |= bit;
                         (low, end) = (low.min(step.slabs.0), end.max(step.slabs.1 + 1));
@@ -223,7 +229,7 @@ impl AttackSteps {
                 let Some((from, to)) = step.slices(grid, offset) else {
                     continue;
                 };
-                let ball = (back.point(step.centre), step.within);
+                let ball = Sphere::new(back.point(step.centre), step.within);
                 let near = |rect: MapRect| !rect.is_empty() && meets(ball, grid, rect);
                 let slices = &maps.slices[from as usize..=to as usize];
                 if slices.iter().any(|&rect| near(rect)) {

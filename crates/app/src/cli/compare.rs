@@ -10,7 +10,7 @@ use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::culling::{self, Culling, DeviceArgs};
-use super::passes::{LookupArg, Method};
+use super::passes::{Attacks, LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
 use super::stats::{QueryRunner, Run, Times};
@@ -61,7 +61,11 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         return map_settings::run(&baked.graph, &throws, as_json);
     }
     let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
-    let table = measure(&baked.graph, &throws, (&mut culling, args.lookup.into()))?;
+    let attacks = Attacks {
+        baked: &baked.graph,
+        throws: &throws,
+    };
+    let table = measure(attacks, args.lookup.into(), &mut culling)?;
     let mut drawn = String::new();
     let crossover = match &args.plot {
         None => None,
@@ -102,11 +106,8 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
 }
 
 /// All methods, attack by attack, so that what disturbs the machine disturbs all of them.
-fn measure(
-    baked: &BakedGraph,
-    throws: &[Throw],
-    (culling, lookup): (&mut Culling, Lookup),
-) -> Result<Table, Failure> {
+fn measure(attacks: Attacks<'_>, lookup: Lookup, culling: &mut Culling) -> Result<Table, Failure> {
+    let Attacks { baked, throws } = attacks;
     let grids = [Enumerate::Whole, Enumerate::Grid(lookup)];
     let paths = culling.paths();
     let methods = paths
@@ -124,7 +125,7 @@ fn measure(
         for (row, runner) in rows.iter().zip(&mut askers) {
             runner.watches = true;
             let settings = row.method.settings();
-            runs.push(runner.ask(&settings, throw, (&mut *culling, row.method.cull))?);
+            runs.push(runner.ask(&settings, throw, culling.on(row.method.cull))?);
         }
         if count == 0 {
             continue;

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use sabaki::maps::BakedGraph;
 use sabaki::math::in_parallel;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::coverage::{Cell, Coverage, Gap, HEIGHTS, LEADS};
+use sabaki_app::demo::coverage::{Cell, CellThrow, Coverage, Gap, HEIGHTS, LEADS};
 use serde_json::{Value, json};
 
 use super::coverage_by_time::{self, Balls};
@@ -15,6 +15,7 @@ use super::picture::FONT;
 use super::plot::{Area, Drawn, Figure, Format, INK, Paint, Plot, shade};
 use super::source::{self, Baked, GraphArgs};
 use super::{Done, Failure, cancel, output};
+use sabaki_app::demo::throw::RandomDraw;
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -107,7 +108,17 @@ fn throw_all(args: &Args, baked: &BakedGraph) -> Result<Coverage, Failure> {
         let one = |index: u64| {
             cancel::check()?;
             let cell = cells[number];
-            let thrown = coverage.throw(baked, cell, (args.seed, index), args.speed);
+            let thrown = coverage.throw(
+                baked,
+                cell,
+                CellThrow {
+                    draw: RandomDraw {
+                        seed: args.seed,
+                        index,
+                    },
+                    speed: args.speed,
+                },
+            );
             let throw = thrown.map_err(|error| Failure::Attack {
                 index: index as usize,
                 error,

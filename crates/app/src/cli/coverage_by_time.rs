@@ -8,6 +8,7 @@ use sabaki_app::demo::why_hit::Cause;
 use serde_json::{Map, Value, json};
 
 use super::{Failure, cancel, output};
+use sabaki_app::demo::throw::RandomDraw;
 
 /// Balls of each contact: how many, where they begin, and by how many threads they are answered.
 #[derive(Clone, Copy)]
@@ -37,7 +38,13 @@ pub(super) fn throw_all(balls: Balls, baked: &BakedGraph) -> Result<Vec<TimeRow>
         let (mut context, mut answer) = (QueryContext::default(), Answer::default());
         for index in first..(first + BATCH).min(balls.attacks) {
             cancel::check()?;
-            let thrown = thrower.throw(contact, (balls.seed, index));
+            let thrown = thrower.throw(
+                contact,
+                RandomDraw {
+                    seed: balls.seed,
+                    index,
+                },
+            );
             let thrown = thrown.map_err(|error| Failure::Attack {
                 index: index as usize,
                 error,

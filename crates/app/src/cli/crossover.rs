@@ -11,7 +11,7 @@ use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::chart::{self, Chart, Scale};
-use super::culling::Culling;
+use super::culling::{Culling, OnePath};
 use super::passes::Method;
 use super::plot::{Area, Drawn, Figure, Format, Paint};
 use super::{Failure, cancel, output};
@@ -59,7 +59,7 @@ pub(crate) fn measure(
                 cancel::check()?;
                 let of_throw = match path {
                     CullPath::Exact => exact(baked, throw, size)?,
-                    _ => counted(baked, throw, (size, path, culling))?,
+                    _ => counted(baked, throw, size, culling.on(path))?,
                 };
                 if !of_throw.is_empty() {
                     times.push(percentile(of_throw, 0.5));
@@ -110,7 +110,8 @@ fn exact(baked: &BakedGraph, throw: &Throw, size: usize) -> Result<Vec<f64>, Fai
 fn counted(
     baked: &BakedGraph,
     throw: &Throw,
-    (size, path, culling): (usize, CullPath, &mut Culling),
+    size: usize,
+    mut culling: OnePath<'_>,
 ) -> Result<Vec<f64>, Failure> {
     let settings = all_candidates(usize::MAX);
     let mut context = QueryContext::default();
@@ -131,7 +132,7 @@ fn counted(
     let mut overlaps = Vec::new();
     timed(|| {
         let started = Instant::now();
-        culling.count(path, &input, &mut overlaps)?;
+        culling.count(&input, &mut overlaps)?;
         Ok(Some(started.elapsed().as_secs_f64()))
     })
 }
@@ -190,8 +191,8 @@ fn crossings(lines: &[Line]) -> String {
     };
     let devices = lines.iter().filter(|line| line.path.needs_device());
     let say = |line: &Line| {
-        let pairs = cpu.points.iter().zip(&line.points);
-        let slower = { pairs }.rfind(|(cpu, device)| device.1 >= cpu.1);
+        let mut pairs = cpu.points.iter().zip(&line.points);
+        let slower = pairs.rfind(|(cpu, device)| device.1 >= cpu.1);
         let last = slower.map(|(cpu, _)| cpu.0);
         let name = line.path.name();
         match last {

@@ -47,6 +47,36 @@ pub(crate) struct Culling {
     whole: cpu::Culler,
 }
 
+/// One path of a [`Culling`].
+pub(crate) struct OnePath<'a> {
+    culling: &'a mut Culling,
+    path: CullPath,
+}
+
+impl OnePath<'_> {
+    pub(crate) fn path(&self) -> CullPath {
+        self.path
+    }
+
+    /// As [`Culling::count`].
+    pub(crate) fn count(
+        &mut self,
+        input: &CullInput<'_>,
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
+        self.culling.count(self.path, input, overlaps)
+    }
+
+    /// As [`Culling::count_whole`].
+    pub(crate) fn count_whole(
+        &mut self,
+        input: &CullInput<'_>,
+        overlaps: &mut Vec<Overlap>,
+    ) -> Result<(), Failure> {
+        self.culling.count_whole(input, overlaps)
+    }
+}
+
 /// A Vulkan device, or why there is none.
 pub(crate) type Device = Result<device::Opened, String>;
 
@@ -74,6 +104,14 @@ impl Culling {
             culler: None,
             cpu: cpu::Culler::default().counting(Counted::FOR_A_CHOICE),
             whole: cpu::Culler::default(),
+        }
+    }
+
+    /// These paths, of which one is used.
+    pub(crate) fn on(&mut self, path: CullPath) -> OnePath<'_> {
+        OnePath {
+            culling: self,
+            path,
         }
     }
 
@@ -176,7 +214,7 @@ impl Culling {
             return Ok(());
         }
         let counted = match (&mut self.device, &mut self.culler) {
-            (Ok(device), Some(culler)) => device.cull((culler, path), input),
+            (Ok(device), Some(culler)) => device.cull(culler, path, input),
             (Err(why), _) => Err(why.clone()),
             _ => Err("the device has no maps".to_owned()),
         };

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use sabaki::maps::BakedGraph;
-use sabaki::query::{CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
+use sabaki::query::{Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use serde_json::json;
 
 use super::answer_files::{Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
-use super::passes::{Method, Pass, PassSettings, pass};
+use super::passes::{Attacks, Method, Pass, PassSettings};
 use super::source::Baked;
 use super::stats::{QueryRunner, Run};
 use super::summary::{self, Summary};
@@ -45,7 +45,19 @@ pub(crate) fn run(device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     let passes = passes(&baked.graph, &throws, &mut culling)?;
     let written = closest_shave(&baked.graph, &passes[0].runs);
     let method = passes[0].method;
-    let files = write_files(&baked.graph, &throws[written], (&mut culling, method))?;
+    let settings = QuerySettings {
+        list_late: true,
+        ..method.settings()
+    };
+    let mut runner = QueryRunner::new(&baked.graph);
+    runner.ask(&settings, &throws[written], culling.on(method.cull))?;
+    let asked = Asked {
+        graph: graph_name(&baked.graph)?,
+        throw: &throws[written],
+        settings: &settings,
+        method,
+    };
+    let files = write_files(&baked.graph, &asked, &runner.answer)?;
     let shown = Shown {
         baked,
         culling: culling.describe(passes.iter().map(|pass| pass.method.cull)),
@@ -81,7 +93,7 @@ fn passes(
             query_threads: 1,
             list_late: false,
         };
-        pass((baked, throws), &settings, culling, |_, _, _| Ok(()))
+        Attacks { baked, throws }.pass(&settings, culling, |_, _, _| Ok(()))
     };
     methods.map(one).collect()
 }
@@ -155,26 +167,13 @@ fn closest_shave(baked: &BakedGraph, runs: &[Run]) -> usize {
 /// Writes the answer as BVH and JSON, and its maps as a picture. Returns the file names.
 fn write_files(
     baked: &BakedGraph,
-    throw: &Throw,
-    (culling, method): (&mut Culling, Method),
+    asked: &Asked<'_>,
+    answer: &Answer,
 ) -> Result<Vec<String>, Failure> {
     let folder = Path::new(FOLDER);
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| Failure::Write { path, source }
-    };
-    let settings = QuerySettings {
-        list_late: true,
-        ..method.settings()
-    };
-    let mut runner = QueryRunner::new(baked);
-    runner.ask(&settings, throw, (culling, method.cull))?;
-    let answer = &runner.answer;
-    let asked = Asked {
-        graph: graph_name(baked)?,
-        throw,
-        settings: &settings,
-        method,
     };
     let question = asked.question();
     let mut files =
@@ -184,12 +183,12 @@ fn write_files(
     let chosen = answer.chosen;
     // The same source of candidates as the answer's.
     let settings = match answer.source {
-        Source::Grid => settings,
+        Source::Grid => *asked.settings,
         _ => Method::EXACT.settings(),
     };
     let mut context = QueryContext::default();
     let query = Query::new(baked, &settings);
-    let session = query.start(throw.request(), &mut context);
+    let session = query.start(asked.throw.request(), &mut context);
     let input = session.cull_input();
     // Candidates with an evasion come first, in the order of the culling input.
     if let Some(candidate) = input.candidates.get(chosen) {

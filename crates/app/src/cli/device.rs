@@ -171,7 +171,8 @@ impl Opened {
 
     fn count(
         &mut self,
-        (culler, path): (&mut Culler, CullPath),
+        culler: &mut Culler,
+        path: CullPath,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
         if path == CullPath::Compute && culler.compute.is_none() {
@@ -189,13 +190,14 @@ impl Opened {
     /// Counts by the device's way that `path` names.
     pub(crate) fn cull(
         &mut self,
-        (culler, path): (&mut Culler, CullPath),
+        culler: &mut Culler,
+        path: CullPath,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, String> {
         if path == CullPath::Stencil {
             culler.stencil()?;
         }
-        match self.count((culler, path), input) {
+        match self.count(culler, path, input) {
             Ok(overlaps) => Ok(overlaps),
             // A limit of this device or of the culler's buffers: the CPU has none, and counts the
             // same.

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use super::answer_files::{AnswerFolder, Asked, graph_name};
 use super::culling::{self, Culling, DeviceArgs};
-use super::passes::{Method, MethodArgs, Pass, PassSettings, pass};
+use super::passes::{Attacks, Method, MethodArgs, Pass, PassSettings};
 use super::source::{self, Baked, GraphArgs};
 use super::summary::{self, Summary};
 use super::{Done, Failure, answer_folder, explain, output, quality, replay};
@@ -112,12 +112,13 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             index,
             method: methods[0],
             all: args.all,
+            export: args.export.as_deref().map(|path| AnswerFolder {
+                path,
+                format: args.format.format(),
+                baked: &baked.graph,
+            }),
         };
-        let export = args
-            .export
-            .as_deref()
-            .map(|folder| (folder, args.format.format()));
-        let done = explain::run(&case, (&mut culling, export), as_json)?;
+        let done = explain::run(&case, &mut culling, as_json)?;
         let no = done.no && args.attack.is_some();
         return Ok(Done { no, ..done });
     }
@@ -131,12 +132,15 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             meter.add_answer(answer, throw.attack.end() + SEEN_ON, &mut composed);
         }
     };
-    let passes = passes(
+    let all = AllPasses {
         args,
-        (&baked.graph, &throws),
-        (&methods, &mut culling),
-        measure,
-    )?;
+        attacks: Attacks {
+            baked: &baked.graph,
+            throws: &throws,
+        },
+        methods: &methods,
+    };
+    let passes = all.run(&mut culling, measure)?;
     let composed = composed.into_inner().unwrap_or_default();
     let measured = meter.map(|meter| (meter.clips(), composed));
     let no = args.attack.is_some() && passes[0].runs.iter().any(|run| !run.avoided);
@@ -166,48 +170,57 @@ impl Args {
     }
 }
 
-/// Answers all attacks by each method. The answers of the first method are measured and exported.
-fn passes(
-    args: &Args,
-    (baked, throws): (&BakedGraph, &[Throw]),
-    (methods, culling): (&[Method], &mut Culling),
-    measure: impl Fn(&Answer, &Throw) + Sync,
-) -> Result<Vec<Pass>, Failure> {
-    let folder = args.export.as_deref();
-    let graph = folder.map(|_| graph_name(baked)).transpose()?;
-    let mut passes = Vec::new();
-    for &method in methods {
-        let is_first = passes.is_empty();
-        let folder = folder.filter(|_| is_first);
-        let settings = PassSettings {
-            method,
-            threads: args.threads as usize,
-            query_threads: args.methods.query_threads(),
-            list_late: folder.is_some(),
-        };
-        let export = |index: usize, settings: &QuerySettings, answer: &Answer| {
-            if is_first {
-                measure(answer, &throws[index]);
-            }
-            let (Some(folder), Some(graph)) = (folder, graph) else {
-                return Ok(());
-            };
-            let asked = Asked {
-                graph,
-                throw: &throws[index],
-                settings,
+/// All attacks and the methods that answer them.
+struct AllPasses<'a> {
+    args: &'a Args,
+    attacks: Attacks<'a>,
+    methods: &'a [Method],
+}
+
+impl AllPasses<'_> {
+    /// Answers all attacks by each method. The answers of the first method are measured and exported.
+    fn run(
+        &self,
+        culling: &mut Culling,
+        measure: impl Fn(&Answer, &Throw) + Sync,
+    ) -> Result<Vec<Pass>, Failure> {
+        let (args, Attacks { baked, throws }) = (self.args, self.attacks);
+        let folder = args.export.as_deref();
+        let graph = folder.map(|_| graph_name(baked)).transpose()?;
+        let mut passes = Vec::new();
+        for &method in self.methods {
+            let is_first = passes.is_empty();
+            let folder = folder.filter(|_| is_first);
+            let settings = PassSettings {
                 method,
+                threads: args.threads as usize,
+                query_threads: args.methods.query_threads(),
+                list_late: folder.is_some(),
             };
-            let folder = AnswerFolder {
-                path: folder,
-                format: args.format.format(),
-                baked,
+            let export = |index: usize, settings: &QuerySettings, answer: &Answer| {
+                if is_first {
+                    measure(answer, &throws[index]);
+                }
+                let (Some(folder), Some(graph)) = (folder, graph) else {
+                    return Ok(());
+                };
+                let asked = Asked {
+                    graph,
+                    throw: &throws[index],
+                    settings,
+                    method,
+                };
+                let folder = AnswerFolder {
+                    path: folder,
+                    format: args.format.format(),
+                    baked,
+                };
+                folder.write(index as u64, &asked.question(), answer)
             };
-            folder.write(index as u64, &asked.question(), answer)
-        };
-        passes.push(pass((baked, throws), &settings, culling, export)?);
+            passes.push(self.attacks.pass(&settings, culling, export)?);
+        }
+        Ok(passes)
     }
-    Ok(passes)
 }
 
 /// The attacks; with --explain only the explained one.

@@ -58,7 +58,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     let settings = args.settings()?;
     let baked = args.graph.load()?;
     let filed = file(&baked.graph, args.threads as usize);
-    let fought = fight(args.rounds, &settings, (&baked.graph, &filed.grid))?;
+    let fought = filed.fight(&baked.graph, args.rounds, &settings)?;
     let told = args.film.draw(&baked.graph, &fought, device)?;
     // A duel that could not be fought out is no duel.
     let no = fought.ended.is_some();
@@ -113,45 +113,49 @@ impl Args {
     }
 }
 
-fn fight(
-    rounds: u32,
-    settings: &DuelSettings,
-    (baked, grid): (&BakedGraph, &AttackGrid),
-) -> Result<Fought, Failure> {
-    let usage = |error: DuelError| Failure::Usage(error.to_string());
-    let mut duel = Duel::new(baked, grid, settings).map_err(usage)?;
-    cancel::listen();
-    let bar = output::progress("fighting", u64::from(rounds));
-    let settings = QuerySettings::default();
-    let query = Query::new(baked, &settings);
-    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let (mut query_ms, mut ended) = (Vec::new(), None);
-    while query_ms.len() < rounds as usize {
-        cancel::check()?;
-        let challenge = match duel.challenge() {
-            Ok(challenge) => challenge,
-            Err(error) => {
-                ended = Some(error);
-                break;
+impl Filed {
+    /// Lets two characters fight so many rounds.
+    fn fight(
+        &self,
+        baked: &BakedGraph,
+        rounds: u32,
+        settings: &DuelSettings,
+    ) -> Result<Fought, Failure> {
+        let usage = |error: DuelError| Failure::Usage(error.to_string());
+        let mut duel = Duel::new(baked, &self.grid, settings).map_err(usage)?;
+        cancel::listen();
+        let bar = output::progress("fighting", u64::from(rounds));
+        let settings = QuerySettings::default();
+        let query = Query::new(baked, &settings);
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        let (mut query_ms, mut ended) = (Vec::new(), None);
+        while query_ms.len() < rounds as usize {
+            cancel::check()?;
+            let challenge = match duel.challenge() {
+                Ok(challenge) => challenge,
+                Err(error) => {
+                    ended = Some(error);
+                    break;
+                }
+            };
+            let started = Instant::now();
+            query.answer(challenge.request(), &mut context, &mut answer);
+            let milliseconds = started.elapsed().as_secs_f64() * 1e3;
+            if let Settled::Fought(_) = duel.settle(&challenge, &answer) {
+                query_ms.push(milliseconds);
+                bar.inc(1);
             }
-        };
-        let started = Instant::now();
-        query.answer(challenge.request(), &mut context, &mut answer);
-        let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-        if let Settled::Fought(_) = duel.settle(&challenge, &answer) {
-            query_ms.push(milliseconds);
-            bar.inc(1);
         }
+        bar.finish_and_clear();
+        Ok(Fought {
+            exchanges: duel.exchanges().to_vec(),
+            query_ms,
+            score: duel.score(),
+            seconds: duel.now(),
+            fighters: duel.into_fighters(),
+            ended,
+        })
     }
-    bar.finish_and_clear();
-    Ok(Fought {
-        exchanges: duel.exchanges().to_vec(),
-        query_ms,
-        score: duel.score(),
-        seconds: duel.now(),
-        fighters: duel.into_fighters(),
-        ended,
-    })
 }
 
 /// The clip that an edge starts in.

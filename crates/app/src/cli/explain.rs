@@ -1,7 +1,6 @@
 //! `sabaki dodge --explain`: one query, with the outcome of each candidate.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use sabaki::graph::{EdgeId, EdgeMotion};
 use sabaki::internal::Warp;
@@ -9,7 +8,6 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::RateError;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
-use sabaki_import::export::MotionFormat;
 use sabaki_import::{self, Question};
 use serde_json::json;
 
@@ -33,6 +31,14 @@ pub(crate) struct Case<'a> {
     pub(crate) method: Method,
     /// Lists all candidates.
     pub(crate) all: bool,
+    /// Where the answer is written as a motion file.
+    pub(crate) export: Option<AnswerFolder<'a>>,
+}
+
+/// A query and its answer.
+struct Explanation<'a> {
+    case: &'a Case<'a>,
+    answer: &'a Answer,
 }
 
 /// The outcomes, best first, with their meanings.
@@ -50,17 +56,13 @@ const FATES: [(Fate, &str); 5] = [
     ),
 ];
 
-pub(crate) fn run(
-    case: &Case<'_>,
-    (culling, export): (&mut Culling, Option<(&Path, MotionFormat)>),
-    as_json: bool,
-) -> Result<Done, Failure> {
+pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Result<Done, Failure> {
     let settings = QuerySettings {
         list_late: true,
         ..case.method.settings()
     };
     let mut runner = QueryRunner::new(case.baked);
-    let run = runner.ask(&settings, case.throw, (culling, case.method.cull))?;
+    let run = runner.ask(&settings, case.throw, culling.on(case.method.cull))?;
     let asked = Asked {
         graph: graph_name(case.baked)?,
         throw: case.throw,
@@ -68,13 +70,7 @@ pub(crate) fn run(
         method: case.method,
     };
     let question = asked.question();
-    if let Some((path, format)) = export {
-        let baked = case.baked;
-        let folder = AnswerFolder {
-            path,
-            format,
-            baked,
-        };
+    if let Some(folder) = &case.export {
         folder.write(case.index, &question, &runner.answer)?;
     }
     let text = if as_json {
@@ -83,7 +79,11 @@ pub(crate) fn run(
         document["cull"] = json!(case.method.cull.name());
         Done::json(&document)
     } else {
-        text(case, &question, (&runner.answer, &run))
+        Explanation {
+            case,
+            answer: &runner.answer,
+        }
+        .text(&question, &run)
     };
     Ok(Done {
         text,
@@ -101,69 +101,151 @@ pub(super) fn source_name(source: Source) -> &'static str {
     }
 }
 
-fn text(case: &Case<'_>, question: &Question, (answer, run): (&Answer, &Run)) -> String {
-    let (playhead, graph) = (case.throw.playhead, case.baked.graph());
-    let mut text = format!(
-        "Attack {}, culled by {}, grid {}; candidates from: {}\n",
-        case.index,
-        case.method.cull.name(),
-        case.method.grid_name(),
-        source_name(answer.source),
-    );
-    let place = playhead.placement(graph);
-    let _ = writeln!(
-        text,
-        "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
-         stands    at x {:.2} z {:.2} m, facing {:.0}°",
-        sabaki_import::export::describe_edge(case.baked, playhead.edge),
-        playhead.frame,
-        playhead.seconds_to_next_node(graph),
-        // Prints 0 rather than -0.
-        place.x + 0.0,
-        place.z + 0.0,
-        place.heading().to_degrees(),
-    );
-    for (number, sphere) in question.attack.spheres().iter().enumerate() {
-        let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
-        let [from, to] = ends.map(|key| {
-            let [x, y, z] = key.center.to_array();
-            format!("({x:.2}, {y:.2}, {z:.2}) at {:.3} s", key.t)
-        });
+impl Explanation<'_> {
+    fn text(&self, question: &Question, run: &Run) -> String {
+        let (case, answer) = (self.case, self.answer);
+        let (playhead, graph) = (case.throw.playhead, case.baked.graph());
+        let mut text = format!(
+            "Attack {}, culled by {}, grid {}; candidates from: {}\n",
+            case.index,
+            case.method.cull.name(),
+            case.method.grid_name(),
+            source_name(answer.source),
+        );
+        let place = playhead.placement(graph);
         let _ = writeln!(
             text,
-            "attack    sphere {number}: radius {:.2} m, {} keys, from {from} to {to}",
-            ends[0].radius,
-            sphere.keys().len(),
+            "moment    {}, {:.2} frames on; {:.3} s to the next node\n\
+         stands    at x {:.2} z {:.2} m, facing {:.0}°",
+            sabaki_import::export::describe_edge(case.baked, playhead.edge),
+            playhead.frame,
+            playhead.seconds_to_next_node(graph),
+            // Prints 0 rather than -0.
+            place.x + 0.0,
+            place.z + 0.0,
+            place.heading().to_degrees(),
         );
-    }
-    let counts = answer.counts;
-    let _ = writeln!(
-        text,
-        "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
+        for (number, sphere) in question.attack.spheres().iter().enumerate() {
+            let ends = [&sphere.keys()[0], &sphere.keys()[sphere.keys().len() - 1]];
+            let [from, to] = ends.map(|key| {
+                let [x, y, z] = key.center.to_array();
+                format!("({x:.2}, {y:.2}, {z:.2}) at {:.3} s", key.t)
+            });
+            let _ = writeln!(
+                text,
+                "attack    sphere {number}: radius {:.2} m, {} keys, from {from} to {to}",
+                ends[0].radius,
+                sphere.keys().len(),
+            );
+        }
+        let counts = answer.counts;
+        let _ = writeln!(
+            text,
+            "answer    {}, clearance {:.1} cm at {:.3} s; {:.2} ms\n\
          counted   {} candidates, {} with an evasion; {} culled ({} tested after all), {} hit, {} clean, {} not in time",
-        if answer.avoided { "avoided" } else { "HIT" },
-        answer.clearance().metres * 100.0,
-        answer.clearance().time,
-        run.query_ms(),
-        counts.candidates,
-        counts.with_evasion,
-        counts.culled,
-        counts.reconsidered,
-        counts.hits,
-        counts.clean,
-        counts.not_in_time,
-    );
-    if let Some(warp) = answer.chosen().warp {
-        text.push_str(&warp_line(&warp));
-    }
-    text.push_str(
+            if answer.avoided { "avoided" } else { "HIT" },
+            answer.clearance().metres * 100.0,
+            answer.clearance().time,
+            run.query_ms(),
+            counts.candidates,
+            counts.with_evasion,
+            counts.culled,
+            counts.reconsidered,
+            counts.hits,
+            counts.clean,
+            counts.not_in_time,
+        );
+        if let Some(warp) = answer.chosen().warp {
+            text.push_str(&warp_line(&warp));
+        }
+        text.push_str(
         "\np: rate of the way there. texels: of the attack on the body maps, the outer maps (0: proven clean), the\n\
          evasion map. V = weighted sum of Va (evasion region missed), Vd (m), Vt ((p-1)²). clear: clearance, cm.\n",
     );
-    for (fate, meaning) in FATES {
-        list(&mut text, (case, answer), (fate, meaning));
+        for (fate, meaning) in FATES {
+            self.list(&mut text, fate, meaning);
+        }
+        text
     }
-    text
+
+    /// The candidates with one outcome, best first.
+    fn list(&self, text: &mut String, fate: Fate, meaning: &str) {
+        let reports = self.answer.candidates.iter();
+        let mut some: Vec<&CandidateReport> =
+            reports.filter(|report| report.fate == fate).collect();
+        if some.is_empty() {
+            return;
+        }
+        some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+        let _ = writeln!(text, "\n{meaning} ({})", some.len());
+        if fate != Fate::NotInTime {
+            let _ = writeln!(
+                text,
+                "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",
+                "p",
+                "evades at x, z, facing",
+                "texels body/outer/evas.",
+                "Va    Vd    Vt     V",
+                "clear"
+            );
+        }
+        let shown = if self.case.all { some.len() } else { LISTED };
+        for report in some.iter().take(shown) {
+            self.candidate(text, report);
+        }
+        if let Some(more) = some.len().checked_sub(shown + 1) {
+            let _ = writeln!(text, "  ... and {} more; --all lists them", more + 1);
+        }
+    }
+
+    /// Two lines: the numbers, then the path.
+    fn candidate(&self, text: &mut String, report: &CandidateReport) {
+        let (case, answer) = (self.case, self.answer);
+        let playhead = case.throw.playhead;
+        match &report.rate {
+            Err(reason) => {
+                let reason = match reason {
+                    RateError::OutOfRange { rate } if rate.is_infinite() => {
+                        "too long, whatever the rate".to_owned()
+                    }
+                    _ => reason.to_string(),
+                };
+                let _ = writeln!(text, "  {reason}");
+            }
+            Ok(rate) => {
+                let place =
+                    sabaki_import::export::evasion_placement(case.baked, playhead, answer, report);
+                let place = place.map_or("no evasion".to_owned(), |at| {
+                    let degrees = at.heading().to_degrees();
+                    format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
+                });
+                let texels = report.overlap.map_or("-".to_owned(), |overlap| {
+                    format!("{}/{}/{}", overlap.body, overlap.outer, overlap.evasion)
+                });
+                let score = report.score.map_or("-".to_owned(), |score| {
+                    format!(
+                        "{:.2}  {:.2}  {:.2}  {:.3}",
+                        score.avoid, score.distance, score.time, score.total
+                    )
+                });
+                let clear = report.clearance.map_or("-".to_owned(), |clearance| {
+                    format!("{:.1}", clearance.metres * 100.0)
+                });
+                let _ = writeln!(
+                    text,
+                    "  {:>5.2}  {place:<22} {texels:>22}  {score:>26}  {clear:>7}",
+                    rate.rate
+                );
+            }
+        }
+        let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
+        let mut path = way(case.baked, &edges, report.evasion);
+        if let Some(entered) = report.entry {
+            let (delay, blend) = (entered.delay, entered.entry.blend);
+            path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
+        }
+        let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
+    }
 }
 
 /// How the chosen motion is bent.
@@ -184,35 +266,6 @@ fn warp_line(warp: &Warp) -> String {
     )
 }
 
-/// The candidates with one outcome, best first.
-fn list(text: &mut String, (case, answer): (&Case<'_>, &Answer), (fate, meaning): (Fate, &str)) {
-    let reports = answer.candidates.iter();
-    let mut some: Vec<&CandidateReport> = reports.filter(|report| report.fate == fate).collect();
-    if some.is_empty() {
-        return;
-    }
-    some.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-    let _ = writeln!(text, "\n{meaning} ({})", some.len());
-    if fate != Fate::NotInTime {
-        let _ = writeln!(
-            text,
-            "  {:>5}  {:<22} {:>22}  {:>26}  {:>7}",
-            "p",
-            "evades at x, z, facing",
-            "texels body/outer/evas.",
-            "Va    Vd    Vt     V",
-            "clear"
-        );
-    }
-    let shown = if case.all { some.len() } else { LISTED };
-    for report in some.iter().take(shown) {
-        candidate(text, (case, answer), report);
-    }
-    if let Some(more) = some.len().checked_sub(shown + 1) {
-        let _ = writeln!(text, "  ... and {} more; --all lists them", more + 1);
-    }
-}
-
 /// Sort key among candidates with one outcome; smaller is better.
 fn rank(report: &CandidateReport) -> f32 {
     let by_clearance = report.clearance.map(|clearance| -clearance.metres);
@@ -226,54 +279,6 @@ fn rank(report: &CandidateReport) -> f32 {
             _ => f32::INFINITY,
         },
     }
-}
-
-/// Two lines: the numbers, then the path.
-fn candidate(text: &mut String, (case, answer): (&Case<'_>, &Answer), report: &CandidateReport) {
-    let playhead = case.throw.playhead;
-    match &report.rate {
-        Err(reason) => {
-            let reason = match reason {
-                RateError::OutOfRange { rate } if rate.is_infinite() => {
-                    "too long, whatever the rate".to_owned()
-                }
-                _ => reason.to_string(),
-            };
-            let _ = writeln!(text, "  {reason}");
-        }
-        Ok(rate) => {
-            let place =
-                sabaki_import::export::evasion_placement(case.baked, playhead, answer, report);
-            let place = place.map_or("no evasion".to_owned(), |at| {
-                let degrees = at.heading().to_degrees();
-                format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
-            });
-            let texels = report.overlap.map_or("-".to_owned(), |overlap| {
-                format!("{}/{}/{}", overlap.body, overlap.outer, overlap.evasion)
-            });
-            let score = report.score.map_or("-".to_owned(), |score| {
-                format!(
-                    "{:.2}  {:.2}  {:.2}  {:.3}",
-                    score.avoid, score.distance, score.time, score.total
-                )
-            });
-            let clear = report.clearance.map_or("-".to_owned(), |clearance| {
-                format!("{:.1}", clearance.metres * 100.0)
-            });
-            let _ = writeln!(
-                text,
-                "  {:>5.2}  {place:<22} {texels:>22}  {score:>26}  {clear:>7}",
-                rate.rate
-            );
-        }
-    }
-    let edges: Vec<EdgeId> = answer.path(case.baked, report).collect();
-    let mut path = way(case.baked, &edges, report.evasion);
-    if let Some(entered) = report.entry {
-        let (delay, blend) = (entered.delay, entered.entry.blend);
-        path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
-    }
-    let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
 }
 
 /// Describes a path. Consecutive edges of one clip are merged.

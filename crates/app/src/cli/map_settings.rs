@@ -87,7 +87,7 @@ fn truths_of(baked: &BakedGraph, throws: &[Throw]) -> Result<Vec<GroundTruth>, F
     runner.watches = true;
     let truth = |throw: &Throw| {
         let method = Method::EXACT;
-        runner.ask(&method.settings(), throw, (&mut culling, method.cull))?;
+        runner.ask(&method.settings(), throw, culling.on(method.cull))?;
         Ok(GroundTruth::new([(
             &runner.answer,
             runner.rounds.as_slice(),

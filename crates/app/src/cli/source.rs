@@ -129,7 +129,7 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
         maps: args.maps.grid(),
         ..BakeSettings::default()
     };
-    let baked = bake(source, (args.threshold, settings), started);
+    let baked = bake(source, args.threshold, settings);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
         [] => failure,
@@ -145,21 +145,24 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
         made.warnings
             .splice(..0, set.warnings.into_iter().chain(of_figure));
         made.figure = figure;
+        made.seconds = started.elapsed().as_secs_f64();
     }
     Ok(baked)
 }
 
 /// Bakes the embedded motions.
 pub(crate) fn embedded() -> Result<Baked, Failure> {
-    let started = Instant::now();
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
     let source = ClipSource {
         skeleton: &motions.skeleton,
         clips: &motions.clips,
         events: &motions.events,
     };
-    let settings = (GraphSettings::default().threshold, BakeSettings::default());
-    bake(source, settings, started)
+    bake(
+        source,
+        GraphSettings::default().threshold,
+        BakeSettings::default(),
+    )
 }
 
 /// Reads a baked file.
@@ -170,12 +173,9 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
     })
 }
 
-fn bake(
-    source: ClipSource<'_>,
-    (threshold, settings): (f32, BakeSettings),
-    started: Instant,
-) -> Result<Baked, Failure> {
+fn bake(source: ClipSource<'_>, threshold: f32, settings: BakeSettings) -> Result<Baked, Failure> {
     cancel::listen();
+    let started = Instant::now();
     let bar = output::progress("baking", 3);
     bar.tick();
     let graph_settings = GraphSettings {

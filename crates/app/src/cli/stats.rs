@@ -6,14 +6,14 @@ use super::map_quality::Round;
 use sabaki::graph::EdgeId;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Counts, CullPath, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
+    Answer, Counts, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
 };
 use sabaki_app::demo::throw::Throw;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
 use super::Failure;
-use super::culling::Culling;
+use super::culling::OnePath;
 use super::method::Method;
 
 /// Summary of one answer, small enough to keep ten thousand.
@@ -103,19 +103,19 @@ impl<'a> QueryRunner<'a> {
         }
     }
 
-    /// Answers one attack with one culling path.
+    /// Answers one attack.
     pub(crate) fn ask(
         &mut self,
         settings: &QuerySettings,
         throw: &Throw,
-        (culling, path): (&mut Culling, CullPath),
+        mut culling: OnePath<'_>,
     ) -> Result<Run, Failure> {
         self.rounds.clear();
         let query = Query::new(self.baked, settings);
         let (mut cull, mut watch) = (Duration::ZERO, Duration::ZERO);
         let started = Instant::now();
         let request = Request {
-            evaluation: path.evaluation(),
+            evaluation: culling.path().evaluation(),
             ..throw.request()
         };
         let mut session = query.start(request, &mut self.context);
@@ -123,7 +123,7 @@ impl<'a> QueryRunner<'a> {
         let deciding = Instant::now();
         session.run_rounds(&mut self.answer, |session| {
             let counting = Instant::now();
-            session.count(|input, counts| culling.count(path, input, counts))?;
+            session.count(|input, counts| culling.count(input, counts))?;
             cull += counting.elapsed();
             if self.watches || settings.list_late {
                 session.draw_outer_maps();

@@ -11,7 +11,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::interval::wilson;
-use super::throw::{Throw, random_of};
+use super::throw::{RandomDraw, Throw, random_of};
 use super::why_hit::{Cause, Causes};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
@@ -121,6 +121,13 @@ pub struct BallThrower<'a> {
     targets: [Vec<usize>; 4],
 }
 
+/// What a ball meets, and when, in seconds from the query.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    contact: f32,
+    part: Part,
+}
+
 /// Balls are drawn this often for a moment; then the last one is taken, which the motion avoids by itself.
 const MOST_DRAWN: usize = 64;
 
@@ -140,12 +147,9 @@ impl<'a> BallThrower<'a> {
     ///
     /// # Errors
     /// Settings that make no attack.
-    pub fn throw(
-        &self,
-        contact: f32,
-        (seed, index): (u64, u64),
-    ) -> Result<Option<TimedThrow>, AttackError> {
+    pub fn throw(&self, contact: f32, draw: RandomDraw) -> Result<Option<TimedThrow>, AttackError> {
         let graph = self.baked.graph();
+        let RandomDraw { seed, index } = draw;
         let mut random = random_of(seed, index);
         // The golden ratio's multiples lie evenly, however many there are.
         const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -156,7 +160,7 @@ impl<'a> BallThrower<'a> {
         let last = contact + self.settings.beyond / self.settings.speed;
         motion.extend(graph, last + 0.1);
         for _ in 0..MOST_DRAWN {
-            let attack = self.ball(&motion, (contact, part), &mut random)?;
+            let attack = self.ball(&motion, Aim { contact, part }, &mut random)?;
             let throw = Throw { playhead, attack };
             if throw.would_hit(self.baked) {
                 return Ok(Some(TimedThrow {
@@ -173,7 +177,7 @@ impl<'a> BallThrower<'a> {
     fn ball(
         &self,
         motion: &Motion,
-        (contact, part): (f32, Part),
+        aim: Aim,
         random: &mut Pcg64Mcg,
     ) -> Result<Attack, AttackError> {
         let BallSettings {
@@ -183,6 +187,7 @@ impl<'a> BallThrower<'a> {
             beyond,
             slope,
         } = self.settings;
+        let Aim { contact, part } = aim;
         let spheres = &self.targets[part as usize];
         let sphere = spheres[random.random_range(0..spheres.len())];
         let around = TAU * random.random::<f32>();

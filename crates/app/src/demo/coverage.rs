@@ -6,7 +6,7 @@
 use std::f32::consts::TAU;
 
 use super::interval::wilson;
-use super::throw::{Aim, Throw, aimed};
+use super::throw::{Aim, RandomDraw, Throw, aimed};
 use sabaki::maps::BakedGraph;
 use sabaki::query::AttackError;
 
@@ -31,6 +31,15 @@ pub struct Cell {
     pub height: usize,
     /// Index into [`LEADS`].
     pub lead: usize,
+}
+
+/// Which throw of a cell, and how fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellThrow {
+    /// The random draw.
+    pub draw: RandomDraw,
+    /// Speed of the ball, in metres per second.
+    pub speed: f32,
 }
 
 /// Number of avoided attacks of each kind.
@@ -106,7 +115,7 @@ impl Coverage {
         direction as f32 / self.directions as f32 * TAU
     }
 
-    /// The `index`th throw of a cell, with a speed in metres per second.
+    /// A throw at the character of `baked`, of one cell.
     ///
     /// # Errors
     /// The speed is not above 0.
@@ -114,17 +123,17 @@ impl Coverage {
         &self,
         baked: &BakedGraph,
         cell: Cell,
-        (seed, index): (u64, u64),
-        speed: f32,
+        throw: CellThrow,
     ) -> Result<Throw, AttackError> {
         let aim = Aim {
             from: self.from(cell.direction),
             height: HEIGHTS[cell.height].1,
             lead: LEADS[cell.lead],
-            speed,
+            speed: throw.speed,
             radius: 0.1,
             distance: 2.0,
         };
+        let RandomDraw { seed, index } = throw.draw;
         let moment = index * self.len() as u64 + self.number(cell) as u64;
         aimed(baked, &aim, seed, moment)
     }
@@ -168,12 +177,12 @@ impl Coverage {
     pub fn gaps(&self) -> Vec<Gap> {
         let places = (0..self.directions)
             .flat_map(|direction| (0..HEIGHTS.len()).map(move |height| (direction, height)));
-        let mut gaps: Vec<Gap> = places.map(|place| self.gap(place)).collect();
+        let mut gaps: Vec<Gap> = places.map(|place| self.gap(place.0, place.1)).collect();
         gaps.sort_by(|a, b| a.any_lead.total_cmp(&b.any_lead));
         gaps
     }
 
-    fn gap(&self, (direction, height): (usize, usize)) -> Gap {
+    fn gap(&self, direction: usize, height: usize) -> Gap {
         let is_here = |c: Cell| c.direction == direction && c.height == height;
         let is_certain = self.interval(is_here)[1] < self.interval(|_| true)[0];
         let at = |lead: usize| {

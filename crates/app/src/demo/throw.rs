@@ -144,6 +144,15 @@ pub fn aimed(baked: &BakedGraph, aim: &Aim, seed: u64, index: u64) -> Result<Thr
     Ok(Throw { playhead, attack })
 }
 
+/// Names one of the random draws of a seed: the same names draw the same, in whatever order they are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RandomDraw {
+    /// Seed.
+    pub seed: u64,
+    /// Number of the draw.
+    pub index: u64,
+}
+
 pub(crate) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }

@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, Color32, RichText, Slider, Stroke};
 use glam::Vec3;
 
-use super::gui::{bars, word};
+use super::gui::{Label, bars};
 use super::panels::candidates::{Listed, candidates};
 use super::panels::maps::Thumbnails;
 use super::{Seen, View, WindowError};
@@ -125,7 +125,7 @@ impl View for FighterView<'_> {
             clear => format!("{:.1} cm", clear * 100.0),
         };
         let at = ball + egui::vec2(26.0, -34.0);
-        word(painter, at, (&text, colour));
+        Label { text, colour }.paint(painter, at);
     }
 
     fn take_events(&mut self) -> Vec<Event> {

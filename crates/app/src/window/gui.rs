@@ -159,16 +159,24 @@ fn visuals() -> egui::Visuals {
     visuals
 }
 
-/// Draws text over the picture, dark on light.
-pub(super) fn word(painter: &egui::Painter, at: egui::Pos2, (text, colour): (&str, Color32)) {
-    let font = FontId::proportional(17.0);
-    let halo = Color32::from_rgba_unmultiplied(235, 240, 246, 150);
-    let galley = painter.layout_no_wrap(text.to_owned(), font, colour);
-    let size = galley.size();
-    let corner = at - egui::vec2(0.0, 0.5 * size.y);
-    let around = egui::Rect::from_min_size(corner, size).expand2(egui::vec2(5.0, 2.0));
-    painter.rect_filled(around, 4.0, halo);
-    painter.galley(corner, galley, colour);
+/// Text over the picture, dark on light.
+pub(super) struct Label {
+    pub(super) text: String,
+    pub(super) colour: Color32,
+}
+
+impl Label {
+    /// Draws it to the right of a point.
+    pub(super) fn paint(self, painter: &egui::Painter, at: egui::Pos2) {
+        let font = FontId::proportional(17.0);
+        let halo = Color32::from_rgba_unmultiplied(235, 240, 246, 150);
+        let galley = painter.layout_no_wrap(self.text, font, self.colour);
+        let size = galley.size();
+        let corner = at - egui::vec2(0.0, 0.5 * size.y);
+        let around = egui::Rect::from_min_size(corner, size).expand2(egui::vec2(5.0, 2.0));
+        painter.rect_filled(around, 4.0, halo);
+        painter.galley(corner, galley, self.colour);
+    }
 }
 
 /// Draws values as bars, the latest one on the right.

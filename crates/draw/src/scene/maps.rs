@@ -162,7 +162,7 @@ fn start_of(graph: &MotionGraph, motion: &Motion, wanted: EdgeId) -> Option<f32>
 fn attack_map(attack: &Attack, grid: MapGrid, slab: Slab) -> BitMap {
     let mut discs = Vec::new();
     for sphere in attack.spheres() {
-        sphere.for_each_step(|centre, radius| discs.extend(grid.disc(centre, radius, slab)));
+        sphere.for_each_step(|ball| discs.extend(grid.disc(ball.centre, ball.radius, slab)));
     }
     let rect = MapRect::around(&discs);
     let moved = |disc: &Disc| Disc {
