@@ -23,6 +23,11 @@ const PAGES: [(&str, &str); 10] = [
     ("game_loop.md", include_str!("../src/guide/game_loop.md")),
     ("app", include_str!("../crates/app/README.md")),
     ("import", include_str!("../crates/import/README.md")),
+    ("amd", include_str!("../vendor-notes/amd.md")),
+    ("intel", include_str!("../vendor-notes/intel.md")),
+    ("lavapipe", include_str!("../vendor-notes/lavapipe.md")),
+    ("moltenvk", include_str!("../vendor-notes/moltenvk.md")),
+    ("nvidia", include_str!("../vendor-notes/nvidia.md")),
 ];
 
 /// What stands between backticks and begins like a file of the repository.

@@ -12,7 +12,7 @@ pub(crate) fn most_queries(driver: vk::DriverId) -> u64 {
     }
 }
 
-/// How the stencil path counts on a driver (`vendor-notes/`, "Atomic additions"): by atomics wherever it can, unless queries are
+/// How the stencil path counts on a driver (`vendor-notes/`, "Fragment shaders can add atomically"): by atomics wherever it can, unless queries are
 /// known to be faster there. Counts by atomics are exact without precise queries, and have no limit.
 pub(crate) fn counting(driver: vk::DriverId, features: Features) -> Counting {
     const FASTER_BY_QUERIES: [vk::DriverId; 0] = [];

@@ -305,12 +305,13 @@ impl Table {
         let percent = |count: usize| 100.0 * count as f64 / attacks.max(1) as f64;
         let [candidates, kept] = self.of_grid();
         format!(
-            "{attacks} attacks, one after the other by all methods:\n{table}\n\
-             candidates: that end in an evasion, a query, in the mean; kept: that the maps (exact: the exact test) leave of them.\n\
-             weak: share of the hit candidates that is kept. wrong: share of the clean ones that is removed. undecided: share that\n\
-             is neither removed nor proven clean. hit though avoidable: where the exact whole search finds a way.\n\n\
-             The grid holds paths for {:.0}% of the attacks and answers {:.0}%; there it has {candidates:.0} candidates in the median,\n\
-             culled to {kept:.0}. Its choice is worse than that of the whole search by {median:.3} in V in the median, {p90:.3} at the\n\
+            "{attacks} attacks, each answered by all methods:\n{table}\n\
+             candidates: mean number of candidates with an evasion per query. kept: number that the maps (exact: the exact test) keep.\n\
+             weak: share of the candidates that hit and are kept. wrong: share of the clean candidates that are removed. undecided:\n\
+             share that is neither removed nor proven clean. hit though avoidable: attacks that hit, but that the exact search over\n\
+             the whole graph avoids.\n\n\
+             The grid has paths for {:.0}% of the attacks and answers {:.0}%. For these it has {candidates:.0} candidates in the median, culled\n\
+             to {kept:.0}. The score V of its choice is worse than that of the whole search by {median:.3} in the median, {p90:.3} at the\n\
              90th percentile (both exact).\n\n{PAPER}",
             percent(used),
             percent(answered),

@@ -24,7 +24,7 @@ pub(crate) struct Args {
     /// Number of attacks, at least one of each kind. Default: 2800; with --by-time: 400 for each time.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: Option<u64>,
-    /// How late an attack may be seen: balls that would hit the motion that goes on, by the time from the query to the contact.
+    /// Measures by the time from the query to the contact, with balls that would hit the continued motion.
     #[arg(long, conflicts_with_all = ["directions", "speed", "plot"])]
     by_time: bool,
     /// Seed of the random moments.
@@ -252,7 +252,7 @@ fn text(coverage: &Coverage) -> String {
     let [thrown, avoided] = coverage.counts(|_| true);
     let [low, high] = coverage.interval(|_| true).map(percent);
     let mut text = format!(
-        "{avoided} of {thrown} attacks are avoided ({low} to {high} with 95% certainty). By height, direction and lead (from the query to the throw):\n{table}\n\n"
+        "{avoided} of {thrown} attacks are avoided (95% interval: {low} to {high}). Shares by height, direction and lead (time from the query to the throw):\n{table}\n\n"
     );
     text.push_str(&words(coverage));
     text
@@ -276,7 +276,7 @@ fn words(coverage: &Coverage) -> String {
         coverage.share(|cell| cell.lead == index)
     });
     let mut text = format!(
-        "Avoided least: from the {} ({}), {}-high ({}), thrown {:.2} s ahead ({}).\nThe widest gaps:\n",
+        "Lowest shares: from the {} ({}), {}-high ({}), lead {:.2} s ({}).\nThe widest gaps:\n",
         direction_name(coverage, direction),
         percent(of_direction),
         HEIGHTS[height].0,
@@ -288,7 +288,7 @@ fn words(coverage: &Coverage) -> String {
     for gap in gaps.iter().take(NAMED) {
         let _ = writeln!(
             text,
-            "  {}-high from the {}: {} are avoided; thrown {:.2} s ahead {}, while of all attacks then {} are",
+            "  {}-high from the {}: {} avoided; with a lead of {:.2} s {}, against {} of all attacks with that lead",
             HEIGHTS[gap.cell.height].0,
             direction_name(coverage, gap.cell.direction),
             percent(gap.any_lead),
@@ -302,7 +302,7 @@ fn words(coverage: &Coverage) -> String {
             let _ = writeln!(text, "Capture next: {}.", advice(coverage, gap));
         }
         _ => text.push_str(
-            "No gap is wider than chance may make it: throw more to see what to capture next.\n",
+            "No gap is statistically significant. More --attacks show what to capture next.\n",
         ),
     }
     text

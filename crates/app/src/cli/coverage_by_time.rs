@@ -135,8 +135,9 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
         );
     }
     format!(
-        "Balls of 0.1 m at 8 m/s that would hit the motion that goes on; the last 2.5 m of their flight are seen, from the query on:\n{table}\n\
-         The last columns count the hits by their reason: no evasion can be entered plausibly; none is far enough under way; the\n\
-         nearest leaves a leg, or another part, where it is hit, by so much on average.\n"
+        "Balls of radius 0.1 m at 8 m/s that would hit the continued motion. They are visible for the last 2.5 m of their flight, from the query on:\n{table}\n\
+         The last columns count the hits by reason. no plausible entry: no evasion can be entered plausibly. no time: no evasion gets\n\
+         far enough in time. feet, too short: the best candidate leaves a leg, or another part of the body, in the way. short by: mean\n\
+         depth of these hits.\n"
     )
 }

@@ -29,6 +29,7 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
 
 /// Which device to use.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "General")]
 pub(crate) struct DeviceArgs {
     /// Use the Vulkan device whose name contains this (any case); otherwise the most capable one.
     #[arg(long, global = true, value_name = "NAME")]

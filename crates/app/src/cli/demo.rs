@@ -114,11 +114,11 @@ impl Shown {
         let first = &runs[..LISTED.min(runs.len())];
         format!(
             "The embedded motions:\n{graph}{culling}\n\n\
-             {ATTACKS} balls are thrown; each would hit the motion that goes on. The first {LISTED}:\n{each}\n\
-             by: the evasion and its seconds in the clip, or whatever else moves out of the way. rate p: how fast the way\n\
-             to the evasion is played. clearance: between ball and body; below zero, how deep the ball hits.\n\n\
-             All of them, by who removes hopeless candidates (exact: nobody; every answer is tested exactly in the end):\n\
-             {all}\n\nAttack {written}, a close shave, is in {files}\n",
+             {ATTACKS} balls are thrown; each would hit the continued motion. The first {LISTED}:\n{each}\n\
+             by: the evasion and its times in the clip, or the other motion that avoids the ball. rate p: playback rate of the path\n\
+             to the evasion. clearance: distance between ball and body; negative: depth of the hit.\n\n\
+             All attacks by culling path (exact: no culling; every path ends with the exact test):\n\
+             {all}\n\nAttack {written}, a narrow dodge, is in {files}\n",
             graph = source::describe(&self.baked),
             culling = self.culling,
             each = dodge::attack_table(&self.baked.graph, first),

@@ -25,7 +25,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
     /// Number of random attacks: balls thrown at a part of the body, each of which would hit the
-    /// motion that goes on [default: 20].
+    /// continued motion [default: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     attacks: Option<u64>,
     /// Seed of the random attacks; the same seed throws the same balls.
@@ -317,7 +317,8 @@ pub(super) fn attack_table(baked: &BakedGraph, runs: &[super::stats::Run]) -> co
         table.add_row(vec![
             index.to_string(),
             if run.avoided { "avoided" } else { "HIT" }.to_owned(),
-            run.evasion(baked).unwrap_or_else(|| "moving on".to_owned()),
+            run.evasion(baked)
+                .unwrap_or_else(|| "continued motion".to_owned()),
             explain::source_name(run.source).to_owned(),
             format!("{:.2}", run.rate),
             format!("{:.1}", run.clearance * 100.0),

@@ -19,16 +19,16 @@ use super::{Done, Failure, cancel, output};
 pub(crate) struct Args {
     #[command(flatten)]
     graph: GraphArgs,
-    /// How many exchanges; who attacks changes after each.
+    /// Number of exchanges. The attacker changes after each.
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     rounds: u32,
-    /// Where chance begins; the same seed fights the same duel.
+    /// Random seed. The same seed gives the same duel.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// How far apart the fighters begin, metres.
+    /// Initial distance between the characters, in metres.
     #[arg(long, value_name = "METRES", default_value_t = DuelSettings::default().opening)]
     apart: f32,
-    /// Threads that file the attacks; 0 for as many as the machine has. The duel is the same for any number.
+    /// Number of threads that build the attack grid; 0 for all of the machine. The duel does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1024))]
     threads: u64,
     #[command(flatten)]
@@ -47,8 +47,8 @@ pub(crate) struct Fought {
     pub(crate) ended: Option<DuelError>,
 }
 
-/// The attacks of all nodes, and how long it took to file them.
-struct Filed {
+/// The attack grid, and the time that it took to build.
+struct BuiltGrid {
     grid: AttackGrid,
     seconds: f64,
 }
@@ -57,13 +57,13 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     args.film.check()?;
     let settings = args.settings()?;
     let baked = args.graph.load()?;
-    let filed = file(&baked.graph, args.threads as usize);
-    let fought = filed.fight(&baked.graph, args.rounds, &settings)?;
+    let built = build_grid(&baked.graph, args.threads as usize);
+    let fought = built.fight(&baked.graph, args.rounds, &settings)?;
     let told = args.film.draw(&baked.graph, &fought, device)?;
     // A duel that could not be fought out is no duel.
     let no = fought.ended.is_some();
     let text = if as_json {
-        let mut document = document(&baked.graph, &filed, &fought);
+        let mut document = document(&baked.graph, &built, &fought);
         document["graph"] = source::statistics(&baked);
         if let Some((film, _)) = told {
             document["film"] = film;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         Done::json(&document)
     } else {
         let mut text = source::describe(&baked);
-        text.push_str(&describe(&baked.graph, &filed, &fought));
+        text.push_str(&describe(&baked.graph, &built, &fought));
         if let Some((_, film)) = told {
             text.push_str(&film);
         }
@@ -80,11 +80,11 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     Ok(Done { text, no })
 }
 
-fn file(baked: &BakedGraph, threads: usize) -> Filed {
+fn build_grid(baked: &BakedGraph, threads: usize) -> BuiltGrid {
     let started = Instant::now();
     let mut settings = AttackGridSettings::default();
     settings.paths.threads = threads;
-    Filed {
+    BuiltGrid {
         grid: AttackGrid::new(baked, &settings),
         seconds: started.elapsed().as_secs_f64(),
     }
@@ -113,7 +113,7 @@ impl Args {
     }
 }
 
-impl Filed {
+impl BuiltGrid {
     /// Lets two characters fight so many rounds.
     fn fight(
         &self,
@@ -164,7 +164,7 @@ pub(crate) fn clip_of(baked: &BakedGraph, edge: EdgeId) -> &str {
     graph.clip(graph.node(graph.edge(edge).from).clip).name()
 }
 
-fn document(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> Value {
+fn document(baked: &BakedGraph, built: &BuiltGrid, fought: &Fought) -> Value {
     let numbers = |edges: &[EdgeId]| edges.iter().map(|edge| edge.0).collect::<Vec<_>>();
     let exchanges = fought.exchanges.iter().zip(&fought.query_ms);
     let exchanges: Vec<Value> = exchanges
@@ -200,13 +200,13 @@ fn document(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> Value {
         "ended": fought.ended.map(|error| error.to_string()),
         "exchanges": exchanges,
         "attack_grid": {
-            "build_seconds": filed.seconds,
-            "size": filed.grid.report(),
+            "build_seconds": built.seconds,
+            "size": built.grid.report(),
         },
     })
 }
 
-fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
+fn describe(baked: &BakedGraph, built: &BuiltGrid, fought: &Fought) -> String {
     let AttackGridReport {
         nodes,
         cells,
@@ -214,10 +214,10 @@ fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
         bytes,
         paths,
         path_bytes,
-    } = filed.grid.report();
+    } = built.grid.report();
     let mut text = format!(
-        "attacks of {nodes} nodes filed in {:.2} s: {} paths, {cells} cells, {options} entries; {:.1} MB, and {:.1} MB of paths\n\n",
-        filed.seconds,
+        "attack grid of {nodes} nodes built in {:.2} s: {} paths, {cells} cells, {options} entries; {:.1} MB, and {:.1} MB of paths\n\n",
+        built.seconds,
         paths.kept,
         bytes as f64 * 1e-6,
         path_bytes as f64 * 1e-6,
@@ -232,14 +232,14 @@ fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
         "path",
         "candidates",
         "clearance cm",
-        "without",
+        "without dodge cm",
         "query ms",
     ];
     let mut table = output::table(&head, 4);
     for (exchange, query_ms) in fought.exchanges.iter().zip(&fought.query_ms) {
         let by = exchange
             .evasion
-            .map_or("moving on", |edge| clip_of(baked, edge));
+            .map_or("continued motion", |edge| clip_of(baked, edge));
         table.add_row(vec![
             exchange.attacker.name().to_owned(),
             clip_of(baked, exchange.strike).to_owned(),
@@ -262,11 +262,11 @@ fn describe(baked: &BakedGraph, filed: &Filed, fought: &Fought) -> String {
     } = fought.score;
     let _ = writeln!(
         text,
-        "\nwhite {} : {} blue; white avoided {}, blue {}; {:.1} s, {called_off} attacks called off",
+        "\nhits: white {}, blue {}; avoided: white {}, blue {}; {:.1} s, {called_off} attacks aborted",
         hits[0], hits[1], dodges[0], dodges[1], fought.seconds
     );
     if let Some(error) = fought.ended {
-        let _ = writeln!(text, "it ended early: {error}");
+        let _ = writeln!(text, "the duel ended early: {error}");
     }
     text
 }

@@ -46,10 +46,10 @@ const FATES: [(Fate, &str); 5] = [
     (Fate::Chosen, "chosen"),
     (
         Fate::Outscored,
-        "outscored: another one has a smaller V, or none could be small enough",
+        "outscored: another candidate has a smaller V",
     ),
-    (Fate::Hit, "hit: the exact test finds where"),
-    (Fate::Culled, "culled: the body maps meet the attack"),
+    (Fate::Hit, "hit: by the exact test"),
+    (Fate::Culled, "culled: the body maps overlap the attack"),
     (
         Fate::NotInTime,
         "not in time: no rate starts the evasion when the attack starts",
@@ -95,9 +95,9 @@ pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Resu
 pub(super) fn source_name(source: Source) -> &'static str {
     match source {
         Source::Grid => "grid",
-        Source::NothingFiled => "everywhere: nothing filed",
-        Source::NothingClean => "everywhere: nothing filed is clean",
-        Source::Whole => "everywhere",
+        Source::NothingFiled => "whole graph: the grid has no candidate",
+        Source::NothingClean => "whole graph: no candidate of the grid is clean",
+        Source::Whole => "whole graph",
     }
 }
 
@@ -206,7 +206,7 @@ impl Explanation<'_> {
             Err(reason) => {
                 let reason = match reason {
                     RateError::OutOfRange { rate } if rate.is_infinite() => {
-                        "too long, whatever the rate".to_owned()
+                        "too long at any rate".to_owned()
                     }
                     _ => reason.to_string(),
                 };
@@ -306,7 +306,7 @@ fn way(baked: &BakedGraph, edges: &[EdgeId], evasion: Option<EdgeId>) -> String 
         words.push(format!("evades: {}", event.unwrap_or_default()));
     }
     if words.is_empty() {
-        return "goes on as it does".to_owned();
+        return "continued motion".to_owned();
     }
     words.join(", ")
 }

@@ -13,6 +13,7 @@ use super::{Failure, output};
 
 /// The body and its props.
 #[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Body and props")]
 pub(crate) struct FigureArgs {
     /// Body: spheres (.json), or a mesh (.obj) to fit spheres to. Default: spheres derived from the
     /// lengths of the bones.

@@ -186,20 +186,20 @@ impl Report {
         let _ = writeln!(text, "{table}");
         let rule = match self.settings.rule {
             Rule::Energy { furthest } => {
-                format!("Distances are linear in energy, up to L = {furthest:.1} m")
+                format!("The distances are linear in the energy, up to L = {furthest:.1} m")
             }
             Rule::ScreenError { pixels, measure } => {
                 let measure = format!("{measure:?}").to_lowercase();
-                format!("Distances hold the {measure} error to {pixels} pixels")
+                format!("The distances limit the {measure} error to {pixels} pixels")
             }
         };
         let _ = writeln!(
             text,
             "{rule}; bands that would overlap are moved outwards. The last level begins at {:.1} m.\n\
-             Errors are of the removed joints' points; a step is that from the level before; the error on the screen is the\n\
-             greatest, of a point {:.2} m nearer to the camera than the root.\n\
-             Largest step of a point on the screen at a switch, camera at 5 m/s, 60 frames a second: {:.2} pixels; without\n\
-             blending {:.1}.",
+             error: distance of the removed joints' points from where they are with all joints. step: distance from the previous level.\n\
+             error there: the largest error on the screen, for a point {:.2} m nearer to the camera than the root.\n\
+             Largest step of a point on the screen at a switch of levels, with the camera at 5 m/s and 60 frames per second: {:.2} pixels;\n\
+             without blending {:.1} pixels.",
             self.bands.furthest(),
             self.levels.reach,
             self.steps.blended,

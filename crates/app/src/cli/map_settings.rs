@@ -173,8 +173,8 @@ fn text(rows: &[Row], attacks: usize) -> String {
     let covered = MapGrid::default().seconds();
     format!(
         "{attacks} attacks, {} candidates of the whole search, {} of them hit:\n{table}\n\
-         All slices together last {covered:.2} s. weak: share of the hit candidates that is kept. wrong: share of the clean ones\n\
-         that is removed. undecided: share that is neither removed nor proven clean.\n",
+         All slices together cover {covered:.2} s. weak: share of the candidates that hit and are kept. wrong: share of the clean\n\
+         candidates that are removed. undecided: share that is neither removed nor proven clean.\n",
         tally.candidates(),
         tally.hits,
     )

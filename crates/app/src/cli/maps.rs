@@ -5,6 +5,7 @@ use sabaki::maps::MapGrid;
 
 /// Settings of the maps; `compare --settings` measures what each one changes.
 #[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Maps")]
 pub(crate) struct MapArgs {
     /// Side of a texel of the maps, in metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = MapGrid::default().texel)]

@@ -7,6 +7,7 @@ use super::culling::{Culling, path_parser};
 
 /// The methods to run.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Culling")]
 pub(crate) struct MethodArgs {
     /// Culling paths, run one after the other on the same attacks. Default: stencil with a Vulkan
     /// device, else cpu.

@@ -61,10 +61,10 @@ struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
     /// Prints one JSON document instead of tables.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "General")]
     json: bool,
     /// Logs to stderr: -v steps, -vv details.
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    #[arg(short, long, global = true, help_heading = "General", action = clap::ArgAction::Count)]
     verbose: u8,
     #[command(flatten)]
     device: culling::DeviceArgs,
@@ -84,9 +84,9 @@ enum Command {
     Lod(lod::Args),
     /// Measures the time to pose a crowd, with and without levels of detail, by instruction set and threads.
     Crowd(crowd::Args),
-    /// Lets two fighters of one graph attack and avoid in turn.
+    /// Lets two characters of one graph attack and avoid in turn.
     Duel(duel::Args),
-    /// Plays a game without a window: characters are steered, left idle and threatened, and what they do is measured.
+    /// Runs a game without a window and measures how characters are steered, stand idle and avoid threats.
     Play(play::Args),
     /// Renders a dodge or a crowd: PNG, animated GIF or APNG, or a sheet of moments.
     Render(render::Args),

@@ -102,7 +102,9 @@ pub(super) fn text(clips: &Quality, composed: &Quality, what: &str) -> String {
         ]);
     }
     let samples = composed.velocities.len();
-    format!("How human {what} are, by {samples} velocities at the clips' frame rate:\n{table}\n")
+    format!(
+        "Motion quality of {what} beside that of the clips ({samples} velocities at the clips' frame rate):\n{table}\n"
+    )
 }
 
 /// The same for a program.

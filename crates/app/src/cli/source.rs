@@ -16,6 +16,7 @@ use super::{Failure, cancel, output};
 
 /// What motion files do not contain.
 #[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Clips")]
 pub(crate) struct ReadArgs {
     /// Metres per unit of the files. Default: derived from the skeleton's height (glTF: 1).
     #[arg(long, value_name = "METRES")]
@@ -40,6 +41,7 @@ impl ReadArgs {
 
 /// Clips, and the settings of the graph built from them.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Clips")]
 pub(crate) struct ClipArgs {
     /// BVH, AMC or glTF files, or folders of them.
     #[arg(long, num_args = 1.., value_name = "PATH")]
@@ -291,7 +293,7 @@ pub(crate) fn describe(baked: &Baked) -> String {
     ));
     let entries = baked.graph.entry_report();
     line(format!(
-        "{:.0}% of all moments can be left for an evasion at once, by {:.0} entries on average; at most {:.2} s in a clip without one",
+        "an evasion can be entered at once from {:.0}% of all moments, by {:.0} entries on average; the longest stretch of a clip without one is {:.2} s",
         100.0 * entries.share(),
         entries.entries as f64 / entries.moments.max(1) as f64,
         entries.longest_without
@@ -307,7 +309,7 @@ pub(crate) fn describe(baked: &Baked) -> String {
         let dropped = &made.report.dropped;
         if dropped.seconds > 0.05 {
             line(format!(
-                "dropped, since no way leads there and back: {:.1} s, {} whole clips",
+                "dropped because the graph does not lead there and back: {:.1} s of motion, {} whole clips",
                 dropped.seconds,
                 dropped.clips.len()
             ));
@@ -317,7 +319,7 @@ pub(crate) fn describe(baked: &Baked) -> String {
         }
         if made.feet.planted_seconds > 0.0 {
             line(format!(
-                "planted feet slide {:.0} mm/s in transitions ({:.0} if only blended, {:.0} in the clips)",
+                "slide of planted feet: {:.0} mm/s in transitions ({:.0} without foot locking), {:.0} mm/s in the clips",
                 made.feet.kept, made.feet.blended, made.feet.clips
             ));
         }

@@ -20,7 +20,7 @@ use super::method::Method;
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     pub(crate) avoided: bool,
-    /// Whether the attack hits the motion that goes on.
+    /// Whether the attack hits the continued motion.
     pub(crate) would_hit: bool,
     /// Clearance between the attack and the body, in metres.
     pub(crate) clearance: f32,

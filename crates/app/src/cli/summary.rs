@@ -12,7 +12,7 @@ pub(crate) struct Summary {
     method: Method,
     attacks: usize,
     avoided: usize,
-    /// Attacks that hit the motion that goes on, and how many of these are avoided.
+    /// Attacks that hit the continued motion, and how many of these are avoided.
     would_hit: usize,
     dodged: usize,
     /// Hits that no candidate avoids, according to the check.
@@ -147,11 +147,11 @@ pub(crate) fn table(passes: &[Pass]) -> String {
     }
     let check = match exact {
         Some(_) => {
-            "hit though avoidable: where the exact whole search of the same run finds a way."
+            "hit though avoidable: attacks that hit, but that the exact search over the whole graph avoids."
         }
         None => {
-            "hit though avoidable: where a candidate was not tested; --check holds it to the exact whole search."
+            "hit though avoidable: attacks that hit with a candidate left untested; --check compares with the exact search over the whole graph."
         }
     };
-    format!("{table}\nwould hit: the motion that goes on. {check}")
+    format!("{table}\nwould hit: attacks that hit a character whose motion continues. {check}")
 }

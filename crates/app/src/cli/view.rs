@@ -74,6 +74,7 @@ pub(crate) struct Args {
 
 /// Options of the crowd.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Crowd")]
 struct CrowdArgs {
     /// Shows a crowd in a column instead of a fighter.
     #[arg(long)]

@@ -1,6 +1,6 @@
-//! How late may an attack be seen? Balls that would hit the motion that goes on, by the time from the query to the contact.
+//! How late may an attack be seen? Balls that would hit the continued motion, by the time from the query to the contact.
 //!
-//! A moment of natural motion outside of events is taken, the motion goes on as it would without an attack, and a ball flies at the
+//! A moment of natural motion outside of events is taken, the motion continues as it would without an attack, and a ball flies at the
 //! place where a part of the body will be at the contact. Only balls that hit this motion count. Of a ball's flight the last
 //! stretch alone is known, and nothing of it before the query.
 

@@ -1,8 +1,8 @@
-//! Random attacks: thrown balls that would hit a character whose motion goes on.
+//! Random attacks: thrown balls that would hit a character whose motion continues.
 //!
 //! A ball is announced before it is thrown, as by the swing of an arm: the lead is the time from the query to the throw. From
 //! the throw on the ball flies straight at the place that a part of the body will have when the ball arrives, if the character's
-//! motion goes on by itself, and beyond it.
+//! motion continues by itself, and beyond it.
 
 use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
@@ -61,7 +61,7 @@ impl Throw {
         Request::new(self.playhead, &self.attack)
     }
 
-    /// Whether the ball hits the character if its motion goes on.
+    /// Whether the ball hits the character if its motion continues.
     #[must_use]
     pub fn would_hit(&self, baked: &BakedGraph) -> bool {
         let mut motion = Motion::new(baked.graph(), self.playhead, &[]);
@@ -112,7 +112,7 @@ pub struct Aim {
 }
 
 /// The `index`th aimed throw of a seed: at a random moment, horizontally, at the part of the body that will be
-/// nearest to the body's axis at the wanted height when the ball arrives, if the motion goes on. Throws of one index share their
+/// nearest to the body's axis at the wanted height when the ball arrives, if the motion continues. Throws of one index share their
 /// moment.
 ///
 /// # Errors
@@ -157,7 +157,7 @@ pub(crate) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// The centres of the body's spheres, and the root, so many seconds after a place of the graph, if the motion goes on; in the world.
+/// The centres of the body's spheres, and the root, so many seconds after a place of the graph, if the motion continues; in the world.
 fn centres(baked: &BakedGraph, playhead: Playhead, seconds: f32) -> (Vec<Vec3>, Vec3) {
     let graph = baked.graph();
     // A ball that never arrives is no attack.

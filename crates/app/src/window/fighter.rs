@@ -267,9 +267,9 @@ impl FighterView<'_> {
         });
         let from = match answer.source {
             Source::Grid => "the node's grid",
-            Source::NothingFiled => "everywhere: nothing filed",
-            Source::NothingClean => "everywhere: nothing filed is clean",
-            Source::Whole => "everywhere",
+            Source::NothingFiled => "whole graph: the grid has no candidate",
+            Source::NothingClean => "whole graph: no candidate of the grid is clean",
+            Source::Whole => "whole graph",
         };
         ui.label(format!("candidates from {from}"));
         ui.label(format!(

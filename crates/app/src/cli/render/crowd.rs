@@ -20,6 +20,7 @@ use crate::cli::{Failure, cancel, output};
 
 /// Options of the crowd.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Crowd")]
 pub(crate) struct CrowdArgs {
     /// Number of characters in the crowd.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(1..=200_000))]

@@ -25,6 +25,7 @@ use crate::cli::{Failure, cancel, output};
 
 /// Options of the dodge.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Dodge")]
 pub(crate) struct DodgeArgs {
     /// Seed of the random attacks; `sabaki dodge` throws the same balls.
     #[arg(long, value_name = "S", default_value_t = 1)]

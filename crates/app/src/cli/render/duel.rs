@@ -22,6 +22,7 @@ use crate::cli::{Failure, cancel, output};
 
 /// Options of the duel's pictures.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Film")]
 pub(crate) struct DuelArgs {
     /// Draws the duel: a film of all exchanges (.gif, .apng), or a sheet with four moments of each of the first four (.png).
     #[arg(long, value_name = "FILE")]
