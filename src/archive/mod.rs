@@ -110,7 +110,7 @@ pub fn to_bytes(baked: &BakedGraph) -> Result<Vec<u8>, postcard::Error> {
     Ok(bytes)
 }
 
-/// Name of the program that wrote a file, as far as its header tells.
+/// Name of the program that wrote a file, from its header.
 fn writer(bytes: &[u8], format: u32) -> String {
     const SINCE: u32 = 4;
     let field = bytes.get(CHECKED..HEADER).unwrap_or_default();

@@ -374,7 +374,7 @@ impl Culler {
             match arrived.take() {
                 Some(arrived) if self.device.counts_exact() => counts.clone_from(arrived),
                 Some(arrived) => {
-                    // The device tells only whether there are shared texels. Scores need their number.
+                    // The device reports only whether there are shared texels. Scores need their number.
                     cpu::count(input, counts);
                     for (count, found) in counts.iter_mut().zip(arrived) {
                         let evasion = count.evasion;

@@ -36,7 +36,7 @@ unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, String> {
 /// As [`given`], to change it.
 ///
 /// # Safety
-/// Null, or valid and used by nobody else while the result lives.
+/// Null, or valid and not used by other code while the result lives.
 unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, String> {
     // SAFETY: the caller vouches for the pointer.
     unsafe { pointer.as_mut() }.ok_or_else(|| format!("{what} is NULL"))

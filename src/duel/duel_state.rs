@@ -116,7 +116,7 @@ impl<'a> Duel<'a> {
         Score::of(&self.exchanges, self.called_off)
     }
 
-    /// Advances time until the attacker has an attack that would hit an opponent who goes on as planned.
+    /// Advances time until the attacker has an attack that would hit an opponent that continues as planned.
     ///
     /// # Errors
     /// No such attack within [`DuelSettings::patience`].

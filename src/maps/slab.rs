@@ -161,7 +161,7 @@ impl MapGrid {
         self.cut(Sphere::new(centre, radius), slab, Cut::Nearest)
     }
 
-    /// Disc of a sphere in a slab, cut and rounded as `cut` tells.
+    /// Disc of a sphere in a slab, cut and rounded according to `cut`.
     #[must_use]
     pub(crate) fn cut(&self, sphere: Sphere, slab: Slab, cut: Cut) -> Option<Disc> {
         let Sphere { centre, radius } = sphere;

@@ -10,7 +10,7 @@ pub fn in_parallel<T: Send>(
     count: usize,
     work: impl Fn(usize) -> T + Sync,
 ) -> Vec<T> {
-    /// Runs that a thread takes, where there is work for so many.
+    /// Number of consecutive runs that a thread takes at a time, if there are enough.
     const RUNS: usize = 16;
     let threads = thread_count(threads).min(count).max(1);
     if threads == 1 {

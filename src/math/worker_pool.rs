@@ -43,7 +43,7 @@ type Task<'a> = dyn Fn(usize) + Sync + 'a;
 struct Work(&'static Task<'static>);
 
 impl WorkerPool {
-    /// A pool of so many threads, the caller of [`WorkerPool::run`] included; fewer where the system refuses more.
+    /// Creates a pool with this number of threads, including the caller of [`WorkerPool::run`]. It has fewer if the system refuses more.
     pub(crate) fn new(threads: usize) -> Self {
         let shared = Arc::new(Shared {
             gate: AtomicU64::new(0),
@@ -154,7 +154,7 @@ impl Shared {
     }
 }
 
-/// Spins, then sleeps until `is_so`; whoever makes it true unparks this thread.
+/// Spins, then sleeps, until `is_so` returns true. The thread that makes it true unparks this one.
 fn wait(is_so: impl Fn() -> bool) {
     for _ in 0..SPINS {
         if is_so() {

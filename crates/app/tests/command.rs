@@ -359,7 +359,7 @@ fn a_graph_without_an_evasion_moves_on_and_says_so() {
     assert!(document["graph"]["warnings"][0].is_string());
 }
 
-/// A pipe that nobody reads.
+/// A pipe without a reader.
 fn unread() -> PipeWriter {
     let (reader, writer) = pipe().unwrap();
     drop(reader);
@@ -381,7 +381,7 @@ fn a_reader_that_goes_away_is_no_failure() {
         assert_eq!(done.status.code(), Some(0), "{args:?}");
         assert!(done.stderr.is_empty());
     }
-    // Nor does an error crash that nobody hears.
+    // An error message that nobody reads does not crash the command.
     let mut command = command(folder.path(), &["inspect", "nowhere.bvh"]);
     let status = command.stderr(unread()).status().unwrap();
     assert_eq!(status.code(), Some(2));

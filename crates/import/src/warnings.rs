@@ -28,7 +28,7 @@ fn sides(skeleton: &Skeleton) -> Option<String> {
     })
 }
 
-/// The joint that all legs come from: the nearest that stands above all feet. It is the root of many skeletons, but not of those whose
+/// The joint that all legs start from: the nearest common ancestor of all feet. It is the root of many skeletons, but not of those whose
 /// root lies on the ground.
 fn hips(skeleton: &Skeleton, feet: &[JointId]) -> JointId {
     let above = |joint: JointId, foot: JointId| skeleton.ancestry(foot).any(|id| id == joint);

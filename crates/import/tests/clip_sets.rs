@@ -137,7 +137,7 @@ fn sides_are_known_by_the_names_of_many_programs() {
     }
 }
 
-/// The figure as BVH in centimetres, standing, turned about X by so many degrees.
+/// The figure as BVH in centimetres, standing, rotated about X by an angle in degrees.
 fn bvh(names: &Names, turn: f32) -> String {
     let skeleton = skeleton(names);
     let mut text = String::from("HIERARCHY\n");

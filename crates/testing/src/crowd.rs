@@ -27,7 +27,7 @@ impl Oracle {
         }
     }
 
-    /// A character's joints in the world, so many seconds after it was described.
+    /// World positions of a character's joints, some seconds after it was described.
     pub fn pose(&self, character: &Character, seconds: f64) -> Vec<DAffine3> {
         let at = |clip: ClipId, time: f32, speed: f32| {
             let motion = &self.motions[usize::from(clip.0)];

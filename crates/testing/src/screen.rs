@@ -1,4 +1,4 @@
-//! A screen that nobody looks at (Xvfb), somebody who clicks on it (xdotool), and, where asked for, a window manager (jwm).
+//! A virtual screen (Xvfb), simulated input (xdotool), and optionally a window manager (jwm).
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -77,7 +77,7 @@ impl Screen {
         command
     }
 
-    /// What somebody does: the words of xdotool.
+    /// Simulates input: the arguments of xdotool.
     pub fn hand(&self, words: &[&str]) -> String {
         let output = Command::new("xdotool")
             .args(words)

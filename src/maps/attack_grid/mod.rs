@@ -166,7 +166,7 @@ impl AttackGrid {
     /// at which attacks from a node hit, in the character's frame there. Attacks that hit sooner
     /// have a larger weight. Returns `None` if the node has no attacks. A fighter in guard stands
     /// with the hips at an angle to the opponent, so this bearing, not the character's facing
-    /// direction, tells where the fighter aims.
+    /// direction, shows where the character aims.
     #[must_use]
     pub fn aim(&self, node: NodeId) -> Option<(f32, f32)> {
         /// Delay at which an attack's weight is one half, in frames.

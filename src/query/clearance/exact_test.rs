@@ -29,7 +29,7 @@ pub struct ExactTest<'a> {
     pub baked: &'a BakedGraph,
     /// Attack, in the world of the motions; its clock starts with them.
     pub attack: &'a Attack,
-    /// The range of distances that are told apart. Default: [`Extent::WHOLE`].
+    /// Range in which distances are exact. Default: [`Extent::WHOLE`].
     pub extent: Extent,
     /// The samples of a posed motion. Default: [`Sampling::Each`].
     pub sampling: Sampling,

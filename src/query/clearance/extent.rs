@@ -3,7 +3,7 @@ use crate::maps::BodyTrack;
 /// Samples of the body per second.
 pub const SAMPLE_RATE: f32 = BodyTrack::RATE;
 
-/// The range of distances that a test tells apart.
+/// Range in which a test computes exact distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// Distances are clamped to this value, in metres.

@@ -1,7 +1,7 @@
 //! The `cpu` culling path. It counts the same texels as the paths of `gpu`.
 //!
 //! The attack is drawn once, into blocks of 4 × 4 texels. For each candidate, the middles of sixteen blocks at once are transformed
-//! into its frame, and a coarse map tells which blocks can overlap its maps. The texels of the few remaining blocks are transformed,
+//! into its frame, and a coarse map shows which blocks can overlap its maps. The texels of the few remaining blocks are transformed,
 //! looked up and counted, again sixteen at once.
 
 use super::groups::{Group, Groups, LANES};

@@ -9,7 +9,7 @@ use super::Failure;
 static CANCELLED: AtomicBool = AtomicBool::new(false);
 static LISTENS: OnceLock<()> = OnceLock::new();
 
-/// From now on the first Ctrl-C only asks; a second one ends the process, as it does where nobody can listen.
+/// Installs the handler. The first Ctrl-C then only requests the end; a second one ends the process, as it does if no handler can be installed.
 pub(crate) fn listen() {
     LISTENS.get_or_init(|| {
         let asked = || {

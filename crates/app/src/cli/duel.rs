@@ -114,7 +114,7 @@ impl Args {
 }
 
 impl BuiltGrid {
-    /// Lets two characters fight so many rounds.
+    /// Runs a duel of two characters for a number of rounds.
     fn fight(
         &self,
         baked: &BakedGraph,

@@ -56,7 +56,7 @@ struct Row {
     pops: u32,
     largest_pop: f32,
     takeovers: u32,
-    /// Number of attacks with so many changes of plan; the last one counts all that have more.
+    /// Number of attacks by number of changes of plan; the last entry counts all that have more.
     changes: [u32; 8],
 }
 

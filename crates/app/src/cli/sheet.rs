@@ -199,7 +199,7 @@ fn heights(slab: Slab, grid: MapGrid) -> String {
 }
 
 /// One cell. Rows run away from the viewer upwards: +v is up, +u is to the left, as seen from above by
-/// somebody who stands behind the character.
+/// a viewer behind the character.
 fn cell(window: Window, colour: impl Fn(i32, i32) -> [u8; 3]) -> Picture {
     let columns = (window.u.1 - window.u.0) as u32 * ZOOM;
     let rows = (window.v.1 - window.v.0) as u32 * ZOOM;

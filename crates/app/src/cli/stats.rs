@@ -185,7 +185,7 @@ impl Times {
         json!({ "median": self.median, "p99": self.p99 })
     }
 
-    /// Text with so many decimals.
+    /// Text with this number of decimals.
     pub(crate) fn text(self, decimals: usize) -> String {
         format!("{:.decimals$} / {:.decimals$}", self.median, self.p99)
     }

@@ -33,7 +33,7 @@ impl Axis {
         }
     }
 
-    /// The cell of a value, of so many.
+    /// Index of a value's cell, of `count` cells.
     fn cell(&self, value: f64, count: usize) -> usize {
         let last = (count - 1) as f64;
         let share = (value - self.least) / (self.most - self.least);

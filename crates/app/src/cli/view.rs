@@ -65,7 +65,7 @@ pub(crate) struct Args {
     /// Delays every answer, in seconds, as on a slow device.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     delay: Option<f32>,
-    /// Shows two fighters, who attack and avoid in turn.
+    /// Shows two characters that attack and avoid in turn.
     #[arg(long, conflicts_with = "crowd")]
     duel: bool,
     #[command(flatten)]

@@ -143,7 +143,7 @@ impl<'a> BallThrower<'a> {
         }
     }
 
-    /// The `index`th ball of a seed with its contact so many seconds after the query. `None` where no ball that was drawn would hit.
+    /// Draws a ball whose contact is `contact` seconds after the query. `None` if no drawn ball would hit.
     ///
     /// # Errors
     /// Settings that make no attack.

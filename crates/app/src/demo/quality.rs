@@ -80,7 +80,7 @@ impl<'a> QualityMeter<'a> {
         quality
     }
 
-    /// What is composed in an answer's motion up to so many seconds: transitions, an entry, a warp.
+    /// Measures the composed parts of an answer's motion up to a time: transitions, an entry, a warp.
     pub fn add_answer(&self, answer: &Answer, until: f32, quality: &mut Quality) {
         let (graph, motion) = (self.baked.graph(), &answer.motion);
         let mut pose = Pose::default();

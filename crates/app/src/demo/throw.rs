@@ -157,7 +157,7 @@ pub(crate) fn random_of(seed: u64, index: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ index.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// The centres of the body's spheres, and the root, so many seconds after a place of the graph, if the motion continues; in the world.
+/// World positions of the body's spheres and of the root, some seconds after a place of the graph if the motion continues.
 fn centres(baked: &BakedGraph, playhead: Playhead, seconds: f32) -> (Vec<Vec3>, Vec3) {
     let graph = baked.graph();
     // A ball that never arrives is no attack.

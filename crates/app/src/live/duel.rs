@@ -13,7 +13,7 @@ use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Shot};
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
 
-/// Two fighters of one graph, who attack and avoid in turn.
+/// Two characters of one graph that attack and avoid in turn.
 pub struct LiveDuel<'a> {
     baked: &'a BakedGraph,
     duel: Duel<'a>,
@@ -33,7 +33,7 @@ pub struct LiveDuel<'a> {
 }
 
 impl<'a> LiveDuel<'a> {
-    /// Starts a duel of two fighters who face each other.
+    /// Starts a duel of two characters that face each other.
     ///
     /// # Errors
     /// Those of [`Duel::new`].

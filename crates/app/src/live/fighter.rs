@@ -1,4 +1,4 @@
-//! A fighter who walks its graph for ever and dodges the balls that are thrown.
+//! A character that walks its graph without end and dodges the thrown balls.
 //!
 //! Source: Masaoka & Oshita, section 5: their test program.
 

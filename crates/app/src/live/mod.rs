@@ -1,4 +1,4 @@
-//! Interactive simulations without a window: a fighter who walks until a ball is thrown, a duel, a crowd, with camera and clock.
+//! Interactive simulations without a window: a character that walks until a ball is thrown, a duel, a crowd, with camera and clock.
 //! [`window`](super::window) shows them; another window can show them, too, with a [`Stage`](sabaki_draw::Stage).
 //!
 //! Architecture invariant: this module uses no window system and draws nothing.

@@ -25,7 +25,7 @@ const SLACK: f32 = 0.35;
 const TURN: f32 = 0.006;
 
 impl Orbit {
-    /// In front of a fighter who faces +Z, a little to the side and above.
+    /// In front of a character that faces +Z, a little to the side and above.
     #[must_use]
     pub fn around_fighter(focus: Vec3) -> Self {
         Self {

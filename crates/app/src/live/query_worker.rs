@@ -21,7 +21,7 @@ enum Order {
 pub struct QueryWorker {
     orders: Sender<Order>,
     responses: Receiver<WorkerResponse>,
-    /// Closed when the worker is dropped; tells the thread to stop.
+    /// Closed when the worker is dropped, which stops the thread.
     _stays: Sender<()>,
 }
 

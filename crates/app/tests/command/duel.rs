@@ -61,7 +61,7 @@ fn a_duel_that_cannot_be_fought_says_why() {
     assert_eq!(none.code, 2);
     let apart = sabaki(folder.path(), &["duel", baked(), "--apart", "nan"]);
     apart.is_refused(&["--apart NaN"]);
-    // Nobody walks in those clips, so nobody comes near.
+    // There is no walk in these clips, so the characters do not approach.
     let far = sabaki(folder.path(), &["duel", baked(), "--rounds", "1"]).is(1);
     assert!(
         far.stdout

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::run::{baked, clips, folder, sabaki, text_of};
 
-/// Reading from a pipe that nobody writes to would never end.
+/// Reading from a pipe without a writer would never end.
 #[cfg(unix)]
 #[test]
 fn a_named_pipe_is_no_input() {

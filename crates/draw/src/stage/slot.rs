@@ -72,7 +72,7 @@ impl Slot {
             storage,
         )?;
         self.lines = desc.max_crowd_lines as usize;
-        // SAFETY: nobody else has the buffer yet.
+        // SAFETY: no other code has the buffer yet.
         let start = unsafe { self.poses.bytes_mut() }?.as_ptr() as usize;
         let skipped = start.next_multiple_of(align_of::<F32x16>()) - start;
         self.first_number = (skipped / size_of::<f32>()) as u32;

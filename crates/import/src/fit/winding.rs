@@ -30,7 +30,7 @@ const WORK: [usize; 2] = [1024, 8192];
 /// Nodes and pieces that all queries visit together, as far as the least of [`WORK`] allows.
 const TOTAL_WORK: usize = 1_000_000_000;
 
-/// Nodes and pieces that each of so many queries visits.
+/// Number of nodes and pieces that a query visits.
 fn most_work(queries: usize) -> usize {
     (TOTAL_WORK / queries.max(1)).clamp(WORK[0], WORK[1])
 }
@@ -58,7 +58,7 @@ struct Dipole {
 }
 
 impl Winding {
-    /// For about so many queries.
+    /// Chosen for about this number of queries.
     pub(super) fn new(mesh: &Mesh, queries: usize) -> Self {
         let pieces = pieces(mesh);
         let middles: Vec<Vec3> = { pieces.iter() }

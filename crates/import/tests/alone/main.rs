@@ -58,7 +58,7 @@ enum Damage {
     Insert(f64, Vec<u8>),
 }
 
-/// What breaks readers: numbers at their ends, and what opens something that nobody closes.
+/// Inputs that break readers: numbers at the ends of their ranges, and brackets that are never closed.
 const WORDS: [&str; 16] = [
     "-1",
     "0",
@@ -124,7 +124,7 @@ fn damaged(input: &[u8], damages: &[Damage]) -> Vec<u8> {
     bytes
 }
 
-/// Damages a target's corpus so many times.
+/// Damages a target's corpus a number of times.
 fn damage(target: &str, cases: u32) {
     let (_, run) = { targets::TARGETS.into_iter() }
         .find(|(name, _)| *name == target)

@@ -149,7 +149,7 @@ pub fn baked_file(bytes: &[u8]) {
     assert_eq!(again, baked);
 }
 
-/// Where the graph begins in a baked file; before it stand magic, version, checksum and who wrote it.
+/// Offset of the graph in a baked file, after magic, version, checksum and the writer's name.
 const HEADER: usize = 32;
 
 /// A baked file without its header.

@@ -43,7 +43,7 @@ pub(crate) struct Args {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Scene {
-    /// A fighter who avoids an attack.
+    /// A character that avoids an attack.
     Dodge,
     /// A column of ten thousand characters.
     Crowd,
