@@ -274,7 +274,7 @@ fn export_writes_two_files_for_each_attack() {
     let as_gltf = [&args[..], &["--export", "glb", "--format", "glb"]].concat();
     sabaki(folder.path(), &as_gltf).is(0);
     let inspected = sabaki(folder.path(), &["inspect", "glb/attack_0001.glb", "--json"]).json(0);
-    assert_eq!(inspected["unit_found"], "the format says so");
+    assert_eq!(inspected["unit_found"], "defined by the format");
     assert!(inspected["clips"][0]["events"].is_array());
 }
 

@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use sabaki::anim::JointKind;
+use sabaki::anim::{Joint, JointKind};
 use sabaki::archive;
-use sabaki_import::{self, AttackFile, EventsFile};
+use sabaki_import::{self, AttackFile, EventsFile, LoadedClip};
 use serde_json::{Value, json};
 
 use super::source::{self, ReadArgs};
@@ -54,22 +54,52 @@ fn head(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// A motion file: its first motion stands for what all of them share.
+struct MotionFile {
+    motions: Vec<LoadedClip>,
+    notes: Vec<String>,
+    /// Height of the figure in its first pose, in metres.
+    stature: f64,
+}
+
 fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
     let motions = sabaki_import::read_motions(path, &read.options())?;
-    // A file without a motion was refused above.
-    let Some(sabaki_import::LoadedClip {
-        skeleton,
-        clip,
-        scale,
-        notes,
-        ..
-    }) = motions.first()
-    else {
+    let Some(first) = motions.first() else {
         return Err(Failure::Usage(format!("{}: no motion", path.display())));
     };
-    let clips: Vec<Value> = motions
-        .iter()
-        .map(|motion| {
+    let mut notes = first.notes.clone();
+    let clips = std::slice::from_ref(&first.clip);
+    notes.extend(sabaki_import::clip_warnings(&first.skeleton, clips));
+    let stature = sabaki_import::stature(&first.skeleton, &first_pose(&first.clip));
+    let file = MotionFile {
+        motions,
+        notes,
+        stature,
+    };
+    Ok((file.document(), file.text()))
+}
+
+impl MotionFile {
+    fn first(&self) -> &LoadedClip {
+        &self.motions[0]
+    }
+
+    /// Numbers of joints that move and of end sites.
+    fn joints(&self) -> (usize, usize) {
+        let joints = self.first().skeleton.joints();
+        let is_end = |joint: &&Joint| joint.kind == JointKind::EndSite;
+        let ends = joints.iter().filter(is_end).count();
+        (joints.len() - ends, ends)
+    }
+
+    fn document(&self) -> Value {
+        let LoadedClip {
+            skeleton,
+            clip,
+            scale,
+            ..
+        } = self.first();
+        let of_clip = |motion: &LoadedClip| {
             let clip = &motion.clip;
             json!({
                 "name": clip.name(),
@@ -77,108 +107,89 @@ fn motion(path: &Path, read: &ReadArgs) -> Result<(Value, String), Failure> {
                 "seconds": clip.duration(),
                 "events": motion.events,
             })
-        })
-        .collect();
-    let ends = skeleton
-        .joints()
-        .iter()
-        .filter(|joint| joint.kind == JointKind::EndSite)
-        .count();
-    let (moving, frames) = (skeleton.len() - ends, clip.frames());
-    let stature = sabaki_import::stature(skeleton, &first_pose(clip));
-    let joints: Vec<Value> = skeleton
-        .joints()
-        .iter()
-        .map(|joint| {
+        };
+        let clips: Vec<Value> = self.motions.iter().map(of_clip).collect();
+        let of_joint = |joint: &Joint| {
             let parent = joint.parent.map(|parent| &skeleton.joint(parent).name);
             json!({ "name": joint.name, "parent": parent, "offset": joint.offset })
-        })
-        .collect();
-    let mut notes = notes.clone();
-    notes.extend(sabaki_import::clip_warnings(
-        skeleton,
-        std::slice::from_ref(clip),
-    ));
-    let document = json!({
-        "kind": "motion",
-        "joints": moving,
-        "end_sites": ends,
-        "frames": frames,
-        "frame_rate": clip.frame_rate(),
-        "seconds": clip.duration(),
-        "metres_per_unit": scale.metres_per_unit,
-        "unit_found": reason(scale.found),
-        "notes": notes,
-        "stature": stature,
-        "moves_joints": !clip.desc().translations.is_empty(),
-        "skeleton": joints,
-        "clips": clips,
-    });
-    let mut text = format!("motion: {moving} joints and {ends} end sites, {stature:.2} m high\n");
-    for motion in &motions {
-        let clip = &motion.clip;
-        let name = match motions.len() {
-            1 => String::new(),
-            _ => format!("{}: ", clip.name()),
         };
-        let _ = writeln!(
-            text,
-            "{name}{} frames at {:.2} a second: {:.2} s",
-            clip.frames(),
-            clip.frame_rate(),
-            clip.duration()
+        let joints: Vec<Value> = skeleton.joints().iter().map(of_joint).collect();
+        let (moving, ends) = self.joints();
+        json!({
+            "kind": "motion",
+            "joints": moving,
+            "end_sites": ends,
+            "frames": clip.frames(),
+            "frame_rate": clip.frame_rate(),
+            "seconds": clip.duration(),
+            "metres_per_unit": scale.metres_per_unit,
+            "unit_found": reason(scale.found),
+            "notes": self.notes,
+            "stature": self.stature,
+            "moves_joints": !clip.desc().translations.is_empty(),
+            "skeleton": joints,
+            "clips": clips,
+        })
+    }
+
+    fn text(&self) -> String {
+        let (moving, ends) = self.joints();
+        let mut text = format!(
+            "motion: {moving} joints and {ends} end sites, {:.2} m high\n",
+            self.stature
         );
+        for motion in &self.motions {
+            let clip = &motion.clip;
+            let name = match self.motions.len() {
+                1 => String::new(),
+                _ => format!("{}: ", clip.name()),
+            };
+            let (frames, rate, seconds) = (clip.frames(), clip.frame_rate(), clip.duration());
+            let _ = writeln!(
+                text,
+                "{name}{frames} frames at {rate:.2} frames per second: {seconds:.2} s"
+            );
+        }
+        let scale = self.first().scale;
+        let (unit, found) = (scale.metres_per_unit, reason(scale.found));
+        let _ = writeln!(text, "1 unit is {unit} m: {found}");
+        for motion in &self.motions {
+            for event in &motion.events {
+                let kind = format!("{:?}", event.kind).to_lowercase();
+                let (start, end, clip) = (event.start, event.end, motion.clip.name());
+                let _ = writeln!(text, "{kind} {start:.2} s to {end:.2} s in {clip}");
+            }
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "note: {note}");
+        }
+        let skeleton = &self.first().skeleton;
+        for joint in skeleton.joints() {
+            let depth = |parent| skeleton.ancestry(parent).count();
+            let indent = 2 * joint.parent.map_or(0, depth);
+            let _ = writeln!(text, "{:indent$}{}", "", joint.name);
+        }
+        text
     }
-    let _ = writeln!(
-        text,
-        "1 unit is {} m: {}",
-        scale.metres_per_unit,
-        reason(scale.found)
-    );
-    for (clip, event) in motions
-        .iter()
-        .flat_map(|m| m.events.iter().map(|event| (&m.clip, event)))
-    {
-        let kind = format!("{:?}", event.kind).to_lowercase();
-        let _ = writeln!(
-            text,
-            "{kind} {:.2} s to {:.2} s in {}",
-            event.start,
-            event.end,
-            clip.name()
-        );
-    }
-    for note in notes {
-        let _ = writeln!(text, "note: {note}");
-    }
-    for joint in skeleton.joints() {
-        let depth = joint
-            .parent
-            .map_or(0, |parent| skeleton.ancestry(parent).count());
-        let _ = writeln!(text, "{:indent$}{}", "", joint.name, indent = 2 * depth);
-    }
-    Ok((document, text))
 }
 
 /// How the unit was found.
 fn reason(found: sabaki_import::ScaleSource) -> String {
     use sabaki_import::ScaleSource;
     match found {
-        ScaleSource::Given => "as --scale says".to_owned(),
-        ScaleSource::Format => "the format says so".to_owned(),
+        ScaleSource::Given => "given by --scale".to_owned(),
+        ScaleSource::Format => "defined by the format".to_owned(),
         ScaleSource::Unit(unit) => {
             let name = format!("{unit:?}").to_lowercase();
-            format!("{name}, in which the figure comes nearest to a person's height")
+            format!("{name}, which brings the figure nearest to a person's height")
         }
         ScaleSource::Stature => {
             format!(
-                "no unit fits, so the figure is made {} m high",
+                "no common unit fits; the figure is scaled to {} m",
                 sabaki_import::USUAL_STATURE
             )
         }
-        ScaleSource::Assumed => {
-            "centimetres, since the figure has no height to judge by".to_owned()
-        }
+        ScaleSource::Assumed => "centimetres, because the figure has no height".to_owned(),
     }
 }
 

@@ -18,6 +18,7 @@ mod dodge;
 mod duel;
 mod explain;
 mod figure;
+mod heat_map;
 mod inspect;
 mod lod;
 mod lod_figure;
