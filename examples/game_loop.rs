@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             game.threaten(Threat::ball(thrown, from, (target - from) / 0.7, 0.1))?;
         }
         events.clear();
-        game.step(FRAME, &mut events);
+        game.step(FRAME, &[], &mut events);
         // Output: what a renderer draws.
         game.pose(me, &mut joints)?;
         for event in &events {

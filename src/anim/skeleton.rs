@@ -175,6 +175,12 @@ impl Skeleton {
         self.sided(id).map(|(_, twin)| twin)
     }
 
+    /// Whether the joint's name can be read as one of a side of the body.
+    #[must_use]
+    pub fn names_side(&self, id: JointId) -> bool {
+        readings(&self.joint(id).name).next().is_some()
+    }
+
     /// Side of a joint and its mirrored joint, if joint names identify them.
     pub(super) fn sided(&self, id: JointId) -> Option<(Side, JointId)> {
         readings(&self.joint(id).name).find_map(|(side, twin)| Some((side, self.find(&twin)?)))

@@ -51,15 +51,24 @@ pub(super) struct AnswerOut {
 /// `sabaki_sphere`.
 #[repr(C)]
 pub(super) struct SphereOut {
-    center: [f32; 3],
-    radius: f32,
+    pub(super) center: [f32; 3],
+    pub(super) radius: f32,
 }
 
 /// `sabaki_joint`.
 #[repr(C)]
 pub(super) struct JointOut {
-    position: [f32; 3],
-    rotation: [f32; 4],
+    pub(super) position: [f32; 3],
+    pub(super) rotation: [f32; 4],
+}
+
+impl JointOut {
+    pub(super) fn of(joint: &JointTransform) -> Self {
+        Self {
+            position: joint.translation.to_array(),
+            rotation: joint.rotation.to_array(),
+        }
+    }
 }
 
 /// A question, and what has come of it.
@@ -216,10 +225,7 @@ unsafe extern "C" fn sabaki_sample_joints(
         };
         let joints = culler.sample(slot, seconds)?;
         for (out, joint) in out.iter_mut().zip(joints) {
-            *out = JointOut {
-                position: joint.translation.to_array(),
-                rotation: joint.rotation.to_array(),
-            };
+            *out = JointOut::of(joint);
         }
         Ok(OK)
     })

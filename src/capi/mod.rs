@@ -2,11 +2,15 @@
 //!
 //! A library of this crate's own kind is built by default, which costs Rust users nothing; the header says how C gets one.
 //!
-//! Architecture invariant: nothing but this room has C's names or types.
+//! Architecture invariant: nothing but this module has C's names or types.
 
 mod culler;
 mod device;
+mod game;
+mod game_inputs;
+mod game_state;
 mod graph;
+mod log;
 mod status;
 
 use std::ffi::{CStr, c_char};
@@ -40,4 +44,42 @@ unsafe fn given<'a, T>(pointer: *const T, what: &str) -> Result<&'a T, String> {
 unsafe fn given_mut<'a, T>(pointer: *mut T, what: &str) -> Result<&'a mut T, String> {
     // SAFETY: the caller vouches for the pointer.
     unsafe { pointer.as_mut() }.ok_or_else(|| format!("{what} is NULL"))
+}
+
+/// Elements of the caller.
+///
+/// # Safety
+/// Null only with a count of 0; otherwise that many valid elements, which are not written to while the result lives.
+unsafe fn given_slice<'a, T>(
+    pointer: *const T,
+    count: usize,
+    what: &str,
+) -> Result<&'a [T], String> {
+    if count == 0 {
+        return Ok(&[]);
+    }
+    // SAFETY: the caller vouches for the pointer and the count.
+    unsafe {
+        given(pointer, what)?;
+        Ok(std::slice::from_raw_parts(pointer, count))
+    }
+}
+
+/// As [`given_slice`], to write to them.
+///
+/// # Safety
+/// Null only with a count of 0; otherwise that many elements that nobody else uses while the result lives.
+unsafe fn given_slice_mut<'a, T>(
+    pointer: *mut T,
+    count: usize,
+    what: &str,
+) -> Result<&'a mut [T], String> {
+    if count == 0 {
+        return Ok(&mut []);
+    }
+    // SAFETY: the caller vouches for the pointer and the count.
+    unsafe {
+        given_mut(pointer, what)?;
+        Ok(std::slice::from_raw_parts_mut(pointer, count))
+    }
 }

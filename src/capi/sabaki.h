@@ -1,4 +1,4 @@
-/* sabaki for C and C++: finds a motion that avoids an attack, with your Vulkan device.
+/* sabaki for C and C++: characters of a game that avoid what threatens them; single answers with your Vulkan device.
  *
  *     cargo rustc --release --lib --no-default-features --features capi --crate-type staticlib
  *     cc renderer.c -I src/capi target/release/libsabaki.a -lm -lpthread -ldl
@@ -34,6 +34,11 @@ enum {
 
 /* Message of the last failed call on this thread. Valid until the next call fails. Never NULL. */
 const char *sabaki_last_error(void);
+
+/* Calls `log` with the message of each call that fails, from the thread of that call; NULL for none, the default. `user` is passed
+ * on. Do not call sabaki from it. */
+typedef void (*sabaki_log)(void *user, const char *message);
+void sabaki_set_log(sabaki_log log, void *user);
 
 /* ---- Graphs: made by the command `sabaki bake`, opened when the program starts ---- */
 
@@ -144,6 +149,136 @@ sabaki_status sabaki_sample_spheres(sabaki_culler *culler, uint32_t slot, float 
                                     size_t count);
 /* The place of the character at that time, for the next query. */
 sabaki_status sabaki_sample_place(sabaki_culler *culler, uint32_t slot, float seconds, sabaki_place *place);
+
+/* ---- Characters in a game: steered, threatened at any moment, kept out of obstacles; no device is needed ---- */
+
+typedef struct sabaki_game sabaki_game;
+
+typedef struct sabaki_game_settings {
+    uint32_t threads;        /* threads of a step; 0 for one per core. Default 1. The result does not depend on it */
+    uint32_t delay;          /* steps from a query to the takeover of its answer, at most 60. Default 0 */
+    uint32_t plans_per_step; /* most characters that plan in one step, the most urgent first; 0 for no limit, the default */
+    float horizon;           /* a threat is answered when it may hit within this time, seconds. Default 1.6 */
+    float margin;            /* distance that plans keep from threats if they can, metres. Default 0.03 */
+    float body_radius;       /* characters avoid each other as discs of this radius, metres; 0 for not at all, the default */
+} sabaki_game_settings;
+
+/* Names a character. It is not used again after the character is gone. */
+typedef uint64_t sabaki_character;
+
+void sabaki_game_settings_default(sabaki_game_settings *settings);
+/* No characters yet; NULL for default settings. The game keeps what it needs of the graph. `*game` is set on success only. */
+sabaki_status sabaki_game_create(const sabaki_graph *graph, const sabaki_game_settings *settings, sabaki_game **game);
+/* NULL is allowed. */
+void sabaki_game_destroy(sabaki_game *game);
+/* The sum of all steps, seconds. */
+double sabaki_game_now(const sabaki_game *game);
+
+/* Adds a character that stands at (x, z). */
+sabaki_status sabaki_spawn(sabaki_game *game, float x, float z, float heading, sabaki_character *character);
+sabaki_status sabaki_despawn(sabaki_game *game, sabaki_character character);
+
+typedef enum sabaki_goal_kind {
+    SABAKI_IDLE = 0,
+    SABAKI_WALK = 1,  /* (x, z): velocity, m/s; `heading` of the body if `has_heading`, otherwise that of the velocity */
+    SABAKI_FACE = 2,  /* stands and turns to `heading` */
+    SABAKI_GO_TO = 3, /* (x, z): the point; `speed` on the way */
+    SABAKI_STOP = 4
+} sabaki_goal_kind;
+
+typedef struct sabaki_goal {
+    uint32_t kind; /* sabaki_goal_kind */
+    float x, z;
+    float heading;
+    uint32_t has_heading;
+    float speed;
+} sabaki_goal;
+
+/* What a character does while nothing threatens it. */
+sabaki_status sabaki_steer(sabaki_game *game, sabaki_character character, const sabaki_goal *goal);
+
+/* Spheres that move together, from `time` on, on the clock of sabaki_game_now(). A time in the future announces a threat. */
+typedef struct sabaki_threat {
+    double time;
+    float position[3];            /* then */
+    float velocity[3];            /* then */
+    float gravity;                /* acceleration downwards, m/s^2 */
+    float seconds;                /* time for which it exists, at most 60 */
+    const sabaki_sphere *spheres; /* 1 to 64; centers relative to the position */
+    uint32_t sphere_count;
+    uint32_t has_target;          /* 1: only `target` has to avoid it. 0: all */
+    sabaki_character target;
+} sabaki_threat;
+
+sabaki_status sabaki_threaten(sabaki_game *game, const sabaki_threat *threat, uint64_t *id);
+/* Changes its course, or what is known of it. */
+sabaki_status sabaki_update_threat(sabaki_game *game, uint64_t id, const sabaki_threat *threat);
+sabaki_status sabaki_remove_threat(sabaki_game *game, uint64_t id);
+
+typedef enum sabaki_obstacle_kind {
+    SABAKI_HALF_SPACE = 0, /* everything behind the plane through `a`; `b` is its normal, out of the solid */
+    SABAKI_BLOCK = 1,      /* upright box around `a`, half its sizes in `b`, turned by `heading` */
+    SABAKI_CAPSULE = 2,    /* within `radius` of the line from `a` to `b` */
+    SABAKI_POLYGON = 3,    /* convex, of unlimited height: `corner_count` (3 to 16) pairs x, z */
+    SABAKI_DISC = 4        /* around (a[0], a[2]) within `radius`, of unlimited height */
+} sabaki_obstacle_kind;
+
+typedef struct sabaki_obstacle {
+    uint32_t kind; /* sabaki_obstacle_kind */
+    float a[3], b[3];
+    float radius, heading;
+    float velocity[3];
+    float weight; /* harm of entering it by a metre, against a hit a metre deep; 0 for the default, 4 */
+    uint32_t corner_count;
+    const float *corners;
+} sabaki_obstacle;
+
+typedef enum sabaki_event_kind {
+    SABAKI_PLANNED = 0,  /* a motion avoids all threats, by `metres`; `is_change`: it replaces a plan */
+    SABAKI_KEPT = 1,     /* what is played avoids all threats, by `metres` */
+    SABAKI_BEGAN = 2,    /* a planned motion began */
+    SABAKI_CANNOT = 3,   /* no motion avoids the threats */
+    SABAKI_CORNERED = 4, /* none avoids threats and obstacles: `metres` from the threats, `entered` (depth times weight) */
+    SABAKI_MISSED = 5,   /* `threat` has passed, at `metres` */
+    SABAKI_HIT = 6       /* `threat` touches the body */
+} sabaki_event_kind;
+
+typedef struct sabaki_event {
+    sabaki_character character;
+    double time;
+    uint64_t threat; /* UINT64_MAX if none is meant */
+    uint32_t kind;   /* sabaki_event_kind */
+    uint32_t is_change;
+    float metres;
+    float entered;
+} sabaki_event;
+
+/* Lets `dt` seconds pass. The obstacles are where they are now; no character enters them. */
+sabaki_status sabaki_step(sabaki_game *game, float dt, const sabaki_obstacle *obstacles, size_t obstacle_count);
+/* Writes at most `room` events of the last step; returns how many there are. */
+size_t sabaki_events(const sabaki_game *game, sabaki_event *events, size_t room);
+/* The joints in the world; `count` is the length of the array. */
+sabaki_status sabaki_pose(sabaki_game *game, sabaki_character character, sabaki_joint *joints, size_t count);
+/* The root in the world (3 numbers), and `count` rotations relative to the parents (4 numbers each). */
+sabaki_status sabaki_local_pose_of(const sabaki_game *game, sabaki_character character, float *root, float *rotations,
+                                   size_t count);
+
+/* A pose by its root and the rotations of all joints relative to their parents, xyzw. */
+typedef struct sabaki_local_pose {
+    float root[3];
+    const float *rotations;
+    uint32_t count; /* number of joints */
+} sabaki_local_pose;
+
+/* Hands the body to something else, such as a ragdoll; takes it back from two poses that were seen `seconds` apart. */
+sabaki_status sabaki_release(sabaki_game *game, sabaki_character character);
+sabaki_status sabaki_resume(sabaki_game *game, sabaki_character character, const sabaki_local_pose *before,
+                            const sabaki_local_pose *now, float seconds);
+
+/* Everything but graph and settings. `*size` is the size that is needed; nothing is written if `room` is 0. What is loaded goes on
+ * to the same bit. */
+sabaki_status sabaki_save(const sabaki_game *game, void *bytes, size_t room, size_t *size);
+sabaki_status sabaki_load(sabaki_game *game, const void *bytes, size_t size);
 
 #ifdef __cplusplus
 }

@@ -143,6 +143,68 @@ private:
     std::uint32_t spheres_;
 };
 
+// Characters of a game.
+class Game {
+public:
+    explicit Game(const Graph &graph) : joints_(graph.joints()) {
+        check(sabaki_game_create(graph.handle(), nullptr, &handle_));
+    }
+    Game(const Graph &graph, const sabaki_game_settings &settings) : joints_(graph.joints()) {
+        check(sabaki_game_create(graph.handle(), &settings, &handle_));
+    }
+    Game(Game &&other) noexcept : handle_(other.handle_), joints_(other.joints_) { other.handle_ = nullptr; }
+    Game &operator=(Game &&other) noexcept {
+        std::swap(handle_, other.handle_);
+        std::swap(joints_, other.joints_);
+        return *this;
+    }
+    Game(const Game &) = delete;
+    Game &operator=(const Game &) = delete;
+    ~Game() { sabaki_game_destroy(handle_); }
+
+    double now() const { return sabaki_game_now(handle_); }
+    sabaki_character spawn(float x, float z, float heading) {
+        sabaki_character character = 0;
+        check(sabaki_spawn(handle_, x, z, heading, &character));
+        return character;
+    }
+    void despawn(sabaki_character character) { check(sabaki_despawn(handle_, character)); }
+    void steer(sabaki_character character, const sabaki_goal &goal) { check(sabaki_steer(handle_, character, &goal)); }
+    std::uint64_t threaten(const sabaki_threat &threat) {
+        std::uint64_t id = 0;
+        check(sabaki_threaten(handle_, &threat, &id));
+        return id;
+    }
+    void update(std::uint64_t id, const sabaki_threat &threat) { check(sabaki_update_threat(handle_, id, &threat)); }
+    void remove(std::uint64_t id) { check(sabaki_remove_threat(handle_, id)); }
+    // The events of the step. Valid until the next step.
+    const std::vector<sabaki_event> &step(float dt, const std::vector<sabaki_obstacle> &obstacles) {
+        check(sabaki_step(handle_, dt, obstacles.data(), obstacles.size()));
+        events_.resize(sabaki_events(handle_, nullptr, 0));
+        sabaki_events(handle_, events_.data(), events_.size());
+        return events_;
+    }
+    std::vector<sabaki_joint> pose(sabaki_character character) {
+        std::vector<sabaki_joint> joints(joints_);
+        check(sabaki_pose(handle_, character, joints.data(), joints.size()));
+        return joints;
+    }
+    std::vector<unsigned char> save() const {
+        std::size_t size = 0;
+        check(sabaki_save(handle_, nullptr, 0, &size));
+        std::vector<unsigned char> bytes(size);
+        check(sabaki_save(handle_, bytes.data(), bytes.size(), &size));
+        return bytes;
+    }
+    void load(const std::vector<unsigned char> &bytes) { check(sabaki_load(handle_, bytes.data(), bytes.size())); }
+    sabaki_game *handle() { return handle_; }
+
+private:
+    sabaki_game *handle_ = nullptr;
+    std::uint32_t joints_;
+    std::vector<sabaki_event> events_;
+};
+
 } // namespace sabaki
 
 #endif

@@ -4,6 +4,8 @@ use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::log::log;
+use crate::character::CharacterError;
 use crate::gpu::GpuError;
 
 /// `sabaki_status`.
@@ -26,6 +28,12 @@ impl From<String> for Failure {
             status: ERROR,
             words,
         }
+    }
+}
+
+impl From<CharacterError> for Failure {
+    fn from(error: CharacterError) -> Self {
+        error.to_string().into()
     }
 }
 
@@ -52,6 +60,7 @@ pub(super) fn call(work: impl FnOnce() -> Result<Status, Failure>) -> Status {
     let ended = ended.unwrap_or_else(|_| Err("a fault in sabaki itself".to_owned().into()));
     ended.unwrap_or_else(|failure| {
         let words = CString::new(failure.words.replace('\0', " ")).unwrap_or_default();
+        log(&words);
         LAST.with(|last| *last.borrow_mut() = words);
         failure.status
     })

@@ -1,9 +1,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
+use glam::Vec3;
+
 use super::error::CharacterError;
 use super::event::CharacterEvent;
 use super::goal::Goal;
 use super::ids::{CharacterId, ThreatId};
+use super::obstacles::{OtherBody, find_bodies};
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
 use super::slot::{Slot, lock, most_urgent, on_all};
@@ -15,6 +18,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::BakedGraph;
 use crate::math::{Rigid2, WorkerPool, thread_count};
+use crate::query::Obstacle;
 
 /// The characters of a game: steered, threatened, and stepped together.
 pub struct Characters {
@@ -28,6 +32,7 @@ pub struct Characters {
     pub(super) now: f64,
     pool: WorkerPool,
     workers: Vec<Mutex<Worker>>,
+    bodies: Vec<OtherBody>,
     pose: Pose,
     joints: Vec<JointTransform>,
 }
@@ -61,6 +66,7 @@ impl Characters {
             now: 0.0,
             pool,
             workers,
+            bodies: Vec::new(),
             pose: Pose::default(),
             joints: Vec::new(),
         })
@@ -247,20 +253,28 @@ impl Characters {
 
     /// Lets `dt` seconds pass: plans what must be planned, steers, and measures how near threats come. Events are appended to `events`,
     /// by character. A negative or infinite time counts as 0.
-    pub fn step(&mut self, dt: f32, events: &mut Vec<CharacterEvent>) {
+    ///
+    /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character.
+    pub fn step(&mut self, dt: f32, obstacles: &[Obstacle], events: &mut Vec<CharacterEvent>) {
         let dt = if dt.is_finite() { dt.max(0.0) } else { 0.0 };
+        self.bodies.clear();
+        if self.settings.body_radius > 0.0 {
+            find_bodies(&self.baked, &self.slots, &mut self.bodies);
+        }
         let world = World {
             baked: &self.baked,
             settings: &self.settings,
             steering: &self.steering,
             threats: &self.threats,
+            obstacles,
+            bodies: &self.bodies,
             now: self.now,
             dt,
         };
         let shared = (&self.slots[..], &self.workers[..]);
-        on_all(&mut self.pool, shared, |index, slot, _| {
+        on_all(&mut self.pool, shared, |index, slot, worker| {
             let state = slot.state.as_deref_mut();
-            slot.urgency = state.and_then(|state| state.begin(index as u32, &world));
+            slot.urgency = state.and_then(|state| state.begin(index as u32, &world, worker));
         });
         let urgent = most_urgent(shared.0, self.settings.plans_per_step);
         on_all(&mut self.pool, shared, |index, slot, worker| {
@@ -351,6 +365,14 @@ impl Characters {
         self.local_pose(id, &mut pose)?;
         forward_kinematics(self.baked.graph().skeleton(), &pose, &mut joints);
         Ok(self.baked.stance(&joints).placement)
+    }
+
+    /// Velocity of the root as it is played, in metres per second.
+    ///
+    /// # Errors
+    /// An unknown character.
+    pub fn velocity(&self, id: CharacterId) -> Result<Vec3, CharacterError> {
+        self.with_state(id, |state| state.velocity(&self.baked))
     }
 
     fn threat_index(&self, id: ThreatId) -> Result<usize, CharacterError> {

@@ -33,6 +33,13 @@ pub enum CharacterEventKind {
     Began,
     /// No motion avoids the threats that are known.
     Cannot,
+    /// No motion avoids both the threats and the obstacles. The one with the least harm is taken, or what is played goes on.
+    Cornered {
+        /// Depth of the hit on it, in metres; 0 or less for none.
+        hit: f32,
+        /// Depth in an obstacle times its weight, in metres; 0 for none.
+        entered: f32,
+    },
     /// A threat has passed.
     MissedBy {
         /// The threat.

@@ -7,6 +7,23 @@ pub struct CharacterId {
     pub(super) generation: u32,
 }
 
+impl CharacterId {
+    /// As one number, for interfaces to other languages.
+    #[must_use]
+    pub fn to_bits(self) -> u64 {
+        u64::from(self.generation) << 32 | u64::from(self.index)
+    }
+
+    /// The id of a number of [`CharacterId::to_bits`].
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Self {
+        Self {
+            index: bits as u32,
+            generation: (bits >> 32) as u32,
+        }
+    }
+}
+
 /// Names a threat of [`Characters`](super::Characters).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ThreatId(pub u64);

@@ -18,7 +18,7 @@
 //! fighters.threaten(Threat::ball(fighters.now(), from, Vec3::new(0.0, 0.0, -7.0), 0.1))?;
 //! loop {
 //!     events.clear();
-//!     fighters.step(1.0 / 60.0, &mut events);
+//!     fighters.step(1.0 / 60.0, &[], &mut events);
 //!     fighters.pose(me, &mut joints)?;
 //!     # if fighters.now() > 3.0 { return Ok(()); }
 //! }
@@ -26,7 +26,8 @@
 //! ```
 //!
 //! A character is always somewhere in the graph, so that a query can start from what it plays. All threats that are known count in every
-//! plan. Nothing pops: whatever takes over starts where the character is, and the difference fades out.
+//! plan. Walls, furniture and other bodies are [`Obstacle`](crate::query::Obstacle)s that each step is given: no plan enters one, steering
+//! goes around them, and the body is kept out of them. Nothing pops: whatever takes over starts where the character is, and the difference fades out.
 //!
 //! # Hybrid crowds
 //! Many characters of one motion graph: members near the camera, and members that avoid something, are posed by the graph; all others
@@ -65,6 +66,7 @@ mod event;
 mod goal;
 mod hybrid_crowd;
 mod ids;
+mod obstacles;
 mod plan;
 mod playing;
 mod saved;
@@ -73,6 +75,7 @@ mod settings;
 mod slot;
 mod state;
 mod steer;
+mod steer_around;
 mod threat;
 mod world;
 

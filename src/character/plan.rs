@@ -9,14 +9,15 @@ use std::hash::{Hash, Hasher};
 use rustc_hash::FxHasher;
 
 use super::event::CharacterEventKind;
-use super::scratch::PlanScratch;
+use super::scratch::{PlanScratch, Worker};
 use super::state::{CharacterState, Pending};
 use super::threat::{Threat, Window};
 use super::world::{KnownThreat, World};
 use crate::graph::Motion;
 use crate::maps::SphereKey;
 use crate::query::clearance::{Clearance, ExactTest, Extent};
-use crate::query::{Attack, Query, Request};
+use crate::query::obstacle::ObstacleTest;
+use crate::query::{Attack, Query, Request, evasions_end};
 
 /// The moment that a plan is made for.
 struct Moment {
@@ -60,8 +61,17 @@ impl CharacterState {
     }
 
     /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it.
-    pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, scratch: &mut PlanScratch) {
+    pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
         let moment = self.moment(world);
+        let scratch = &mut worker.plan;
+        let ahead = (moment.at - world.now) as f32;
+        scratch.ahead.clear();
+        scratch.wider.clear();
+        for obstacle in &worker.obstacles {
+            let margin = world.settings.obstacle_margin;
+            scratch.ahead.push(obstacle.later(ahead, 0.0));
+            scratch.wider.push(obstacle.later(ahead, margin));
+        }
         let near: Vec<(&Threat, Window)> = { self.near(index, world, &moment) }
             .map(|(known, window)| (&known.threat, window))
             .collect();
@@ -111,56 +121,92 @@ impl CharacterState {
             self.playing.motion.rest(graph, moment.seconds),
         );
         let kept = test(world, (goes_on, &attack), scratch);
-        if kept.1.is_clean() {
+        if kept.is_clean() {
             self.retry_at = None;
             self.hold(moment, &attack, None);
-            let clearance = kept.1.metres;
+            let clearance = kept.clearance.metres;
             self.events
                 .push((world.now, CharacterEventKind::Kept { clearance }));
             if self.playing.rate != 1.0 {
-                self.take(moment, kept.0, world.now);
+                self.take(moment, kept.motion, world.now);
             }
             return;
         }
+        let mut least = None;
         let found = { [None, Some(LATE)] }.into_iter().find_map(|late| {
             let wider = combined(moment, near, (world.settings.margin, late))?;
-            self.ask(world, (moment, [&attack, &wider]), scratch)
-        });
-        let Some((found, clearance)) = found else {
-            if !was_retry {
-                self.events.push((world.now, CharacterEventKind::Cannot));
+            let tested = self.ask(world, (moment, [&attack, &wider]), scratch);
+            if tested.is_clean() {
+                return Some(tested);
             }
+            least = least_harm(least.take(), tested);
+            None
+        });
+        let Some(found) = found else {
             self.retry_at = Some(world.now + f64::from(world.settings.retry));
+            match least.filter(|_| !scratch.ahead.is_empty()) {
+                Some(least) => self.take_least_harm(world, (moment, &attack), [kept, least]),
+                None if !was_retry => self.events.push((world.now, CharacterEventKind::Cannot)),
+                None => {}
+            }
             return;
         };
         self.retry_at = None;
         let planned = CharacterEventKind::Planned {
-            clearance,
+            clearance: found.clearance.metres,
             is_change: self.has_plan,
         };
         self.events.push((world.now, planned));
         self.has_plan = true;
-        let end = evasion_end(world, &found, attack.end());
-        self.hold(moment, &attack, end);
-        self.take(moment, found, world.now);
+        self.hold(moment, &attack, Some(found.end));
+        self.take(moment, found.motion, world.now);
     }
 
-    /// A motion that avoids the attack, and by how much. The query asks for the wider one.
+    /// Takes the second motion if it is less harmful than what is played, and says so.
+    fn take_least_harm(
+        &mut self,
+        world: &World<'_>,
+        (moment, attack): (&Moment, &Attack),
+        [kept, other]: [TestedMotion; 2],
+    ) {
+        /// Another motion is taken only if its harm is less by this, in metres.
+        const GAIN: f32 = 0.02;
+        let is_less = other.harm() + GAIN < kept.harm();
+        let least = if is_less { other } else { kept };
+        let cornered = CharacterEventKind::Cornered {
+            hit: -least.clearance.metres,
+            entered: least.entered,
+        };
+        self.events.push((world.now, cornered));
+        if is_less {
+            self.has_plan = true;
+            self.hold(moment, attack, Some(least.end));
+            self.take(moment, least.motion, world.now);
+        }
+    }
+
+    /// The answer to the wider attack, tested against the other one.
     fn ask(
         &self,
         world: &World<'_>,
         (moment, [attack, wider]): (&Moment, [&Attack; 2]),
         scratch: &mut PlanScratch,
-    ) -> Option<(Motion, f32)> {
+    ) -> TestedMotion {
         let graph = world.baked.graph();
-        let request = Request::of_motion(graph, (&self.playing.motion, moment.seconds), wider);
         let PlanScratch {
-            context, answer, ..
+            context,
+            answer,
+            wider: obstacles,
+            ..
         } = scratch;
+        let playing = (&self.playing.motion, moment.seconds);
+        let request = Request {
+            obstacles,
+            ..Request::of_motion(graph, playing, wider)
+        };
         Query::new(world.baked, &world.settings.query).answer(request, context, answer);
         let found = self.continued(world, moment, answer.motion.clone());
-        let (found, tested) = test(world, (found, attack), scratch);
-        tested.is_clean().then_some((found, tested.metres))
+        test(world, (found, attack), scratch)
     }
 
     /// Joins a motion to what is played, where that is bent or has another rate at its start.
@@ -208,27 +254,64 @@ fn combined(
     Attack::new(keys).ok()
 }
 
+/// A motion, tested against threats and obstacles.
+struct TestedMotion {
+    motion: Motion,
+    clearance: Clearance,
+    /// Depth in an obstacle times its weight, in metres; 0 for none.
+    entered: f32,
+    /// When threats have passed and evasions have ended, in seconds.
+    end: f32,
+}
+
+impl TestedMotion {
+    fn is_clean(&self) -> bool {
+        self.clearance.is_clean() && self.entered == 0.0
+    }
+
+    /// Depth of the hit, or of the entry times the obstacle's weight, in metres.
+    fn harm(&self) -> f32 {
+        self.entered.max(-self.clearance.metres)
+    }
+}
+
+/// The one with the least harm.
+fn least_harm(before: Option<TestedMotion>, other: TestedMotion) -> Option<TestedMotion> {
+    match before {
+        Some(before) if before.harm() <= other.harm() => Some(before),
+        _ => Some(other),
+    }
+}
+
 /// Tests a motion, which is extended until the attack's end.
 fn test(
     world: &World<'_>,
     (mut motion, attack): (Motion, &Attack),
     scratch: &mut PlanScratch,
-) -> (Motion, Clearance) {
-    motion.extend(world.baked.graph(), attack.end() + 0.1);
+) -> TestedMotion {
+    let graph = world.baked.graph();
+    motion.extend(graph, attack.end() + 0.1);
     let test = ExactTest {
-        extent: Extent::UNTIL_HIT,
+        extent: match scratch.ahead.is_empty() {
+            true => Extent::UNTIL_HIT,
+            false => Extent::WHOLE,
+        },
         ..ExactTest::new(world.baked, attack)
     };
     let clearance = test.on_motion(&motion, &mut scratch.body);
-    (motion, clearance)
-}
-
-/// End of the evasion that a motion plays before the attack ends.
-fn evasion_end(world: &World<'_>, motion: &Motion, attack_end: f32) -> Option<f32> {
-    let graph = world.baked.graph();
-    let ends = motion.events(graph).filter_map(|(event, [start, end])| {
-        let is_evasion = graph.event(event).kind == crate::anim::EventKind::Evasion;
-        (is_evasion && start < attack_end).then_some(end)
-    });
-    ends.reduce(f32::max)
+    let end = evasions_end(graph, &motion, attack.end());
+    motion.extend(graph, end);
+    let obstacles = ObstacleTest {
+        baked: world.baked,
+        obstacles: &scratch.ahead,
+        seconds: (0.0, end),
+        until_entered: false,
+    };
+    let entered = obstacles.on_motion(&motion, &mut scratch.entered);
+    TestedMotion {
+        motion,
+        clearance,
+        entered: entered.map_or(0.0, |entered| entered.harm),
+        end,
+    }
 }

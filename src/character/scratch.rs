@@ -3,7 +3,8 @@ use glam::Vec3;
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose};
 use crate::query::clearance::MotionBody;
-use crate::query::{Answer, QueryContext};
+use crate::query::obstacle::ObstacleScratch;
+use crate::query::{Answer, Obstacle, QueryContext};
 
 /// Scratch of one thread.
 #[derive(Default)]
@@ -13,6 +14,8 @@ pub(super) struct Worker {
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
+    /// Obstacles near the character that is stepped.
+    pub obstacles: Vec<Obstacle>,
 }
 
 /// Scratch of planning.
@@ -21,4 +24,9 @@ pub(super) struct PlanScratch {
     pub context: QueryContext,
     pub answer: Answer,
     pub body: MotionBody,
+    /// Obstacles as they are when the answer is taken over.
+    pub ahead: Vec<Obstacle>,
+    /// The same, larger by the margin of plans.
+    pub wider: Vec<Obstacle>,
+    pub entered: ObstacleScratch,
 }

@@ -17,6 +17,12 @@ pub struct CharacterSettings {
     pub horizon: f32,
     /// Plans keep this distance from threats if they can, in metres. A plan is kept until a threat would touch the body. Default 0.03.
     pub margin: f32,
+    /// Distance that plans keep from obstacles if they can, in metres. Default 0.02.
+    pub obstacle_margin: f32,
+    /// Fastest shift by which a body is kept out of obstacles, in metres per second. Default 6.
+    pub push: f32,
+    /// Radius of the disc that each character is to the others, in metres; 0 if they do not avoid each other. Default 0.
+    pub body_radius: f32,
     /// Time between two attempts to avoid a threat that could not be avoided, in seconds. Default 0.1.
     pub retry: f32,
     /// Largest number of characters that plan in one step, those that may be reached first before others. Default: no limit.
@@ -34,6 +40,9 @@ impl Default for CharacterSettings {
             delay: 0,
             horizon: 1.6,
             margin: 0.03,
+            obstacle_margin: 0.02,
+            push: 6.0,
+            body_radius: 0.0,
             retry: 0.1,
             plans_per_step: usize::MAX,
             threads: 1,

@@ -34,6 +34,8 @@ pub(super) struct CharacterState {
     pub next_seen: u64,
     /// Whether they could not be avoided, and when that is tried again.
     pub retry_at: Option<f64>,
+    /// When the plan is tested against the obstacles again, in seconds.
+    pub look_at: f64,
     /// Threats that are near, with the smallest distance so far.
     watched: Vec<Watched>,
     /// The body's spheres at the end of the last step, while a threat is near.
@@ -70,6 +72,7 @@ impl CharacterState {
             seen: 0,
             next_seen: 0,
             retry_at: None,
+            look_at: 0.0,
             watched: Vec::new(),
             centres: Vec::new(),
             events: Vec::new(),
@@ -85,12 +88,28 @@ impl CharacterState {
         Vec2::new(root.x, root.z)
     }
 
+    /// Velocity of the root, in metres per second.
+    pub(super) fn velocity(&self, baked: &BakedGraph) -> Vec3 {
+        /// Time over which it is measured, in seconds.
+        const MOMENT: f32 = 0.1;
+        let playing = &self.playing;
+        let root = |seconds: f32| playing.motion.root(baked.graph(), seconds);
+        let moved = root(playing.seconds + MOMENT) - root(playing.seconds);
+        moved * (playing.rate / MOMENT)
+    }
+
     /// Begins what is due. Returns [`CharacterState::urgency`].
-    pub(super) fn begin(&mut self, index: u32, world: &World<'_>) -> Option<f32> {
+    pub(super) fn begin(
+        &mut self,
+        index: u32,
+        world: &World<'_>,
+        worker: &mut Worker,
+    ) -> Option<f32> {
         if self.is_released {
             return None;
         }
         self.take_over(world.now);
+        self.look_for_obstacles(index, world, worker);
         self.urgency(index, world)
     }
 
@@ -104,8 +123,9 @@ impl CharacterState {
         if self.is_released {
             return;
         }
+        self.near_obstacles(index, world, &mut worker.obstacles);
         if plans {
-            self.avoid(index, world, &mut worker.plan);
+            self.avoid(index, world, worker);
         }
         if self.pending.is_none() && world.now >= self.held_until {
             if self.has_plan {
@@ -115,7 +135,7 @@ impl CharacterState {
             let step = SteerStep {
                 baked: world.baked,
                 settings: &world.settings.steer,
-                aim: self.goal.aim(self.ground(world.baked)),
+                aim: self.steer_around(world, &worker.obstacles),
                 dt: world.dt,
             };
             let body = (&mut self.playing, &mut self.steer);
@@ -132,6 +152,7 @@ impl CharacterState {
             }
             _ => self.playing.advance(graph, world.dt),
         }
+        self.keep_out(world, worker);
         self.watch(index, world, worker);
     }
 

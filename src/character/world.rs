@@ -1,10 +1,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::ids::ThreatId;
+use super::obstacles::OtherBody;
 use super::settings::CharacterSettings;
 use super::steer::Steering;
 use super::threat::Threat;
 use crate::maps::BakedGraph;
+use crate::query::Obstacle;
 
 /// What all characters of a step share.
 pub(super) struct World<'a> {
@@ -12,6 +14,10 @@ pub(super) struct World<'a> {
     pub settings: &'a CharacterSettings,
     pub steering: &'a Steering,
     pub threats: &'a [KnownThreat],
+    /// Where they are at the start of the step.
+    pub obstacles: &'a [Obstacle],
+    /// The other characters, if they avoid each other.
+    pub bodies: &'a [OtherBody],
     /// Time at the start of the step, in seconds.
     pub now: f64,
     pub dt: f32,

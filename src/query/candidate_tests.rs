@@ -192,7 +192,10 @@ impl Tests<'_, '_> {
         let build = |motion: &mut Motion| input.motion(index, motion);
         let test = PrefixTest {
             index,
-            test: || input.exact_test(extent).on_built_motion(body, build),
+            test: || {
+                let clearance = input.exact_test(extent).on_built_motion(body, build);
+                input.beside_obstacles((index, clearance), false, body)
+            },
             decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
         };
         results.wholes.get_or_eval(input, test)
@@ -214,7 +217,11 @@ impl Tests<'_, '_> {
             return true;
         }
         let test = self.input.exact_test(Extent::WHOLE);
-        let clearance = test.on_shared_motion(motion, self.results.workers.body());
+        let body = self.results.workers.body();
+        let clearance = test.on_shared_motion(motion, body);
+        let clearance = self
+            .input
+            .beside_obstacles((chosen, clearance), false, body);
         self.results.evaluated[chosen] = Some(Evaluated {
             is_final: true,
             ..self.input.result(chosen, clearance)

@@ -129,6 +129,10 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                 break;
             }
             input.motion(index, motion);
+            let body = results.workers.body();
+            if input.entered(motion, true, &mut body.obstacles).is_some() {
+                continue;
+            }
             let tested = Tested {
                 clearance: hit,
                 body: results.workers.body(),
@@ -136,6 +140,10 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             let Some(warped) = warper.warp(case, motion, tested) else {
                 continue;
             };
+            let body = results.workers.body();
+            if input.entered(motion, true, &mut body.obstacles).is_some() {
+                continue;
+            }
             let clearance = warped.clearance;
             let score = input.score(index, clearance.metres);
             results.evaluated[index] = Some(Evaluated {
@@ -187,7 +195,8 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             true => metres > before.clearance.metres,
             false => before.score.is_some_and(|own| score.total < own.total),
         };
-        if !gains {
+        let scratch = &mut results.workers.body().obstacles;
+        if !gains || input.entered(motion, true, scratch).is_some() {
             motion.bend(None);
             return;
         }

@@ -6,10 +6,12 @@ use super::entry_candidate::EntryCandidate;
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
 use super::moves::MoveId;
+use super::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
 use super::retime::retimed;
 use super::score::{Score, ScoreFacts};
 use super::state::QueryState;
-use crate::graph::{Motion, Step};
+use crate::anim::EventKind;
+use crate::graph::{Motion, MotionGraph, Step};
 
 /// Data of the candidates before the tests.
 #[derive(Clone, Copy)]
@@ -92,8 +94,58 @@ impl EvaluationInput<'_> {
         }
     }
 
-    /// Tests a candidate as cheaply as it can be. An evasion is tested on its baked body track, a move at every fourth sample first.
+    /// Tests a candidate as cheaply as it can be: against obstacles only if the attack misses it.
     pub(super) fn test(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
+        let clearance = self.test_attack(index, extent, body);
+        let may_win = clearance.is_clean() && clearance.metres < extent.below;
+        if self.state.request.obstacles.is_empty() || !may_win {
+            return clearance;
+        }
+        self.beside_obstacles((index, clearance), true, body)
+    }
+
+    /// The clearance of a candidate, and its harm by obstacles where that is worse. With `until_entered`, the first entry counts.
+    pub(super) fn beside_obstacles(
+        &self,
+        (index, clearance): (usize, Clearance),
+        until_entered: bool,
+        body: &mut MotionBody,
+    ) -> Clearance {
+        if self.state.request.obstacles.is_empty() {
+            return clearance;
+        }
+        let scratch = &mut body.obstacles;
+        let mut motion = std::mem::take(&mut scratch.motion);
+        self.motion(index, &mut motion);
+        let hit = self.entered(&mut motion, until_entered, scratch);
+        scratch.motion = motion;
+        worse(clearance, hit)
+    }
+
+    /// Where a motion enters an obstacle until the attack and its evasions have ended.
+    pub(super) fn entered(
+        &self,
+        motion: &mut Motion,
+        until_entered: bool,
+        scratch: &mut ObstacleScratch,
+    ) -> Option<ObstacleHit> {
+        let (baked, request) = (self.query.baked, &self.state.request);
+        if request.obstacles.is_empty() {
+            return None;
+        }
+        let end = evasions_end(baked.graph(), motion, request.attack.end());
+        motion.extend(baked.graph(), end);
+        let test = ObstacleTest {
+            baked,
+            obstacles: &request.obstacles,
+            seconds: (0.0, end),
+            until_entered,
+        };
+        test.on_motion(motion, scratch)
+    }
+
+    /// Tests a candidate against the attack alone. An evasion is tested on its baked body track, a move at every fourth sample first.
+    fn test_attack(&self, index: usize, extent: Extent, body: &mut MotionBody) -> Clearance {
         let build = |motion: &mut Motion| self.motion(index, motion);
         match self.state.candidates.list[index].kind {
             CandidateKind::Evasion { .. } if self.starts_in_blend(index) => {
@@ -121,7 +173,8 @@ impl EvaluationInput<'_> {
     /// Tests a candidate's whole motion, posed at every sample over the whole attack.
     pub(super) fn test_whole(&self, index: usize, body: &mut MotionBody) -> Clearance {
         let test = self.exact_test(Extent::WHOLE);
-        test.on_built_motion(body, |motion| self.motion(index, motion))
+        let clearance = test.on_built_motion(body, |motion| self.motion(index, motion));
+        self.beside_obstacles((index, clearance), false, body)
     }
 
     /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.
@@ -155,4 +208,25 @@ impl EvaluationInput<'_> {
         }
         motion.extend(graph, request.attack.end() + 2.0 / SAMPLE_RATE);
     }
+}
+
+/// The clearance, or the harm by an obstacle where that is worse.
+pub(super) fn worse(clearance: Clearance, hit: Option<ObstacleHit>) -> Clearance {
+    match hit {
+        Some(hit) if -hit.harm < clearance.metres => Clearance {
+            metres: -hit.harm,
+            time: hit.time,
+            body_sphere: hit.sphere,
+        },
+        _ => clearance,
+    }
+}
+
+/// When an attack and the evasions that a motion plays before its end have ended, in seconds.
+pub(crate) fn evasions_end(graph: &MotionGraph, motion: &Motion, attack_end: f32) -> f32 {
+    let ends = motion.events(graph).filter_map(|(event, [start, end])| {
+        let is_evasion = graph.event(event).kind == EventKind::Evasion;
+        (is_evasion && start < attack_end).then_some(end)
+    });
+    ends.fold(attack_end, f32::max)
 }

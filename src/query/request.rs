@@ -3,6 +3,7 @@ use glam::Vec3;
 use super::attack::Attack;
 use super::clearance::PlacedEvasion;
 use super::evaluation::Evaluation;
+use super::obstacle::Obstacle;
 use super::retime::Durations;
 use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Playhead};
 use crate::maps::{BakedGraph, NodePath, PathId};
@@ -20,6 +21,8 @@ pub struct Request<'a> {
     pub playing: Option<(&'a Motion, f32)>,
     /// How many candidates are tested exactly. Default: [`Evaluation::Lazy`].
     pub evaluation: Evaluation,
+    /// Solids that no candidate may enter, where they are now. Default: none.
+    pub obstacles: &'a [Obstacle],
 }
 
 impl<'a> Request<'a> {
@@ -31,6 +34,7 @@ impl<'a> Request<'a> {
             attack,
             playing: None,
             evaluation: Evaluation::Lazy,
+            obstacles: &[],
         }
     }
 
@@ -56,6 +60,7 @@ pub(super) struct ActiveRequest {
     /// The offset that still fades out; otherwise empty.
     pub blend: Motion,
     pub evaluation: Evaluation,
+    pub obstacles: Vec<Obstacle>,
     /// The next node.
     pub node: NodeId,
     /// Time until the playhead is there, seconds.
@@ -77,6 +82,7 @@ impl Default for ActiveRequest {
             attack: Attack::empty(),
             blend: Motion::default(),
             evaluation: Evaluation::Lazy,
+            obstacles: Vec::new(),
             node: NodeId(0),
             wait: 0.0,
             available: 0.0,
@@ -93,6 +99,8 @@ impl ActiveRequest {
         self.attack.clone_from(request.attack);
         self.playhead = playhead;
         self.evaluation = request.evaluation;
+        self.obstacles.clear();
+        self.obstacles.extend_from_slice(request.obstacles);
         self.blend.clear();
         if let Some((motion, seconds)) = request.playing {
             self.blend.continue_blend(motion, seconds);

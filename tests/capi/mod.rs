@@ -1,5 +1,6 @@
 //! Promise: a program in C, built with `cc` against the header and the static library, opens a baked graph, dodges on its own
-//! Vulkan device by both paths, and gets the CPU's answer; one in C++ loads the graph from memory.
+//! Vulkan device by both paths, and gets the CPU's answer; one in C++ loads the graph from memory; others
+//! walk by keys among walls, dodge, save and load.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::{
@@ -62,9 +63,13 @@ fn static_library() -> PathBuf {
 fn program(compiler: &str, standard: &str, source: &str, folder: &Path) -> PathBuf {
     let program = folder.join(source).with_extension("");
     let mut command = Command::new(compiler);
+    let path = match source {
+        "walk.cpp" => root().join("examples").join(source),
+        _ => root().join("tests/capi/programs").join(source),
+    };
     command
         .args([standard, "-Wall", "-Wextra", "-Werror", "-D_GNU_SOURCE"])
-        .arg(root().join("tests/capi/programs").join(source))
+        .arg(path)
         .arg("-I")
         .arg(root().join("src/capi"))
         .arg(static_library())
@@ -94,6 +99,19 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     let said = output_of(Command::new(reader).args([&file, &damaged]));
     assert!(said.contains("24 joints, the last is "), "{said}");
     assert!(said.contains("refused: "), "{said}");
+
+    let game = program("cc", "-std=c99", "game.c", folder.path());
+    let said = output_of(Command::new(game).arg(&file));
+    assert!(said.contains("walked "), "{said}");
+
+    let walk = program("c++", "-std=c++17", "walk.cpp", folder.path());
+    let keys = folder.path().join("keys");
+    fs::write(&keys, "wwwwdddd  wwwwwwaaaa  ssss wwww ").unwrap();
+    let keys = fs::File::open(keys).unwrap();
+    let said = output_of(Command::new(walk).arg(&file).stdin(keys));
+    println!("{said}");
+    assert!(said.contains("missed by"), "{said}");
+    assert!(said.contains("entered the walls by 0.000 m"), "{said}");
 }
 
 /// Every function that the header declares is in the library, and no other.
@@ -111,8 +129,12 @@ fn the_header_declares_what_there_is() {
     };
     let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();
     let mut source = String::new();
-    for file in ["culler", "device", "graph", "status"] {
-        let text = fs::read_to_string(root().join(format!("src/capi/{file}.rs"))).unwrap();
+    for file in fs::read_dir(root().join("src/capi")).unwrap() {
+        let file = file.unwrap().path();
+        if file.extension().is_none_or(|ending| ending != "rs") {
+            continue;
+        }
+        let text = fs::read_to_string(file).unwrap();
         let defined = text.split("extern \"C\" fn ").skip(1);
         defined.for_each(|text| {
             source.push_str(&format!(

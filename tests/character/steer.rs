@@ -81,7 +81,7 @@ fn what_is_steered_plays_no_labelled_events_and_its_state_does_not_grow() {
             };
             characters.steer(id, goal).unwrap();
         }
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
         let edge = characters.playhead(id).unwrap().edge;
         assert_eq!(
             characters.baked().graph().edge(edge).event,
@@ -147,7 +147,7 @@ fn a_body_is_taken_back_from_any_pose_with_its_speed() {
         both.map(|(a, b)| a.angle_between(*b)).fold(0.0, f32::max)
     };
     assert!(turned(&resumed, &now) < 0.02, "{}", turned(&resumed, &now));
-    characters.step(FRAME, &mut Vec::new());
+    characters.step(FRAME, &[], &mut Vec::new());
     let mut later = Pose::default();
     characters.local_pose(id, &mut later).unwrap();
     let goes = (later.root - now.root) - (now.root - before.root);

@@ -37,7 +37,7 @@ fn what_is_said_of_a_threat_is_what_the_poses_show() {
             // Steps so short that the moments alone tell the distance.
             for _ in 0..1000 {
                 events.clear();
-                characters.step(1.0 / 500.0, &mut events);
+                characters.step(1.0 / 500.0, &[], &mut events);
                 if (threat.time..threat.time + f64::from(threat.seconds))
                     .contains(&characters.now())
                 {
@@ -90,7 +90,7 @@ fn nothing_pops_at_any_delay() {
             }
             let before: Vec<_> = ids.iter().map(|&id| joints(&mut game, id)).collect();
             other.restore(game.state()).unwrap();
-            other.step(MOMENT.0, &mut Vec::new());
+            other.step(MOMENT.0, &[], &mut Vec::new());
             for (&id, before) in ids.iter().zip(&before) {
                 let later = joints(&mut other, id);
                 let both = before.iter().zip(&later);
@@ -99,7 +99,7 @@ fn nothing_pops_at_any_delay() {
                 assert!(apart < MOMENT.1, "delay {delay}, frame {frame}: {apart} m");
             }
             let mut events = Vec::new();
-            game.step(FRAME, &mut events);
+            game.step(FRAME, &[], &mut events);
             let begins = |kind: CharacterEventKind| kind == CharacterEventKind::Began;
             began += events.iter().filter(|event| begins(event.kind)).count();
         }

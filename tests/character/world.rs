@@ -41,7 +41,7 @@ pub(super) fn spawn(characters: &mut Characters, count: usize) -> Vec<CharacterI
 
 pub(super) fn play(characters: &mut Characters, frames: usize) -> Vec<CharacterEvent> {
     let mut events = Vec::new();
-    (0..frames).for_each(|_| characters.step(FRAME, &mut events));
+    (0..frames).for_each(|_| characters.step(FRAME, &[], &mut events));
     events
 }
 

@@ -14,5 +14,6 @@ mod export;
 mod gltf;
 mod gltf_bad_input;
 mod gltf_events;
+mod mirror;
 mod props;
 mod readme;

@@ -37,6 +37,10 @@ pub struct SteerSettings {
     pub standing_turn: f32,
     /// Largest turn that a jump adds, in radians. Default 0.5.
     pub jump_turn: f32,
+    /// Distance that the root keeps from obstacles on the ground, in metres. Default 0.45.
+    pub clearance: f32,
+    /// Obstacles that are reached within this time are steered around, in seconds. Default 1.2.
+    pub foresight: f32,
     /// What stands idle repeats nothing within this time where the clips allow, in seconds. Default 10.
     pub repeat: f32,
 }
@@ -52,6 +56,8 @@ impl Default for SteerSettings {
             turn: 2.6,
             standing_turn: 1.6,
             jump_turn: 0.5,
+            clearance: 0.45,
+            foresight: 1.2,
             repeat: 10.0,
         }
     }

@@ -12,6 +12,7 @@ use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::{Motion, Playhead};
 use crate::maps::{BakedGraph, BodyTrack, SphereKey};
 use crate::math::Isa;
+use crate::query::obstacle::ObstacleScratch;
 
 /// The memory of tests, with the poses that several motions have in common. Keep it from one test to the next.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +21,7 @@ pub struct MotionBody {
     sweep: SweepScratch,
     /// A motion that is built for one test.
     motion: Motion,
+    pub(in crate::query) obstacles: ObstacleScratch,
 }
 
 /// The parts of a [`MotionBody`].

@@ -6,7 +6,7 @@ use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
     CrowdedTimes, IdleReport, Outcome, PLANS_PER_STEP, Scenario, Scenarios, Sight, SteerReport,
-    crowded, idle, steering,
+    Surroundings, crowded, idle, steering,
 };
 use serde_json::{Value, json};
 
@@ -29,7 +29,7 @@ pub(crate) struct Args {
 }
 
 /// Kinds of attacks, in the order of the table.
-const ROWS: [(&str, Scenario); 8] = [
+const ROWS: [(&str, Scenario); 10] = [
     ("one", scenario(1, Sight::Known)),
     ("two", scenario(2, Sight::Known)),
     ("three", scenario(3, Sight::Known)),
@@ -38,6 +38,8 @@ const ROWS: [(&str, Scenario); 8] = [
     ("feint", scenario(1, Sight::Feint)),
     ("feint_known", scenario(1, Sight::FeintKnown)),
     ("delayed", scenario(1, Sight::Known)),
+    ("walls", among(Surroundings::Walls)),
+    ("opponents", among(Surroundings::Opponents)),
 ];
 
 const fn scenario(balls: usize, sight: Sight) -> Scenario {
@@ -45,6 +47,14 @@ const fn scenario(balls: usize, sight: Sight) -> Scenario {
         balls,
         sight,
         delay: 0,
+        around: Surroundings::Empty,
+    }
+}
+
+const fn among(around: Surroundings) -> Scenario {
+    Scenario {
+        around,
+        ..scenario(1, Sight::Known)
     }
 }
 
@@ -56,6 +66,11 @@ struct Row {
     pops: u32,
     largest_pop: f32,
     takeovers: u32,
+    /// Number of attacks during which the body entered an obstacle.
+    entered: u32,
+    /// Deepest entry, in metres.
+    deepest: f32,
+    cornered: u32,
     /// Number of attacks by number of changes of plan; the last entry counts all that have more.
     changes: [u32; 8],
 }
@@ -113,6 +128,9 @@ impl Row {
         self.avoided += u32::from(outcome.avoided);
         self.pops += outcome.pops;
         self.takeovers += outcome.takeovers;
+        self.entered += u32::from(outcome.entered > 0.0);
+        self.deepest = self.deepest.max(outcome.entered);
+        self.cornered += u32::from(outcome.cornered > 0);
         self.largest_pop = self.largest_pop.max(outcome.largest_pop);
         if outcome.plans > 0 {
             let most = self.changes.len() - 1;
@@ -152,6 +170,13 @@ impl Report {
         })
     }
 
+    /// Number of attacks during which the body entered an obstacle, and the deepest entry, in metres.
+    fn entered(&self) -> (u32, f32) {
+        self.rows.iter().fold((0, 0.0), |(count, deepest), row| {
+            (count + row.entered, f32::max(deepest, row.deepest))
+        })
+    }
+
     fn feints_kept(&self) -> f64 {
         self.row("feint").share() / self.row("feint_known").share().max(1e-9)
     }
@@ -178,6 +203,14 @@ impl Report {
                 "feint": share("feint"),
                 "feint_known": share("feint_known"),
                 "delayed": share("delayed"),
+                "walls": share("walls"),
+                "opponents": share("opponents"),
+            },
+            "entered_obstacles": self.entered().0,
+            "deepest_entry_mm": number(1e3 * self.entered().1),
+            "cornered": {
+                "walls": self.row("walls").cornered,
+                "opponents": self.row("opponents").cornered,
             },
             "plan_changes_median": self.row("noise").changes_median(),
             "feints_kept": round(self.feints_kept()),
@@ -225,6 +258,7 @@ impl Report {
              steering: speed off by {:.1}%; direction within 10 degrees after {:.2} s in the median, {:.2} s at the 95th percentile\n\
              figure of eight: {:.2} m off at the 95th percentile, {:.2} m at most\n\
              idle: {:.0} events an hour; {:.1}% of the time repeats what was played within 10 s\n\
+             walls and opponents: {} attacks in which the body entered one, by {:.1} mm at most; cornered {} times\n\
              200 new threats in one step: {:.1} ms; with {PLANS_PER_STEP} plans a step {:.1} ms at most; a character's frame takes {:.1} microseconds\n",
             1e3 * largest,
             100.0 * self.feints_kept(),
@@ -235,6 +269,9 @@ impl Report {
             steer.path_error_max,
             idle.events_per_hour,
             100.0 * idle.repeated,
+            self.entered().0,
+            1e3 * self.entered().1,
+            self.row("walls").cornered + self.row("opponents").cornered,
             times.batch_200_ms,
             times.budget_200_ms,
             times.us_per_character,

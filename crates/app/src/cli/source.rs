@@ -49,6 +49,9 @@ pub(crate) struct ClipArgs {
     /// Events file (JSON) that labels evasions and attacks in the clips.
     #[arg(long, value_name = "FILE")]
     pub(crate) events: Option<PathBuf>,
+    /// Adds a mirrored copy of each clip and its events, left and right exchanged by the joints' names.
+    #[arg(long, requires = "clips")]
+    pub(crate) mirror: bool,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in
@@ -118,7 +121,12 @@ pub(crate) struct Made {
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let started = Instant::now();
-    let set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &args.read.options())?;
+    let mut set =
+        sabaki_import::read_clips(&args.clips, args.events.as_deref(), &args.read.options())?;
+    if args.mirror {
+        set.add_mirrored()
+            .map_err(|error| Failure::Usage(error.to_string()))?;
+    }
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &set.clips,

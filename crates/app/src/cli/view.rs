@@ -12,11 +12,11 @@ use sabaki::query::{CullPath, Enumerate};
 use sabaki_app::demo;
 use sabaki_app::headless::{DeviceChoice, Message};
 use sabaki_app::live::{
-    Event, Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, QueryWorkerDesc,
+    Drive, Event, Fighter, FighterSettings, LiveCrowd, LiveDuel, MapChoices, QueryWorkerDesc,
     with_query_worker,
 };
 use sabaki_app::window::{
-    Click, CrowdView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
+    Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
 use sabaki_draw::scene::{Crowd, FormationSettings};
 
@@ -65,6 +65,10 @@ pub(crate) struct Args {
     /// Delays every answer, in seconds, as on a slow device.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     delay: Option<f32>,
+    /// Drives a character with W A S D, Shift and Q E in a room, where opponents throw from all sides. F: it dodges by itself, or when
+    /// Space is pressed.
+    #[arg(long, conflicts_with_all = ["crowd", "duel"])]
+    drive: bool,
     /// Shows two characters that attack and avoid in turn.
     #[arg(long, conflicts_with = "crowd")]
     duel: bool,
@@ -137,6 +141,12 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         return Ok(Done::ok(String::new()));
     }
     let baked = args.graph.load()?.graph;
+    if args.drive {
+        let drive = Drive::new(&baked, args.seed);
+        let drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
+        args.show(&mut DriveView::new(drive), device, as_json)?;
+        return Ok(Done::ok(String::new()));
+    }
     if args.duel {
         return args.duel(&baked, device, as_json);
     }

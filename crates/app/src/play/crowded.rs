@@ -49,7 +49,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
                 characters.steer(id, walk((frame + 7 * index) as f32 * 0.7))?;
             }
         }
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
         for &id in &ids {
             joints_of(&mut characters, id, &mut joints)?;
         }
@@ -64,7 +64,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
     for _ in 0..BATCHES {
         threaten_all(&mut characters, &ids)?;
         let started = Instant::now();
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
         times.push(started.elapsed().as_secs_f32() * 1e3);
     }
     let settings = CharacterSettings {
@@ -76,7 +76,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
     let mut steps = Vec::new();
     for _ in 0..COUNT / PLANS_PER_STEP {
         let started = Instant::now();
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
         steps.push(started.elapsed().as_secs_f32() * 1e3);
     }
     Ok(CrowdedTimes {
@@ -91,7 +91,7 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
 fn threaten_all(characters: &mut Characters, ids: &[CharacterId]) -> Result<(), CharacterError> {
     let (mut joints, mut events) = (Vec::new(), Vec::new());
     for _ in 0..200 {
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
     }
     for &id in ids {
         joints_of(characters, id, &mut joints)?;
@@ -131,7 +131,7 @@ fn walking(
     }
     let mut events = Vec::new();
     for _ in 0..30 {
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
     }
     Ok((characters, ids))
 }

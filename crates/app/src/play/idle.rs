@@ -53,7 +53,7 @@ fn stand(baked: &Arc<BakedGraph>, index: usize, frames: usize) -> Result<[f32; 3
     let (mut played, mut events) = (Vec::new(), Vec::new());
     let (mut begun, mut repeated, mut before) = (0.0, 0.0, None);
     for _ in 0..frames {
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
         let playhead = characters.playhead(id)?;
         let event = graph.edge(playhead.edge).event;
         if event.is_some() && event != before {

@@ -2,6 +2,7 @@
 
 mod crowded;
 mod idle;
+mod room;
 mod steering;
 mod threats;
 
@@ -11,6 +12,7 @@ use sabaki::graph::{EdgeMotion, MotionGraph, Playhead};
 
 pub use crowded::{CrowdedTimes, PLANS_PER_STEP, crowded};
 pub use idle::{IdleReport, idle};
+pub use room::Surroundings;
 pub use steering::{SteerReport, steering};
 pub use threats::{Outcome, Scenario, Scenarios, Sight};
 

@@ -149,7 +149,7 @@ fn record(
         joints_of(characters, id, &mut joints)?;
         let root = joints[0].translation;
         roots.push(Vec2::new(root.x, root.z));
-        characters.step(FRAME, &mut events);
+        characters.step(FRAME, &[], &mut events);
     }
     Ok(())
 }

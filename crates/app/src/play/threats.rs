@@ -13,7 +13,9 @@ use sabaki::character::{
 use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
+use sabaki::query::Obstacle;
 
+use super::room::{Room, Surroundings};
 use super::{FRAME, joints_of};
 use crate::demo::throw::{ThrowSettings, random_of};
 
@@ -41,6 +43,8 @@ pub struct Scenario {
     pub sight: Sight,
     /// Frames from a query to the takeover of its answer.
     pub delay: u32,
+    /// What surrounds the character.
+    pub around: Surroundings,
 }
 
 /// How an attack ended.
@@ -58,6 +62,10 @@ pub struct Outcome {
     pub pops: u32,
     /// Number of takeovers.
     pub takeovers: u32,
+    /// Deepest entry of a sphere of the body into an obstacle at the end of a frame, in metres; 0 for none.
+    pub entered: f32,
+    /// Number of times that it was said that no motion avoids both threats and obstacles.
+    pub cornered: u32,
 }
 
 /// The part of a flight that is seen by [`Sight::Flying`], in metres.
@@ -91,6 +99,8 @@ struct Run<'a> {
     joints: Vec<JointTransform>,
     later: Vec<JointTransform>,
     centres: [Vec<Vec3>; 2],
+    room: Room,
+    obstacles: Vec<Obstacle>,
 }
 
 impl Scenarios {
@@ -144,6 +154,8 @@ impl Scenarios {
         game.set_delay(scenario.delay);
         ahead.set_delay(scenario.delay);
         let id = game.spawn(Rigid2::IDENTITY)?;
+        let room = Room::new(scenario.around, &mut random_of(seed ^ 0x5eed, index));
+        let room = room.map_err(|_| CharacterError::Value("the room"))?;
         let heading = random.random::<f32>() * TAU;
         let speed = 0.8 + 1.2 * random.random::<f32>();
         if random.random::<f32>() < 0.6 {
@@ -161,6 +173,8 @@ impl Scenarios {
             joints: Vec::new(),
             later: Vec::new(),
             centres: [Vec::new(), Vec::new()],
+            room,
+            obstacles: Vec::new(),
         };
         run.pass(random.random_range(30..150), &mut random)?;
         let mut known = Vec::new();
@@ -236,10 +250,12 @@ impl Run<'_> {
         self.ahead.restore(self.game.state())?;
         let frames = (seconds / FRAME) as usize;
         for _ in 0..frames {
-            self.ahead.step(FRAME, &mut events);
+            self.room.at(self.ahead.now(), &mut self.obstacles);
+            self.ahead.step(FRAME, &self.obstacles, &mut events);
         }
-        self.ahead
-            .step(seconds - frames as f32 * FRAME, &mut events);
+        self.room.at(self.ahead.now(), &mut self.obstacles);
+        let rest = seconds - frames as f32 * FRAME;
+        self.ahead.step(rest, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
         let body = self.game.baked().body();
         let index = (part * body.spheres.len() as f32) as usize;
@@ -280,15 +296,17 @@ impl Run<'_> {
             let before = self.game.state();
             let from = self.game.now();
             events.clear();
-            self.game.step(FRAME, &mut events);
+            self.room.at(from, &mut self.obstacles);
+            self.game.step(FRAME, &self.obstacles, &mut events);
             self.count(&events);
-            self.look_for_pops(before)?;
+            self.look_for_pops(before, from)?;
             let body = self.game.baked().body();
             body.centres(&self.joints, &mut self.centres[0]);
             joints_of(self.game, self.id, &mut self.joints)?;
             let body = self.game.baked().body();
             body.centres(&self.joints, &mut self.centres[1]);
             self.touch(from);
+            self.enter();
         }
         Ok(())
     }
@@ -301,6 +319,7 @@ impl Run<'_> {
                     self.outcome.changes += u32::from(is_change);
                 }
                 CharacterEventKind::Began => self.outcome.takeovers += 1,
+                CharacterEventKind::Cornered { .. } => self.outcome.cornered += 1,
                 _ => {}
             }
         }
@@ -365,12 +384,13 @@ impl Run<'_> {
     }
 
     /// How far the joints go within a moment from the start of the frame on.
-    fn look_for_pops(&mut self, before: CharactersState) -> Result<(), CharacterError> {
+    fn look_for_pops(&mut self, before: CharactersState, from: f64) -> Result<(), CharacterError> {
         const MOMENT: f32 = 2e-5;
         const POP: f32 = 0.005;
         let mut events = Vec::new();
         self.ahead.restore(before)?;
-        self.ahead.step(MOMENT, &mut events);
+        self.room.at(from, &mut self.obstacles);
+        self.ahead.step(MOMENT, &self.obstacles, &mut events);
         joints_of(self.ahead, self.id, &mut self.later)?;
         let both = self.joints.iter().zip(&self.later);
         let apart = both.map(|(a, b)| a.translation.distance(b.translation));
@@ -378,6 +398,18 @@ impl Run<'_> {
         self.outcome.largest_pop = self.outcome.largest_pop.max(largest);
         self.outcome.pops += u32::from(largest > POP);
         Ok(())
+    }
+
+    /// How deep the body is in an obstacle at the end of the frame.
+    fn enter(&mut self) {
+        self.room.at(self.game.now(), &mut self.obstacles);
+        let spheres = &self.game.baked().body().spheres;
+        for obstacle in &self.obstacles {
+            for (centre, sphere) in self.centres[1].iter().zip(spheres) {
+                let depth = sphere.radius - obstacle.distance(*centre, 0.0);
+                self.outcome.entered = self.outcome.entered.max(depth);
+            }
+        }
     }
 
     /// Whether a ball touches the body in the frame that began at `from`.

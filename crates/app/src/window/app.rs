@@ -13,7 +13,7 @@ use winit::window::{Window, WindowId};
 
 use super::desc::PACE;
 use super::gui::{Gui, PANEL, Sheet};
-use super::input::{Mouse, Wish};
+use super::input::{Mouse, Wish, held};
 use super::times::Times;
 use super::view::Seen;
 use super::{View, WindowDesc, WindowError};
@@ -337,6 +337,11 @@ impl ApplicationHandler for App<'_> {
         }
         if is_panels {
             self.mouse.let_go();
+            return;
+        }
+        if let Some((key, is_down)) = held(&event)
+            && self.view.hold(&key, is_down)
+        {
             return;
         }
         if let Some(wish) = self.mouse.wish(&event)

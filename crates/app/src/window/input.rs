@@ -66,6 +66,20 @@ impl Mouse {
     }
 }
 
+/// The key that an event presses or releases, for views that hold keys, and whether it is down.
+pub(super) fn held(event: &WindowEvent) -> Option<(String, bool)> {
+    let WindowEvent::KeyboardInput { event, .. } = event else {
+        return None;
+    };
+    let key = match &event.logical_key {
+        Key::Named(NamedKey::Space) => "space".to_owned(),
+        Key::Named(NamedKey::Shift) => "shift".to_owned(),
+        Key::Character(text) => text.to_lowercase(),
+        _ => return None,
+    };
+    Some((key, event.state == ElementState::Pressed))
+}
+
 fn key(event: &KeyEvent) -> Option<Wish> {
     if event.state != ElementState::Pressed {
         return None;

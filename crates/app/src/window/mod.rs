@@ -20,6 +20,7 @@
 mod app;
 mod crowd;
 mod desc;
+mod drive;
 mod duel;
 mod error;
 mod fighter;
@@ -36,6 +37,7 @@ use app::App;
 
 pub use crowd::CrowdView;
 pub use desc::{Click, WindowDesc};
+pub use drive::DriveView;
 pub use duel::DuelView;
 pub use error::WindowError;
 pub use fighter::FighterView;

@@ -45,6 +45,12 @@ pub trait View {
     /// Handles a key that the window does not use itself: its text in lower case.
     fn key(&mut self, key: &str);
 
+    /// Handles a key that goes down or up: its text in lower case, `space` or `shift`. Returns whether it is one of the view's; the
+    /// window then does not use it.
+    fn hold(&mut self, _key: &str, _is_down: bool) -> bool {
+        false
+    }
+
     /// The keys of the view and their descriptions.
     fn keys(&self) -> &'static [(&'static str, &'static str)];
 

@@ -1,0 +1,130 @@
+//! Promise: a mirrored clip is the reflection of the clip, with left and right exchanged; both halves lie in one graph; joints whose
+//! sides do not pair are named.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::graph::{self, EdgeMotion, GraphSettings};
+use sabaki_import::{ClipSet, MirrorError};
+use sabaki_testing::captures::{captures, source_of};
+
+fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
+    let joints = joints.iter().map(|(name, parent, offset)| Joint {
+        name: (*name).into(),
+        parent: parent.map(JointId),
+        offset: Vec3::from(*offset),
+        kind: JointKind::Moving,
+    });
+    let skeleton = Skeleton::new(joints.collect()).unwrap();
+    let desc = ClipDesc {
+        name: "still.bvh".into(),
+        frame_rate: 30.0,
+        roots: vec![Vec3::new(0.3, 0.9, 0.2)],
+        rotations: vec![Quat::from_euler(glam::EulerRot::XYZ, 0.1, 0.5, 0.2); skeleton.len()],
+        translations: Vec::new(),
+    };
+    ClipSet {
+        clips: vec![Clip::new(&skeleton, desc).unwrap()],
+        skeleton,
+        events: Vec::new(),
+        scales: vec![sabaki_import::Scale {
+            metres_per_unit: 1.0,
+            found: sabaki_import::ScaleSource::Given,
+        }],
+        repeated_names: Vec::new(),
+        warnings: Vec::new(),
+    }
+}
+
+/// Largest distance of a mirrored clip's joints from the reflection of the other side's.
+fn difference(set: &ClipSet, clip: usize) -> f32 {
+    let count = set.clips.len() / 2;
+    let (mut pose, mut joints, mut twins) = (Pose::default(), Vec::new(), Vec::new());
+    let mut most = 0.0f32;
+    let clips = [&set.clips[clip], &set.clips[clip + count]];
+    for frame in (0..clips[0].frames()).step_by(7) {
+        clips[0].pose(frame, &mut pose);
+        forward_kinematics(&set.skeleton, &pose, &mut joints);
+        clips[1].pose(frame, &mut pose);
+        forward_kinematics(&set.skeleton, &pose, &mut twins);
+        for id in set.skeleton.ids() {
+            let twin = set.skeleton.mirror(id).unwrap_or(id);
+            let reflected = joints[id.index()].translation * Vec3::new(-1.0, 1.0, 1.0);
+            most = most.max(reflected.distance(twins[twin.index()].translation));
+        }
+    }
+    most
+}
+
+#[test]
+fn a_mirrored_clip_is_the_reflection() {
+    let mut set = set(&[
+        ("Hips", None, [0.0; 3]),
+        ("LeftLeg", Some(0), [0.1, -0.4, 0.0]),
+        ("LeftFoot", Some(1), [0.02, -0.4, 0.1]),
+        ("Spine", Some(0), [0.0, 0.3, 0.0]),
+        ("RightLeg", Some(0), [-0.1, -0.4, 0.0]),
+        ("RightFoot", Some(4), [-0.02, -0.4, 0.1]),
+    ]);
+    set.add_mirrored().unwrap();
+    assert_eq!(set.clips[1].name(), "still.bvh:mirrored");
+    assert_eq!(Clip::title(set.clips[1].name()), "still mirrored");
+    assert!(difference(&set, 0) < 1e-5);
+}
+
+#[test]
+fn joints_whose_sides_do_not_pair_are_named() {
+    let hips = ("Hips", None, [0.0; 3]);
+    let left = ("LeftLeg", Some(0), [0.1, -0.4, 0.0]);
+    let error = |joints: &[_]| set(joints).add_mirrored().unwrap_err();
+    assert_eq!(error(&[hips]), MirrorError::NoSides);
+    assert_eq!(error(&[hips, left]), MirrorError::NoTwin("LeftLeg".into()));
+    let turned = error(&[hips, left, ("RightLeg", Some(0), [0.1, 0.4, 0.0])]);
+    assert!(turned.to_string().contains("LeftLeg"), "{turned}");
+    assert!(matches!(turned, MirrorError::Bones { .. }), "{turned}");
+    let hung = error(&[
+        hips,
+        left,
+        ("RightLeg", Some(0), [-0.1, -0.4, 0.0]),
+        ("LeftFoot", Some(2), [0.0, -0.4, 0.0]),
+        ("RightFoot", Some(2), [0.0, -0.4, 0.0]),
+    ]);
+    assert!(matches!(hung, MirrorError::Parents { .. }), "{hung}");
+}
+
+#[test]
+fn both_halves_of_real_capture_lie_in_one_graph() {
+    for folder in ["fight", "walk"] {
+        let Some(mut set) = captures(folder) else {
+            return;
+        };
+        let (count, events) = (set.clips.len(), set.events.len());
+        let seconds = |set: &ClipSet| {
+            let (graph, _) = graph::build(source_of(set), &GraphSettings::default()).unwrap();
+            let mut seconds = [0.0; 2];
+            let mut kept = 0;
+            for edge in graph.edges() {
+                let clip = graph.node(edge.from).clip.index();
+                if edge.motion == EdgeMotion::Clip {
+                    seconds[usize::from(clip >= count)] +=
+                        f64::from(edge.frames) / graph.frame_rate();
+                }
+                kept += usize::from(edge.event.is_some());
+            }
+            (seconds, kept)
+        };
+        let (alone, labelled) = seconds(&set);
+        set.add_mirrored().unwrap();
+        assert_eq!([set.clips.len(), set.events.len()], [2 * count, 2 * events]);
+        for clip in 0..count {
+            let most = difference(&set, clip);
+            assert!(most < 0.06, "{folder}, clip {clip}: {most} m");
+        }
+        let (both, doubled) = seconds(&set);
+        println!(
+            "{folder}: {alone:?} s alone, {both:?} s with the mirrored half; {labelled} and {doubled} events"
+        );
+        assert!(both[0] >= 0.95 * alone[0] && both[1] > 0.9 * alone[0]);
+        assert!(doubled >= 2 * labelled - 2, "{labelled} {doubled}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Goals, threats, obstacles and events, in C's layout and back.
+
+use glam::{Vec2, Vec3};
+
+use super::culler::SphereOut;
+use super::given_slice;
+use crate::character::{
+    CharacterEvent, CharacterEventKind, CharacterId, Goal, Threat, ThreatSphere,
+};
+use crate::query::Obstacle;
+
+/// `sabaki_goal`.
+#[repr(C)]
+pub(super) struct GoalIn {
+    kind: u32,
+    x: f32,
+    z: f32,
+    heading: f32,
+    has_heading: u32,
+    speed: f32,
+}
+
+/// `sabaki_threat`.
+#[repr(C)]
+pub(super) struct ThreatIn {
+    time: f64,
+    position: [f32; 3],
+    velocity: [f32; 3],
+    gravity: f32,
+    seconds: f32,
+    spheres: *const SphereOut,
+    sphere_count: u32,
+    has_target: u32,
+    target: u64,
+}
+
+/// `sabaki_obstacle`.
+#[repr(C)]
+pub(super) struct ObstacleIn {
+    kind: u32,
+    a: [f32; 3],
+    b: [f32; 3],
+    radius: f32,
+    heading: f32,
+    velocity: [f32; 3],
+    weight: f32,
+    corner_count: u32,
+    corners: *const f32,
+}
+
+/// `sabaki_event`.
+#[repr(C)]
+pub(super) struct EventOut {
+    character: u64,
+    time: f64,
+    threat: u64,
+    kind: u32,
+    is_change: u32,
+    metres: f32,
+    entered: f32,
+}
+
+impl GoalIn {
+    pub(super) fn goal(&self) -> Result<Goal, String> {
+        let at = Vec3::new(self.x, 0.0, self.z);
+        Ok(match self.kind {
+            0 => Goal::Idle,
+            1 => Goal::Walk {
+                velocity: at,
+                facing: (self.has_heading != 0).then_some(self.heading),
+            },
+            2 => Goal::Face {
+                heading: self.heading,
+            },
+            3 => Goal::GoTo {
+                point: at,
+                speed: self.speed,
+            },
+            4 => Goal::Stop,
+            other => return Err(format!("there is no goal {other}")),
+        })
+    }
+}
+
+impl ThreatIn {
+    /// # Safety
+    /// The spheres are valid.
+    pub(super) unsafe fn threat(&self) -> Result<Threat, String> {
+        // SAFETY: the caller vouches for the spheres.
+        let spheres = unsafe { given_slice(self.spheres, self.sphere_count as usize, "spheres")? };
+        let sphere = |sphere: &SphereOut| ThreatSphere {
+            offset: Vec3::from_array(sphere.center),
+            radius: sphere.radius,
+        };
+        Ok(Threat {
+            time: self.time,
+            position: Vec3::from_array(self.position),
+            velocity: Vec3::from_array(self.velocity),
+            gravity: self.gravity,
+            spheres: spheres.iter().map(sphere).collect(),
+            seconds: self.seconds,
+            target: (self.has_target != 0).then_some(CharacterId::from_bits(self.target)),
+        })
+    }
+}
+
+impl ObstacleIn {
+    /// # Safety
+    /// The corners are valid.
+    pub(super) unsafe fn obstacle(&self) -> Result<Obstacle, String> {
+        let (a, b) = (Vec3::from_array(self.a), Vec3::from_array(self.b));
+        let shape = match self.kind {
+            0 => Obstacle::half_space(a, b),
+            1 => Obstacle::block(a, b, self.heading),
+            2 => Obstacle::capsule(a, b, self.radius),
+            3 => {
+                let count = self.corner_count.min(1 << 16) as usize;
+                // SAFETY: the caller vouches for the corners.
+                let corners = unsafe { given_slice(self.corners, 2 * count, "corners")? };
+                let corners = corners.chunks_exact(2);
+                let corners: Vec<Vec2> = corners.map(|xz| Vec2::new(xz[0], xz[1])).collect();
+                Obstacle::polygon(&corners)
+            }
+            4 => Obstacle::disc(Vec2::new(a.x, a.z), self.radius),
+            other => return Err(format!("there is no obstacle {other}")),
+        };
+        let moving = shape.and_then(|shape| shape.moving(Vec3::from_array(self.velocity)));
+        let weighed = match self.weight {
+            0.0 => moving,
+            weight => moving.and_then(|shape| shape.weighing(weight)),
+        };
+        weighed.map_err(|error| error.to_string())
+    }
+}
+
+impl EventOut {
+    pub(super) fn of(event: &CharacterEvent) -> Self {
+        let mut out = Self {
+            character: event.character.to_bits(),
+            time: event.time,
+            threat: u64::MAX,
+            kind: 0,
+            is_change: 0,
+            metres: 0.0,
+            entered: 0.0,
+        };
+        match event.kind {
+            CharacterEventKind::Planned {
+                clearance,
+                is_change,
+            } => (out.metres, out.is_change) = (clearance, u32::from(is_change)),
+            CharacterEventKind::Kept { clearance } => (out.kind, out.metres) = (1, clearance),
+            CharacterEventKind::Began => out.kind = 2,
+            CharacterEventKind::Cannot => out.kind = 3,
+            CharacterEventKind::Cornered { hit, entered } => {
+                (out.kind, out.metres, out.entered) = (4, -hit, entered);
+            }
+            CharacterEventKind::MissedBy { threat, metres } => {
+                (out.kind, out.threat, out.metres) = (5, threat.0, metres);
+            }
+            CharacterEventKind::Hit { threat } => (out.kind, out.threat) = (6, threat.0),
+        }
+        out
+    }
+}

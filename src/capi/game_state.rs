@@ -1,0 +1,140 @@
+//! Bodies that are handed out and taken back, and saved games.
+
+use glam::{Quat, Vec3};
+
+use super::game::Game;
+use super::status::{OK, Status, call};
+use super::{given, given_mut, given_slice, given_slice_mut};
+use crate::anim::Pose;
+use crate::character::CharacterId;
+
+/// `sabaki_local_pose`.
+#[repr(C)]
+pub(super) struct LocalPose {
+    root: [f32; 3],
+    rotations: *const f32,
+    count: u32,
+}
+
+impl LocalPose {
+    /// # Safety
+    /// The rotations are valid.
+    unsafe fn read(&self, out: &mut Pose) -> Result<(), String> {
+        // SAFETY: the caller vouches for the rotations.
+        let rotations =
+            unsafe { given_slice(self.rotations, 4 * self.count as usize, "rotations")? };
+        out.root = Vec3::from_array(self.root);
+        out.rotations.clear();
+        let each = rotations.chunks_exact(4);
+        out.rotations.extend(each.map(Quat::from_slice));
+        Ok(())
+    }
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_local_pose_of(
+    game: *const Game,
+    character: u64,
+    root: *mut f32,
+    rotations: *mut f32,
+    count: usize,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's game, and place for 3 and four times `count` numbers.
+        let (game, root, rotations) = unsafe {
+            (
+                given(game, "game")?,
+                given_slice_mut(root, 3, "root")?,
+                given_slice_mut(rotations, 4 * count, "rotations")?,
+            )
+        };
+        let mut pose = Pose::default();
+        let id = CharacterId::from_bits(character);
+        game.characters.local_pose(id, &mut pose)?;
+        root.copy_from_slice(&pose.root.to_array());
+        for (out, rotation) in rotations.chunks_exact_mut(4).zip(&pose.rotations) {
+            rotation.write_to_slice(out);
+        }
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_release(game: *mut Game, character: u64) -> Status {
+    call(|| {
+        // SAFETY: the caller's game.
+        let game = unsafe { given_mut(game, "game")? };
+        game.characters.release(CharacterId::from_bits(character))?;
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_resume(
+    game: *mut Game,
+    character: u64,
+    before: *const LocalPose,
+    now: *const LocalPose,
+    seconds: f32,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's game, and poses with their rotations.
+        unsafe {
+            let game = given_mut(game, "game")?;
+            given(before, "before")?.read(&mut game.poses[0])?;
+            given(now, "now")?.read(&mut game.poses[1])?;
+            let [before, now] = &game.poses;
+            let id = CharacterId::from_bits(character);
+            game.characters.resume(id, [before, now], seconds)?;
+        }
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_save(
+    game: *const Game,
+    bytes: *mut u8,
+    room: usize,
+    size: *mut usize,
+) -> Status {
+    call(|| {
+        // SAFETY: the caller's game, room for that many bytes, and place for the size.
+        let (game, out, size) = unsafe {
+            (
+                given(game, "game")?,
+                given_slice_mut(bytes, room, "bytes")?,
+                given_mut(size, "size")?,
+            )
+        };
+        let saved = game.characters.save()?;
+        *size = saved.len();
+        if let Some(out) = out.get_mut(..saved.len()) {
+            out.copy_from_slice(&saved);
+        } else if !out.is_empty() {
+            return Err(format!("the saved game needs {} bytes", saved.len()).into());
+        }
+        Ok(OK)
+    })
+}
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_load(game: *mut Game, bytes: *const u8, size: usize) -> Status {
+    call(|| {
+        // SAFETY: the caller's game, and that many bytes.
+        let (game, bytes) =
+            unsafe { (given_mut(game, "game")?, given_slice(bytes, size, "bytes")?) };
+        game.characters.load(bytes)?;
+        Ok(OK)
+    })
+}

@@ -1,0 +1,38 @@
+//! Messages for the host's log.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::sync::{Mutex, PoisonError};
+
+/// `sabaki_log`.
+pub(super) type Log = Option<unsafe extern "C" fn(*mut c_void, *const c_char)>;
+
+/// The host's function, and what it is called with.
+#[derive(Clone, Copy)]
+struct Target {
+    log: Log,
+    user: *mut c_void,
+}
+
+// SAFETY: the host says that its function may be called from any thread, with this pointer.
+unsafe impl Send for Target {}
+
+static TARGET: Mutex<Target> = Mutex::new(Target {
+    log: None,
+    user: std::ptr::null_mut(),
+});
+
+/// # Safety
+/// As `sabaki.h` says.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn sabaki_set_log(log: Log, user: *mut c_void) {
+    *TARGET.lock().unwrap_or_else(PoisonError::into_inner) = Target { log, user };
+}
+
+/// Hands a message to the host.
+pub(super) fn log(words: &CStr) {
+    let target = *TARGET.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(log) = target.log {
+        // SAFETY: the host vouches for its function and pointer; the text ends with a zero byte.
+        unsafe { log(target.user, words.as_ptr()) }
+    }
+}
