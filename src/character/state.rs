@@ -7,6 +7,7 @@ use super::ids::ThreatId;
 use super::playing::Playing;
 use super::scratch::Worker;
 use super::steer::{SteerState, SteerStep};
+use super::steer_around::Side;
 use super::threat::{Threat, Window};
 use super::world::World;
 use crate::anim::forward_kinematics;
@@ -34,6 +35,8 @@ pub(super) struct CharacterState {
     pub next_seen: u64,
     /// Whether they could not be avoided, and when that is tried again.
     pub retry_at: Option<f64>,
+    /// The side on which an obstacle is passed.
+    pub side: Side,
     /// When the plan is tested against the obstacles again, in seconds.
     pub look_at: f64,
     /// Threats that are near, with the smallest distance so far.
@@ -72,6 +75,7 @@ impl CharacterState {
             seen: 0,
             next_seen: 0,
             retry_at: None,
+            side: Side::default(),
             look_at: 0.0,
             watched: Vec::new(),
             centres: Vec::new(),

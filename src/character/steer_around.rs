@@ -5,6 +5,7 @@
 //! any shape with a distance function is an obstacle.
 
 use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 use super::goal::{Aim, Goal, STANDING};
 use super::state::CharacterState;
@@ -30,64 +31,85 @@ struct Around<'a> {
 
 impl CharacterState {
     /// What the goal asks for, as far as obstacles allow it.
-    pub(super) fn steer_around(&self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
+    pub(super) fn steer_around(&mut self, world: &World<'_>, obstacles: &[Obstacle]) -> Aim {
         let place = self.ground(world.baked);
         let aim = self.goal.aim(place);
+        if obstacles.is_empty() {
+            self.side = Side::None;
+            return aim;
+        }
         let around = Around {
             obstacles,
             place,
             clearance: world.settings.steer.clearance,
             foresight: world.settings.steer.foresight,
         };
-        let is_bound = matches!(self.goal, Goal::GoTo { .. });
-        match obstacles.is_empty() {
-            true => aim,
-            false => Aim {
-                velocity: around.velocity(aim.velocity, is_bound),
-                ..aim
-            },
-        }
+        let wanted = Wanted {
+            velocity: aim.velocity,
+            is_bound: matches!(self.goal, Goal::GoTo { .. }),
+            side: self.side,
+        };
+        let (velocity, side) = around.velocity(wanted);
+        self.side = side;
+        Aim { velocity, ..aim }
     }
 }
 
+/// The side on which an obstacle is passed. It is kept until the way is free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Side {
+    #[default]
+    None,
+    Left,
+    Right,
+}
+
+/// What a character would do without obstacles.
+struct Wanted {
+    /// On the ground (x, z), in metres per second.
+    velocity: Vec2,
+    /// What is bound for a place goes around; what is not is slowed down by what it turns off.
+    is_bound: bool,
+    side: Side,
+}
+
 impl Around<'_> {
-    /// The velocity nearest to the wanted one that meets no obstacle. What is bound for a place goes around; what is not is slowed
-    /// down by what it turns off.
-    fn velocity(&self, wanted: Vec2, is_bound: bool) -> Vec2 {
-        let free = self.free(wanted);
+    /// The velocity nearest to the wanted one that meets no obstacle, and the side to which it turns off.
+    fn velocity(&self, wanted: Wanted) -> (Vec2, Side) {
+        let free = self.free(wanted.velocity);
         if free >= self.foresight {
-            return wanted;
+            return (wanted.velocity, Side::None);
         }
-        let stands = wanted.length() < STANDING;
-        let way = match stands {
-            true => Vec2::Y * ASIDE,
-            false => wanted,
+        let stands = wanted.velocity.length() < STANDING;
+        let sides = match wanted.side {
+            Side::None => &[Side::Left, Side::Right][..],
+            Side::Left => &[Side::Left],
+            Side::Right => &[Side::Right],
         };
-        let (count, angle) = TURNS;
-        let sides = if stands { 2 * count } else { count };
-        let mut best = (free, Vec2::ZERO);
-        for turn in 1..=sides {
-            for side in [-1.0, 1.0] {
-                let off = side * angle * f32::from(turn);
-                let slower = match is_bound || stands {
-                    true => off.cos().max(0.8),
-                    false => off.cos().max(0.0),
-                };
-                let velocity = Vec2::from_angle(off).rotate(way) * slower;
+        let mut best = (free, Vec2::ZERO, Side::None);
+        let count = if stands { 2 * TURNS.0 } else { TURNS.0 };
+        for turn in 1..=count {
+            for &side in sides {
+                let velocity = turned(&wanted, side, f32::from(turn) * TURNS.1);
                 let free = self.free(velocity);
                 if free > best.0 + 1e-3 {
-                    best = (free, velocity);
+                    best = (free, velocity, side);
                 }
             }
             if best.0 >= self.foresight {
-                return best.1;
+                return (best.1, best.2);
             }
+        }
+        if wanted.side != Side::None {
+            // The other side may be free.
+            let side = Side::None;
+            return self.velocity(Wanted { side, ..wanted });
         }
         // Nothing is free for long: slower, so that it stops in front of what is there.
         let share = (best.0 / self.foresight).clamp(0.0, 1.0);
         match best.1 == Vec2::ZERO {
-            true => wanted * (share - 0.3).max(0.0),
-            false => best.1 * share,
+            true => (wanted.velocity * (share - 0.3).max(0.0), Side::None),
+            false => (best.1 * share, best.2),
         }
     }
 
@@ -118,6 +140,22 @@ impl Around<'_> {
         }
         self.foresight
     }
+}
+
+/// The wanted velocity, turned off by an angle; that of a body that makes way if none is wanted.
+fn turned(wanted: &Wanted, side: Side, angle: f32) -> Vec2 {
+    let stands = wanted.velocity.length() < STANDING;
+    let way = if stands {
+        Vec2::Y * ASIDE
+    } else {
+        wanted.velocity
+    };
+    let slower = match wanted.is_bound || stands {
+        true => angle.cos().max(0.8),
+        false => angle.cos().max(0.0),
+    };
+    let angle = if side == Side::Left { -angle } else { angle };
+    Vec2::from_angle(angle).rotate(way) * slower
 }
 
 /// Distance of a point of the ground from what an obstacle is at the heights of a body, and the direction in which it grows.
