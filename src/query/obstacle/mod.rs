@@ -173,7 +173,7 @@ impl Obstacle {
     /// # Errors
     /// A velocity that is not finite or above 100 m/s.
     pub fn moving(self, velocity: Vec3) -> Result<Self, ObstacleError> {
-        if !(velocity.length() <= FASTEST) {
+        if !velocity.is_finite() || velocity.length() > FASTEST {
             return Err(ObstacleError::Value("the velocity"));
         }
         Ok(Self { velocity, ..self })
