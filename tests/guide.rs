@@ -12,7 +12,7 @@ use sabaki::maps::{MapGrid, PathSettings};
 use sabaki::query::{Attack, QuerySettings};
 use sabaki_import::{LONGEST_CLIP, gltf};
 
-const PAGES: [(&str, &str); 10] = [
+const PAGES: [(&str, &str); 15] = [
     ("from_clips.md", include_str!("../src/guide/from_clips.md")),
     ("paper.md", include_str!("../src/guide/paper.md")),
     ("culling.md", include_str!("../src/guide/culling.md")),
