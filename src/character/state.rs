@@ -131,6 +131,7 @@ impl CharacterState {
         if plans {
             self.avoid(index, world, worker);
         }
+        self.leave(world, &mut worker.plan);
         if self.pending.is_none() && world.now >= self.held_until {
             if self.has_plan {
                 self.has_plan = false;

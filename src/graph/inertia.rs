@@ -3,8 +3,9 @@
 //! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): after the cut only the new
 //! motion is evaluated. The offset of the old motion at the cut, with its velocity, is added as a quintic that decays to 0. Differs:
 //! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
-//! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. A foot that is planted at the same place in
-//! both motions stays there; a foot that has to move takes a step.
+//! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
+//! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
+//! and no toe is lower than in the lower one of both motions.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -82,13 +83,15 @@ impl Weights {
     }
 }
 
-/// Decaying offset of a foot's position and rotation, in the space of the motion.
+/// Decaying offset of the position of a foot's toe and of the foot's rotation, in the space of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct FootDecay {
     place: Decay,
     rotation: Decay,
     /// Height to which the foot is lifted on its way, in metres.
     lift: f32,
+    /// Height of the toe at the cut, in metres.
+    floor: f32,
 }
 
 /// Decaying offsets after one cut of a motion.
@@ -139,7 +142,7 @@ impl Inertia {
         self.joints.extend(turns);
         self.feet.clear();
         for leg in graph.feet().legs() {
-            let foot = |pose: &Pose| Chain::of(skeleton, pose).global(leg.foot);
+            let foot = |pose: &Pose| Foot::of(skeleton, pose, leg).at_toe;
             let (from, to) = (
                 [foot(&from[0]), foot(&from[1])],
                 [foot(&to[0]), foot(&to[1])],
@@ -175,7 +178,10 @@ impl Inertia {
     /// Whether it fits a skeleton: asked of what is read from a file.
     pub(super) fn is_sound(&self, joints: usize, legs: usize) -> bool {
         let feet = { self.feet.iter() }.all(|foot| {
-            foot.place.is_finite() && foot.rotation.is_finite() && foot.lift.is_finite()
+            foot.place.is_finite()
+                && foot.rotation.is_finite()
+                && foot.lift.is_finite()
+                && foot.floor.is_finite()
         });
         let lists = [&self.joints, &self.places];
         let finite = lists.iter().all(|list| list.iter().all(Decay::is_finite));
@@ -235,6 +241,25 @@ impl Inertia {
     }
 }
 
+/// The frame of a foot with its origin at the toe, and the position of the toe in the ankle's frame.
+struct Foot {
+    at_toe: JointTransform,
+    toe: Vec3,
+}
+
+impl Foot {
+    fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
+        let chain = Chain::of(skeleton, pose);
+        let toe = chain.within(leg.toe_or_foot(), leg.foot).translation;
+        let ankle = chain.global(leg.foot);
+        let at_toe = JointTransform {
+            translation: ankle.point(toe),
+            ..ankle
+        };
+        Self { at_toe, toe }
+    }
+}
+
 impl FootDecay {
     fn new(from: [JointTransform; 2], to: [JointTransform; 2], step: f32) -> Self {
         let apart = |at: usize| from[at].translation - to[at].translation;
@@ -245,21 +270,25 @@ impl FootDecay {
             place: Decay::new(apart(0), apart(1), step),
             rotation: decay_of_turn([turn(0), turn(1)], step),
             lift: share * (way - DRAGGED).clamp(0.0, most / share),
+            floor: from[0].translation.y,
         }
     }
 
-    /// Frame of a foot with its offset added.
+    /// Frame of the ankle with the foot's offset added.
     fn foot(
         &self,
         skeleton: &Skeleton,
         pose: &Pose,
         (leg, weights): (&Leg, Weights),
     ) -> JointTransform {
-        let foot = Chain::of(skeleton, pose).global(leg.foot);
+        let Foot { at_toe, toe } = Foot::of(skeleton, pose, leg);
         let lift = Vec3::Y * (self.lift * weights.lift);
+        let mut place = at_toe.translation + self.place.at(weights) + lift;
+        place.y = place.y.max(at_toe.translation.y.min(self.floor));
+        let rotation = (turn_of(self.rotation.at(weights)) * at_toe.rotation).normalize();
         JointTransform {
-            rotation: (turn_of(self.rotation.at(weights)) * foot.rotation).normalize(),
-            translation: foot.translation + self.place.at(weights) + lift,
+            rotation,
+            translation: place - rotation * toe,
         }
     }
 }

@@ -51,7 +51,7 @@ pub use body_sphere::BodySphere;
 pub(crate) use coarse::{CoarseMap, CoarseRegion};
 pub(crate) use disc::{Disc, SUB_TEXELS};
 pub(crate) use drawings::{CLOCK_ERROR, HALF_DIAGONAL, ROUNDING};
-pub use entries::{EntryReport, EntrySettings, PlausibilitySettings};
+pub use entries::{EntryReport, EntrySettings, PlausibilitySettings, Stretches};
 pub(crate) use entries::{EntryTable, KnownEntry, Stance};
 pub use evasion::Evasion;
 pub(crate) use fixed_transform::FixedTransform2;

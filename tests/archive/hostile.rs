@@ -142,6 +142,7 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["atlas"]["attacks"] = json!([]);
     let moments = whole["entries"]["ends"].as_array().unwrap().len();
     empty["entries"]["ends"] = json!(vec![0; moments]);
+    empty["entries"]["exits"] = json!({ "targets": [], "ends": vec![0; moments], "exits": [] });
     for list in ["targets", "entries"] {
         empty["entries"][list] = json!([]);
     }

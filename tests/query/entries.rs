@@ -20,7 +20,7 @@ use sabaki_app::demo::by_time::{BallSettings, BallThrower, TimedThrow};
 use sabaki_app::demo::throw::RandomDraw;
 
 /// Some moments' first entries: the natural motion, when it is entered, and what.
-fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
+pub(super) fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
     let graph = baked.graph();
     let mut found = Vec::new();
     for edge in graph.edge_ids().step_by(7) {
@@ -40,7 +40,7 @@ fn entered(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
     found
 }
 
-fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<Vec3> {
+pub(super) fn centres(baked: &BakedGraph, motion: &Motion, seconds: f32) -> Vec<Vec3> {
     let (mut pose, mut joints, mut out) = (Pose::default(), Vec::new(), Vec::new());
     motion.sample(baked.graph(), seconds, &mut pose);
     forward_kinematics(baked.graph().skeleton(), &pose, &mut joints);
@@ -84,7 +84,7 @@ fn an_entry_begins_where_the_motion_is_and_ends_on_its_clip() {
 }
 
 /// Of each joint, radians per second.
-fn speeds(from: &Pose, to: &Pose, rate: f32) -> Vec<f32> {
+pub(super) fn speeds(from: &Pose, to: &Pose, rate: f32) -> Vec<f32> {
     let angle = |(from, to): (&Quat, &Quat)| from.angle_between(*to) * rate;
     from.rotations
         .iter()

@@ -6,6 +6,8 @@ mod cull_cpu;
 mod culling;
 mod determinism;
 mod entries;
+mod exits;
+mod feet;
 mod pause;
 mod query_alloc;
 mod tracks;

@@ -189,10 +189,7 @@ impl BakedGraph {
     /// Entries into evasions at a moment of a motion, each as it would be played at rate 1.
     #[must_use]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        motion.sample(&self.graph, seconds, &mut pose);
-        forward_kinematics(self.graph.skeleton(), &pose, &mut joints);
-        let stance = self.stance(&joints);
+        let stance = self.stance_at(motion, seconds);
         let entry = |known: &KnownEntry| {
             let index = usize::from(known.target);
             let target = self.entries.targets()[index];
@@ -207,6 +204,38 @@ impl BakedGraph {
         let playhead = motion.playhead(&self.graph, seconds);
         let known = self.entries.at(&self.graph, playhead);
         known.iter().map(entry).collect()
+    }
+
+    /// Ways back into natural motion at a moment of a motion, also inside an evasion or an attack. The one that changes the motion least
+    /// comes first. [`Motion::enter`] takes one.
+    #[must_use]
+    pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
+        let playhead = motion.playhead(&self.graph, seconds);
+        let known = self.entries.exits_at(&self.graph, playhead);
+        if known.is_empty() {
+            return Vec::new();
+        }
+        let stance = self.stance_at(motion, seconds);
+        let exit = |known: &KnownEntry| {
+            let index = usize::from(known.target);
+            let target = self.entries.exits().targets()[index];
+            let to = &self.entry_tracks.exit_stances[index];
+            Entry {
+                edge: target.edge,
+                frame: target.edge_frame as f32,
+                clip_to_world: stance.align(to, known.pin()),
+                rate: 1.0,
+                blend: known.exit_blend(),
+            }
+        };
+        known.iter().map(exit).collect()
+    }
+
+    fn stance_at(&self, motion: &Motion, seconds: f32) -> Stance {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        motion.sample(&self.graph, seconds, &mut pose);
+        forward_kinematics(self.graph.skeleton(), &pose, &mut joints);
+        self.stance(&joints)
     }
 
     /// Whether an evasion can be entered from a moment of the graph.

@@ -1,17 +1,20 @@
-//! Search for the entries of all moments.
+//! Search for the entries and exits of all moments.
 
 use glam::Vec3;
 
 use super::limits::{DEPARTURES, Examiner, MotionLimits, head};
-use super::{BLENDS, EntrySettings, EntryTable, EntryTarget, KnownEntry, RATES, Stance};
+use super::targets::{ClipFrame, ClipPlaces, natural, targets};
+use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
 use crate::anim::{Pose, forward_kinematics};
-use crate::graph::{ClipId, EdgeId, EdgeMotion, Entry, Motion, MotionGraph, Playhead};
+use crate::graph::{ClipId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::Evasion;
 use crate::math::{Rigid2, in_parallel};
 
 /// Maximum horizontal distance of root and feet, in metres. Most pairs beyond it fail the later tests, which are slower.
 const ROOT_APART: f32 = 0.25;
 const FOOT_APART: f32 = 0.45;
+/// A foot is pinned by preference if it stands so many frames after the target too.
+const STAYS: u32 = 4;
 
 impl EntryTable {
     /// Finds all entries of a graph. The result does not depend on the number of threads.
@@ -25,31 +28,18 @@ impl EntryTable {
             return Self::default();
         }
         let places = ClipPlaces::new(graph);
+        let limits = MotionLimits::learn(graph, &settings.plausible);
+        let targets = targets(graph, evasions, settings, &places);
         let mut table = Self {
-            limits: MotionLimits::learn(graph, &settings.plausible),
             step: settings.moment_step,
-            targets: targets(graph, evasions, settings, &places),
             first_moment: vec![0],
             ..Self::default()
         };
-        let finder = Finder {
-            graph,
-            limits: &table.limits,
-            stances: { table.targets.iter() }
-                .map(|target| Stance::of_frame(graph, clip_of(graph, target), target.frame))
-                .collect(),
-            points: { table.targets.iter() }
-                .map(|target| {
-                    let clip = clip_of(graph, target);
-                    let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
-                    let last = graph.clip(clip).frames() as u32 - 1;
-                    Points::of(graph, clip, (target.frame + after.round() as u32).min(last))
-                })
-                .collect(),
-            targets: &table.targets,
-            most: settings.most as usize,
-            places: &places,
-        };
+        let frames =
+            { targets.iter() }.map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
+        let entries = Finder::new((graph, &limits), &places, frames.collect());
+        let frames = natural(graph, settings.target_step);
+        let exits = Finder::new((graph, &limits), &places, frames);
         let clips = graph.clips().len();
         let moments = |clip: usize| {
             graph.clips()[clip]
@@ -66,14 +56,22 @@ impl EntryTable {
             let mut scratch = Scratch::default();
             let own = &all[number * batch..((number + 1) * batch).min(all.len())];
             own.iter()
-                .map(|&place| finder.moment(place, &mut scratch))
+                .map(|&place| {
+                    let entries = entries.entries(place, settings.most as usize, &mut scratch);
+                    (entries, exits.exits(place, &mut scratch))
+                })
                 .collect::<Vec<_>>()
         });
-        for list in found.into_iter().flatten() {
-            table.cut += u64::from(list.len() == settings.most as usize);
-            table.entries.extend(list);
+        for (entries, exits) in found.into_iter().flatten() {
+            table.cut += u64::from(entries.len() == settings.most as usize);
+            table.entries.extend(entries);
             table.ends.push(table.entries.len() as u32);
+            table.exits.push(&exits);
         }
+        table.exits.targets = { exits.targets.iter() }
+            .map(|target| (target.edge, target.edge_frame).into())
+            .collect();
+        (table.limits, table.targets) = (limits, targets);
         for clip in 0..clips {
             table
                 .first_moment
@@ -81,91 +79,6 @@ impl EntryTable {
         }
         table
     }
-}
-
-fn clip_of(graph: &MotionGraph, target: &EntryTarget) -> ClipId {
-    graph.node(graph.edge(target.edge).from).clip
-}
-
-/// The edges that play the frames of each clip.
-struct ClipPlaces {
-    /// First frame and edge, by clip, in order.
-    edges: Vec<Vec<(u32, u32, EdgeId)>>,
-}
-
-impl ClipPlaces {
-    fn new(graph: &MotionGraph) -> Self {
-        let mut edges = vec![Vec::new(); graph.clips().len()];
-        for id in graph.edge_ids() {
-            let edge = graph.edge(id);
-            if edge.motion == EdgeMotion::Clip {
-                let from = graph.node(edge.from);
-                edges[from.clip.index()].push((from.frame, from.frame + edge.frames, id));
-            }
-        }
-        edges.iter_mut().for_each(|list| list.sort_unstable());
-        Self { edges }
-    }
-
-    /// Edge that plays a frame, and the position on it in frames.
-    fn find(&self, clip: ClipId, frame: u32) -> Option<(EdgeId, u32)> {
-        let list = &self.edges[clip.index()];
-        let after = list.partition_point(|&(first, _, _)| first <= frame);
-        let &(first, end, edge) = list.get(after.checked_sub(1)?)?;
-        (frame < end).then_some((edge, frame - first))
-    }
-}
-
-/// Frames that can be entered, sorted by evasion and frame.
-fn targets(
-    graph: &MotionGraph,
-    evasions: &[Evasion],
-    settings: &EntrySettings,
-    places: &ClipPlaces,
-) -> Vec<EntryTarget> {
-    let mut settings = *settings;
-    settings.target_step = settings.target_step.max(1);
-    loop {
-        let targets = targets_at_steps(graph, evasions, &settings, places);
-        if targets.len() <= (settings.most_targets as usize).max(evasions.len()) {
-            return targets;
-        }
-        settings.target_step += 1;
-    }
-}
-
-fn targets_at_steps(
-    graph: &MotionGraph,
-    evasions: &[Evasion],
-    settings: &EntrySettings,
-    places: &ClipPlaces,
-) -> Vec<EntryTarget> {
-    let frames = |seconds: f32| (f64::from(seconds) * graph.frame_rate()).round() as u32;
-    let mut targets = Vec::new();
-    for (index, evasion) in evasions.iter().enumerate() {
-        let edge = graph.edge(evasion.edge);
-        let start = graph.node(edge.from);
-        let last = start.frame + edge.frames.min(frames(settings.late));
-        let mut frame = start.frame;
-        // Where the lead-in is not in the graph, it cannot be played.
-        let earliest = start.frame.saturating_sub(frames(settings.lead_in));
-        let step = settings.target_step.max(1);
-        while frame >= earliest + step && places.find(start.clip, frame - step).is_some() {
-            frame -= step;
-        }
-        while frame < last && targets.len() < usize::from(u16::MAX) {
-            if let Some((edge, edge_frame)) = places.find(start.clip, frame) {
-                targets.push(EntryTarget {
-                    evasion: index as u16,
-                    frame,
-                    edge,
-                    edge_frame,
-                });
-            }
-            frame += step;
-        }
-    }
-    targets
 }
 
 /// A permutation of the numbers below `count` in which each prefix is spread evenly.
@@ -208,26 +121,67 @@ struct Scratch {
     examiner: Examiner,
 }
 
+/// The search among some frames.
 struct Finder<'a> {
     graph: &'a MotionGraph,
     limits: &'a MotionLimits,
-    targets: &'a [EntryTarget],
-    /// Maximum number of entries of a moment.
-    most: usize,
+    places: &'a ClipPlaces,
+    targets: Vec<ClipFrame>,
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
-    places: &'a ClipPlaces,
 }
 
-impl Finder<'_> {
-    /// Finds the entries of a frame of a clip.
-    fn moment(&self, (clip, frame): (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
-        let (graph, clip) = (self.graph, ClipId(clip as u32));
-        let Some((edge, edge_frame)) = self.places.find(clip, frame) else {
-            return Vec::new();
+/// A frame of a clip that is left.
+struct Departed {
+    clip: ClipId,
+    /// The frame at which the cut is made.
+    now: u32,
+    /// The frame before it.
+    before: Playhead,
+    stance: Stance,
+    standing: Vec<bool>,
+    ways: [Points; 2],
+}
+
+/// How a target is aligned.
+#[derive(Clone, Copy)]
+struct Aligned {
+    pin: Option<usize>,
+    align: Rigid2,
+    /// Departure of hips and head and distance of the feet, in metres.
+    cost: f32,
+    /// Whether hips and head go on well enough for a short blend.
+    goes_on: bool,
+}
+
+impl<'a> Finder<'a> {
+    fn new(
+        (graph, limits): (&'a MotionGraph, &'a MotionLimits),
+        places: &'a ClipPlaces,
+        targets: Vec<ClipFrame>,
+    ) -> Self {
+        let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
+        let points = |target: &ClipFrame| {
+            let last = graph.clip(target.clip).frames() as u32 - 1;
+            let frame = (target.frame + after.round() as u32).min(last);
+            Points::of(graph, target.clip, frame)
         };
-        // Its speed is that from the frame before, or to the next one.
+        Self {
+            graph,
+            limits,
+            places,
+            stances: { targets.iter() }
+                .map(|target| Stance::of_frame(graph, target.clip, target.frame))
+                .collect(),
+            points: targets.iter().map(points).collect(),
+            targets,
+        }
+    }
+
+    fn depart(&self, (clip, frame): (usize, u32)) -> Option<Departed> {
+        let (graph, clip) = (self.graph, ClipId(clip as u32));
+        let (edge, edge_frame) = self.places.find(clip, frame)?;
         let before = Playhead {
             edge,
             frame: edge_frame as f32,
@@ -235,40 +189,38 @@ impl Finder<'_> {
         };
         let legs = graph.feet().legs().len().min(Stance::LEGS);
         let now = frame + 1;
-        let last = graph.clip(clip).frames() as u32 - 1;
-        let stance = Stance::of_frame(graph, clip, now.min(last));
-        let standing: Vec<bool> = (0..legs)
-            .map(|leg| graph.feet().stands(clip, leg, now.min(last)))
-            .collect();
-        let ways = [frame, now.min(last)].map(|frame| Points::of(graph, clip, frame));
+        let at = now.min(graph.clip(clip).frames() as u32 - 1);
+        Some(Departed {
+            clip,
+            now,
+            before,
+            stance: Stance::of_frame(graph, clip, at),
+            standing: (0..legs)
+                .map(|leg| graph.feet().stands(clip, leg, at))
+                .collect(),
+            ways: [frame, at].map(|frame| Points::of(graph, clip, frame)),
+        })
+    }
+
+    /// Finds entries of a frame of a clip.
+    fn entries(&self, place: (usize, u32), most: usize, scratch: &mut Scratch) -> Vec<KnownEntry> {
         let mut found = Vec::new();
+        let Some(from) = self.depart(place) else {
+            return found;
+        };
         for target in spread(self.targets.len()) {
-            if found.len() == self.most {
+            if found.len() == most {
                 break;
             }
-            let at = &self.targets[target];
-            // What goes on by itself is no entry.
-            let ahead = i64::from(at.frame) - i64::from(now);
-            if clip_of(graph, at) == clip && ahead.abs() <= 3 {
-                continue;
-            }
-            let Some(pin) = self.pin((&stance, &standing), target) else {
+            let Some(aligned) = self.align(&from, target) else {
                 continue;
             };
-            let align = stance.align(&self.stances[target], pin);
-            if !self.goes_on(ways, target, align) {
+            if !aligned.goes_on {
                 continue;
             }
-            let mut entry = Entry {
-                edge: at.edge,
-                frame: at.edge_frame as f32,
-                clip_to_world: align,
-                rate: 1.0,
-                blend: 0.0,
-            };
             let mut plausible = |blend: usize, rate: usize| {
-                (entry.blend, entry.rate) = (BLENDS[blend], RATES[rate]);
-                self.is_plausible(before, &entry, (&standing, scratch))
+                let how = (BLENDS[blend], RATES[rate]);
+                self.is_plausible(&from, (target, aligned), how, scratch)
             };
             let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
                 continue;
@@ -276,16 +228,77 @@ impl Finder<'_> {
             let fastest = (1..RATES.len())
                 .take_while(|&rate| plausible(blend, rate))
                 .last();
-            let how = (blend, pin, fastest.unwrap_or(0));
+            let how = (blend, aligned.pin, fastest.unwrap_or(0));
             found.push(KnownEntry::new(target as u16, how));
         }
         found.sort_unstable_by_key(|entry| entry.target);
         found
     }
 
-    /// Whether hips and head go on well enough: after the longest blend the body is where the target's clip has it, so that no
-    /// pose of the blend is needed to tell.
-    fn goes_on(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> bool {
+    /// Finds exits of a frame of a clip, the least departure first.
+    fn exits(&self, place: (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
+        /// Maximum number of exits of a moment.
+        const MOST: usize = 3;
+        /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
+        const EXAMINED: usize = 24;
+        const LAST: usize = 192;
+        /// Exits of one moment lead to frames so far apart in their clip, at least.
+        const APART: u32 = 10;
+        let mut found: Vec<KnownEntry> = Vec::new();
+        let Some(from) = self.depart(place) else {
+            return found;
+        };
+        let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
+            .filter_map(|target| {
+                let aligned = self.align(&from, target)?;
+                Some((aligned.cost, target, aligned))
+            })
+            .collect();
+        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (rank, (_, target, aligned)) in nearest.into_iter().enumerate() {
+            if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
+                break;
+            }
+            let at = self.targets[target];
+            let is_alike = |known: &KnownEntry| {
+                let other = self.targets[usize::from(known.target)];
+                other.clip == at.clip && other.frame.abs_diff(at.frame) < APART
+            };
+            if found.iter().any(is_alike) {
+                continue;
+            }
+            let plausible = |&blend: &usize| {
+                let how = (EXIT_BLENDS[blend], 1.0);
+                self.is_plausible(&from, (target, aligned), how, scratch)
+            };
+            let blend = (0..EXIT_BLENDS.len()).find(plausible);
+            found
+                .extend(blend.map(|blend| KnownEntry::new(target as u16, (blend, aligned.pin, 0))));
+        }
+        found
+    }
+
+    /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
+    fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
+        let at = &self.targets[target];
+        let ahead = i64::from(at.frame) - i64::from(from.now);
+        if at.clip == from.clip && ahead.abs() <= 3 {
+            return None;
+        }
+        let (apart, pin) = self.pin((&from.stance, &from.standing), target)?;
+        let align = from.stance.align(&self.stances[target], pin);
+        let (departed, goes_on) = self.departed(from.ways, target, align);
+        Some(Aligned {
+            pin,
+            align,
+            cost: apart + departed,
+            goes_on,
+        })
+    }
+
+    /// Departure of hips and head from constant velocity, in metres, and whether it is small enough: after the longest blend of an entry the
+    /// body is where the target's clip has it, so that no pose of the blend is needed to tell.
+    fn departed(&self, [before, now]: [Points; 2], target: usize, align: Rigid2) -> (f32, bool) {
         let last = DEPARTURES.len() - 1;
         let frames = (DEPARTURES[last] * self.graph.frame_rate() as f32).round();
         let then = self.points[target];
@@ -294,14 +307,25 @@ impl Finder<'_> {
         };
         let hip = off(before.hip, now.hip, then.hip).with_y(0.0).length();
         let head = off(before.head, now.head, then.head).length();
-        hip <= self.limits.hip_departure[last] && head <= self.limits.head_departure[last]
+        let fits =
+            hip <= self.limits.hip_departure[last] && head <= self.limits.head_departure[last];
+        (hip + head, fits)
     }
 
-    /// What stays in place: of the feet that stand the one that leaves root and the other feet least far apart; `None` where all
-    /// leave them too far.
-    fn pin(&self, (stance, standing): (&Stance, &[bool]), target: usize) -> Option<Option<usize>> {
-        let other = &self.stances[target];
-        let standing_legs = (0..standing.len()).filter(|&leg| standing[leg]).map(Some);
+    /// What stays in place: of the feet that stand in both motions (if there is none, of those that stand) the one that leaves root and the
+    /// other feet least far apart; `None` where all leave them too far.
+    fn pin(
+        &self,
+        (stance, standing): (&Stance, &[bool]),
+        target: usize,
+    ) -> Option<(f32, Option<usize>)> {
+        let (other, at) = (&self.stances[target], &self.targets[target]);
+        let stays =
+            |leg: usize| standing[leg] && self.graph.feet().stands(at.clip, leg, at.frame + STAYS);
+        let any_stays = (0..standing.len()).any(stays);
+        let standing_legs = (0..standing.len())
+            .filter(|&leg| standing[leg] && (stays(leg) || !any_stays))
+            .map(Some);
         let none = (!standing.contains(&true)).then_some(None);
         let pins = standing_legs.chain(none);
         let costs = pins.filter_map(|pin| {
@@ -309,24 +333,31 @@ impl Finder<'_> {
             let furthest = feet[..standing.len()].iter().copied().fold(0.0, f32::max);
             (root <= ROOT_APART && furthest <= FOOT_APART).then_some((root + 0.3 * furthest, pin))
         });
-        let least = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(least.1)
+        costs.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn is_plausible(
         &self,
-        before: Playhead,
-        entry: &Entry,
-        (standing, scratch): (&[bool], &mut Scratch),
+        from: &Departed,
+        (target, aligned): (usize, Aligned),
+        (blend, rate): (f32, f32),
+        scratch: &mut Scratch,
     ) -> bool {
-        let graph = self.graph;
+        let (graph, at) = (self.graph, &self.targets[target]);
+        let entry = Entry {
+            edge: at.edge,
+            frame: at.edge_frame as f32,
+            clip_to_world: aligned.align,
+            rate,
+            blend,
+        };
         let Scratch { motion, examiner } = scratch;
-        let rate = graph.frame_rate() as f32;
-        motion.restart(graph, before, []);
-        motion.enter(graph, 1.0 / rate, entry);
-        motion.extend(graph, 0.6);
-        let blend = (entry.blend * rate).ceil() as usize;
-        let looked_at = (&*motion, blend, standing);
+        let frame_rate = graph.frame_rate() as f32;
+        motion.restart(graph, from.before, []);
+        motion.enter(graph, 1.0 / frame_rate, &entry);
+        motion.extend(graph, 1.0);
+        let blend = (entry.blend * frame_rate).ceil() as usize;
+        let looked_at = (&*motion, blend, &from.standing[..]);
         examiner.examine(graph, self.limits, looked_at).is_ok()
     }
 }

@@ -1,19 +1,23 @@
-//! Entries: cuts into evasions from any moment of the clips, without an edge that leads there.
+//! Entries and exits: cuts into evasions from any moment of the clips, and from any moment back into natural motion, without an edge that
+//! leads there.
 //!
 //! Source: the cut is that of [`Entry`](crate::graph::Entry) (Bollo, GDC 2018). The table is computed by the bake: each moment of the
 //! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
 //! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
 
+mod exits;
 mod find;
 mod limits;
 mod report;
 mod stance;
+mod targets;
 
 use serde::{Deserialize, Serialize};
 
+use exits::{ExitTable, ExitTarget};
 pub(crate) use limits::MotionLimits;
 pub use limits::PlausibilitySettings;
-pub use report::EntryReport;
+pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
 
 use super::{Body, BodyTrack, Evasion, TrackStart};
@@ -54,8 +58,10 @@ impl Default for EntrySettings {
     }
 }
 
-/// Durations of the blend, in seconds. The shortest plausible one is used.
+/// Durations of an entry's blend, in seconds. The shortest plausible one is used.
 pub(crate) const BLENDS: [f32; 3] = [0.15, 0.2, 0.25];
+/// Durations of an exit's blend, in seconds. Nothing has to be reached in time, and a body that moves fast has to slow down.
+pub(crate) const EXIT_BLENDS: [f32; 4] = [0.2, 0.3, 0.45, 0.65];
 
 /// Playback rates of an entry. Rates up to the fastest plausible one are used.
 pub(crate) const RATES: [f32; 3] = [1.0, 1.25, 1.5];
@@ -91,10 +97,16 @@ impl KnownEntry {
         }
     }
 
-    /// Duration of the blend, in seconds.
+    /// Duration of an entry's blend, in seconds.
     #[must_use]
     pub(crate) fn blend(self) -> f32 {
         BLENDS[usize::from(self.how & 3).min(BLENDS.len() - 1)]
+    }
+
+    /// Duration of an exit's blend, in seconds.
+    #[must_use]
+    pub(crate) fn exit_blend(self) -> f32 {
+        EXIT_BLENDS[usize::from(self.how & 3)]
     }
 
     /// Leg whose foot is kept in place, or `None` if the root is kept.
@@ -124,6 +136,7 @@ pub(crate) struct EntryTable {
     entries: Vec<KnownEntry>,
     /// Number of moments with the maximum number of entries.
     cut: u64,
+    exits: ExitTable,
 }
 
 impl EntryTable {
@@ -148,8 +161,27 @@ impl EntryTable {
     /// Entries of the moment that is nearest to a playhead. In a transition the side with the larger weight determines the moment.
     #[must_use]
     pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
-        if self.entries.is_empty() {
-            return &[];
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.of(moment))
+    }
+
+    /// The frames that exits lead to.
+    #[must_use]
+    pub(crate) fn exits(&self) -> &ExitTable {
+        &self.exits
+    }
+
+    /// Exits of the moment that is nearest to a playhead, the least departure first.
+    #[must_use]
+    pub(crate) fn exits_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.exits.of(moment))
+    }
+
+    /// The moment that is nearest to a playhead.
+    fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
+        if self.ends.is_empty() {
+            return None;
         }
         let edge = graph.edge(playhead.edge);
         let (from, to) = (graph.node(edge.from), graph.node(edge.to));
@@ -164,10 +196,7 @@ impl EntryTable {
         let first = self.first_moment[clip.index()];
         let count = self.first_moment[clip.index() + 1] - first;
         let nearest = (frame.max(0.0) / self.step as f32).round() as u32;
-        match count {
-            0 => &[],
-            _ => self.of(first + nearest.min(count - 1)),
-        }
+        (count > 0).then(|| first + nearest.min(count - 1))
     }
 
     fn of(&self, moment: u32) -> &[KnownEntry] {
@@ -191,7 +220,8 @@ impl EntryTable {
         let is_none = self.step == 0
             && self.ends.is_empty()
             && self.entries.is_empty()
-            && self.targets.is_empty();
+            && self.targets.is_empty()
+            && self.exits == ExitTable::default();
         let target_fits = |target: &EntryTarget| {
             let evasion = evasions.get(usize::from(target.evasion));
             let edge = graph.edges().get(target.edge.index());
@@ -219,6 +249,7 @@ impl EntryTable {
                     .targets
                     .is_sorted_by_key(|target| (target.evasion, target.frame))
                 && self.entries.iter().all(entry_fits)
+                && self.exits.fits(graph, self.ends.len())
                 && self.limits.is_sound(graph.skeleton());
         match fits {
             true => Ok(()),
@@ -245,6 +276,8 @@ pub(super) struct EntryTracks {
     pub(super) tracks: Vec<Option<EntryTrack>>,
     /// Stance at each target, in the space of its clip.
     pub(super) stances: Vec<Stance>,
+    /// Stance at each target of an exit, in the space of its clip.
+    pub(super) exit_stances: Vec<Stance>,
     /// Joints that determine the facing direction, or `None` if no evasion can be entered.
     pub(super) facing: Option<Facing>,
 }
@@ -262,6 +295,10 @@ impl EntryTracks {
         let stance = |target: &EntryTarget| {
             let clip = graph.node(graph.edge(target.edge).from).clip;
             Stance::of_frame(graph, clip, target.frame)
+        };
+        let exit_stance = |target: &ExitTarget| {
+            let from = graph.node(graph.edge(target.edge).from);
+            Stance::of_frame(graph, from.clip, from.frame + target.edge_frame)
         };
         let of_evasion = |evasion: usize| {
             let of = |target: &&EntryTarget| usize::from(target.evasion) == evasion;
@@ -282,6 +319,7 @@ impl EntryTracks {
         Self {
             tracks: (0..evasions.len()).map(of_evasion).collect(),
             stances: table.targets.iter().map(stance).collect(),
+            exit_stances: table.exits.targets().iter().map(exit_stance).collect(),
             facing: Some(Facing::of(graph.skeleton())),
         }
     }
@@ -300,7 +338,8 @@ impl EntryTracks {
         evasions: &[Evasion],
         table: &EntryTable,
     ) -> u64 {
-        let mut bytes = (table.targets.len() * size_of::<Stance>()) as u64;
+        let stances = table.targets.len() + table.exits.targets().len();
+        let mut bytes = (stances * size_of::<Stance>()) as u64;
         let mut last = None;
         for target in &table.targets {
             let Some(evasion) = evasions.get(usize::from(target.evasion)) else {

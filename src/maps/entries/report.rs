@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::EntryTable;
-use crate::graph::{EdgeMotion, MotionGraph};
+use crate::graph::{ClipId, EdgeMotion, MotionGraph};
 
 /// Figures of the entries of a baked graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,24 @@ pub struct EntryReport {
     pub moments: usize,
     /// Longest time in a clip without a moment that has an entry, in seconds.
     pub longest_without: f32,
+    /// Number of exits.
+    #[serde(default)]
+    pub exits: usize,
+    /// Stretches of the clips without a branch point.
+    #[serde(default)]
+    pub unbranched: Stretches,
+    /// Those of evasions and attacks.
+    #[serde(default)]
+    pub unbranched_in_events: Stretches,
+}
+
+/// Stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stretches {
+    /// Duration of the stretch that half of the time lies in stretches shorter than, in seconds.
+    pub median: f32,
+    /// Longest duration, in seconds.
+    pub longest: f32,
 }
 
 impl EntryReport {
@@ -35,8 +53,10 @@ impl EntryTable {
         let mut report = EntryReport {
             entries: self.entries.len(),
             cut: self.cut,
+            exits: self.exits.len(),
             ..EntryReport::default()
         };
+        let mut stretches = [Vec::new(), Vec::new()];
         let seconds = f64::from(self.step) / graph.frame_rate();
         for (clip, bounds) in self.first_moment.windows(2).enumerate() {
             let mut played = vec![false; (bounds[1] - bounds[0]) as usize];
@@ -48,6 +68,7 @@ impl EntryTable {
                     played[moments.start as usize..moments.end as usize].fill(true);
                 }
             }
+            self.add_stretches((graph, ClipId(clip as u32)), &mut stretches);
             let mut without = 0;
             for (moment, played) in (bounds[0]..).zip(played) {
                 let has_entry = !self.of(moment).is_empty();
@@ -58,6 +79,57 @@ impl EntryTable {
                 report.longest_without = report.longest_without.max(longest);
             }
         }
+        [report.unbranched, report.unbranched_in_events] =
+            stretches.map(|frames| Stretches::of(frames, graph.frame_rate()));
         report
+    }
+
+    /// Adds the length of the stretch that each played frame of a clip lies in, in frames: those of all frames, and those of events.
+    fn add_stretches(&self, (graph, clip): (&MotionGraph, ClipId), lengths: &mut [Vec<u32>; 2]) {
+        let frames = graph.clip(clip).frames();
+        let mut branches = vec![false; frames];
+        let mut played = vec![None; frames];
+        for edge in graph.edges() {
+            let (from, event) = (graph.node(edge.from), edge.event.is_some());
+            if from.clip == clip && edge.motion == EdgeMotion::Clip {
+                let own = from.frame as usize..(from.frame + edge.frames) as usize;
+                played[own].fill(Some(event));
+                branches[from.frame as usize] |= graph.edges_from(edge.from).count() > 1;
+            }
+        }
+        let bounds = self.first_moment[clip.index()]..self.first_moment[clip.index() + 1];
+        for (number, moment) in bounds.enumerate() {
+            let is_branch = !self.of(moment).is_empty() || !self.exits.of(moment).is_empty();
+            branches[number * self.step as usize] |= is_branch;
+        }
+        let mut first = 0;
+        for end in 1..=frames {
+            let is_over = end == frames
+                || branches[end]
+                || played[end].is_none()
+                || played[end - 1].is_none();
+            if !is_over {
+                continue;
+            }
+            let length = (end - first) as u32;
+            for event in played[first..end].iter().flatten() {
+                lengths[0].push(length);
+                if *event {
+                    lengths[1].push(length);
+                }
+            }
+            first = end;
+        }
+    }
+}
+
+impl Stretches {
+    fn of(mut frames: Vec<u32>, rate: f64) -> Self {
+        frames.sort_unstable();
+        let seconds = |at: usize| (f64::from(frames.get(at).copied().unwrap_or(0)) / rate) as f32;
+        Self {
+            median: seconds(frames.len() / 2),
+            longest: seconds(frames.len().saturating_sub(1)),
+        }
     }
 }

@@ -13,7 +13,7 @@ pub(crate) struct Stance {
     pub placement: Rigid2,
     /// Position of the root.
     pub root: Vec3,
-    /// Positions of the ankles of the first four legs.
+    /// Positions of the toes of the first four legs.
     pub feet: [Vec3; Self::LEGS],
 }
 
@@ -26,7 +26,7 @@ impl Stance {
     pub(crate) fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
         let mut feet = [Vec3::ZERO; Self::LEGS];
         for (place, leg) in feet.iter_mut().zip(graph.feet().legs()) {
-            *place = joints[leg.foot.index()].translation;
+            *place = joints[leg.toe_or_foot().index()].translation;
         }
         Self {
             placement: facing.placement(joints),

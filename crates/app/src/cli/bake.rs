@@ -3,11 +3,15 @@
 use std::path::PathBuf;
 
 use sabaki::archive;
+use sabaki_app::demo::quality::QualityMeter;
 use serde_json::json;
 
 use super::distances::DistanceFigure;
 use super::plot::Plot;
-use super::{Done, Failure, output, source};
+use super::{Done, Failure, output, quality, source};
+
+/// Number of random attacks whose answers are measured.
+const ANSWERS: u64 = 200;
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -31,6 +35,8 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     output::check_is_no_input("--out", &args.out, &args.clips.files())?;
     let baked = source::from_clips(&args.clips)?;
     archive::write(&args.out, &baked.graph)?;
+    let meter = QualityMeter::new(&baked.graph);
+    let (clips, composed) = (meter.clips(), meter.answers(ANSWERS, 1));
     let out = args.out.display();
     let (graph, threshold) = (baked.graph.graph(), args.clips.threshold);
     let drawn = match &args.plot {
@@ -40,8 +46,10 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Ok(Done::ok(if as_json {
         let mut document = source::statistics(&baked);
         document["out"] = json!(args.out);
+        document["quality"] = quality::document(&clips, &composed);
         Done::json(&document)
     } else {
-        format!("{}{drawn}wrote {out}\n", source::describe(&baked))
+        let table = quality::text(&clips, &composed, "answers");
+        format!("{}{table}{drawn}wrote {out}\n", source::describe(&baked))
     }))
 }

@@ -8,7 +8,7 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, QuerySettings};
-use sabaki_app::demo::quality::{Quality, QualityMeter};
+use sabaki_app::demo::quality::{Quality, QualityMeter, SEEN_ON};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_import::export::MotionFormat;
 use serde_json::Value;
@@ -83,8 +83,6 @@ impl FormatArg {
 
 /// Number of random attacks where none is given.
 const ATTACKS: u64 = 20;
-/// An answer is measured until so long after its attack, seconds.
-const SEEN_ON: f32 = 0.5;
 /// Largest number of attacks that are listed one by one.
 const LISTED: usize = 20;
 

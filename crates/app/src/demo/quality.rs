@@ -7,9 +7,13 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeMotion, Motion};
 use sabaki::maps::BakedGraph;
-use sabaki::query::Answer;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 
 use super::limbs::{LEGS, limb_of};
+use super::throw::{ThrowSettings, throw};
+
+/// Answers are measured for this time after the attack's end, in seconds.
+pub const SEEN_ON: f32 = 0.5;
 
 /// What was measured of many samples.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -92,6 +96,23 @@ impl<'a> QualityMeter<'a> {
         };
         let samples: Vec<Sample> = (0..count).map(sample).collect();
         self.add(&samples, quality);
+    }
+
+    /// What is composed in the answers to so many random throws, with the default settings.
+    #[must_use]
+    pub fn answers(&self, attacks: u64, seed: u64) -> Quality {
+        let mut quality = Quality::default();
+        let settings = QuerySettings::default();
+        let query = Query::new(self.baked, &settings);
+        let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+        for index in 0..attacks {
+            let Ok(throw) = throw(self.baked, &ThrowSettings::default(), seed, index) else {
+                continue;
+            };
+            query.answer(throw.request(), &mut context, &mut answer);
+            self.add_answer(&answer, throw.attack.end() + SEEN_ON, &mut quality);
+        }
+        quality
     }
 
     fn is_composed(&self, motion: &Motion, seconds: f32) -> bool {

@@ -1,0 +1,137 @@
+//! Frames of the clips that can be entered.
+
+use super::{EntrySettings, EntryTarget};
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph};
+use crate::maps::Evasion;
+
+/// A frame of a clip, and the edge that plays it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ClipFrame {
+    pub(super) clip: ClipId,
+    pub(super) frame: u32,
+    pub(super) edge: EdgeId,
+    /// Position of the frame on the edge, in frames.
+    pub(super) edge_frame: u32,
+}
+
+impl ClipFrame {
+    pub(super) fn of(graph: &MotionGraph, edge: EdgeId, edge_frame: u32) -> Self {
+        let from = graph.node(graph.edge(edge).from);
+        Self {
+            clip: from.clip,
+            frame: from.frame + edge_frame,
+            edge,
+            edge_frame,
+        }
+    }
+}
+
+/// The edges that play the frames of each clip.
+pub(super) struct ClipPlaces {
+    /// First frame and edge, by clip, in order.
+    edges: Vec<Vec<(u32, u32, EdgeId)>>,
+}
+
+impl ClipPlaces {
+    pub(super) fn new(graph: &MotionGraph) -> Self {
+        let mut edges = vec![Vec::new(); graph.clips().len()];
+        for id in graph.edge_ids() {
+            let edge = graph.edge(id);
+            if edge.motion == EdgeMotion::Clip {
+                let from = graph.node(edge.from);
+                edges[from.clip.index()].push((from.frame, from.frame + edge.frames, id));
+            }
+        }
+        edges.iter_mut().for_each(|list| list.sort_unstable());
+        Self { edges }
+    }
+
+    /// Edge that plays a frame, and the position on it in frames.
+    pub(super) fn find(&self, clip: ClipId, frame: u32) -> Option<(EdgeId, u32)> {
+        let list = &self.edges[clip.index()];
+        let after = list.partition_point(|&(first, _, _)| first <= frame);
+        let &(first, end, edge) = list.get(after.checked_sub(1)?)?;
+        (frame < end).then_some((edge, frame - first))
+    }
+}
+
+/// Frames of evasions and their lead-ins, sorted by evasion and frame.
+pub(super) fn targets(
+    graph: &MotionGraph,
+    evasions: &[Evasion],
+    settings: &EntrySettings,
+    places: &ClipPlaces,
+) -> Vec<EntryTarget> {
+    let mut settings = *settings;
+    settings.target_step = settings.target_step.max(1);
+    loop {
+        let targets = targets_at_steps(graph, evasions, &settings, places);
+        if targets.len() <= (settings.most_targets as usize).max(evasions.len()) {
+            return targets;
+        }
+        settings.target_step += 1;
+    }
+}
+
+fn targets_at_steps(
+    graph: &MotionGraph,
+    evasions: &[Evasion],
+    settings: &EntrySettings,
+    places: &ClipPlaces,
+) -> Vec<EntryTarget> {
+    let frames = |seconds: f32| (f64::from(seconds) * graph.frame_rate()).round() as u32;
+    let mut targets = Vec::new();
+    for (index, evasion) in evasions.iter().enumerate() {
+        let edge = graph.edge(evasion.edge);
+        let start = graph.node(edge.from);
+        let last = start.frame + edge.frames.min(frames(settings.late));
+        let mut frame = start.frame;
+        // Where the lead-in is not in the graph, it cannot be played.
+        let earliest = start.frame.saturating_sub(frames(settings.lead_in));
+        let step = settings.target_step.max(1);
+        while frame >= earliest + step && places.find(start.clip, frame - step).is_some() {
+            frame -= step;
+        }
+        while frame < last && targets.len() < usize::from(u16::MAX) {
+            if let Some((edge, edge_frame)) = places.find(start.clip, frame) {
+                targets.push(EntryTarget {
+                    evasion: index as u16,
+                    frame,
+                    edge,
+                    edge_frame,
+                });
+            }
+            frame += step;
+        }
+    }
+    targets
+}
+
+/// Frames of natural motion, in order: no event begins within [`BEFORE_EVENTS`] after them.
+pub(super) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
+    let before_events = (BEFORE_EVENTS * graph.frame_rate()).round() as u32;
+    let mut free: Vec<Vec<bool>> = { graph.clips().iter() }
+        .map(|clip| vec![true; clip.frames()])
+        .collect();
+    for event in graph.events() {
+        let first = event.first.saturating_sub(before_events) as usize;
+        free[event.clip.index()][first..=event.last as usize].fill(false);
+    }
+    let mut step = step.max(1);
+    loop {
+        let frames: Vec<ClipFrame> = { graph.edge_ids() }
+            .filter(|&id| graph.edge(id).motion == EdgeMotion::Clip)
+            .flat_map(|id| (0..graph.edge(id).frames).map(move |at| ClipFrame::of(graph, id, at)))
+            .filter(|at| at.frame % step == 0 && free[at.clip.index()][at.frame as usize])
+            .collect();
+        if frames.len() <= MOST_NATURAL {
+            return frames;
+        }
+        step += 1;
+    }
+}
+
+/// Time without an event after a frame that an exit leads to, in seconds.
+const BEFORE_EVENTS: f64 = 0.5;
+/// Maximum number of frames that exits lead to.
+const MOST_NATURAL: usize = 4096;

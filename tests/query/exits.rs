@@ -1,0 +1,84 @@
+//! Promise: an exit leads from inside an evasion or an attack to natural motion, within what the clips show a body to do.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki::BakedGraph;
+use sabaki::anim::Pose;
+use sabaki::graph::{Entry, Motion, Playhead};
+use sabaki::math::Rigid2;
+use sabaki_testing::baked::embedded;
+
+use super::entries::{centres, speeds};
+
+/// The first exit of each event, at a third of it: the motion that plays the event, when it is left, and how.
+fn left(baked: &BakedGraph) -> Vec<(Motion, f32, Entry)> {
+    let graph = baked.graph();
+    let events = graph
+        .edge_ids()
+        .filter(|&edge| graph.edge(edge).event.is_some());
+    let exit = |edge| {
+        let mut motion = Motion::new(graph, Playhead::at(graph, edge, 0.0, Rigid2::IDENTITY), &[]);
+        motion.extend(graph, 3.0);
+        let thirds = [1.0, 2.0].map(|third| third / 3.0 * graph.seconds(edge));
+        let found = |seconds: f32| Some((seconds, *baked.exits_at(&motion, seconds).first()?));
+        let (seconds, exit) = thirds.into_iter().find_map(found)?;
+        Some((motion, seconds, exit))
+    };
+    events.filter_map(exit).collect()
+}
+
+#[test]
+fn an_exit_begins_inside_an_event_and_ends_in_natural_motion() {
+    let baked = embedded();
+    let graph = baked.graph();
+    let left = left(baked);
+    assert!(left.len() >= 8, "{}", left.len());
+    for (before, seconds, exit) in left {
+        let mut motion = before.clone();
+        motion.enter(graph, seconds, &exit);
+        motion.extend(graph, seconds + 2.0);
+        let start = [&before, &motion].map(|motion| centres(baked, motion, seconds));
+        let apart = { start[0].iter().zip(&start[1]) }.map(|(a, b)| a.distance(*b));
+        assert!(apart.fold(0.0, f32::max) < 1e-3);
+        let event =
+            |motion: &Motion, seconds: f32| graph.edge(motion.playhead(graph, seconds).edge).event;
+        assert!(event(&before, seconds).is_some());
+        for later in [1e-3, exit.blend, 0.4] {
+            assert_eq!(event(&motion, seconds + later), None);
+        }
+    }
+}
+
+#[test]
+fn exits_turn_no_joint_faster_than_the_clips_do() {
+    let baked = embedded();
+    let (graph, limits) = (baked.graph(), baked.entry_joint_speeds());
+    let rate = graph.frame_rate() as f32;
+    let mut shares = Vec::new();
+    for (mut motion, seconds, exit) in left(baked) {
+        motion.enter(graph, seconds, &exit);
+        motion.extend(graph, seconds + 2.0);
+        let pose = |frame: usize| {
+            let mut pose = Pose::default();
+            motion.sample(graph, seconds + frame as f32 / rate, &mut pose);
+            pose
+        };
+        for frame in 0..(exit.blend * rate).ceil() as usize {
+            let speeds = speeds(&pose(frame), &pose(frame + 1), rate);
+            let limited = speeds.into_iter().zip(limits);
+            let moving = limited.filter(|(_, limit)| **limit > 0.5);
+            shares.extend(moving.map(|(speed, limit)| speed / limit));
+        }
+    }
+    shares.sort_by(f32::total_cmp);
+    let of_a_hundred = shares[shares.len() * 99 / 100];
+    assert!(of_a_hundred <= 1.05, "{of_a_hundred}");
+}
+
+#[test]
+fn most_moments_are_near_a_branch_point() {
+    let report = embedded().entry_report();
+    for stretches in [report.unbranched, report.unbranched_in_events] {
+        assert!(0.0 < stretches.median && stretches.median <= stretches.longest);
+        assert!(stretches.median <= 0.3, "{stretches:?}");
+    }
+}
