@@ -169,18 +169,44 @@ pub(crate) unsafe fn memory(
     unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
 }
 
-/// Takes a whole stencil image from one use to the next. `fresh`: what it held is not needed any more.
+/// A transition of a whole stencil image between two uses.
+#[derive(Clone, Copy)]
+pub(crate) struct StencilBarrier {
+    pub(crate) image: vk::Image,
+    pub(crate) before: Access,
+    pub(crate) after: Access,
+    /// Whether the contents are no longer needed.
+    pub(crate) discards: bool,
+}
+
+impl StencilBarrier {
+    /// Before the image is drawn to; `discards` as in the field.
+    pub(crate) fn before_drawing(image: vk::Image, discards: bool) -> Self {
+        Self {
+            image,
+            before: Access::STENCIL,
+            after: Access::STENCIL,
+            discards,
+        }
+    }
+}
+
+/// Records the transition of a stencil image.
 ///
 /// # Safety
-/// As for [`memory`]; the image is of the context's stencil format and, unless `fresh`, in the layout of `before`.
+/// As for [`memory`]; the image is of the context's stencil format and, unless its contents are discarded, in the layout of `before`.
 pub(crate) unsafe fn stencil_image(
     context: &Context,
     cmd: vk::CommandBuffer,
-    image: vk::Image,
-    (before, after): (Access, Access),
-    fresh: bool,
+    barrier: StencilBarrier,
 ) {
-    let old_layout = match fresh {
+    let StencilBarrier {
+        image,
+        before,
+        after,
+        discards,
+    } = barrier;
+    let old_layout = match discards {
         true => vk::ImageLayout::UNDEFINED,
         false => before.layout,
     };

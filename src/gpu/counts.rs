@@ -1,6 +1,6 @@
-//! Counts on their way from the device to the host, with the number of the cull that they belong to.
+//! The counts of a cull in memory that the host reads, with the number of that cull.
 //!
-//! The device writes the number after the counts, so that the host can look for it without waiting.
+//! The device writes the number after the counts, so that the host can poll it without waiting.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -10,57 +10,64 @@ use super::{
     Context, GpuError, Memory, MemoryUse, Mismatch,
     barriers::{self, Access},
     passes::Passes,
-    resources::{Buffer, BufferDesc},
+    resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
 /// Bytes before the counts: the number, and padding.
 pub(crate) const HEADER: u64 = 8;
 
-/// Of the next cull, whichever culler's: a ticket fits one cull alone.
+/// Number of the next cull of any culler. A ticket is valid for one cull.
 static NEXT_SERIAL: AtomicU32 = AtomicU32::new(1);
 
-/// Null handles by default; destroying those does nothing.
+/// The counts of one cull in flight. Default: null handles.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub(crate) buffer: Buffer,
-    /// The number of the cull that was recorded last; 0 for none.
+    /// The number of the cull that was recorded last, or 0 for none.
     pub(crate) serial: u32,
 }
 
+/// Settings of [`Counts`].
+pub(crate) struct CountsDesc<'a> {
+    /// Name for debuggers and validation.
+    pub(crate) name: &'a str,
+    /// Number of counts, a word each.
+    pub(crate) words: u64,
+    /// What writes the counts besides copies and fills.
+    pub(crate) usage: vk::BufferUsageFlags,
+}
+
 impl Counts {
-    /// Makes room for so many words, written by copies, fills, and `usage`.
+    /// Creates the buffer. Frees it if a later step fails.
     pub(crate) fn new(
-        context: &Context,
-        memory: &mut dyn Memory,
-        (name, words): (&str, u64),
-        usage: vk::BufferUsageFlags,
+        device: &mut DeviceMemory<'_>,
+        desc: &CountsDesc<'_>,
     ) -> Result<Self, GpuError> {
-        let desc = BufferDesc {
-            name,
-            size: HEADER + 4 * words,
-            usage: usage | vk::BufferUsageFlags::TRANSFER_DST,
+        let buffer = device.buffer(BufferDesc {
+            name: desc.name,
+            size: HEADER + 4 * desc.words,
+            usage: desc.usage | vk::BufferUsageFlags::TRANSFER_DST,
             memory: MemoryUse::Readback,
-        };
-        let mut counts = Self {
-            buffer: Buffer::new(context, memory, desc)?,
-            serial: 0,
-        };
-        // No cull has the number 0, and memory may hold anything.
-        let cleared = counts.buffer.write(context, 0, &[0; HEADER as usize]);
+        })?;
+        let mut counts = Self { buffer, serial: 0 };
+        // The memory may hold the number of an earlier cull. No cull has the number 0.
+        let cleared = counts
+            .buffer
+            .write(device.context, 0, &[0; HEADER as usize]);
         if let Err(error) = cleared {
-            counts.destroy(context, memory);
+            counts.destroy(device.context, device.memory);
             return Err(error);
         }
         Ok(counts)
     }
 
-    /// Takes a new number, for the cull that is recorded now.
+    /// Assigns a new number to the cull that is recorded now.
     pub(crate) fn start(&mut self) -> u32 {
         self.serial = next_serial();
         self.serial
     }
 
-    /// The first words of a cull's counts, once they are there. Never waits.
+    /// The first words of a cull's counts, or `None` while the device has not finished. Never waits.
     pub(crate) fn read(
         &self,
         context: &Context,
@@ -74,7 +81,7 @@ impl Counts {
         if self.buffer.word(0)? != serial {
             return Ok(None);
         }
-        // What was cached of the counts may be older than their number.
+        // Cached counts may be older than the number.
         self.buffer.invalidate(context)?;
         // SAFETY: the number has come, so the counts are written, and nothing writes them until they are recorded anew.
         let bytes = unsafe { self.buffer.bytes(HEADER + 4 * words as u64) }?;
@@ -88,7 +95,7 @@ impl Counts {
     }
 }
 
-/// Records that some culls' counts, which `writer` writes, are there.
+/// Records the numbers of some culls, after their counts, which `writer` writes.
 ///
 /// # Safety
 /// `cmd` is being recorded outside of rendering, for a queue of the context's family.
@@ -111,7 +118,7 @@ pub(crate) unsafe fn record_numbers<'a>(
     }
 }
 
-/// Never 0, which means none.
+/// The next number. It is never 0.
 fn next_serial() -> u32 {
     loop {
         let serial = NEXT_SERIAL.fetch_add(1, Ordering::Relaxed);

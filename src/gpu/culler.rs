@@ -7,7 +7,7 @@ use ash::vk;
 use super::{
     Context, Counting, CullerDesc, GpuError, Memory, Mismatch, PassTime,
     compute::ComputePath,
-    device_path::DevicePath,
+    device_path::{CullRequest, DevicePath},
     passes::{Passes, Stamps},
     stencil::StencilPath,
     uploaded::Upload,
@@ -254,8 +254,11 @@ impl Culler {
                 return Err(Mismatch::Slot { slot, slots }.into());
             }
             self.batch.push(slot as usize);
-            self.implementation
-                .gather(index, &entry.input, self.counted)?;
+            let request = CullRequest {
+                input: &entry.input,
+                counted: self.counted,
+            };
+            self.implementation.gather(index, request)?;
         }
         for (index, entry) in batch.iter_mut().enumerate() {
             let slot = entry.slot as usize;

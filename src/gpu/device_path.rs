@@ -7,18 +7,20 @@ use ash::vk;
 use super::{GpuError, Memory, counts::Counts, passes::Passes};
 use crate::query::cull::{Counted, CullInput, Overlap};
 
+/// An input, and what of it is counted.
+#[derive(Clone, Copy)]
+pub(super) struct CullRequest<'a> {
+    pub(super) input: &'a CullInput<'a>,
+    pub(super) counted: Counted,
+}
+
 /// A culling path of the device.
 ///
 /// A cull takes these steps: [`gather`](Self::gather), [`write`](Self::write), [`record`](Self::record); when the device has
 /// finished, [`add`](Self::add).
 pub(super) trait DevicePath: Debug + Send + Sync {
     /// Lays out an input, which is the `entry`th of a batch. Fails without a change where it is beyond a limit.
-    fn gather(
-        &mut self,
-        entry: usize,
-        input: &CullInput<'_>,
-        counted: Counted,
-    ) -> Result<(), GpuError>;
+    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError>;
 
     /// Writes an entry of a batch into the memory of a slot, which no device uses any more.
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError>;

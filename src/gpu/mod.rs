@@ -92,7 +92,7 @@ pub use terms::{Terms, Without};
 pub mod internal {
     pub use super::error::{Named, within};
     pub use super::image::{Image, ImageDesc};
-    pub use super::resources::{Buffer, BufferDesc};
+    pub use super::resources::{Buffer, BufferDesc, DeviceMemory};
     pub use super::shader_table::{
         Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words,
     };

@@ -133,29 +133,23 @@ impl Pipeline {
         desc: &PipelineDesc,
         inputs: &PipelineInputs<'_>,
     ) -> Result<Self, GpuError> {
-        let PipelineInputs {
-            sets,
-            constants,
-            cache,
-        } = *inputs;
         let range = push_constants(desc);
         let info = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(sets)
+            .set_layouts(inputs.sets)
             .push_constant_ranges(std::slice::from_ref(&range));
         // SAFETY: the context's device is valid, and so are the set layouts.
         let layout = unsafe { context.device().create_pipeline_layout(&info, None) }
             .call("vkCreatePipelineLayout")?;
         context.name(layout, desc.name);
-        let mut modules = Vec::with_capacity(desc.shaders.len());
-        let handle = shader_modules(context, desc, &mut modules).and_then(|()| {
-            match (desc.shaders, &modules[..]) {
-                ([shader], [module]) if shader.stage == Stage::Compute => {
-                    build_compute(context, layout, (*module, constants, cache))
-                }
-                _ => build(context, desc, layout, (&modules, cache)),
-            }
-        });
-        for module in modules {
+        let mut builder = Builder {
+            context,
+            desc,
+            inputs,
+            layout,
+            modules: Vec::with_capacity(desc.shaders.len()),
+        };
+        let handle = builder.add_modules().and_then(|()| builder.build());
+        for module in builder.modules {
             // SAFETY: the pipeline does not need its modules after it was made.
             unsafe { context.device().destroy_shader_module(module, None) };
         }
@@ -221,118 +215,125 @@ fn push_constants(desc: &PipelineDesc) -> vk::PushConstantRange {
     })
 }
 
-fn shader_modules(
-    context: &Context,
-    desc: &PipelineDesc,
-    modules: &mut Vec<vk::ShaderModule>,
-) -> Result<(), GpuError> {
-    for shader in desc.shaders {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-        // SAFETY: the words were validated when the crate was built.
-        let module = unsafe { context.device().create_shader_module(&info, None) }
-            .call("vkCreateShaderModule")?;
-        context.name(module, shader.name);
-        modules.push(module);
-    }
-    Ok(())
+/// A pipeline that is being created.
+struct Builder<'a> {
+    context: &'a Context,
+    desc: &'a PipelineDesc,
+    inputs: &'a PipelineInputs<'a>,
+    layout: vk::PipelineLayout,
+    /// Modules of the shaders, in their order.
+    modules: Vec<vk::ShaderModule>,
 }
 
 /// Bytes of a specialization constant.
 const WORD: usize = size_of::<u32>();
 
-fn build_compute(
-    context: &Context,
-    layout: vk::PipelineLayout,
-    (module, constants, cache): (vk::ShaderModule, &[u32], vk::PipelineCache),
-) -> Result<vk::Pipeline, GpuError> {
-    let words = (0..).zip(constants).map(|(id, _)| {
-        vk::SpecializationMapEntry::default()
-            .constant_id(id)
-            .offset(id * WORD as u32)
-            .size(WORD)
-    });
-    let words: Vec<_> = words.collect();
-    let specialization = vk::SpecializationInfo::default()
-        .map_entries(&words)
-        .data(bytemuck::cast_slice(constants));
-    let stage = vk::PipelineShaderStageCreateInfo::default()
-        .stage(vk::ShaderStageFlags::COMPUTE)
-        .module(module)
-        .name(c"main")
-        .specialization_info(&specialization);
-    let info = [vk::ComputePipelineCreateInfo::default()
-        .stage(stage)
-        .layout(layout)];
-    // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
-    let pipelines = unsafe {
-        let device = context.device();
-        device.create_compute_pipelines(cache, &info, None)
-    };
-    match pipelines {
-        Ok(pipelines) => Ok(pipelines[0]),
-        Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
+impl Builder<'_> {
+    fn add_modules(&mut self) -> Result<(), GpuError> {
+        for shader in self.desc.shaders {
+            let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+            // SAFETY: the words were validated when the crate was built.
+            let module = unsafe { self.context.device().create_shader_module(&info, None) }
+                .call("vkCreateShaderModule")?;
+            self.context.name(module, shader.name);
+            self.modules.push(module);
+        }
+        Ok(())
     }
-}
 
-fn build(
-    context: &Context,
-    desc: &PipelineDesc,
-    layout: vk::PipelineLayout,
-    (modules, cache): (&[vk::ShaderModule], vk::PipelineCache),
-) -> Result<vk::Pipeline, GpuError> {
-    let stages: Vec<_> = std::iter::zip(desc.shaders, modules)
-        .map(|(shader, &module)| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage(shader))
-                .module(module)
-                .name(c"main")
-        })
-        .collect();
-    let (bindings, attributes) = vertices(desc.inputs);
-    let inputs = vk::PipelineVertexInputStateCreateInfo::default()
-        .vertex_binding_descriptions(&bindings)
-        .vertex_attribute_descriptions(&attributes);
-    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(desc.topology);
-    let viewport = vk::PipelineViewportStateCreateInfo::default()
-        .viewport_count(1)
-        .scissor_count(1);
-    let raster = vk::PipelineRasterizationStateCreateInfo::default()
-        .polygon_mode(vk::PolygonMode::FILL)
-        .cull_mode(vk::CullModeFlags::NONE)
-        .line_width(1.0);
-    let samples = vk::PipelineMultisampleStateCreateInfo::default()
-        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    let stencil = vk::PipelineDepthStencilStateCreateInfo::default().stencil_test_enable(true);
-    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[
-        vk::DynamicState::VIEWPORT,
-        vk::DynamicState::SCISSOR,
-        vk::DynamicState::STENCIL_OP,
-        vk::DynamicState::STENCIL_COMPARE_MASK,
-        vk::DynamicState::STENCIL_WRITE_MASK,
-        vk::DynamicState::STENCIL_REFERENCE,
-    ]);
-    let mut rendering = vk::PipelineRenderingCreateInfo::default()
-        .stencil_attachment_format(context.stencil_format());
-    let info = [vk::GraphicsPipelineCreateInfo::default()
-        .stages(&stages)
-        .vertex_input_state(&inputs)
-        .input_assembly_state(&assembly)
-        .viewport_state(&viewport)
-        .rasterization_state(&raster)
-        .multisample_state(&samples)
-        .depth_stencil_state(&stencil)
-        .dynamic_state(&dynamic)
-        .layout(layout)
-        .push_next(&mut rendering)];
-    // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
-    let pipelines = unsafe {
-        context
-            .device()
-            .create_graphics_pipelines(cache, &info, None)
-    };
-    match pipelines {
-        Ok(pipelines) => Ok(pipelines[0]),
-        Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+    fn build(&self) -> Result<vk::Pipeline, GpuError> {
+        match self.desc.shaders {
+            [shader] if shader.stage == Stage::Compute => self.compute(self.modules[0]),
+            _ => self.graphics(),
+        }
+    }
+
+    fn compute(&self, module: vk::ShaderModule) -> Result<vk::Pipeline, GpuError> {
+        let constants = self.inputs.constants;
+        let words = (0..).zip(constants).map(|(id, _)| {
+            vk::SpecializationMapEntry::default()
+                .constant_id(id)
+                .offset(id * WORD as u32)
+                .size(WORD)
+        });
+        let words: Vec<_> = words.collect();
+        let specialization = vk::SpecializationInfo::default()
+            .map_entries(&words)
+            .data(bytemuck::cast_slice(constants));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = [vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(self.layout)];
+        // SAFETY: module and layout are of this device and fit each other: both come from the shader table.
+        let pipelines = unsafe {
+            let device = self.context.device();
+            device.create_compute_pipelines(self.inputs.cache, &info, None)
+        };
+        match pipelines {
+            Ok(pipelines) => Ok(pipelines[0]),
+            Err((_, result)) => Err(result).call("vkCreateComputePipelines"),
+        }
+    }
+
+    fn graphics(&self) -> Result<vk::Pipeline, GpuError> {
+        let stages: Vec<_> = std::iter::zip(self.desc.shaders, &self.modules)
+            .map(|(shader, &module)| {
+                vk::PipelineShaderStageCreateInfo::default()
+                    .stage(stage(shader))
+                    .module(module)
+                    .name(c"main")
+            })
+            .collect();
+        let (bindings, attributes) = vertices(self.desc.inputs);
+        let inputs = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&bindings)
+            .vertex_attribute_descriptions(&attributes);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(self.desc.topology);
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(vk::CullModeFlags::NONE)
+            .line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let stencil = vk::PipelineDepthStencilStateCreateInfo::default().stencil_test_enable(true);
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&[
+            vk::DynamicState::VIEWPORT,
+            vk::DynamicState::SCISSOR,
+            vk::DynamicState::STENCIL_OP,
+            vk::DynamicState::STENCIL_COMPARE_MASK,
+            vk::DynamicState::STENCIL_WRITE_MASK,
+            vk::DynamicState::STENCIL_REFERENCE,
+        ]);
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .stencil_attachment_format(self.context.stencil_format());
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&inputs)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&stencil)
+            .dynamic_state(&dynamic)
+            .layout(self.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
+        let pipelines = unsafe {
+            let device = self.context.device();
+            device.create_graphics_pipelines(self.inputs.cache, &info, None)
+        };
+        match pipelines {
+            Ok(pipelines) => Ok(pipelines[0]),
+            Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+        }
     }
 }
 

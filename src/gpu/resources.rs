@@ -10,6 +10,26 @@ use super::{
     image::{Image, ImageDesc},
 };
 
+/// The device that resources are created on, and the allocator that their memory comes from.
+pub struct DeviceMemory<'a> {
+    /// The device.
+    pub context: &'a Context,
+    /// The allocator.
+    pub memory: &'a mut dyn Memory,
+}
+
+impl DeviceMemory<'_> {
+    /// Creates a buffer: [`Buffer::new`].
+    pub fn buffer(&mut self, desc: BufferDesc<'_>) -> Result<Buffer, GpuError> {
+        Buffer::new(self.context, self.memory, desc)
+    }
+
+    /// Creates an image: [`Image::new`].
+    pub fn image(&mut self, desc: &ImageDesc<'_>) -> Result<Image, GpuError> {
+        Image::new(self.context, self.memory, desc)
+    }
+}
+
 /// What a buffer is for.
 #[derive(Clone, Copy)]
 pub struct BufferDesc<'a> {
@@ -218,12 +238,11 @@ pub(crate) struct StencilTarget {
 impl StencilTarget {
     /// Leaves nothing behind when it fails.
     pub(crate) fn new(
-        context: &Context,
-        memory: &mut dyn Memory,
+        device: &mut DeviceMemory<'_>,
         name: &str,
         side: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let format = context.stencil_format();
+        let format = device.context.stencil_format();
         use vk::ImageUsageFlags as Usage;
         let desc = ImageDesc {
             name,
@@ -233,7 +252,7 @@ impl StencilTarget {
             usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSFER_SRC,
             aspect: barriers::whole(format).aspect_mask,
         };
-        let own = Image::new(context, memory, &desc)?;
+        let own = device.image(&desc)?;
         Ok(Self {
             image: own.handle,
             view: own.view,

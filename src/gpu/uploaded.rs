@@ -1,4 +1,4 @@
-//! A storage buffer that is filled once, by way of a staging buffer. How much of it is bound at a time is up to its owner.
+//! A storage buffer that is filled once from a staging buffer. Its owner may bind a part of it at a time.
 
 use std::sync::atomic::AtomicBool;
 
@@ -7,10 +7,10 @@ use ash::vk;
 use super::{
     Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
-    resources::{Buffer, BufferDesc},
+    resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
-/// How far a culler's maps have come.
+/// State of the upload of a culler's maps.
 #[derive(Debug, Default)]
 pub(crate) struct Upload {
     pub(crate) recorded: bool,
@@ -31,8 +31,7 @@ impl Uploaded {
     /// Fills a default one. After a failure [`Uploaded::destroy`] frees what there is.
     pub(crate) fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
+        device: &mut DeviceMemory<'_>,
         name: &str,
         bytes: &[u8],
     ) -> Result<(), GpuError> {
@@ -45,13 +44,13 @@ impl Uploaded {
                 usage,
                 memory: who,
             };
-            Buffer::paged(context, memory, desc)
+            Buffer::paged(device.context, device.memory, desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST;
         self.buffer = buffer(name, usage, MemoryUse::Device)?;
         let staging = format!("{name}, staging");
         self.staging = buffer(&staging, Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-        self.staging.write(context, 0, bytes)
+        self.staging.write(device.context, 0, bytes)
     }
 
     /// Records the copy, for `reader` to see.

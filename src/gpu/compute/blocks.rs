@@ -31,6 +31,18 @@ struct ClockPlanes {
     planes: Range<u32>,
 }
 
+impl ClockPlanes {
+    /// Extends the last range of a list if it is of the same clock and chunk. Otherwise adds a range.
+    fn append_to(self, clocks: &mut Vec<Self>) {
+        match clocks.last_mut() {
+            Some(last) if (last.clock, last.chunk) == (self.clock, self.chunk) => {
+                last.planes.end = self.planes.end;
+            }
+            _ => clocks.push(self),
+        }
+    }
+}
+
 /// Blocks of one plane, or a part of them.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
@@ -51,6 +63,8 @@ pub(super) struct Blocks {
     planes: Vec<Plane>,
     blocks: Vec<[u32; BLOCK]>,
     shape: Shape,
+    /// Number of slices of the maps.
+    slices: u32,
     /// One slice.
     slice: Sheet,
     /// All of them.
@@ -76,13 +90,14 @@ impl Blocks {
         self.planes.clear();
         self.blocks.clear();
         self.shape = Shape::new(attack.rect, grid.attack_pitch);
+        self.slices = grid.slices;
         self.slice.stretch(self.shape);
         self.all.stretch(self.shape);
         Isa::best().run(
             #[inline(always)]
             || {
                 for layer in &attack.layers {
-                    self.layer(layer, attack.discs_of(layer), (grid.slices, counted));
+                    self.layer(layer, attack.discs_of(layer), counted);
                 }
             },
         );
@@ -94,13 +109,8 @@ impl Blocks {
 
     /// Adds the planes of one slab and clock.
     #[inline(always)]
-    fn layer(
-        &mut self,
-        layer: &AttackLayer,
-        [inner, outer]: [&[TimedDisc]; 2],
-        (slices, counted): (u32, Counted),
-    ) {
-        let shape = self.shape;
+    fn layer(&mut self, layer: &AttackLayer, [inner, outer]: [&[TimedDisc]; 2], counted: Counted) {
+        let (shape, slices) = (self.shape, self.slices);
         if counted.body {
             for discs in inner.chunk_by(|a, b| a.slice == b.slice) {
                 self.slice.draw(shape, discs);
@@ -171,7 +181,12 @@ impl Blocks {
                     range[1],
                 ]);
                 let number = (front / PLANE) as u32;
-                note(&mut self.clocks, plane.clock, (chunk as u32, number));
+                let planes = ClockPlanes {
+                    clock: plane.clock,
+                    chunk: chunk as u32,
+                    planes: number..number + 1,
+                };
+                planes.append_to(&mut self.clocks);
                 front += PLANE;
                 first += count as u32;
             }
@@ -199,17 +214,5 @@ impl Blocks {
     /// Maximum number of chunks of an attack with a number of blocks. Only the last chunk has room for a plane of one block.
     pub(super) fn most_chunks(blocks: u32) -> u64 {
         u64::from(blocks).div_ceil((CHUNK / (PLANE + BLOCK)) as u64)
-    }
-}
-
-/// Adds a plane of a chunk to those of its clock.
-fn note(clocks: &mut Vec<ClockPlanes>, clock: u32, (chunk, number): (u32, u32)) {
-    match clocks.last_mut() {
-        Some(last) if (last.clock, last.chunk) == (clock, chunk) => last.planes.end = number + 1,
-        _ => clocks.push(ClockPlanes {
-            clock,
-            chunk,
-            planes: number..number + 1,
-        }),
     }
 }

@@ -56,6 +56,20 @@ impl Shape {
         let row = (0xff >> (COLUMNS - columns)) * 0x0101_0101;
         self.every & row & (u32::MAX >> (TEXELS - rows * COLUMNS))
     }
+
+    /// Bits of the texels of a block that a disc covers. `x` and `z` are the vector from the disc's centre to the block's first corner.
+    #[inline(always)]
+    fn covered(self, [x, z]: [i32; 2], radius: i32) -> u32 {
+        let half = SUB_TEXELS / 2;
+        let mut covered = 0;
+        for k in 0..TEXELS {
+            let [u, v] =
+                [k % COLUMNS, k / COLUMNS].map(|texel| (texel as i32 * SUB_TEXELS) >> self.shift);
+            let (dx, dz) = (x + u + half, z + v + half);
+            covered |= u32::from(dx * dx <= radius * radius - dz * dz) << k;
+        }
+        covered
+    }
 }
 
 /// One plane. Words without texels are 0.
@@ -96,7 +110,7 @@ impl Sheet {
                 let z = row as i32 * height - disc.z;
                 for (column, word) in columns.clone().zip(words) {
                     let x = column as i32 * width - disc.x;
-                    *word |= covered([x, z], (disc.radius, shape.shift));
+                    *word |= shape.covered([x, z], disc.radius);
                 }
             }
             self.rows = around(&self.rows, &rows);
@@ -133,19 +147,6 @@ impl Sheet {
             }
         }
     }
-}
-
-/// Bits of the texels of a block that a disc covers. `x` and `z` are the vector from the disc's centre to the block's first corner.
-#[inline(always)]
-fn covered([x, z]: [i32; 2], (radius, shift): (i32, u32)) -> u32 {
-    let half = SUB_TEXELS / 2;
-    let mut covered = 0;
-    for k in 0..TEXELS {
-        let [u, v] = [k % COLUMNS, k / COLUMNS].map(|texel| (texel as i32 * SUB_TEXELS) >> shift);
-        let (dx, dz) = (x + u + half, z + v + half);
-        covered |= u32::from(dx * dx <= radius * radius - dz * dz) << k;
-    }
-    covered
 }
 
 /// Smallest range that contains both.

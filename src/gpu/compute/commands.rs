@@ -86,49 +86,61 @@ impl Parts {
         for (slot, sets) in self.slots.iter_mut().zip(sets.chunks_exact(pages.len())) {
             slot.sets = sets.to_vec();
         }
+        let offsets = capacity.offsets();
         for slot in &self.slots {
             for (&set, page) in slot.sets.iter().zip(pages) {
-                self.write_set(context, (slot, set), (capacity, page));
+                let atlas = vk::DescriptorBufferInfo::default()
+                    .buffer(self.atlas.buffer.handle)
+                    .offset(4 * page.start as u64)
+                    .range(4 * page.len() as u64);
+                write_set(context, set, slot.buffers(atlas, offsets));
             }
         }
         Ok(())
     }
+}
 
-    fn write_set(
+impl Slot {
+    /// The buffers of a descriptor set, in the order of the bindings. The chunk of the attack is chosen when the set is bound.
+    fn buffers(
         &self,
-        context: &Context,
-        (slot, set): (&Slot, vk::DescriptorSet),
-        (capacity, page): (&Capacity, &Range<usize>),
-    ) {
-        let range = |buffer, offset, range| {
-            [vk::DescriptorBufferInfo::default()
-                .buffer(buffer)
+        atlas: vk::DescriptorBufferInfo,
+        offsets: Offsets,
+    ) -> [vk::DescriptorBufferInfo; BINDINGS.len()] {
+        let Offsets { groups, chunks, .. } = offsets;
+        let input = |offset, range| {
+            vk::DescriptorBufferInfo::default()
+                .buffer(self.input())
                 .offset(offset)
-                .range(range)]
+                .range(range)
         };
-        let Offsets { groups, chunks, .. } = capacity.offsets();
-        // In the order of the bindings; which chunk, is said when it is bound.
-        let infos = [
-            range(
-                self.atlas.buffer.handle,
-                4 * page.start as u64,
-                4 * page.len() as u64,
-            ),
-            range(slot.input(), chunks, (4 * CHUNK) as u64),
-            range(slot.input(), 0, groups),
-            range(slot.input(), groups, chunks - groups),
-            range(slot.counts.buffer.handle, 0, vk::WHOLE_SIZE),
-        ];
-        let writes = BINDINGS.map(|at| {
-            vk::WriteDescriptorSet::default()
-                .dst_set(set)
-                .dst_binding(at)
-                .descriptor_type(kind(at))
-                .buffer_info(&infos[at as usize])
-        });
-        // SAFETY: set and buffers are alive, and no command uses the set yet.
-        unsafe { context.device().update_descriptor_sets(&writes, &[]) };
+        [
+            atlas,
+            input(chunks, (4 * CHUNK) as u64),
+            input(0, groups),
+            input(groups, chunks - groups),
+            vk::DescriptorBufferInfo::default()
+                .buffer(self.counts.buffer.handle)
+                .range(vk::WHOLE_SIZE),
+        ]
     }
+}
+
+/// Writes the buffers of all bindings to a descriptor set that no command uses yet.
+fn write_set(
+    context: &Context,
+    set: vk::DescriptorSet,
+    buffers: [vk::DescriptorBufferInfo; BINDINGS.len()],
+) {
+    let writes = BINDINGS.map(|at| {
+        vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(at)
+            .descriptor_type(kind(at))
+            .buffer_info(std::slice::from_ref(&buffers[at as usize]))
+    });
+    // SAFETY: set and buffers are alive, and no command uses the set yet.
+    unsafe { context.device().update_descriptor_sets(&writes, &[]) };
 }
 
 impl ComputePath {
@@ -148,7 +160,7 @@ impl ComputePath {
             passes.begin(c"sabaki: input");
             let mut is_staged = false;
             for (gathered, slot) in culls() {
-                is_staged |= slot.record_copy(context, cmd, (gathered, &self.capacity));
+                is_staged |= slot.record_copy(passes, gathered, &self.capacity);
             }
             if is_staged {
                 let (before, after) = (Access::TRANSFER_WRITE, Access::COMPUTE_READ);

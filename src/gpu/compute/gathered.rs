@@ -8,11 +8,12 @@ use super::{
 use crate::{
     gpu::{
         GpuError, Mismatch,
+        device_path::CullRequest,
         error::within,
         shader_table::{COUNTS, CandidateGroup, CountSettings, PlacedPlanes},
     },
     maps::MapGrid,
-    query::cull::{Counted, CullCandidate, CullInput},
+    query::cull::CullCandidate,
 };
 
 /// Number of candidates of a work group, one for each invocation: `local_size_x` in `shaders/count.comp.glsl`.
@@ -104,7 +105,7 @@ impl Gathered {
     /// Computes the layout of an input.
     pub(super) fn fill(
         &mut self,
-        (input, counted): (&CullInput<'_>, Counted),
+        CullRequest { input, counted }: CullRequest<'_>,
         planes: &Planes,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {

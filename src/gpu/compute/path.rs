@@ -7,21 +7,22 @@ use ash::vk;
 
 use super::{
     gathered::{Capacity, Gathered},
-    planes::Planes,
-    slot::Slot,
+    planes::{PageLimit, Planes},
+    slot::{Slot, SlotDesc},
 };
 use crate::{
     gpu::{
         Context, CullerDesc, GpuError, Memory,
         barriers::Access,
         counts::Counts,
-        device_path::DevicePath,
+        device_path::{CullRequest, DevicePath},
         passes::Passes,
         pipelines::{COUNT, Pipeline, PipelineInputs},
+        resources::DeviceMemory,
         shader_table::COUNTS,
         uploaded::Uploaded,
     },
-    query::cull::{Counted, CullInput, CullPath, Overlap},
+    query::cull::{CullPath, Overlap},
 };
 
 /// Counts overlaps with a compute shader.
@@ -80,8 +81,14 @@ impl ComputePath {
         let most = u64::from(context.limits().max_storage_buffer_range);
         let wanted = desc.compute.max_page;
         let page = match wanted < most {
-            true => ("ComputeSettings::max_page", wanted),
-            false => ("maxStorageBufferRange", most),
+            true => PageLimit {
+                name: "ComputeSettings::max_page",
+                bytes: wanted,
+            },
+            false => PageLimit {
+                name: "maxStorageBufferRange",
+                bytes: most,
+            },
         };
         Planes::new(desc.atlas, page)
     }
@@ -108,7 +115,8 @@ impl ComputePath {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         let words = bytemuck::cast_slice(&self.planes.words);
         let atlas = format!("{name}: atlas");
-        parts.atlas.fill(context, memory, &atlas, words)?;
+        let mut device = DeviceMemory { context, memory };
+        parts.atlas.fill(&mut device, &atlas, words)?;
         parts.make_layout(context)?;
         for (pipeline, may_be_large) in parts.pipelines.iter_mut().zip([0, 1]) {
             let constants = [self.planes.grid.attack_pitch, may_be_large];
@@ -121,9 +129,15 @@ impl ComputePath {
         }
         for slot in 0..desc.frames_in_flight.max(1) {
             let name = format!("{name}: slot {slot}");
+            let desc = SlotDesc {
+                name: &name,
+                capacity: &self.capacity,
+                input: desc.compute.input,
+            };
+            // Stored before it is filled, so that it is freed after a failure.
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
-                slot.fill(context, memory, &name, (&self.capacity, desc.compute.input))?;
+                slot.fill(&mut device, &desc)?;
             }
         }
         parts.make_sets(context, &self.capacity, &self.planes.pages)
@@ -131,17 +145,11 @@ impl ComputePath {
 }
 
 impl DevicePath for ComputePath {
-    fn gather(
-        &mut self,
-        entry: usize,
-        input: &CullInput<'_>,
-        counted: Counted,
-    ) -> Result<(), GpuError> {
+    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError> {
         if self.gathered.len() <= entry {
             self.gathered.resize_with(entry + 1, Gathered::default);
         }
-        let wanted = (input, counted);
-        self.gathered[entry].fill(wanted, &self.planes, &self.capacity)
+        self.gathered[entry].fill(request, &self.planes, &self.capacity)
     }
 
     fn write(&mut self, entry: usize, slot: usize) -> Result<(), GpuError> {

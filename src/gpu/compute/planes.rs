@@ -44,6 +44,14 @@ pub(super) struct Planes {
     pub(super) grid: MapGrid,
 }
 
+/// Maximum size of a page.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PageLimit {
+    /// The setting or the limit of the device that it comes from.
+    pub(super) name: &'static str,
+    pub(super) bytes: u64,
+}
+
 /// One region's words, counted from its first entry.
 struct Drawing {
     words: Vec<u32>,
@@ -64,11 +72,8 @@ struct Plane {
 }
 
 impl Planes {
-    /// Pages of `most` bytes, for which `limit` is the name.
-    pub(super) fn new(
-        atlas: &RegionAtlas,
-        (limit, most): (&'static str, u64),
-    ) -> Result<Self, GpuError> {
+    /// Draws the planes of an atlas. Fails if the words of one region exceed a page.
+    pub(super) fn new(atlas: &RegionAtlas, limit: PageLimit) -> Result<Self, GpuError> {
         let grid = atlas.grid();
         let mut planes = Self {
             words: Vec::new(),
@@ -78,8 +83,8 @@ impl Planes {
         };
         for region in atlas.regions() {
             let drawing = Drawing::new(region, grid.slices);
-            within(limit, 4 * drawing.words.len() as u64, most)?;
-            planes.add(region, drawing, most);
+            within(limit.name, 4 * drawing.words.len() as u64, limit.bytes)?;
+            planes.add(region, drawing, limit.bytes);
         }
         Ok(planes)
     }

@@ -1,22 +1,23 @@
-//! What one cull in flight needs for itself: its input and its counts.
+//! Buffers of one cull in flight: its input and its counts.
 
 use ash::vk;
 
 use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
     Context, GpuError, InputWay, Memory, MemoryUse,
-    counts::{Counts, HEADER},
-    resources::{Buffer, BufferDesc},
+    counts::{Counts, CountsDesc, HEADER},
+    passes::Passes,
+    resources::{Buffer, BufferDesc, DeviceMemory},
 };
 
-/// Null handles by default; destroying those does nothing.
+/// Buffers and descriptor sets of one cull in flight. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
     /// Candidates, groups of them, then the attack, as the host writes them.
     upload: Buffer,
     /// The same on the device; null where shaders read what the host has written.
     copy: Buffer,
-    /// Three for each part of a sum and candidate.
+    /// Three counts for each candidate and part of a sum.
     pub(super) counts: Counts,
     /// Parts of a sum in the cull that was recorded last.
     pub(super) sums: u32,
@@ -26,16 +27,27 @@ pub(super) struct Slot {
     pub(super) sets: Vec<vk::DescriptorSet>,
 }
 
+/// Settings of a [`Slot`].
+pub(super) struct SlotDesc<'a> {
+    /// Prefix of the names of its buffers.
+    pub(super) name: &'a str,
+    pub(super) capacity: &'a Capacity,
+    pub(super) input: InputWay,
+}
+
 impl Slot {
     /// Fills a default slot. After a failure [`Slot::destroy`] frees what there is.
     pub(super) fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
-        name: &str,
-        (capacity, way): (&Capacity, InputWay),
+        device: &mut DeviceMemory<'_>,
+        desc: &SlotDesc<'_>,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
+        let SlotDesc {
+            name,
+            capacity,
+            input,
+        } = *desc;
         let size = capacity.offsets().end;
         let mut buffer = |what: &str, usage, who| {
             let desc = BufferDesc {
@@ -44,10 +56,10 @@ impl Slot {
                 usage,
                 memory: who,
             };
-            Buffer::new(context, memory, desc)
+            device.buffer(desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER;
-        match way {
+        match input {
             InputWay::Staged => {
                 self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
                 let usage = usage | Usage::TRANSFER_DST;
@@ -57,8 +69,12 @@ impl Slot {
                 self.upload = buffer("input", usage, MemoryUse::Upload)?;
             }
         }
-        let counts = (&*format!("{name}: counts"), capacity.counts());
-        self.counts = Counts::new(context, memory, counts, Usage::STORAGE_BUFFER)?;
+        let counts = CountsDesc {
+            name: &format!("{name}: counts"),
+            words: capacity.counts(),
+            usage: Usage::STORAGE_BUFFER,
+        };
+        self.counts = Counts::new(device, &counts)?;
         Ok(())
     }
 
@@ -93,15 +109,15 @@ impl Slot {
         Ok(())
     }
 
-    /// Records the input's way to where shaders read it, and says whether there is one.
+    /// Records the copy of the input to the buffer that shaders read. Returns whether there is one.
     ///
     /// # Safety
-    /// `cmd` is being recorded outside of rendering, and the slot is free.
+    /// The passes are being recorded outside of rendering, and the slot is free.
     pub(super) unsafe fn record_copy(
         &self,
-        context: &Context,
-        cmd: vk::CommandBuffer,
-        (gathered, capacity): (&Gathered, &Capacity),
+        passes: &Passes<'_>,
+        gathered: &Gathered,
+        capacity: &Capacity,
     ) -> bool {
         if self.is_direct() {
             return false;
@@ -112,11 +128,9 @@ impl Slot {
                 .dst_offset(offset)
                 .size(part.len() as u64)
         });
-        // SAFETY: the caller vouches for `cmd`; both buffers hold this many bytes.
-        unsafe {
-            let device = context.device();
-            device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, &copies);
-        }
+        let (device, cmd) = (passes.context.device(), passes.cmd);
+        // SAFETY: the caller vouches for the command buffer; both buffers hold this many bytes.
+        unsafe { device.cmd_copy_buffer(cmd, self.upload.handle, self.copy.handle, &copies) };
         true
     }
 
@@ -132,7 +146,7 @@ impl Slot {
     }
 }
 
-/// Where the parts of an input go. None is empty where there are candidates and blocks.
+/// Parts of an input with their offsets, in bytes. None is empty if there are candidates and blocks.
 fn parts<'a>(gathered: &'a Gathered, capacity: &Capacity) -> [(u64, &'a [u8]); 3] {
     let offsets = capacity.offsets();
     [

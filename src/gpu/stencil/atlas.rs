@@ -6,6 +6,7 @@ use crate::gpu::{
     Context, GpuError, Memory,
     barriers::{self, Access},
     error::{Named, within},
+    resources::DeviceMemory,
     uploaded::Uploaded,
 };
 
@@ -22,15 +23,15 @@ impl Atlas {
     /// Fills a default atlas. After a failure, [`Atlas::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
+        device: &mut DeviceMemory<'_>,
         name: &str,
         words: &[u32],
     ) -> Result<(), GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(words);
+        let context = device.context;
         let most = context.limits().max_storage_buffer_range;
         within("maxStorageBufferRange", bytes.len() as u64, most.into())?;
-        self.words.fill(context, memory, name, bytes)?;
+        self.words.fill(device, name, bytes)?;
         self.make_layout(context)?;
         self.make_set(context)
     }

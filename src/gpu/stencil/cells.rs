@@ -48,6 +48,30 @@ pub(super) struct Cell {
     discs: Range<u32>,
 }
 
+/// Discs of one kind of a layer of the attack.
+struct Layer {
+    /// Index in [`AttackDrawing::layers`].
+    index: u32,
+    source: Source,
+    /// Range in [`AttackDrawing::discs`].
+    discs: Range<u32>,
+}
+
+impl Layer {
+    /// Cell of one slice with all discs, without rectangle and position.
+    fn cell(&self, slice: u32) -> Cell {
+        Cell {
+            plane: 0,
+            source: self.source,
+            layer: self.index,
+            slice,
+            rect: MapRect::default(),
+            place: Place::default(),
+            discs: self.discs.clone(),
+        }
+    }
+}
+
 /// Cells of one layer and plane, over which a candidate is drawn together.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -121,14 +145,28 @@ impl Cells {
         self.discs.clear();
         for (layer, index) in attack.layers.iter().zip(0..) {
             if wanted(Source::Inner) {
-                self.slices(attack, (index, Source::Inner), layer.inner.clone(), room);
+                let layer = Layer {
+                    index,
+                    source: Source::Inner,
+                    discs: layer.inner.clone(),
+                };
+                self.slices(attack, layer, room);
             }
             if wanted(Source::Outer) {
-                self.slices(attack, (index, Source::Outer), layer.outer.clone(), room);
+                let layer = Layer {
+                    index,
+                    source: Source::Outer,
+                    discs: layer.outer.clone(),
+                };
+                self.slices(attack, layer, room);
             }
             if wanted(Source::Any) {
-                let cell = (index, Source::Any, 0);
-                self.cut(attack, cell, layer.inner.clone(), room);
+                let layer = Layer {
+                    index,
+                    source: Source::Any,
+                    discs: layer.inner.clone(),
+                };
+                self.cut(attack, layer.cell(0), room);
             }
         }
         self.place(room);
@@ -142,32 +180,24 @@ impl Cells {
     }
 
     /// Adds a cell for each slice of a layer. Its discs are sorted by slice.
-    fn slices(
-        &mut self,
-        attack: &AttackDrawing,
-        (layer, source): (u32, Source),
-        discs: Range<u32>,
-        room: Room,
-    ) {
-        let mut start = discs.start;
-        while start < discs.end {
-            let rest = &attack.discs[start as usize..discs.end as usize];
+    fn slices(&mut self, attack: &AttackDrawing, layer: Layer, room: Room) {
+        let mut start = layer.discs.start;
+        while start < layer.discs.end {
+            let rest = &attack.discs[start as usize..layer.discs.end as usize];
             let slice = rest[0].slice;
             let end = start + rest.partition_point(|one| one.slice <= slice) as u32;
-            self.cut(attack, (layer, source, slice), start..end, room);
+            let cell = Cell {
+                discs: start..end,
+                ..layer.cell(slice)
+            };
+            self.cut(attack, cell, room);
             start = end;
         }
     }
 
-    /// Adds the cell around discs, divided if it is larger than the target.
-    fn cut(
-        &mut self,
-        attack: &AttackDrawing,
-        (layer, source, slice): (u32, Source, u32),
-        discs: Range<u32>,
-        room: Room,
-    ) {
-        let all = &attack.discs[discs.start as usize..discs.end as usize];
+    /// Adds the cell around its discs, divided if it is larger than the target.
+    fn cut(&mut self, attack: &AttackDrawing, cell: Cell, room: Room) {
+        let all = &attack.discs[cell.discs.start as usize..cell.discs.end as usize];
         let rects = all.iter().map(|one| around(one, attack));
         let whole = rects.fold(MapRect::default(), MapRect::union);
         let [columns, rows] = room.target;
@@ -184,13 +214,8 @@ impl Cells {
                     continue;
                 }
                 self.cells.push(Cell {
-                    plane: 0,
-                    source,
-                    layer,
-                    slice,
                     rect,
-                    place: Place::default(),
-                    discs: discs.clone(),
+                    ..cell.clone()
                 });
             }
         }

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::gpu::{
     Counting,
-    barriers::{self, Access},
+    barriers::{self, Access, StencilBarrier},
     counts::{HEADER, record_numbers},
     passes::Passes,
     pipelines::StencilRule,
@@ -105,7 +105,7 @@ impl StencilPath {
         unsafe {
             for cull in self.culls(slots) {
                 let queries = &cull.entry.gathered.queries;
-                cull.slot.sums.record_start(context, cmd, queries);
+                cull.slot.sums.record_start(passes, queries.len());
             }
             barriers::memory(context, cmd, written, counted);
             for cull in self.culls(slots) {
@@ -114,7 +114,7 @@ impl StencilPath {
             barriers::memory(context, cmd, counted, Access::TRANSFER_READ);
             for Cull { entry, slot } in self.culls(slots) {
                 let queries = &entry.gathered.queries;
-                slot.sums.record_end(context, cmd, (&slot.counts, queries));
+                slot.sums.record_end(passes, &slot.counts, queries.len());
             }
         }
     }
@@ -133,10 +133,10 @@ impl StencilPath {
                 clear: Some(0),
                 stored: false,
             };
-            let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
+            let barrier = StencilBarrier::before_drawing(parts.target.image, true);
             // SAFETY: the caller vouches for `cmd`; all handles are this path's.
             unsafe {
-                barriers::stencil_image(context, cmd, image, uses, true);
+                barriers::stencil_image(context, cmd, barrier);
                 drawing::begin(context, cmd, &parts.target, rendering);
                 passes.begin(c"sabaki: attack");
                 self.record_attack(cmd, cull, pass);
@@ -184,8 +184,8 @@ impl StencilPath {
         // queries, and the results have a word for each.
         unsafe {
             device.cmd_reset_query_pool(cmd, parts.pool, 0, count);
-            let (image, uses) = (parts.target.image, (Access::STENCIL, Access::STENCIL));
-            barriers::stencil_image(context, cmd, image, uses, turn.begins_pass);
+            let barrier = StencilBarrier::before_drawing(parts.target.image, turn.begins_pass);
+            barriers::stencil_image(context, cmd, barrier);
             drawing::begin(context, cmd, &parts.target, rendering);
             if turn.begins_pass {
                 passes.begin(c"sabaki: attack");

@@ -8,13 +8,13 @@ use std::ops::Range;
 use super::{
     balance::Balance,
     boxes::CORNERS,
-    cells::{Cell, Cells, Group, Room, Source},
-    maps::{MapBits, Maps, Part, Reach},
+    cells::{Cell, Cells, Room, Source},
+    maps::{CandidateMap, MapBits, Maps, Part, Reach},
 };
 use crate::{
-    gpu::{GpuError, error::within, shader_table::BoxCorner},
+    gpu::{GpuError, device_path::CullRequest, error::within, shader_table::BoxCorner},
     maps::{FixedTransform2, MapRect},
-    query::cull::{Counted, CullCandidate, CullInput},
+    query::cull::{Counted, CullCandidate},
 };
 
 /// First bit of a box's number in `map.w` (`shaders/include/candidate.glsl`), above log2 of the bits of a texel.
@@ -76,7 +76,7 @@ impl Gathered {
     /// Computes the layout of an input.
     pub(super) fn fill(
         &mut self,
-        (input, counted): (&CullInput<'_>, Counted),
+        CullRequest { input, counted }: CullRequest<'_>,
         maps: &Maps,
         capacity: &Capacity,
     ) -> Result<(), GpuError> {
@@ -101,7 +101,9 @@ impl Gathered {
         self.ways.extend(turns.map(WayBack::new));
         for pass in 0..self.cells.passes.len() as u32 {
             for part in parts() {
-                self.queries((pass, part), (input.candidates, of(part)), maps);
+                let source = of(part);
+                let kind = QueryKind { pass, part, source };
+                self.queries(kind, input.candidates, maps);
                 let boxes = self.boxes() as u64;
                 within("StencilSettings::max_boxes", boxes, capacity.boxes.into())?;
             }
@@ -136,12 +138,8 @@ impl Gathered {
     }
 
     /// Adds a query for each candidate with boxes in a pass.
-    fn queries(
-        &mut self,
-        (pass, part): (u32, Part),
-        (candidates, source): (&[CullCandidate], Source),
-        maps: &Maps,
-    ) {
+    fn queries(&mut self, kind: QueryKind, candidates: &[CullCandidate], maps: &Maps) {
+        let QueryKind { pass, part, source } = kind;
         let groups = self.cells.passes[pass as usize].groups[source as usize].clone();
         for (candidate, index) in candidates.iter().zip(0..) {
             let first = self.draws.len();
@@ -149,18 +147,24 @@ impl Gathered {
                 if group.clock != candidate.clock {
                     continue;
                 }
-                let number = self.queries.len() as u32;
-                let Some((map, reaches)) = maps.find(candidate, (group.slab, part)) else {
+                let Some(map) = maps.find(candidate, group.slab, part) else {
                     continue;
                 };
                 let start = self.boxes() as u32;
                 let way = &self.ways[index as usize];
-                let cells = &self.cells.cells[group.cells.start as usize..group.cells.end as usize];
-                push_boxes(
-                    (group, cells, number),
-                    (map, reaches, way),
-                    &mut self.corners,
-                );
+                if !way
+                    .around(&map.reaches[0])
+                    .intersection(group.rect)
+                    .is_empty()
+                {
+                    let placed = PlacedMap {
+                        map,
+                        way,
+                        query: self.queries.len() as u32,
+                    };
+                    let cells = group.cells.start as usize..group.cells.end as usize;
+                    placed.push_boxes(&self.cells.cells[cells], &mut self.corners);
+                }
                 let end = self.boxes() as u32;
                 match self.draws[first..].last_mut() {
                     _ if start == end => {}
@@ -183,43 +187,56 @@ impl Gathered {
     }
 }
 
-/// Adds the boxes in which a candidate's map can overlap the attack's map of a layer.
-fn push_boxes(
-    (group, cells, number): (&Group, &[Cell], u32),
-    (map, reaches, way): (&MapBits, &[Reach], &WayBack),
-    corners: &mut Vec<BoxCorner>,
-) {
-    if way.around(&reaches[0]).intersection(group.rect).is_empty() {
-        return;
-    }
-    for cell in cells {
-        let Some(reach) = reaches.get(1 + cell.slice as usize) else {
-            continue;
-        };
-        let shared = way.around(reach).intersection(cell.rect);
-        if shared.is_empty() {
-            continue;
+/// The part of the candidates that queries count in a pass.
+#[derive(Clone, Copy)]
+struct QueryKind {
+    pass: u32,
+    part: Part,
+    /// Maps of the attack that the part is counted in.
+    source: Source,
+}
+
+/// A candidate's map with its place in the attack's maps.
+struct PlacedMap<'a> {
+    map: CandidateMap<'a>,
+    way: &'a WayBack,
+    /// Number of the query that counts it.
+    query: u32,
+}
+
+impl PlacedMap<'_> {
+    /// Adds the boxes in which the map can overlap the attack's cells.
+    fn push_boxes(&self, cells: &[Cell], corners: &mut Vec<BoxCorner>) {
+        let Self { map, way, query } = *self;
+        for cell in cells {
+            let Some(reach) = map.reaches.get(1 + cell.slice as usize) else {
+                continue;
+            };
+            let shared = way.around(reach).intersection(cell.rect);
+            if shared.is_empty() {
+                continue;
+            }
+            // In the target, where the first texel of the attack's rectangle may lie outside.
+            let origin = [
+                cell.place.x as i32 - cell.rect.u,
+                cell.place.y as i32 - cell.rect.v,
+            ];
+            let low = [origin[0] + shared.u, origin[1] + shared.v];
+            let high = [low[0] + shared.width as i32, low[1] + shared.height as i32];
+            let turn = way.onto(map.bits, origin);
+            let bits = [
+                map.bits.width | map.bits.height << 16,
+                map.bits.first_bit + cell.slice,
+                map.bits.row_bits,
+                map.bits.texel_bits_log2 | query << NUMBER_SHIFT,
+            ];
+            let places = [low, [high[0], low[1]], [low[0], high[1]], high];
+            corners.extend(places.map(|place| BoxCorner {
+                corner: place.map(|texel| texel as u16),
+                turn,
+                map: bits,
+            }));
         }
-        // In the target, where the first texel of the attack's rectangle may lie outside.
-        let origin = [
-            cell.place.x as i32 - cell.rect.u,
-            cell.place.y as i32 - cell.rect.v,
-        ];
-        let low = [origin[0] + shared.u, origin[1] + shared.v];
-        let high = [low[0] + shared.width as i32, low[1] + shared.height as i32];
-        let turn = way.onto(map, origin);
-        let map = [
-            map.width | map.height << 16,
-            map.first_bit + cell.slice,
-            map.row_bits,
-            map.texel_bits_log2 | number << NUMBER_SHIFT,
-        ];
-        let places = [low, [high[0], low[1]], [low[0], high[1]], high];
-        corners.extend(places.map(|place| BoxCorner {
-            corner: place.map(|texel| texel as u16),
-            turn,
-            map,
-        }));
     }
 }
 

@@ -40,6 +40,14 @@ pub(super) struct Reach {
     pub(super) half: [f32; 2],
 }
 
+/// A candidate's map in a slab.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CandidateMap<'a> {
+    pub(super) bits: &'a MapBits,
+    /// Bounding rectangles: of all slices first, then of each slice.
+    pub(super) reaches: &'a [Reach],
+}
+
 /// The maps of an atlas.
 #[derive(Debug)]
 pub(super) struct Maps {
@@ -112,17 +120,21 @@ impl Maps {
         }
     }
 
-    /// Bits of a candidate's map in a slab, and its bounding rectangles: of all slices first, then of each slice.
+    /// A candidate's map in a slab, or `None` if its region does not reach the slab.
     pub(super) fn find(
         &self,
         candidate: &CullCandidate,
-        (slab, part): (Slab, Part),
-    ) -> Option<(&MapBits, &[Reach])> {
+        slab: Slab,
+        part: Part,
+    ) -> Option<CandidateMap<'_>> {
         let entry = self.packed.find(candidate.region, slab)?;
         let each = self.slices + 1;
         let first = (entry as usize * 3 + part as usize) * each;
         let bits = &self.bits[entry as usize * 3 + part as usize];
-        Some((bits, &self.reaches[first..first + each]))
+        Some(CandidateMap {
+            bits,
+            reaches: &self.reaches[first..first + each],
+        })
     }
 }
 

@@ -13,21 +13,21 @@ use super::{
     boxes,
     gathered::{Capacity, Gathered, MOST_BOXES},
     maps::{Maps, Part},
-    slot::Slot,
+    slot::{Slot, SlotDesc},
     tally::{self, ByPlane},
 };
 use crate::{
     gpu::{
         Context, Counting, CullerDesc, GpuError, Memory, MemoryUse,
         counts::Counts,
-        device_path::DevicePath,
+        device_path::{CullRequest, DevicePath},
         drivers,
         error::{Named, within},
         passes::Passes,
         pipelines::{CANDIDATES, DISCS, Pipeline, PipelineInputs, TALLY},
-        resources::{Buffer, BufferDesc, StencilTarget},
+        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
     },
-    query::cull::{Counted, CullInput, CullPath, Overlap},
+    query::cull::{CullPath, Overlap},
 };
 
 /// Counts overlaps with the stencil buffer.
@@ -140,9 +140,8 @@ impl StencilPath {
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
         let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
         let atlas = format!("{name}: atlas");
-        parts
-            .atlas
-            .fill(context, memory, &atlas, self.maps.words())?;
+        let mut device = DeviceMemory { context, memory };
+        parts.atlas.fill(&mut device, &atlas, self.maps.words())?;
         let indices = boxes::indices();
         let bytes: &[u8] = bytemuck::cast_slice(&indices);
         let of_boxes = BufferDesc {
@@ -151,7 +150,7 @@ impl StencilPath {
             usage: vk::BufferUsageFlags::INDEX_BUFFER,
             memory: MemoryUse::Upload,
         };
-        parts.indices = Buffer::new(context, memory, of_boxes)?;
+        parts.indices = device.buffer(of_boxes)?;
         parts.indices.write(context, 0, bytes)?;
         let inputs = PipelineInputs {
             cache: desc.pipeline_cache,
@@ -178,14 +177,20 @@ impl StencilPath {
             }
         };
         let target = format!("{name}: attack");
-        parts.target = StencilTarget::new(context, memory, &target, self.capacity.target)?;
+        parts.target = StencilTarget::new(&mut device, &target, self.capacity.target)?;
         for slot in 0..slots {
             let name = format!("{name}: slot {slot}");
+            let desc = SlotDesc {
+                name: &name,
+                capacity: &self.capacity,
+                counting: self.counting,
+            };
+            // Stored before it is filled, so that it is freed after a failure.
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
-                slot.fill(context, memory, &name, (&self.capacity, self.counting))?;
+                slot.fill(&mut device, &desc)?;
                 if self.counting == Counting::Atomics {
-                    slot.sums.make_set(context, (&parts.tally, &parts.atlas))?;
+                    slot.sums.make_set(context, &parts.tally, &parts.atlas)?;
                 }
             }
         }
@@ -194,18 +199,12 @@ impl StencilPath {
 }
 
 impl DevicePath for StencilPath {
-    fn gather(
-        &mut self,
-        entry: usize,
-        input: &CullInput<'_>,
-        counted: Counted,
-    ) -> Result<(), GpuError> {
+    fn gather(&mut self, entry: usize, request: CullRequest<'_>) -> Result<(), GpuError> {
         if self.entries.len() <= entry {
             self.entries.resize_with(entry + 1, Entry::default);
         }
-        let wanted = (input, counted);
         let gathered = &mut self.entries[entry].gathered;
-        gathered.fill(wanted, &self.maps, &self.capacity)?;
+        gathered.fill(request, &self.maps, &self.capacity)?;
         match self.counting {
             Counting::Queries => {
                 let entries = self.entries[..=entry].iter();

@@ -13,10 +13,10 @@ use super::{
 use crate::{
     gpu::{
         Context, GpuError, Memory, MemoryUse,
-        barriers::{self, Access},
+        barriers::{self, Access, StencilBarrier},
         error::within,
         pipelines::{DISCS, Pipeline, PipelineInputs, RECTS},
-        resources::{Buffer, BufferDesc, StencilTarget},
+        resources::{Buffer, BufferDesc, DeviceMemory, StencilTarget},
         shader_table::{PlacedDisc, TargetSide},
     },
     maps::Drawing,
@@ -116,32 +116,25 @@ impl Rasterizer {
     fn fill(&mut self, memory: &mut dyn Memory, name: &str) -> Result<(), GpuError> {
         let (context, parts) = (&self.context, &mut self.parts);
         let inputs = PipelineInputs::default();
+        let mut device = DeviceMemory { context, memory };
         parts.live = true;
         parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
         parts.rects = Pipeline::new(context, &RECTS, &inputs)?;
         let side = self.room.side;
         let target = format!("{name}: target");
-        parts.target = StencilTarget::new(context, memory, &target, [side, side])?;
-        parts.instances = Buffer::new(
-            context,
-            memory,
-            BufferDesc {
-                name: &format!("{name}: discs"),
-                size: u64::from(self.room.instances) * size_of::<PlacedDisc>() as u64,
-                usage: vk::BufferUsageFlags::VERTEX_BUFFER,
-                memory: MemoryUse::Upload,
-            },
-        )?;
-        parts.texels = Buffer::new(
-            context,
-            memory,
-            BufferDesc {
-                name: &format!("{name}: texels"),
-                size: u64::from(side) * u64::from(side),
-                usage: vk::BufferUsageFlags::TRANSFER_DST,
-                memory: MemoryUse::Readback,
-            },
-        )?;
+        parts.target = StencilTarget::new(&mut device, &target, [side, side])?;
+        parts.instances = device.buffer(BufferDesc {
+            name: &format!("{name}: discs"),
+            size: u64::from(self.room.instances) * size_of::<PlacedDisc>() as u64,
+            usage: vk::BufferUsageFlags::VERTEX_BUFFER,
+            memory: MemoryUse::Upload,
+        })?;
+        parts.texels = device.buffer(BufferDesc {
+            name: &format!("{name}: texels"),
+            size: u64::from(side) * u64::from(side),
+            usage: vk::BufferUsageFlags::TRANSFER_DST,
+            memory: MemoryUse::Readback,
+        })?;
         Ok(())
     }
 
@@ -177,11 +170,16 @@ impl Rasterizer {
         let (context, image) = (&self.context, self.parts.target.image);
         // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use.
         unsafe {
-            let uses = (Access::STENCIL, Access::STENCIL);
-            barriers::stencil_image(context, cmd, image, uses, true);
+            let barrier = StencilBarrier::before_drawing(image, true);
+            barriers::stencil_image(context, cmd, barrier);
             self.record_passes(cmd, batch);
-            let uses = (Access::STENCIL, Access::COPY_READ);
-            barriers::stencil_image(context, cmd, image, uses, false);
+            let barrier = StencilBarrier {
+                image,
+                before: Access::STENCIL,
+                after: Access::COPY_READ,
+                discards: false,
+            };
+            barriers::stencil_image(context, cmd, barrier);
             self.record_copy(cmd, batch);
             barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
         }

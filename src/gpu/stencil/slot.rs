@@ -10,12 +10,12 @@ use super::{
 };
 use crate::gpu::{
     Context, Counting, GpuError, Memory, MemoryUse,
-    counts::{Counts, HEADER},
-    resources::{Buffer, BufferDesc},
+    counts::{Counts, CountsDesc, HEADER},
+    resources::{Buffer, BufferDesc, DeviceMemory},
     shader_table::{BoxCorner, PlacedDisc},
 };
 
-/// Null handles by default; destroying those does nothing.
+/// Buffers of one cull in flight. Default: null handles.
 #[derive(Debug, Default)]
 pub(super) struct Slot {
     /// Vertex attributes of the attack's discs.
@@ -30,15 +30,26 @@ pub(super) struct Slot {
     pub(super) queries: Vec<(u32, Part)>,
 }
 
+/// Settings of a [`Slot`].
+pub(super) struct SlotDesc<'a> {
+    /// Prefix of the names of its buffers.
+    pub(super) name: &'a str,
+    pub(super) capacity: &'a Capacity,
+    pub(super) counting: Counting,
+}
+
 impl Slot {
     /// Fills a default slot. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
-        name: &str,
-        (capacity, counting): (&Capacity, Counting),
+        device: &mut DeviceMemory<'_>,
+        desc: &SlotDesc<'_>,
     ) -> Result<(), GpuError> {
+        let SlotDesc {
+            name,
+            capacity,
+            counting,
+        } = *desc;
         let discs = u64::from(capacity.discs) * size_of::<PlacedDisc>() as u64;
         let corners = u64::from(capacity.boxes) * (CORNERS * size_of::<BoxCorner>()) as u64;
         let mut vertices = |what: &str, size| {
@@ -48,17 +59,20 @@ impl Slot {
                 usage: vk::BufferUsageFlags::VERTEX_BUFFER,
                 memory: MemoryUse::Upload,
             };
-            Buffer::new(context, memory, desc)
+            device.buffer(desc)
         };
         self.discs = vertices("discs", discs)?;
         self.corners = vertices("boxes", corners)?;
-        // No query is without a box.
-        let counts = (&*format!("{name}: counts"), capacity.boxes.into());
-        self.counts = Counts::new(context, memory, counts, vk::BufferUsageFlags::empty())?;
-
+        let counts = CountsDesc {
+            name: &format!("{name}: counts"),
+            // No query is without a box.
+            words: capacity.boxes.into(),
+            usage: vk::BufferUsageFlags::empty(),
+        };
+        self.counts = Counts::new(device, &counts)?;
         if counting == Counting::Atomics {
-            let sums = (&*format!("{name}: sums"), capacity.boxes);
-            return self.sums.fill(context, memory, sums);
+            let name = format!("{name}: sums");
+            self.sums.fill(device, &name, capacity.boxes)?;
         }
         Ok(())
     }

@@ -7,17 +7,13 @@ use std::ops::Range;
 
 use ash::vk;
 
-use super::{
-    atlas::Atlas,
-    boxes::CORNERS,
-    cells::Plane,
-    gathered::{Draw, Query},
-};
+use super::{atlas::Atlas, boxes::CORNERS, cells::Plane, gathered::Draw};
 use crate::gpu::{
     Context, GpuError, Memory, MemoryUse,
     counts::{Counts, HEADER},
     error::Named,
-    resources::{Buffer, BufferDesc},
+    passes::Passes,
+    resources::{Buffer, BufferDesc, DeviceMemory},
     shader_table::{BoxCorner, TALLY_FRAG},
 };
 
@@ -119,9 +115,9 @@ impl Sums {
     /// Fills default sums for a number of queries.
     pub(super) fn fill(
         &mut self,
-        context: &Context,
-        memory: &mut dyn Memory,
-        (name, count): (&str, u32),
+        device: &mut DeviceMemory<'_>,
+        name: &str,
+        count: u32,
     ) -> Result<(), GpuError> {
         use vk::BufferUsageFlags as Usage;
         let desc = BufferDesc {
@@ -130,7 +126,7 @@ impl Sums {
             usage: Usage::STORAGE_BUFFER | Usage::TRANSFER_DST | Usage::TRANSFER_SRC,
             memory: MemoryUse::Device,
         };
-        self.buffer = Buffer::new(context, memory, desc)?;
+        self.buffer = device.buffer(desc)?;
         Ok(())
     }
 
@@ -138,7 +134,8 @@ impl Sums {
     pub(super) fn make_set(
         &mut self,
         context: &Context,
-        (layout, atlas): (&Layout, &Atlas),
+        layout: &Layout,
+        atlas: &Atlas,
     ) -> Result<(), GpuError> {
         let device = context.device();
         let layouts = [layout.layout];
@@ -170,39 +167,25 @@ impl Sums {
     /// Records the reset of the sums to 0, without barriers.
     ///
     /// # Safety
-    /// `cmd` is being recorded outside of rendering; no cull that is in flight has these sums.
-    pub(super) unsafe fn record_start(
-        &self,
-        context: &Context,
-        cmd: vk::CommandBuffer,
-        queries: &[Query],
-    ) {
-        let bytes = 4 * queries.len() as u64;
-        // SAFETY: the caller vouches for `cmd` and the sums, of which there is one for each query.
-        unsafe {
-            let device = context.device();
-            device.cmd_fill_buffer(cmd, self.buffer.handle, 0, bytes, 0);
-        }
+    /// The passes are being recorded outside of rendering; no cull that is in flight has these sums; there is a sum for each query.
+    pub(super) unsafe fn record_start(&self, passes: &Passes<'_>, queries: usize) {
+        let (device, bytes) = (passes.context.device(), 4 * queries as u64);
+        // SAFETY: the caller vouches for the command buffer and the sums.
+        unsafe { device.cmd_fill_buffer(passes.cmd, self.buffer.handle, 0, bytes, 0) };
     }
 
     /// Records the copy of the sums to the counts, without barriers.
     ///
     /// # Safety
-    /// As for [`Sums::record_start`].
-    pub(super) unsafe fn record_end(
-        &self,
-        context: &Context,
-        cmd: vk::CommandBuffer,
-        (counts, queries): (&Counts, &[Query]),
-    ) {
+    /// As for [`Sums::record_start`]; the counts have a word for each query.
+    pub(super) unsafe fn record_end(&self, passes: &Passes<'_>, counts: &Counts, queries: usize) {
         let copy = [vk::BufferCopy::default()
             .dst_offset(HEADER)
-            .size(4 * queries.len() as u64)];
+            .size(4 * queries as u64)];
         let (from, to) = (self.buffer.handle, counts.buffer.handle);
-        // SAFETY: the caller vouches for `cmd` and the sums; the counts have a word for each query.
-        unsafe {
-            context.device().cmd_copy_buffer(cmd, from, to, &copy);
-        }
+        let device = passes.context.device();
+        // SAFETY: the caller vouches for the command buffer, the sums and the counts.
+        unsafe { device.cmd_copy_buffer(passes.cmd, from, to, &copy) };
     }
 
     /// Frees the buffer. The device must no longer use it.
