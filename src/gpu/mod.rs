@@ -56,10 +56,12 @@ mod features;
 mod image;
 mod limits;
 mod memory;
+mod offer;
 mod passes;
 mod pipeline_cache;
 mod pipelines;
 mod raw;
+mod report;
 mod requirements;
 mod resources;
 mod shader_table;
@@ -78,12 +80,12 @@ pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSe
 pub use error::{GpuError, Mismatch};
 pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};
+pub use offer::{check, check_enabled};
 pub use passes::PassTime;
 pub use pipeline_cache::PipelineCache;
 pub use raw::{check_raw, command_buffer};
-pub use requirements::{
-    PathReport, Report, Requirement, RequirementKind, check, check_enabled, requirements,
-};
+pub use report::{PathReport, Report};
+pub use requirements::{Requirement, RequirementKind, requirements};
 pub use terms::{Terms, Without};
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as

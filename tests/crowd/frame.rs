@@ -182,10 +182,14 @@ fn check_pose(
     (id, found, frame): (CharacterId, &Character, usize),
 ) {
     let slice = crowd.pose_slice(id).unwrap();
-    let at = (&slice, sabaki::crowd::Form::Matrices);
-    let expected = stage.drawn(found, 0.0, at);
+    let form = sabaki::crowd::Form::Matrices;
+    let drawn = common::crowd::DrawnAs {
+        slice: &slice,
+        form,
+    };
+    let expected = stage.drawn(found, 0.0, drawn);
     for (joint, expected) in expected.iter().enumerate() {
-        let found = common::crowd::joint_of(out, &slice, at.1, joint);
+        let found = common::crowd::joint_of(out, &slice, form, joint);
         let apart = found.translation.distance(expected.translation);
         assert!(apart < 4e-4, "frame {frame}, {apart} m");
     }

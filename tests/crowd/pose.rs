@@ -7,7 +7,7 @@ use sabaki_testing as common;
 use std::path::PathBuf;
 
 use common::clips::{small_skeleton, swinging_clip};
-use common::crowd::{Stage, crowd_of, forms, furthest, joint_of, posed, settings};
+use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
@@ -146,8 +146,11 @@ fn a_crowd_goes_on_for_a_long_time() {
     let (mut coarser, mut fading) = (0, 0);
     for (&id, character) in ids.iter().zip(&characters) {
         let slice = crowd.pose_slice(id).unwrap();
-        let at = (&slice, Form::Matrices);
-        let expected = stage.drawn(character, f64::from(frames) / 60.0, at);
+        let drawn = DrawnAs {
+            slice: &slice,
+            form: Form::Matrices,
+        };
+        let expected = stage.drawn(character, f64::from(frames) / 60.0, drawn);
         for (joint, expected) in expected.iter().enumerate() {
             let found = joint_of(&out, &slice, Form::Matrices, joint);
             let apart = found.translation.distance(expected.translation);
@@ -224,8 +227,11 @@ fn held_characters_are_a_few_frames_behind() {
                 let slice = crowd.pose_slice(id).unwrap();
                 let is_at = |behind: u16| {
                     let seconds = 0.02 * f64::from(frame.saturating_sub(behind));
-                    let at = (&slice, Form::Matrices);
-                    let expected = stage.drawn(character, seconds, at);
+                    let drawn = DrawnAs {
+                        slice: &slice,
+                        form: Form::Matrices,
+                    };
+                    let expected = stage.drawn(character, seconds, drawn);
                     let place = |joint| joint_of(&out, &slice, Form::Matrices, joint).translation;
                     let joints = expected.iter().enumerate();
                     { joints }.all(|(joint, at)| place(joint).distance(at.translation) < 2.0 * NEAR)

@@ -7,7 +7,7 @@ use sabaki_testing::memory as counting;
 
 use common::cull::{counted, culler};
 use common::cull_cases::{self, Way};
-use common::timed::{atlas, attack, candidates};
+use common::timed::{Bounds, atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
 use sabaki::gpu::{ComputeSettings, Culler, CullerDesc, InputWay};
@@ -55,7 +55,14 @@ fn what_is_asked_for_is_counted_alone() {
     let grid = MapGrid::default();
     let mut random = Random(9);
     let atlas = atlas(&mut random, grid, 20);
-    let attack = attack(&mut random, grid, (RECT, 0..4));
+    let attack = attack(
+        &mut random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..4,
+        },
+    );
     let candidates = candidates(&mut random, &atlas, RECT, 200);
     let input = CullInput {
         atlas: &atlas,
@@ -107,7 +114,7 @@ fn attacks_of_many_chunks_agree() {
         width: 400,
         height: 300,
     };
-    let mut attack = attack(&mut random, grid, (rect, -1..7));
+    let mut attack = attack(&mut random, grid, Bounds { rect, slabs: -1..7 });
     for one in &mut attack.discs {
         one.disc.radius += 1000;
     }
@@ -143,7 +150,14 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
     };
     let mut random = Random(5);
     let atlas = atlas(&mut random, grid, 20);
-    let attack = attack(&mut random, grid, (RECT, 0..4));
+    let attack = attack(
+        &mut random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..4,
+        },
+    );
     let candidates = candidates(&mut random, &atlas, RECT, 700);
     let all = (u32::MAX, u64::MAX);
     let shapes = [
@@ -185,7 +199,14 @@ fn what_does_not_fit_is_refused_by_name() {
     let grid = MapGrid::default();
     let mut random = Random(6);
     let atlas = atlas(&mut random, grid, 4);
-    let attack = attack(&mut random, grid, (RECT, 0..3));
+    let attack = attack(
+        &mut random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..3,
+        },
+    );
     let candidates = candidates(&mut random, &atlas, RECT, 9);
     let desc = CullerDesc {
         max_candidates: 8,
@@ -255,7 +276,14 @@ fn a_cull_allocates_nothing() {
     let grid = MapGrid::default();
     let mut random = Random(1);
     let atlas = atlas(&mut random, grid, 6);
-    let attack = attack(&mut random, grid, (RECT, 0..3));
+    let attack = attack(
+        &mut random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..3,
+        },
+    );
     let candidates = candidates(&mut random, &atlas, RECT, 100);
     let input = CullInput {
         atlas: &atlas,

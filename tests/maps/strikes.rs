@@ -4,14 +4,14 @@
 
 use sabaki_testing as common;
 
-use common::answer::{answer_attack, first_counts};
+use common::answer::{answer_request, first_counts};
 use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
 use sabaki::internal::{AttackMaps, AttackMove};
 use sabaki::math::{Rigid2, Sphere};
-use sabaki::query::{Attack, Evaluation, Query, QuerySettings};
+use sabaki::query::{Attack, Query, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 fn set_at(maps: &AttackMaps, place: glam::Vec3) -> bool {
@@ -94,8 +94,9 @@ fn an_attack_of_the_graph_is_answered() {
             .unwrap()
             .playhead;
         let query = Query::new(baked, &settings);
-        let overlaps = first_counts(&query, (playhead, &attack));
-        let answer = answer_attack(&query, (playhead, &attack), Evaluation::Lazy);
+        let request = Request::new(playhead, &attack);
+        let overlaps = first_counts(&query, request);
+        let answer = answer_request(&query, request);
         assert_eq!(answer.avoided, answer.clearance().metres >= 0.0);
         avoided += usize::from(answer.avoided);
         met += usize::from(overlaps.iter().any(|overlap| overlap.evasion > 0));

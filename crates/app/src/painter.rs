@@ -4,7 +4,7 @@ use crate::headless::Headless;
 use sabaki::gpu::GpuError;
 use sabaki::internal::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
-use sabaki_draw::{Offscreen, Stage, StageDesc};
+use sabaki_draw::{Offscreen, Picture, Stage, StageDesc};
 
 /// A stage and an offscreen target of one size.
 #[derive(Debug)]
@@ -70,10 +70,15 @@ impl Painter {
         crowd: Option<&CrowdShot>,
     ) -> Result<Vec<u8>, GpuError> {
         let (stage, target) = (&mut self.stage, &self.target);
+        let picture = Picture {
+            shot,
+            crowd,
+            target: target.target(),
+        };
         // SAFETY: `run` gives a buffer that is being recorded, and has waited for the one before.
         device.run(|cmd| unsafe {
             target.record_start(cmd);
-            stage.record(cmd, 0, (shot, crowd), &target.target())?;
+            stage.record(cmd, 0, &picture)?;
             target.record_end(cmd);
             Ok(())
         })?;

@@ -25,7 +25,7 @@ use sabaki_app::live::{
     with_query_worker,
 };
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Crowd, FormationSettings};
+use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
 use screen::{Screen, Shown};
 use serde_json::Value;
 
@@ -248,7 +248,12 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         ..FormationSettings::default()
     };
     let body = Body::from_bones(&motions.skeleton);
-    let crowd = Crowd::new((&motions.skeleton, &body), clip.unwrap(), &settings).unwrap();
+    let performer = Performer {
+        skeleton: &motions.skeleton,
+        body: &body,
+        clip: clip.unwrap(),
+    };
+    let crowd = Crowd::new(performer, &settings).unwrap();
     let mut device = device();
     let desc = StageDesc {
         samples: 1,

@@ -25,10 +25,12 @@ mod shaders;
 mod stage;
 
 pub use offscreen::Offscreen;
-pub use stage::{Stage, StageDesc, Target};
+pub use stage::{Picture, Stage, StageDesc, Target};
 
 /// Image layout transitions that `sabaki-app` uses for its window. Not covered by semantic versioning.
 #[doc(hidden)]
 pub mod internal {
-    pub use crate::stage::image_use::{COPIED, DRAWN, Use, copy_to_host, turn};
+    pub use crate::stage::image_use::{
+        COPIED, DRAWN, HostCopy, ImageBarrier, ImageUse, copy_to_host, image_barrier,
+    };
 }

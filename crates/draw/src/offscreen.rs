@@ -3,9 +3,10 @@
 use ash::vk;
 
 use super::Target;
-use super::stage::image_use::{COPIED, DRAWN, copy_to_host, turn};
-use sabaki::gpu::internal::{Buffer, BufferDesc};
-use sabaki::gpu::internal::{Image, ImageDesc};
+use super::stage::image_use::{
+    COPIED, DRAWN, HostCopy, ImageBarrier, ImageUse, copy_to_host, image_barrier,
+};
+use sabaki::gpu::internal::{Buffer, BufferDesc, Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 
 /// A render target whose pixels the host can read.
@@ -77,10 +78,14 @@ impl Offscreen {
     /// `cmd` is in the recording state, outside of rendering, for a queue of the context's family.
     pub unsafe fn record_start(&self, cmd: vk::CommandBuffer) {
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
-        let copied = (Stages::COPY, Access::NONE, Layout::UNDEFINED);
-        let colour = (self.image.handle, vk::ImageAspectFlags::COLOR);
+        let copied = ImageUse {
+            stages: Stages::COPY,
+            access: Access::NONE,
+            layout: Layout::UNDEFINED,
+        };
+        let barrier = ImageBarrier::colour(self.image.handle, copied, DRAWN);
         // SAFETY: the caller vouches for `cmd`; the image is this one's.
-        unsafe { turn(&self.context, cmd, colour, (copied, DRAWN)) };
+        unsafe { image_barrier(&self.context, cmd, barrier) };
     }
 
     /// Records the copy of the image to the buffer that [`Offscreen::pixels`] reads.
@@ -88,12 +93,16 @@ impl Offscreen {
     /// # Safety
     /// As for [`Offscreen::record_start`], which must have been recorded before.
     pub unsafe fn record_end(&self, cmd: vk::CommandBuffer) {
-        let (image, buffer) = (self.image.handle, self.pixels.handle);
-        let colour = (image, vk::ImageAspectFlags::COLOR);
+        let barrier = ImageBarrier::colour(self.image.handle, DRAWN, COPIED);
+        let copy = HostCopy {
+            image: self.image.handle,
+            size: self.image.side,
+            buffer: self.pixels.handle,
+        };
         // SAFETY: the caller vouches for `cmd`; the buffer has room for every pixel.
         unsafe {
-            turn(&self.context, cmd, colour, (DRAWN, COPIED));
-            copy_to_host(&self.context, cmd, (image, self.image.side), buffer);
+            image_barrier(&self.context, cmd, barrier);
+            copy_to_host(&self.context, cmd, copy);
         }
     }
 

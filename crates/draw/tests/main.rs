@@ -10,14 +10,14 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::gpu::GpuError;
 use sabaki::internal::{BitMap, MapRect};
 use sabaki::maps::Body;
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 use sabaki_app::Painter;
 use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::{Film, FilmError};
 use sabaki_app::headless::Headless;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{
-    Camera, Capsule, Crowd, Figure, FormationSettings, Layer, Light, Look, Shot,
+    Camera, Capsule, Crowd, Figure, FormationSettings, Layer, Light, Look, Orbit, Performer, Shot,
 };
 
 const SIZE: [u32; 2] = [240, 160];
@@ -39,7 +39,12 @@ impl Picture {
 }
 
 fn camera() -> Camera {
-    Camera::orbit(Vec3::new(0.0, 0.9, 0.0), (0.6, 0.2), 5.0)
+    Camera::orbit(Orbit {
+        target: Vec3::new(0.0, 0.9, 0.0),
+        around: 0.6,
+        up: 0.2,
+        distance: 5.0,
+    })
 }
 
 fn empty() -> Shot {
@@ -52,6 +57,10 @@ fn paint(device: &mut Headless, painter: &mut Painter, shot: &Shot) -> Picture {
 
 fn is_red([red, green, blue]: [i32; 3]) -> bool {
     red > 2 * green && red > 2 * blue
+}
+
+fn ball_of(centre: Vec3, radius: f32, colour: [f32; 4]) -> Capsule {
+    Capsule::ball(Sphere::new(centre, radius), colour)
 }
 
 fn fighter(motions: &Motions) -> Vec<Capsule> {
@@ -78,7 +87,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     let ball = Vec3::new(0.7, 1.4, -0.3);
     let mut shot = empty();
     shot.solids = fighter(&demo::motions().unwrap());
-    shot.solids.push(Capsule::ball(ball, 0.12, RED));
+    shot.solids.push(ball_of(ball, 0.12, RED));
     let picture = paint(&mut device, &mut painter, &shot);
     let seen = |place| camera().pixel(place, SIZE).unwrap();
     assert!(
@@ -105,7 +114,7 @@ fn bodies_balls_ghosts_and_maps_are_where_the_camera_sees_them() {
     let mut ghost = empty();
     ghost
         .ghosts
-        .push(Capsule::ball(ball, 0.12, [0.9, 0.1, 0.05, 0.4]));
+        .push(ball_of(ball, 0.12, [0.9, 0.1, 0.05, 0.4]));
     let through = paint(&mut device, &mut painter, &ghost);
     assert!(through.differs(&floor, seen(ball)) && through.differs(&picture, seen(ball)));
 
@@ -190,8 +199,12 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         },
         ..FormationSettings::default()
     };
-    let skeleton = (&motions.skeleton, &body);
-    let mut crowd = Crowd::new(skeleton, &motions.clips[0], &settings).unwrap();
+    let performer = Performer {
+        skeleton: &motions.skeleton,
+        body: &body,
+        clip: &motions.clips[0],
+    };
+    let mut crowd = Crowd::new(performer, &settings).unwrap();
     let desc = StageDesc {
         max_members: 300,
         max_crowd_lines: crowd.most_lines() as u32,
@@ -253,7 +266,7 @@ fn more_than_a_stage_was_made_for_is_an_error_that_names_the_limit() {
         other => panic!("{other}"),
     };
     let mut shot = empty();
-    shot.solids = vec![Capsule::ball(Vec3::Y, 0.1, RED); 4];
+    shot.solids = vec![ball_of(Vec3::Y, 0.1, RED); 4];
     let error = painter.paint(&mut device, &shot, None).unwrap_err();
     assert_eq!(limit_of(error), "StageDesc::max_capsules");
     let mut shot = empty();

@@ -43,38 +43,31 @@ pub struct Target<'a> {
     pub format: MotionFormat,
 }
 
-/// Writes `NAME.bvh` and `NAME.json` into `folder`, which must exist. Returns the two paths.
+/// An answer, with the graph and the query that it belongs to.
+#[derive(Clone, Copy, Debug)]
+pub struct Answered<'a> {
+    /// The graph.
+    pub baked: &'a BakedGraph,
+    /// The query.
+    pub question: &'a Question,
+    /// The answer.
+    pub answer: &'a Answer,
+}
+
+/// Writes the motion of an answer as `NAME.bvh` or `NAME.glb`, and everything else as `NAME.json`. Returns the two paths.
 ///
-/// The BVH motion starts at the time of the query. Its frames are the moments at which the exact
+/// The motion starts at the time of the query. Its frames are the moments at which the exact
 /// test samples the body's spheres; between them the spheres move along straight lines. The JSON is
 /// that of [`document`].
 ///
 /// # Errors
 /// An error of the file system.
-pub fn write_answer(
-    folder: &Path,
-    name: &str,
-    baked: &BakedGraph,
-    (question, answer): (&Question, &Answer),
-) -> std::io::Result<[PathBuf; 2]> {
-    let format = MotionFormat::Bvh;
-    let target = Target {
-        folder,
-        name,
-        format,
-    };
-    write_answer_as(target, baked, (question, answer))
-}
-
-/// Like [`write_answer`], with a choice of the motion's format.
-///
-/// # Errors
-/// An error of the file system.
-pub fn write_answer_as(
-    target: Target<'_>,
-    baked: &BakedGraph,
-    (question, answer): (&Question, &Answer),
-) -> std::io::Result<[PathBuf; 2]> {
+pub fn write_answer(target: Target<'_>, answered: Answered<'_>) -> std::io::Result<[PathBuf; 2]> {
+    let Answered {
+        baked,
+        question,
+        answer,
+    } = answered;
     let Target {
         folder,
         name,

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use glam::Quat;
 
-use super::asf::{AmcFile, AsfFile};
+use super::asf::{AmcClipDesc, AmcFile, AsfFile};
 use super::bvh::{BvhFile, MotionError};
 use super::file::{clip_name, read_bytes};
 use super::gltf::GltfFile;
@@ -150,7 +150,7 @@ impl MotionFile {
             },
             (Self::Amc(asf, amc), None) => {
                 let mut pose = Pose::default();
-                amc.pose(asf, (0, 1.0), &mut pose);
+                amc.frame(0).pose(asf, 1.0, &mut pose);
                 Scale::of_stature(asf.skeleton(1.0).map_or(0.0, |skeleton| {
                     pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
                     stature(&skeleton, &pose)
@@ -236,7 +236,7 @@ impl MotionFile {
                         [_] => name.clone(),
                         _ => format!("{name}:{}", animation.name),
                     };
-                    let motion = || file.motion(animation, (&name, metres));
+                    let motion = || file.motion(animation, &name, metres);
                     let mut loaded = loaded(animation.clip.duration(), &motion)?;
                     loaded.events.clone_from(&animation.events);
                     Ok(loaded)
@@ -246,7 +246,12 @@ impl MotionFile {
             Self::Amc(asf, amc) => {
                 let rate = options.amc_rate.unwrap_or(AmcFile::USUAL_RATE);
                 let seconds = (amc.frames() - 1) as f64 / rate;
-                let motion = || amc.motion(asf, (&name, metres), rate);
+                let desc = AmcClipDesc {
+                    name: &name,
+                    metres_per_unit: metres,
+                    frame_rate: rate,
+                };
+                let motion = || amc.motion(asf, &desc);
                 Ok(vec![loaded(seconds, &motion)?])
             }
         }

@@ -14,7 +14,7 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::archive;
 use sabaki::query::{Answer, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
-use sabaki_import::export::{evasion_placement, write_answer};
+use sabaki_import::export::{Answered, MotionFormat, Target, evasion_placement, write_answer};
 use sabaki_import::{Chosen, Question, Recording, RecordingError};
 use serde_json::Value;
 
@@ -57,9 +57,18 @@ struct Exported {
     facts: Value,
 }
 
-fn export(folder: &Path, (throw, answer): (&Throw, &Answer)) -> Exported {
-    let [motion, facts] =
-        write_answer(folder, "one", embedded(), (&question(throw), answer)).unwrap();
+fn export(folder: &Path, throw: &Throw, answer: &Answer) -> Exported {
+    let target = Target {
+        folder,
+        name: "one",
+        format: MotionFormat::Bvh,
+    };
+    let answered = Answered {
+        baked: embedded(),
+        question: &question(throw),
+        answer,
+    };
+    let [motion, facts] = write_answer(target, answered).unwrap();
     Exported {
         motion: PlainBvh::parse(&fs::read_to_string(motion).unwrap()),
         facts: serde_json::from_slice(&fs::read(facts).unwrap()).unwrap(),
@@ -143,7 +152,7 @@ fn the_clearance_is_that_of_the_files() {
     let folder = tempfile::tempdir().unwrap();
     let (mut clean, mut hits) = (0, 0);
     for (throw, answer) in answers() {
-        let exported = export(folder.path(), (&throw, &answer));
+        let exported = export(folder.path(), &throw, &answer);
         let stated = number(&exported.facts["clearance"]);
         let found = exported.clearance();
         assert!(
@@ -169,7 +178,7 @@ fn the_clearance_is_that_of_the_files() {
 fn the_motion_begins_where_the_character_is() {
     let folder = tempfile::tempdir().unwrap();
     for (throw, answer) in answers() {
-        let exported = export(folder.path(), (&throw, &answer));
+        let exported = export(folder.path(), &throw, &answer);
         let metres = number(&exported.facts["metres_per_unit"]);
         let joints = exported.motion.joints_at(0);
         let place = |name: &str| scaled(joints[exported.motion.find(name)].1, metres);
@@ -194,7 +203,7 @@ fn the_motion_begins_where_the_character_is() {
 fn the_motion_lasts_until_the_attack_is_over() {
     let folder = tempfile::tempdir().unwrap();
     for (throw, answer) in answers() {
-        let exported = export(folder.path(), (&throw, &answer));
+        let exported = export(folder.path(), &throw, &answer);
         let last = exported.motion.frames() - 1;
         let seconds = last as f64 * exported.motion.frame_time;
         assert!(seconds >= f64::from(throw.attack.end()));
@@ -210,7 +219,7 @@ fn the_motion_lasts_until_the_attack_is_over() {
 fn the_explanation_has_every_candidate() {
     let folder = tempfile::tempdir().unwrap();
     for (throw, answer) in answers() {
-        let facts = export(folder.path(), (&throw, &answer)).facts;
+        let facts = export(folder.path(), &throw, &answer).facts;
         assert!((number(&facts["metres_per_unit"]) - 0.01).abs() < 1e-12);
         let candidates = facts["candidates"].as_array().unwrap();
         let count = |name: &str| facts["counts"][name].as_u64().unwrap() as usize;
@@ -243,7 +252,7 @@ fn an_exported_answer_can_be_asked_again() {
     let baked = embedded();
     let mut evasions = 0;
     for (throw, answer) in answers().take(8) {
-        let facts = export(folder.path(), (&throw, &answer)).facts;
+        let facts = export(folder.path(), &throw, &answer).facts;
         let recording = Recording::parse(facts.to_string().as_bytes()).unwrap();
         assert_eq!(recording.question, question(&throw));
         assert_eq!(recording.chosen, Chosen::of(baked, &answer));
@@ -258,7 +267,7 @@ fn an_exported_answer_can_be_asked_again() {
 fn a_recording_that_is_none_or_of_another_graph_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (throw, answer) = answers().next().unwrap();
-    let facts = export(folder.path(), (&throw, &answer)).facts;
+    let facts = export(folder.path(), &throw, &answer).facts;
     let changed = |pointer: &str, value: Value| {
         let mut facts = facts.clone();
         *facts.pointer_mut(pointer).unwrap() = value;

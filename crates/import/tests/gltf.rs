@@ -211,6 +211,24 @@ struct Builder {
     accessors: Vec<Value>,
 }
 
+/// A channel that moves the child.
+struct Channel {
+    path: &'static str,
+    interpolation: &'static str,
+    /// Accessors of times and values.
+    accessors: [usize; 2],
+}
+
+impl Channel {
+    fn new(path: &'static str, interpolation: &'static str, accessors: [usize; 2]) -> Self {
+        Self {
+            path,
+            interpolation,
+            accessors,
+        }
+    }
+}
+
 impl Builder {
     fn view(&mut self, bytes: &[u8]) -> usize {
         self.views.push(
@@ -244,7 +262,12 @@ impl Builder {
     }
 
     /// Root and one child a metre above it, the child moved by one channel.
-    fn document(&self, (path, interpolation): (&str, &str), accessors: (usize, usize)) -> Value {
+    fn document(&self, channel: Channel) -> Value {
+        let Channel {
+            path,
+            interpolation,
+            accessors: [times, values],
+        } = channel;
         json!({
             "asset": { "version": "2.0" },
             "nodes": [
@@ -254,7 +277,7 @@ impl Builder {
             "skins": [{ "joints": [0, 1] }],
             "animations": [{
                 "name": "move",
-                "samplers": [{ "input": accessors.0, "output": accessors.1, "interpolation": interpolation }],
+                "samplers": [{ "input": times, "output": values, "interpolation": interpolation }],
                 "channels": [{ "sampler": 0, "target": { "node": 1, "path": path } }],
             }],
             "accessors": self.accessors,
@@ -280,7 +303,8 @@ fn steps_hold_and_splines_follow_their_tangents() {
     // Keys on a grid of a tenth of a second, some of them missing.
     let times = builder.floats("SCALAR", &[0.0, 0.1, 0.4]);
     let places = builder.floats("VEC3", &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 4.0, 0.0]);
-    let (_, clip) = clip_of(&builder.document(("translation", "STEP"), (times, places)));
+    let (_, clip) =
+        clip_of(&builder.document(Channel::new("translation", "STEP", [times, places])));
     assert_eq!(clip.frames(), 5);
     let heights = |clip: &Clip| -> Vec<f32> {
         clip.desc()
@@ -290,7 +314,8 @@ fn steps_hold_and_splines_follow_their_tangents() {
             .collect()
     };
     assert_eq!(heights(&clip), [1.0, 2.0, 2.0, 2.0, 4.0]);
-    let (_, clip) = clip_of(&builder.document(("translation", "LINEAR"), (times, places)));
+    let (_, clip) =
+        clip_of(&builder.document(Channel::new("translation", "LINEAR", [times, places])));
     for (found, expected) in
         heights(&clip)
             .iter()
@@ -314,7 +339,8 @@ fn steps_hold_and_splines_follow_their_tangents() {
     };
     let splines: Vec<f32> = [0.0, 0.1, 0.4].into_iter().flat_map(key).collect();
     let splines = builder.floats("VEC3", &splines);
-    let (_, clip) = clip_of(&builder.document(("translation", "CUBICSPLINE"), (times, splines)));
+    let (_, clip) =
+        clip_of(&builder.document(Channel::new("translation", "CUBICSPLINE", [times, splines])));
     for (frame, found) in heights(&clip).iter().enumerate() {
         let t = frame as f32 * 0.1;
         assert!(
@@ -355,7 +381,8 @@ fn rotations_may_be_normalised_integers() {
         let turns = builder.add(&bytes, turns);
         assert_eq!(bytes.len(), 8 * size);
         let times = builder.floats("SCALAR", &[0.0, 0.5]);
-        let (_, clip) = clip_of(&builder.document(("rotation", "LINEAR"), (times, turns)));
+        let (_, clip) =
+            clip_of(&builder.document(Channel::new("rotation", "LINEAR", [times, turns])));
         assert_eq!(clip.frames(), 2);
         let turned = clip.desc().rotations[3];
         assert!(turned.dot(Quat::from_xyzw(half, 0.0, 0.0, half)) > 0.9999);
@@ -384,7 +411,7 @@ fn sparse_accessors_replace_elements_of_a_view_or_of_zeros() {
                 let accessor = builder.accessors[places].as_object_mut().unwrap();
                 accessor.remove("bufferView");
             }
-            let document = builder.document(("translation", "STEP"), (times, places));
+            let document = builder.document(Channel::new("translation", "STEP", [times, places]));
             let (_, clip) = clip_of(&document);
             let arms = clip.desc().translations.chunks(2).map(|pair| pair[1].y);
             assert_eq!(arms.collect::<Vec<_>>(), expected, "{component} {has_view}");
@@ -397,7 +424,7 @@ fn scale_and_what_stands_above_the_root_go_into_places() {
     let mut builder = Builder::default();
     let times = builder.floats("SCALAR", &[0.0, 1.0]);
     let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    let mut document = builder.document(Channel::new("rotation", "LINEAR", [times, turns]));
     // A turn from Z up to Y up and a scale of a half stand above; the root's own scale is 3.
     let half = std::f32::consts::FRAC_1_SQRT_2;
     document["nodes"][0]["scale"] = json!([3, 3, 3]);
@@ -423,7 +450,7 @@ fn without_a_skin_what_is_animated_is_the_skeleton() {
     let mut builder = Builder::default();
     let times = builder.floats("SCALAR", &[0.0, 1.0]);
     let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
-    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    let mut document = builder.document(Channel::new("rotation", "LINEAR", [times, turns]));
     document.as_object_mut().unwrap().remove("skins");
     document["nodes"][1]["children"] = json!([2]);
     document["nodes"]
@@ -448,7 +475,7 @@ fn buffers_may_lie_in_files_beside() {
     let mut builder = Builder::default();
     let times = builder.floats("SCALAR", &[0.0, 1.0]);
     let turns = builder.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
-    let mut document = builder.document(("rotation", "LINEAR"), (times, turns));
+    let mut document = builder.document(Channel::new("rotation", "LINEAR", [times, turns]));
     document["buffers"][0]["uri"] = json!("data/my%20keys.bin");
     std::fs::create_dir(folder.path().join("data")).unwrap();
     std::fs::write(folder.path().join("data/my keys.bin"), &builder.bytes).unwrap();

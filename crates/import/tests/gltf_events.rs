@@ -13,7 +13,7 @@ use sabaki::archive;
 use sabaki::graph::ClipSource;
 use sabaki::query::{Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
-use sabaki_import::export::{MotionFormat, Target, write_answer_as};
+use sabaki_import::export::{Answered, MotionFormat, Target, write_answer};
 use sabaki_import::{ClipSet, EventsFile, Question, ReadError, ReadOptions, gltf, read_clips};
 
 fn read(path: &Path, events: Option<&Path>) -> Result<ClipSet, ReadError> {
@@ -193,7 +193,12 @@ fn an_answer_as_gltf_is_the_motion_and_says_when_it_evades() {
             name: "one",
             format: MotionFormat::Glb,
         };
-        let [path, facts] = write_answer_as(target, baked, (&question, &answer)).unwrap();
+        let answered = Answered {
+            baked,
+            question: &question,
+            answer: &answer,
+        };
+        let [path, facts] = write_answer(target, answered).unwrap();
         assert_eq!(
             [path.extension().unwrap(), facts.extension().unwrap()],
             ["glb", "json"]

@@ -1,21 +1,12 @@
 //! Whole queries, culled on the CPU.
 
-use sabaki::graph::Playhead;
 use sabaki::query::cull::{Overlap, cpu};
-use sabaki::query::{Answer, Attack, Evaluation, Query, QueryContext, Request};
+use sabaki::query::{Answer, Evaluation, Query, QueryContext, Request};
 use sabaki_app::demo::throw::Throw;
 
-/// The answer to an attack.
-pub fn answer_attack(
-    query: &Query<'_>,
-    (playhead, attack): (Playhead, &Attack),
-    evaluation: Evaluation,
-) -> Answer {
+/// The answer to a request.
+pub fn answer_request(query: &Query<'_>, request: Request<'_>) -> Answer {
     let (mut context, mut answer) = (QueryContext::default(), Answer::default());
-    let request = Request {
-        evaluation,
-        ..Request::new(playhead, attack)
-    };
     let mut session = query.start(request, &mut context);
     session.run_on_cpu(&mut cpu::Culler::default(), &mut answer);
     answer
@@ -23,13 +14,17 @@ pub fn answer_attack(
 
 /// The answer to a throw.
 pub fn answer_throw(query: &Query<'_>, throw: &Throw, evaluation: Evaluation) -> Answer {
-    answer_attack(query, (throw.playhead, &throw.attack), evaluation)
+    let request = Request {
+        evaluation,
+        ..Request::new(throw.playhead, &throw.attack)
+    };
+    answer_request(query, request)
 }
 
 /// The counts of a query's first candidates.
-pub fn first_counts(query: &Query<'_>, (playhead, attack): (Playhead, &Attack)) -> Vec<Overlap> {
+pub fn first_counts(query: &Query<'_>, request: Request<'_>) -> Vec<Overlap> {
     let (mut context, mut overlaps) = (QueryContext::default(), Vec::new());
-    let mut session = query.start(Request::new(playhead, attack), &mut context);
+    let mut session = query.start(request, &mut context);
     session.draw_outer_maps();
     cpu::count(&session.cull_input(), &mut overlaps);
     overlaps

@@ -70,15 +70,27 @@ impl Oracle {
     }
 }
 
-/// The frame before a time and the share of the way to the next.
-fn moment(motion: &LevelMotion, seconds: f64) -> (usize, f64) {
+/// A time between two frames.
+#[derive(Clone, Copy)]
+struct Moment {
+    /// The frame before it.
+    frame: usize,
+    /// Share of the way to the next frame.
+    share: f64,
+}
+
+fn moment(motion: &LevelMotion, seconds: f64) -> Moment {
     let intervals = (motion.frames - 1).max(1) as f64;
     let at = (seconds * f64::from(motion.frame_rate)).rem_euclid(intervals);
     let at = if at.is_finite() { at } else { 0.0 };
-    (at as usize, at.fract())
+    Moment {
+        frame: at as usize,
+        share: at.fract(),
+    }
 }
 
-fn local(motion: &LevelMotion, (frame, share): (usize, f64), joint: usize) -> (DQuat, DVec3) {
+fn local(motion: &LevelMotion, moment: Moment, joint: usize) -> (DQuat, DVec3) {
+    let Moment { frame, share } = moment;
     let track = &motion.tracks[joint];
     let next = (frame + 1).min(motion.frames - 1);
     let turn = |frame: usize| track.rotations[frame].as_dquat().normalize();
@@ -87,6 +99,13 @@ fn local(motion: &LevelMotion, (frame, share): (usize, f64), joint: usize) -> (D
         turn(frame).slerp(turn(next), share),
         place(frame).lerp(place(next), share),
     )
+}
+
+/// The slice that a character is drawn from, and what is written of each joint.
+#[derive(Clone, Copy)]
+pub struct DrawnAs<'a> {
+    pub slice: &'a PoseSlice,
+    pub form: Form,
 }
 
 /// A skeleton, clips and levels, in both the crowd's form and the oracle's.
@@ -121,13 +140,9 @@ impl Stage {
         a.kept.iter().enumerate().filter_map(in_both).collect()
     }
 
-    /// Where a character's joints are drawn that stands in this slice, in the order of its level.
-    pub fn drawn(
-        &self,
-        character: &Character,
-        seconds: f64,
-        (slice, form): (&PoseSlice, Form),
-    ) -> Vec<DAffine3> {
+    /// Joints of a character as they are drawn from its slice, in the order of the slice's level.
+    pub fn drawn(&self, character: &Character, seconds: f64, drawn: DrawnAs<'_>) -> Vec<DAffine3> {
+        let DrawnAs { slice, form } = drawn;
         let levels = &self.levels.levels;
         let posed = &levels[usize::from(slice.level.0)];
         let exact = self.oracles[usize::from(slice.level.0)].pose(character, seconds);
@@ -151,7 +166,11 @@ impl Stage {
             if blend == 0.0 || carrier == joint {
                 return at(joint);
             }
-            towards(at(joint), at(carrier) * ride, (blend, form))
+            let blend = JointBlend {
+                weight: blend,
+                form,
+            };
+            blend.between(at(joint), at(carrier) * ride)
         };
         let joints = posed.kept.iter().map(|&joint| {
             let (carrier, ride) = seated(ends[0], joint);
@@ -199,22 +218,32 @@ impl Stage {
     }
 }
 
-fn towards(from: DAffine3, to: DAffine3, (weight, form): (f64, Form)) -> DAffine3 {
-    if form == Form::Matrices {
-        return DAffine3 {
-            matrix3: from.matrix3 * (1.0 - weight) + to.matrix3 * weight,
-            translation: from.translation.lerp(to.translation, weight),
-        };
+/// Blending of a joint with the joint that carries it.
+#[derive(Clone, Copy)]
+struct JointBlend {
+    weight: f64,
+    form: Form,
+}
+
+impl JointBlend {
+    fn between(self, from: DAffine3, to: DAffine3) -> DAffine3 {
+        let Self { weight, form } = self;
+        if form == Form::Matrices {
+            return DAffine3 {
+                matrix3: from.matrix3 * (1.0 - weight) + to.matrix3 * weight,
+                translation: from.translation.lerp(to.translation, weight),
+            };
+        }
+        let ((_, a, from), (_, b, to)) = (
+            from.to_scale_rotation_translation(),
+            to.to_scale_rotation_translation(),
+        );
+        let b = if a.dot(b) < 0.0 { -b } else { b };
+        DAffine3::from_rotation_translation(
+            (a * (1.0 - weight) + b * weight).normalize(),
+            from.lerp(to, weight),
+        )
     }
-    let ((_, a, from), (_, b, to)) = (
-        from.to_scale_rotation_translation(),
-        to.to_scale_rotation_translation(),
-    );
-    let b = if a.dot(b) < 0.0 { -b } else { b };
-    DAffine3::from_rotation_translation(
-        (a * (1.0 - weight) + b * weight).normalize(),
-        from.lerp(to, weight),
-    )
 }
 
 fn unit(random: &mut Random) -> f32 {
@@ -280,8 +309,11 @@ pub fn furthest(
     let mut furthest: f64 = 0.0;
     for (&id, character) in ids.iter().zip(characters) {
         let slice = crowd.pose_slice(id).unwrap();
-        let at = (&slice, settings.output.form);
-        let expected = stage.drawn(character, f64::from(seconds), at);
+        let drawn = DrawnAs {
+            slice: &slice,
+            form: settings.output.form,
+        };
+        let expected = stage.drawn(character, f64::from(seconds), drawn);
         assert_eq!(slice.joints, expected.len());
         for (joint, expected) in expected.iter().enumerate() {
             let found = joint_of(&out, &slice, settings.output.form, joint);

@@ -10,7 +10,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_app::headless::Headless;
 
-use super::maps::{attack_of, timed, timed_attack, untimed};
+use super::maps::{TimedAttack, attack_of, timed, timed_attack, untimed};
 use super::{Random, drifting, random};
 
 /// The paper's maps, and slices that fill a stencil, one word, a part of two words, and both.
@@ -125,7 +125,13 @@ pub fn any_input(
     let first = random.int(-2, 3);
     let (slabs, clocks) = (first..first + random.int(1, 5), random.int(1, 3));
     let mut discs = random::Random::new(random.bits());
-    let attack = timed_attack(&mut discs, (rect, atlas.grid()), slabs, clocks as u32);
+    let desc = TimedAttack {
+        rect,
+        grid: atlas.grid(),
+        slabs,
+        clocks: clocks as u32,
+    };
+    let attack = timed_attack(&mut discs, desc);
     let mut candidates = candidates(random, atlas, rect, count);
     for candidate in &mut candidates {
         candidate.clock = random.int(0, clocks - 1) as u32;

@@ -7,7 +7,7 @@ use sabaki::query::cull::{CullInput, CullPath, Overlap};
 use sabaki_app::headless::Headless;
 
 use super::cull::{counted, culler};
-use super::timed::{atlas, attack, candidates};
+use super::timed::{Bounds, atlas, attack, candidates};
 use super::{Random, device, finish};
 
 /// A culling path of the device, and how it counts.
@@ -91,7 +91,7 @@ pub fn random_candidates_agree(way: Way) {
             };
             let first = random.int(-2, 3);
             let slabs = first..first + random.int(1, 5);
-            let attack = attack(&mut random, grid, (rect, slabs));
+            let attack = attack(&mut random, grid, Bounds { rect, slabs });
             let candidates = candidates(&mut random, &atlas, rect, 100);
             let input = CullInput {
                 atlas: &atlas,
@@ -118,7 +118,14 @@ pub fn random_candidates_agree(way: Way) {
 
 /// Attacks of one kind of edge each.
 fn odd_attacks(random: &mut Random, grid: MapGrid) -> Vec<(&'static str, AttackDrawing)> {
-    let some = attack(random, grid, (RECT, 0..4));
+    let some = attack(
+        random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..4,
+        },
+    );
     let with_layers = |change: &dyn Fn(&mut AttackLayer)| {
         let mut changed = some.clone();
         changed.layers.iter_mut().for_each(change);
@@ -133,7 +140,14 @@ fn odd_attacks(random: &mut Random, grid: MapGrid) -> Vec<(&'static str, AttackD
         ("no discs", no_discs),
         (
             "no texels",
-            attack(random, grid, (MapRect::default(), 0..2)),
+            attack(
+                random,
+                grid,
+                Bounds {
+                    rect: MapRect::default(),
+                    slabs: 0..2,
+                },
+            ),
         ),
         (
             "clocks that no candidate has",
@@ -145,11 +159,25 @@ fn odd_attacks(random: &mut Random, grid: MapGrid) -> Vec<(&'static str, AttackD
         ),
         (
             "slabs above all regions",
-            attack(random, grid, (RECT, 50..53)),
+            attack(
+                random,
+                grid,
+                Bounds {
+                    rect: RECT,
+                    slabs: 50..53,
+                },
+            ),
         ),
         (
             "slabs below all regions",
-            attack(random, grid, (RECT, -9..-4)),
+            attack(
+                random,
+                grid,
+                Bounds {
+                    rect: RECT,
+                    slabs: -9..-4,
+                },
+            ),
         ),
         ("layers in any order", reversed),
         ("some", some),
@@ -217,7 +245,14 @@ pub fn atlases_without_a_map_agree(way: Way) {
     let mut device = device();
     let grid = MapGrid::default();
     let mut random = Random(8);
-    let attack = attack(&mut random, grid, (RECT, 0..3));
+    let attack = attack(
+        &mut random,
+        grid,
+        Bounds {
+            rect: RECT,
+            slabs: 0..3,
+        },
+    );
     let mut emptied = atlas(&mut random, grid, 3).regions().to_vec();
     for region in &mut emptied {
         let maps = region.slabs.iter_mut();
@@ -252,7 +287,14 @@ pub fn slots_in_flight_keep_their_own_counts(way: Way) {
             .map(|_| {
                 let count = random.int(1, 120) as usize;
                 (
-                    attack(&mut random, grid, (RECT, 0..3)),
+                    attack(
+                        &mut random,
+                        grid,
+                        Bounds {
+                            rect: RECT,
+                            slabs: 0..3,
+                        },
+                    ),
                     candidates(&mut random, &atlas, RECT, count),
                 )
             })
@@ -309,7 +351,14 @@ pub fn a_batch_counts_what_its_culls_count_alone(way: Way) {
         let inputs: Vec<_> = (0..slots - round)
             .map(|_| {
                 let count = random.int(0, 90) as usize;
-                let attack = attack(&mut random, grid, (RECT, 0..3));
+                let attack = attack(
+                    &mut random,
+                    grid,
+                    Bounds {
+                        rect: RECT,
+                        slabs: 0..3,
+                    },
+                );
                 (attack, candidates(&mut random, &atlas, RECT, count))
             })
             .collect();

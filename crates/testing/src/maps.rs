@@ -77,13 +77,23 @@ pub fn timed(random: &mut Random, rect: MapRect, grid: MapGrid) -> MaskMap {
     masks
 }
 
+/// Space and time of a random attack.
+pub struct TimedAttack {
+    pub rect: MapRect,
+    pub grid: MapGrid,
+    pub slabs: std::ops::Range<i32>,
+    /// Number of clocks.
+    pub clocks: u32,
+}
+
 /// An attack of any discs at any time, for some slabs and clocks.
-pub fn timed_attack(
-    random: &mut Random,
-    (rect, grid): (MapRect, MapGrid),
-    slabs: std::ops::Range<i32>,
-    clocks: u32,
-) -> AttackDrawing {
+pub fn timed_attack(random: &mut Random, desc: TimedAttack) -> AttackDrawing {
+    let TimedAttack {
+        rect,
+        grid,
+        slabs,
+        clocks,
+    } = desc;
     let mut attack = AttackDrawing {
         rect,
         ..AttackDrawing::default()

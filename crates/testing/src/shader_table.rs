@@ -46,7 +46,12 @@ pub fn table(spirv: &Path) -> Result<String, String> {
         let named = |message: String| format!("{name}: {message}");
         let bytes = fs::read(&file).map_err(|error| named(error.to_string()))?;
         let module = read(&bytes).map_err(named)?;
-        shader(&mut text, (name, bytes.len() / 4), &module, &mut layouts).map_err(named)?;
+        let shader = ShaderFile {
+            name,
+            words: bytes.len() / 4,
+            module: &module,
+        };
+        shader.write(&mut text, &mut layouts).map_err(named)?;
     }
     structs(&mut text, &layouts);
     Ok(text)
@@ -76,69 +81,78 @@ fn read(bytes: &[u8]) -> Result<Module, String> {
     Ok(module)
 }
 
-/// Writes one constant of type `Shader`.
-fn shader(
-    text: &mut String,
-    (name, word_count): (&str, usize),
-    module: &Module,
-    layouts: &mut Layouts,
-) -> Result<(), String> {
-    let [point] = module.entry_points.as_slice() else {
-        return Err("it does not have one entry point".to_owned());
-    };
-    let stage = match point.stage {
-        ShaderStage::Vertex => "Vertex",
-        ShaderStage::Fragment => "Fragment",
-        ShaderStage::Compute => "Compute",
-        other => return Err(format!("stage {other:?} is not used here")),
-    };
-    if point.name != "main" {
-        return Err(format!("its entry point is {:?}, not main", point.name));
-    }
-    let (mut bindings, mut push_constants, mut shared) = (String::new(), 0, 0);
-    let mut storage_buffers = 0;
-    for (_, variable) in module.global_variables.iter() {
-        let size = module.types[variable.ty].inner.size(module.to_ctx());
-        let stride = match variable.space {
-            AddressSpace::Private | AddressSpace::Function => continue,
-            AddressSpace::WorkGroup => {
-                shared += size;
-                continue;
-            }
-            AddressSpace::Immediate => {
-                push_constants = size;
-                note(module, variable.ty, layouts)?;
-                continue;
-            }
-            AddressSpace::Storage { .. } => {
-                storage_buffers += 1;
-                element(module, variable.ty, layouts)?
-            }
-            AddressSpace::Uniform => element(module, variable.ty, layouts)?,
-            AddressSpace::Handle => 0,
-            other => return Err(format!("variables in {other:?} are not used here")),
+/// A file of SPIR-V.
+struct ShaderFile<'a> {
+    name: &'a str,
+    words: usize,
+    module: &'a Module,
+}
+
+impl ShaderFile<'_> {
+    /// Writes one constant of type `Shader`.
+    fn write(&self, text: &mut String, layouts: &mut Layouts) -> Result<(), String> {
+        let Self {
+            name,
+            words,
+            module,
+        } = *self;
+        let [point] = module.entry_points.as_slice() else {
+            return Err("it does not have one entry point".to_owned());
         };
-        let at = variable.binding.ok_or("a buffer or image has no binding")?;
+        let stage = match point.stage {
+            ShaderStage::Vertex => "Vertex",
+            ShaderStage::Fragment => "Fragment",
+            ShaderStage::Compute => "Compute",
+            other => return Err(format!("stage {other:?} is not used here")),
+        };
+        if point.name != "main" {
+            return Err(format!("its entry point is {:?}, not main", point.name));
+        }
+        let (mut bindings, mut push_constants, mut shared) = (String::new(), 0, 0);
+        let mut storage_buffers = 0;
+        for (_, variable) in module.global_variables.iter() {
+            let size = module.types[variable.ty].inner.size(module.to_ctx());
+            let stride = match variable.space {
+                AddressSpace::Private | AddressSpace::Function => continue,
+                AddressSpace::WorkGroup => {
+                    shared += size;
+                    continue;
+                }
+                AddressSpace::Immediate => {
+                    push_constants = size;
+                    note(module, variable.ty, layouts)?;
+                    continue;
+                }
+                AddressSpace::Storage { .. } => {
+                    storage_buffers += 1;
+                    element(module, variable.ty, layouts)?
+                }
+                AddressSpace::Uniform => element(module, variable.ty, layouts)?,
+                AddressSpace::Handle => 0,
+                other => return Err(format!("variables in {other:?} are not used here")),
+            };
+            let at = variable.binding.ok_or("a buffer or image has no binding")?;
+            let _ = writeln!(
+                bindings,
+                "        Binding {{ set: {}, binding: {}, stride: {stride} }},",
+                at.group, at.binding
+            );
+        }
+        let bindings = match bindings.is_empty() {
+            true => "&[]".to_owned(),
+            false => format!("&[\n{bindings}    ]"),
+        };
         let _ = writeln!(
-            bindings,
-            "        Binding {{ set: {}, binding: {}, stride: {stride} }},",
-            at.group, at.binding
-        );
-    }
-    let bindings = match bindings.is_empty() {
-        true => "&[]".to_owned(),
-        false => format!("&[\n{bindings}    ]"),
-    };
-    let _ = writeln!(
-        text,
-        "\npub(crate) const {}: Shader = Shader {{\n    name: {name:?},\n    stage: Stage::{stage},\n    \
+            text,
+            "\npub(crate) const {}: Shader = Shader {{\n    name: {name:?},\n    stage: Stage::{stage},\n    \
          push_constants: {push_constants},\n    shared: {shared},\n    group: {:?},\n    \
          storage_buffers: {storage_buffers},\n    bindings: {bindings},\n    \
-         words: &words::<{word_count}>(include_bytes!(\"spirv/{name}.spv\")),\n}};",
-        name.replace('.', "_").to_uppercase(),
-        point.workgroup_size,
-    );
-    Ok(())
+         words: &words::<{words}>(include_bytes!(\"spirv/{name}.spv\")),\n}};",
+            name.replace('.', "_").to_uppercase(),
+            point.workgroup_size,
+        );
+        Ok(())
+    }
 }
 
 /// Stride of the array that a buffer consists of. Keeps the layout of its elements.

@@ -75,12 +75,16 @@ pub fn atlas(random: &mut Random, grid: MapGrid, regions: usize) -> RegionAtlas 
     RegionAtlas::new(grid, regions, Vec::new())
 }
 
+/// The space of an attack.
+#[derive(Clone, Debug)]
+pub struct Bounds {
+    pub rect: MapRect,
+    pub slabs: Range<i32>,
+}
+
 /// An attack with a layer for each slab and most clocks.
-pub fn attack(
-    random: &mut Random,
-    grid: MapGrid,
-    (rect, slabs): (MapRect, Range<i32>),
-) -> AttackDrawing {
+pub fn attack(random: &mut Random, grid: MapGrid, bounds: Bounds) -> AttackDrawing {
+    let Bounds { rect, slabs } = bounds;
     let mut attack = AttackDrawing {
         rect,
         ..AttackDrawing::default()

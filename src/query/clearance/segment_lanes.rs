@@ -17,6 +17,15 @@ pub(super) struct SegmentLanes {
     shares: [Lanes; 2],
 }
 
+/// Meaning of the rows of a table of shapes.
+#[derive(Clone, Copy)]
+struct Rows<const AXES: usize> {
+    /// Rows of coordinates, each with its axis.
+    axes: [(usize, usize); AXES],
+    /// Row of radii.
+    radii: usize,
+}
+
 impl SegmentLanes {
     /// Starts at sample `first`; an interval has `interval` samples.
     #[inline(always)]
@@ -51,13 +60,21 @@ impl SegmentLanes {
     /// The smallest distances from spheres that hold the whole body at the two ends of each interval.
     #[inline(always)]
     pub(super) fn distances_to_spheres(&self, hulls: [&HullRows; 2]) -> Lanes {
-        self.distances(hulls, ([(0, 0), (1, 1), (2, 2)], 3))
+        let rows = Rows {
+            axes: [(0, 0), (1, 1), (2, 2)],
+            radii: 3,
+        };
+        self.distances(hulls, rows)
     }
 
     /// The same from upright cylinders.
     #[inline(always)]
     pub(super) fn distances_to_cylinders(&self, [from, to]: [&CylinderRows; 2]) -> Lanes {
-        let mut distances = self.distances([from, to], ([(0, 0), (1, 2)], 2));
+        let rows = Rows {
+            axes: [(0, 0), (1, 2)],
+            radii: 2,
+        };
+        let mut distances = self.distances([from, to], rows);
         for lane in 0..LANES {
             let (radius, heights) = (
                 self.radius(lane),
@@ -72,14 +89,14 @@ impl SegmentLanes {
         distances
     }
 
-    /// The smallest distances from points, or from lines along the axes that are left out. `axes` pairs the rows of coordinates with
-    /// their axes; `radii` is the row of radii.
+    /// The smallest distances from points, or from lines along the axes that `rows` leaves out.
     #[inline(always)]
     fn distances<const ROWS: usize, const AXES: usize>(
         &self,
         [from, to]: [&[Lanes; ROWS]; 2],
-        (axes, radii): ([(usize, usize); AXES], usize),
+        rows: Rows<AXES>,
     ) -> Lanes {
+        let Rows { axes, radii } = rows;
         let (mut apart, mut reach) = ([[[0.0; LANES]; 3]; 2], [0.0; LANES]);
         for lane in 0..LANES {
             for (side, apart) in apart.iter_mut().enumerate() {

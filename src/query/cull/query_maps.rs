@@ -77,6 +77,11 @@ fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
     if input.attack.start() >= first && input.attack.end() <= last {
         return false;
     }
+    let evasion = EvasionStart {
+        ground: placed.placement.ground(),
+        reach: input.reach,
+        time: start,
+    };
     input.attack.spheres().iter().any(|sphere| {
         let before = [sphere.start(), sphere.end().min(first)];
         let after = [sphere.start().max(last), sphere.end()];
@@ -92,26 +97,34 @@ fn is_open(input: &DrawInput<'_>, placed: &PlacedRegion) -> bool {
                 between.chain([ends[1]]).any(|to| {
                     let piece = [from, to];
                     from = to;
-                    may_touch(piece, (input, placed), start)
+                    evasion.may_be_touched(piece)
                 })
             })
     })
 }
 
-/// Whether the body may be where a sphere passes at a time outside of the evasion's.
-fn may_touch(
-    piece: [SphereKey; 2],
-    (input, placed): (&DrawInput<'_>, &PlacedRegion),
-    start: f32,
-) -> bool {
-    /// Upper limit of the speed of a character's root, metres per second.
-    const FASTEST: f32 = 20.0;
-    let times = piece.map(|key| (key.t - start).abs());
-    let radius = piece[0].radius.max(piece[1].radius);
-    let reach = input.reach + radius + FASTEST * times[0].max(times[1]);
-    let ground = |point: Vec3| Vec2::new(point.x, point.z);
-    let [a, b] = piece.map(|key| ground(key.center) - placed.placement.ground());
-    let way = b - a;
-    let share = (-a.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-    (a + way * share).length() <= reach
+/// Place and time of the start of an evasion.
+struct EvasionStart {
+    /// Place of the character, in metres.
+    ground: Vec2,
+    /// Radius around the character that contains the body, in metres.
+    reach: f32,
+    /// Time, in seconds of the attack.
+    time: f32,
+}
+
+impl EvasionStart {
+    /// Whether the body may be where a piece of a sphere's path passes, at a time outside of the evasion's.
+    fn may_be_touched(&self, piece: [SphereKey; 2]) -> bool {
+        /// Upper limit of the speed of a character's root, metres per second.
+        const FASTEST: f32 = 20.0;
+        let times = piece.map(|key| (key.t - self.time).abs());
+        let radius = piece[0].radius.max(piece[1].radius);
+        let reach = self.reach + radius + FASTEST * times[0].max(times[1]);
+        let ground = |point: Vec3| Vec2::new(point.x, point.z);
+        let [a, b] = piece.map(|key| ground(key.center) - self.ground);
+        let way = b - a;
+        let share = (-a.dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+        (a + way * share).length() <= reach
+    }
 }

@@ -7,7 +7,7 @@ use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, QuerySettings};
 use sabaki_app::demo::throw::Throw;
 use sabaki_import::Question;
-use sabaki_import::export::{MotionFormat, Target};
+use sabaki_import::export::{Answered, MotionFormat, Target, write_answer};
 
 use super::Failure;
 use super::method::Method;
@@ -62,8 +62,12 @@ impl AnswerFolder<'_> {
             name: &name,
             format: self.format,
         };
-        let written =
-            sabaki_import::export::write_answer_as(target, self.baked, (question, answer));
+        let answered = Answered {
+            baked: self.baked,
+            question,
+            answer,
+        };
+        let written = write_answer(target, answered);
         let failed = |source| Failure::Write {
             path: self.path.join(&name),
             source,

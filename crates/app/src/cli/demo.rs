@@ -5,6 +5,7 @@ use std::path::Path;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{Answer, CullPath, Enumerate, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_import::export;
 use serde_json::json;
 
 use super::answer_files::{Asked, graph_name};
@@ -176,10 +177,19 @@ fn write_files(
         move |source| Failure::Write { path, source }
     };
     let question = asked.question();
-    let mut files =
-        sabaki_import::export::write_answer(folder, "dodge", baked, (&question, answer))
-            .map_err(failed(folder))?
-            .to_vec();
+    let target = export::Target {
+        folder,
+        name: "dodge",
+        format: export::MotionFormat::Bvh,
+    };
+    let answered = export::Answered {
+        baked,
+        question: &question,
+        answer,
+    };
+    let mut files = export::write_answer(target, answered)
+        .map_err(failed(folder))?
+        .to_vec();
     let chosen = answer.chosen;
     // The same source of candidates as the answer's.
     let settings = match answer.source {

@@ -18,7 +18,7 @@ use sabaki_app::live::{
 use sabaki_app::window::{
     Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
-use sabaki_draw::scene::{Crowd, FormationSettings};
+use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
 use super::source::GraphArgs;
@@ -249,7 +249,12 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);
-        let crowd = Crowd::new((&motions.skeleton, &body), clip, &settings);
+        let performer = Performer {
+            skeleton: &motions.skeleton,
+            body: &body,
+            clip,
+        };
+        let crowd = Crowd::new(performer, &settings);
         let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);
         (live_crowd.levels, live_crowd.tinted) = (!self.no_levels, self.levels);
         Ok(live_crowd)

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use sabaki::crowd::PoseError;
 use sabaki::internal::F32x16;
-use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Shot};
+use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Orbit, Shot};
 
 /// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,10 +54,15 @@ impl CameraPath {
             }
             Self::Around => {
                 let around = 1.1 * (0.25 * seconds).sin();
-                let target = Vec3::new(0.0, 1.0, -2.5);
+                let orbit = Orbit {
+                    target: Vec3::new(0.0, 1.0, -2.5),
+                    around,
+                    up: 0.22,
+                    distance: 9.0,
+                };
                 Some(Camera {
                     field: head.field,
-                    ..Camera::orbit(target, (around, 0.22), 9.0)
+                    ..Camera::orbit(orbit)
                 })
             }
             Self::Free => None,

@@ -16,7 +16,7 @@ use super::worker_request::{WorkerRequest, WorkerResponse};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{AttackError, CullPath, QuerySettings};
 use sabaki_draw::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
 
@@ -209,7 +209,7 @@ impl<'a> Fighter<'a> {
     /// Starts or stops the replay of the last throw.
     pub fn replay(&mut self) {
         self.replay = match (self.replay, &self.last) {
-            (None, Some(last)) => Some(last.dodge.span().0),
+            (None, Some(last)) => Some(last.dodge.span()[0]),
             _ => None,
         };
     }
@@ -227,7 +227,7 @@ impl<'a> Fighter<'a> {
             let report = last.answer().candidates.get(index)?;
             let answer = last.answer();
             let mut motion = answer.motion_of(self.baked, last.playhead, report)?;
-            motion.extend(self.baked.graph(), last.dodge.span().1);
+            motion.extend(self.baked.graph(), last.dodge.span()[1]);
             Some((index, motion))
         });
         if self.picked.is_none() {
@@ -302,7 +302,7 @@ impl<'a> Fighter<'a> {
         let speed = self.speed();
         if let (Some(t), Some(last)) = (&mut self.replay, &self.last) {
             *t += seconds * speed;
-            let (start, end) = last.dodge.span();
+            let [start, end] = last.dodge.span();
             if *t > end {
                 self.replay = self.picked.is_some().then_some(start);
             }
@@ -350,7 +350,7 @@ impl<'a> Fighter<'a> {
                 pictures: seen.pictures,
             });
         }
-        if t >= last.dodge.span().1 {
+        if t >= last.dodge.span()[1] {
             self.act = Act::Walks;
         }
     }
@@ -447,7 +447,7 @@ impl<'a> Fighter<'a> {
         self.joints(&mut joints);
         let root = joints[0].translation;
         let light = Light {
-            shadow: (Vec3::new(root.x, 0.0, root.z), 3.5),
+            shadow: Sphere::new(Vec3::new(root.x, 0.0, root.z), 3.5),
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);

@@ -57,7 +57,12 @@ impl Orbit {
     /// The camera of the orbit. It stays above the ground.
     #[must_use]
     pub fn camera(&self) -> Camera {
-        let out = Camera::orbit(self.focus, (self.around, self.up), self.distance);
+        let out = Camera::orbit(sabaki_draw::scene::Orbit {
+            target: self.focus,
+            around: self.around,
+            up: self.up,
+            distance: self.distance,
+        });
         Camera {
             eye: Vec3::new(out.eye.x, out.eye.y.max(0.12), out.eye.z),
             field: self.field,

@@ -4,7 +4,7 @@ use super::worker_request::WorkerResponse;
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::{Answer, Enumerate, QuerySettings};
-use sabaki_draw::scene::{Dodge, DodgeSettings};
+use sabaki_draw::scene::{AnsweredAttack, Dodge, DodgeSettings};
 
 /// A thrown ball with the answer to it.
 #[derive(Clone, Debug)]
@@ -36,10 +36,14 @@ impl<'a> Throw<'a> {
         (response, settings): (WorkerResponse, QuerySettings),
         shown: &DodgeSettings,
     ) -> Self {
-        let case = (playhead, &ball.attack);
-        let dodge = Dodge::new(baked, case, &response.answer, shown);
+        let answered = AnsweredAttack {
+            playhead,
+            attack: &ball.attack,
+            answer: &response.answer,
+        };
+        let dodge = Dodge::new(baked, answered, shown);
         let mut motion = response.answer.motion.clone();
-        motion.extend(baked.graph(), dodge.span().1);
+        motion.extend(baked.graph(), dodge.span()[1]);
         Self {
             number: response.number,
             ball,

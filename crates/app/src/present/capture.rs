@@ -2,9 +2,9 @@
 
 use ash::vk;
 
-use sabaki::gpu::internal::{Buffer, BufferDesc};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
-use sabaki_draw::internal::copy_to_host;
+use sabaki_draw::internal::{HostCopy, copy_to_host};
 
 /// A buffer that an image is copied to.
 pub(super) struct Capture {
@@ -16,8 +16,9 @@ pub(super) struct Capture {
 
 impl Capture {
     pub(super) fn new(
-        (context, memory): (&Context, &mut dyn Memory),
-        (size, format): ([u32; 2], vk::Format),
+        device: &mut DeviceMemory<'_>,
+        size: [u32; 2],
+        format: vk::Format,
     ) -> Result<Self, GpuError> {
         let desc = BufferDesc {
             name: "screenshot",
@@ -26,7 +27,7 @@ impl Capture {
             memory: MemoryUse::Readback,
         };
         Ok(Self {
-            pixels: Buffer::new(context, memory, desc)?,
+            pixels: device.buffer(desc)?,
             size,
             swapped: matches!(
                 format,
@@ -46,7 +47,14 @@ impl Capture {
         image: vk::Image,
     ) {
         // SAFETY: the caller vouches for `cmd` and the image; the buffer has room for every pixel.
-        unsafe { copy_to_host(context, cmd, (image, self.size), self.pixels.handle) };
+        unsafe {
+            let copy = HostCopy {
+                image,
+                size: self.size,
+                buffer: self.pixels.handle,
+            };
+            copy_to_host(context, cmd, copy);
+        }
     }
 
     /// Returns red, green and blue of each pixel, row by row from the upper left, and frees the buffer.
@@ -55,7 +63,8 @@ impl Capture {
     /// The commands have finished.
     pub(super) unsafe fn take(
         mut self,
-        (context, memory): (&Context, &mut dyn Memory),
+        context: &Context,
+        memory: &mut dyn Memory,
     ) -> Result<Vec<u8>, GpuError> {
         let order = match self.swapped {
             true => [2, 1, 0],
@@ -76,7 +85,7 @@ impl Capture {
     }
 
     /// Frees the buffer unread; nothing was submitted.
-    pub(super) fn destroy(&mut self, (context, memory): (&Context, &mut dyn Memory)) {
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         self.pixels.destroy(context, memory);
     }
 }

@@ -91,7 +91,8 @@ impl Frame {
     pub(super) fn submit(
         &mut self,
         context: &Context,
-        (queue, drawn): (vk::Queue, vk::Semaphore),
+        queue: vk::Queue,
+        drawn: vk::Semaphore,
     ) -> Result<(), GpuError> {
         let device = context.device();
         let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;

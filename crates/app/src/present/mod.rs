@@ -5,6 +5,7 @@
 
 mod capture;
 mod frames;
+mod image_uses;
 mod overlay;
 mod surface;
 mod swapchain;
@@ -16,14 +17,16 @@ use ash::vk;
 use crate::headless::{DeviceChoice, Headless, HeadlessDesc, Message};
 use capture::Capture;
 use frames::Frame;
+use image_uses::{ACQUIRED, BLENDED, PRESENTED, begin_panels};
 use overlay::Overlay;
+use sabaki::gpu::internal::DeviceMemory;
 use sabaki::gpu::{Context, GpuError};
 use sabaki::internal::F32x16;
-use sabaki_draw::internal::{COPIED, DRAWN, Use, turn};
+use sabaki_draw::internal::{COPIED, DRAWN, ImageBarrier, image_barrier};
 use sabaki_draw::scene::{CrowdShot, Shot};
-use sabaki_draw::{Stage, StageDesc, Target};
+use sabaki_draw::{Picture, Stage, StageDesc, Target};
 use surface::Surface;
-use swapchain::{Acquired, SwapImage, Swapchain};
+use swapchain::{Acquired, SwapImage, Swapchain, SwapchainDesc};
 
 pub(crate) use overlay::Laid;
 pub(crate) use surface::WindowSystem;
@@ -138,7 +141,7 @@ impl Presenter {
         };
         let stage = device.make(|context, memory| Stage::new(context, memory, &stage))?;
         self.stage = Some(stage);
-        self.overlay = Some(Overlay::new(&context, (self.format, FRAMES))?);
+        self.overlay = Some(Overlay::new(&context, self.format, FRAMES)?);
         self.stale = true;
         Ok(())
     }
@@ -196,9 +199,11 @@ impl Presenter {
         else {
             return Err(GpuError::Unfinished);
         };
-        let wished = (self.size, self.in_step);
-        let instance = context.instance().clone();
-        { &mut self.swapchain }.remake((context, &instance), surface, wished)?;
+        let desc = SwapchainDesc {
+            size: self.size,
+            in_step: self.in_step,
+        };
+        self.swapchain.remake(context, surface, desc)?;
         // The size is 0 while the window is minimised; it is queried again each time.
         self.stale = self.swapchain.size.contains(&0);
         if !self.stale {
@@ -238,17 +243,21 @@ impl Presenter {
             unsafe { overlay.update(&context, queue, &panels.textures) }?;
         }
         let capture = match scene.read && self.swapchain.readable {
-            true => Some(Capture::new((&context, device.memory()?), (size, format))?),
+            true => {
+                let (context, memory) = (&context, device.memory()?);
+                let mut device = DeviceMemory { context, memory };
+                Some(Capture::new(&mut device, size, format)?)
+            }
             false => None,
         };
-        let recorded = self.record(&context, image, (scene, capture.as_ref()));
+        let recorded = self.record(image, scene, capture.as_ref());
         let submitted = recorded.and_then(|()| {
-            let turn = &mut self.frames[self.turn];
-            turn.submit(&context, (queue, image.drawn))
+            let frame = &mut self.frames[self.turn];
+            frame.submit(&context, queue, image.drawn)
         });
         if let Err(error) = submitted {
             if let (Some(mut capture), Some(device)) = (capture, &mut self.device) {
-                capture.destroy((&context, device.memory()?));
+                capture.destroy(&context, device.memory()?);
             }
             return Err(error);
         }
@@ -266,49 +275,54 @@ impl Presenter {
         self.frames[self.turn].wait(context)?;
         let device = self.device.as_mut().ok_or(GpuError::Unfinished)?;
         // SAFETY: the frame has been waited for.
-        unsafe { capture.take((context, device.memory()?)) }
+        unsafe { capture.take(context, device.memory()?) }
     }
 
     fn record(
         &mut self,
-        context: &Context,
         image: SwapImage,
-        (scene, capture): (&Scene<'_>, Option<&Capture>),
+        scene: &Scene<'_>,
+        capture: Option<&Capture>,
     ) -> Result<(), GpuError> {
-        let frame = &self.frames[self.turn];
-        frame.begin(context)?;
-        let (cmd, size) = (frame.cmd, self.swapchain.size);
-        let (Some(stage), Some(overlay)) = (&mut self.stage, &mut self.overlay) else {
+        let (Some(device), Some(stage), Some(overlay)) =
+            (&self.device, &mut self.stage, &mut self.overlay)
+        else {
             return Err(GpuError::Unfinished);
         };
+        let (context, frame) = (device.context()?, &self.frames[self.turn]);
+        frame.begin(context)?;
+        let (cmd, size) = (frame.cmd, self.swapchain.size);
         let whole = Target {
             view: image.view,
             size,
         };
-        let target = Target {
-            size: [0, 1].map(|axis: usize| scene.size[axis].min(size[axis])),
-            ..whole
+        let picture = Picture {
+            shot: scene.shot,
+            crowd: scene.crowd,
+            target: Target {
+                size: [0, 1].map(|axis: usize| scene.size[axis].min(size[axis])),
+                ..whole
+            },
         };
-        let shot = (scene.shot, scene.crowd);
-        let colour = (image.handle, vk::ImageAspectFlags::COLOR);
+        let barrier = |before, after| ImageBarrier::colour(image.handle, before, after);
         // SAFETY: the buffer is being recorded; `begin` has waited for the slot and acquired the image, and the submission waits
         // for the image at the stage that the first barrier names.
         unsafe {
-            turn(context, cmd, colour, (FRESH, DRAWN));
-            stage.record(cmd, self.turn as u32, shot, &target)?;
+            image_barrier(context, cmd, barrier(ACQUIRED, DRAWN));
+            stage.record(cmd, self.turn as u32, &picture)?;
             if let Some(panels) = scene.panels {
-                turn(context, cmd, colour, (DRAWN, BLENDED));
+                image_barrier(context, cmd, barrier(DRAWN, BLENDED));
                 begin_panels(context, cmd, &whole);
                 overlay.draw(cmd, size, panels)?;
                 context.device().cmd_end_rendering(cmd);
             }
             match capture {
                 Some(capture) => {
-                    turn(context, cmd, colour, (BLENDED, COPIED));
+                    image_barrier(context, cmd, barrier(BLENDED, COPIED));
                     capture.record(context, cmd, image.handle);
-                    turn(context, cmd, colour, (COPIED, PRESENTED));
+                    image_barrier(context, cmd, barrier(COPIED, PRESENTED));
                 }
-                None => turn(context, cmd, colour, (BLENDED, PRESENTED)),
+                None => image_barrier(context, cmd, barrier(BLENDED, PRESENTED)),
             }
         }
         Ok(())
@@ -377,40 +391,4 @@ fn is_software(context: &Context) -> bool {
 pub(crate) fn is_window_gone(error: &GpuError) -> bool {
     let lost = vk::Result::ERROR_SURFACE_LOST_KHR;
     matches!(error, GpuError::Call { result, .. } if *result == lost)
-}
-
-const OUTPUT: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
-
-/// As acquired.
-const FRESH: Use = (OUTPUT, vk::AccessFlags2::NONE, vk::ImageLayout::UNDEFINED);
-/// Drawn over.
-const BLENDED: Use = (
-    OUTPUT,
-    vk::AccessFlags2::from_raw(
-        vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw()
-            | vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw(),
-    ),
-    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-);
-const PRESENTED: Use = (
-    vk::PipelineStageFlags2::BOTTOM_OF_PIPE,
-    vk::AccessFlags2::NONE,
-    vk::ImageLayout::PRESENT_SRC_KHR,
-);
-
-/// # Safety
-/// `cmd` is being recorded, outside of rendering; the target is a colour attachment.
-unsafe fn begin_panels(context: &Context, cmd: vk::CommandBuffer, target: &Target) {
-    let [width, height] = target.size;
-    let colours = [vk::RenderingAttachmentInfo::default()
-        .image_view(target.view)
-        .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
-        .load_op(vk::AttachmentLoadOp::LOAD)
-        .store_op(vk::AttachmentStoreOp::STORE)];
-    let info = vk::RenderingInfo::default()
-        .render_area(vk::Rect2D::default().extent(vk::Extent2D { width, height }))
-        .layer_count(1)
-        .color_attachments(&colours);
-    // SAFETY: the caller vouches for `cmd` and the target.
-    unsafe { context.device().cmd_begin_rendering(cmd, &info) };
 }

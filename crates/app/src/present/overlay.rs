@@ -33,7 +33,8 @@ const BLOCK: u64 = 8 << 20;
 impl Overlay {
     pub(super) fn new(
         context: &Context,
-        (format, frames): (vk::Format, usize),
+        format: vk::Format,
+        frames: usize,
     ) -> Result<Self, GpuError> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: context.instance().clone(),

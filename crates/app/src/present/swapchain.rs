@@ -17,6 +17,15 @@ pub(super) struct Swapchain {
     pub(super) readable: bool,
 }
 
+/// Settings of a [`Swapchain`].
+#[derive(Clone, Copy)]
+pub(super) struct SwapchainDesc {
+    /// Size in pixels, for window systems that leave it to the program.
+    pub(super) size: [u32; 2],
+    /// Waits for the screen (vertical synchronization).
+    pub(super) in_step: bool,
+}
+
 /// An image of the swapchain.
 #[derive(Clone, Copy)]
 pub(super) struct SwapImage {
@@ -43,26 +52,29 @@ impl Swapchain {
     /// Recreates the swapchain for the surface. The device must be idle. Empty while the window has no size.
     pub(super) fn remake(
         &mut self,
-        (context, instance): (&Context, &ash::Instance),
+        context: &Context,
         surface: &Surface,
-        (wished, in_step): ([u32; 2], bool),
+        desc: SwapchainDesc,
     ) -> Result<(), GpuError> {
         let offer = surface.offer(context)?;
-        let size = offer.size(wished);
+        let size = offer.size(desc.size);
         let old = std::mem::take(self);
         if size.contains(&0) {
             old.destroy(context);
             return Ok(());
         }
-        let functions = khr::swapchain::Device::new(instance, context.device());
-        let (info, readable) = info(&offer, (surface.handle, size), (in_step, old.handle))?;
+        let functions = khr::swapchain::Device::new(context.instance(), context.device());
+        let desc = SwapchainDesc { size, ..desc };
+        let info = info(&offer, desc)?
+            .surface(surface.handle)
+            .old_swapchain(old.handle);
         // SAFETY: surface and old swapchain are of this device's instance, and the device is idle.
         let made = unsafe { functions.create_swapchain(&info, None) };
         old.destroy(context);
         self.handle = made.call("vkCreateSwapchainKHR")?;
         self.functions = Some(functions);
         self.size = size;
-        self.readable = readable;
+        self.readable = is_readable(&offer);
         self.fill(context, info.image_format)
     }
 
@@ -158,15 +170,21 @@ impl Swapchain {
     }
 }
 
+/// Whether the images of a surface can be copied to the host.
+fn is_readable(offer: &Offer) -> bool {
+    let usages = offer.now.supported_usage_flags;
+    usages.contains(vk::ImageUsageFlags::TRANSFER_SRC)
+}
+
+/// Description of a swapchain, without surface and old swapchain.
 fn info(
     offer: &Offer,
-    (surface, [width, height]): (vk::SurfaceKHR, [u32; 2]),
-    (in_step, old): (bool, vk::SwapchainKHR),
-) -> Result<(vk::SwapchainCreateInfoKHR<'static>, bool), GpuError> {
+    desc: SwapchainDesc,
+) -> Result<vk::SwapchainCreateInfoKHR<'static>, GpuError> {
     use vk::ImageUsageFlags as Usage;
     let (now, format) = (&offer.now, offer.format()?);
-    let readable = now.supported_usage_flags.contains(Usage::TRANSFER_SRC);
-    let read = match readable {
+    let [width, height] = desc.size;
+    let read = match is_readable(offer) {
         true => Usage::TRANSFER_SRC,
         false => Usage::empty(),
     };
@@ -179,8 +197,7 @@ fn info(
     let alphas = [Alpha::OPAQUE, Alpha::INHERIT, Alpha::PRE_MULTIPLIED];
     let mut offered = alphas.into_iter();
     let alpha = offered.find(|alpha| now.supported_composite_alpha.contains(*alpha));
-    let info = vk::SwapchainCreateInfoKHR::default()
-        .surface(surface)
+    Ok(vk::SwapchainCreateInfoKHR::default()
         .min_image_count(3.max(now.min_image_count).min(most))
         .image_format(format.format)
         .image_color_space(format.color_space)
@@ -190,8 +207,6 @@ fn info(
         .image_sharing_mode(vk::SharingMode::EXCLUSIVE)
         .pre_transform(now.current_transform)
         .composite_alpha(alpha.unwrap_or(Alpha::OPAQUE))
-        .present_mode(offer.mode(in_step))
-        .clipped(true)
-        .old_swapchain(old);
-    Ok((info, readable))
+        .present_mode(offer.mode(desc.in_step))
+        .clipped(true))
 }

@@ -12,14 +12,32 @@ pub struct Camera {
     pub field: f32,
 }
 
+/// Position of a camera relative to its target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// Point at the centre of the picture, in the world.
+    pub target: Vec3,
+    /// Heading from the target to the camera, in radians from +Z towards +X.
+    pub around: f32,
+    /// Angle above the horizon, in radians.
+    pub up: f32,
+    /// Distance from the target, in metres.
+    pub distance: f32,
+}
+
 impl Camera {
     /// Distance of the near plane, in metres.
     pub const NEAR: f32 = 0.05;
 
-    /// Camera at `distance` metres from `target`, `around` radians from +Z towards +X and `up`
-    /// radians above the horizon.
+    /// Camera on a sphere around a target, with a field of view of 35 degrees.
     #[must_use]
-    pub fn orbit(target: Vec3, (around, up): (f32, f32), distance: f32) -> Self {
+    pub fn orbit(orbit: Orbit) -> Self {
+        let Orbit {
+            target,
+            around,
+            up,
+            distance,
+        } = orbit;
         let out = Vec3::new(around.sin() * up.cos(), up.sin(), around.cos() * up.cos());
         Self {
             eye: target + out * distance,
@@ -68,7 +86,12 @@ mod tests {
 
     #[test]
     fn a_pixel_is_seen_where_its_ray_goes() {
-        let camera = Camera::orbit(Vec3::new(0.3, 1.0, -0.2), (0.7, 0.3), 4.0);
+        let camera = Camera::orbit(Orbit {
+            target: Vec3::new(0.3, 1.0, -0.2),
+            around: 0.7,
+            up: 0.3,
+            distance: 4.0,
+        });
         let size = [640, 360];
         let middle = camera.pixel(camera.target, size).unwrap();
         assert!(middle.distance(Vec2::new(320.0, 180.0)) < 1e-2, "{middle}");

@@ -8,18 +8,14 @@ use std::sync::Arc;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{
-    Camera, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Light, Look, MemberGroup, Shot,
-};
-use sabaki::anim::{Clip, JointId, Skeleton};
+use super::{Figure, Look};
+use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{
     self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
-    CrowdSettings, Layout, LevelId, Output, Placement, PoseError, WriteMode,
+    CrowdSettings, Layout, LevelId, Output, Placement, WriteMode,
 };
 use sabaki::internal::F32x16;
-use sabaki::lod::{
-    Level, LevelSettings, Levels, LodError, Measure, Rule, SwitchSettings, Switching, View,
-};
+use sabaki::lod::{LevelSettings, Levels, LodError};
 use sabaki::maps::Body;
 use sabaki::math::Rigid2;
 
@@ -72,61 +68,65 @@ pub enum FormationError {
 
 /// A column of characters that play the same clip, each row later than the row in front of it.
 pub struct Crowd {
-    crowd: crowd::Crowd,
-    levels: Levels,
-    settings: FormationSettings,
-    characters: Vec<Standing>,
-    /// For each level a complete figure, a figure of its largest parts, and one of even fewer
-    /// parts.
-    figures: Vec<Figure>,
+    pub(super) crowd: crowd::Crowd,
+    pub(super) levels: Levels,
+    pub(super) settings: FormationSettings,
+    pub(super) characters: Vec<Standing>,
+    /// For each level a complete figure, then figures of its [`DISTANT_PARTS`] and [`TINY_PARTS`] largest parts.
+    pub(super) figures: Vec<Figure>,
     /// Duration of the clip, in seconds.
     period: f32,
     most_lines: usize,
     /// Whether levels depend on distance.
-    lod: bool,
+    pub(super) lod: bool,
     /// Whether colours show the levels.
-    tinted: bool,
+    pub(super) tinted: bool,
 }
 
-struct Standing {
-    id: CharacterId,
-    place: Vec3,
-    level: LevelId,
+pub(super) struct Standing {
+    pub(super) id: CharacterId,
+    pub(super) place: Vec3,
+    pub(super) level: LevelId,
 }
 
 /// Number of parts of a figure at a distance.
 const DISTANT_PARTS: usize = 12;
 /// Number of parts of a figure of a few pixels.
 const TINY_PARTS: usize = 4;
-/// Heights on the screen below which figures have fewer parts, then fewer triangles, in pixels.
-const DISTANT: f32 = 26.0;
-const TINY: f32 = 8.0;
-const MIDDLE: f32 = 48.0;
-const NEAR: f32 = 170.0;
-/// Approximate height of a character, in metres.
-const HEIGHT: f32 = 1.7;
-/// Radius of the area with shadows, in metres.
-const SHADOWS: f32 = 24.0;
+/// Body and motion of all characters of a formation.
+#[derive(Clone, Copy, Debug)]
+pub struct Performer<'a> {
+    /// Skeleton of the clip.
+    pub skeleton: &'a Skeleton,
+    /// Spheres of the body, from which the figure is made.
+    pub body: &'a Body,
+    /// Motion that is repeated.
+    pub clip: &'a Clip,
+}
 
 impl Crowd {
-    /// Creates a formation in which all characters repeat `clip`.
+    /// Creates a formation in which all characters repeat the performer's clip.
     ///
     /// # Errors
     /// The levels, the animations or the crowd cannot be created.
     pub fn new(
-        (skeleton, body): (&Skeleton, &Body),
-        clip: &Clip,
+        performer: Performer<'_>,
         settings: &FormationSettings,
     ) -> Result<Self, FormationError> {
+        let Performer {
+            skeleton,
+            body,
+            clip,
+        } = performer;
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
         let animations = Arc::new(AnimationSet::new(skeleton, clips, &levels.levels)?);
         let whole = Figure::of(skeleton, body, &settings.look);
         let figures = levels.levels.iter().flat_map(|level| {
-            let seated = attached(&whole, level);
-            let afar = largest(&seated, DISTANT_PARTS);
-            let speck = largest(&seated, TINY_PARTS);
-            [seated, afar, speck]
+            let near = whole.attached(level);
+            let distant = near.largest(DISTANT_PARTS);
+            let tiny = near.largest(TINY_PARTS);
+            [near, distant, tiny]
         });
         let output = Output {
             layout: Layout::Blocks,
@@ -272,186 +272,4 @@ impl Crowd {
     pub fn advance(&mut self, seconds: f32) {
         self.crowd.advance(f64::from(seconds));
     }
-
-    /// Camera above the front of the column.
-    #[must_use]
-    pub fn camera(&self) -> Camera {
-        let wide = 0.5 * self.settings.abreast as f32 * self.settings.apart;
-        Camera {
-            eye: Vec3::new(0.30 * wide, 4.2, 7.5),
-            target: Vec3::new(-0.05 * wide, 0.2, -9.0),
-            field: 38f32.to_radians(),
-        }
-    }
-
-    /// Assigns each character the level for a camera.
-    ///
-    /// # Errors
-    /// The field of view or the size is invalid.
-    pub fn look_from(&mut self, camera: &Camera, size: [u32; 2]) -> Result<(), FormationError> {
-        let settings = SwitchSettings {
-            view: View {
-                fov: camera.field,
-                height: size[1] as f32,
-            },
-            rule: Rule::ScreenError {
-                pixels: self.settings.error,
-                measure: Measure::Greatest,
-            },
-            ..SwitchSettings::default()
-        };
-        let switching = Switching::new(&self.levels, &settings)?;
-        for character in &mut self.characters {
-            let distance = camera.eye.distance(character.place + Vec3::Y);
-            let level = match self.lod {
-                true => switching.choose(distance, None).level,
-                false => LevelId(0),
-            };
-            if level != character.level {
-                self.crowd.set_level(character.id, level)?;
-                character.level = level;
-            }
-        }
-        Ok(())
-    }
-
-    /// Evaluates all poses directly into the memory that is drawn from.
-    ///
-    /// # Errors
-    /// `out` is smaller than [`Crowd::most_lines`].
-    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
-        self.crowd.pose(out)
-    }
-
-    /// Shot of the crowd with the poses of the last [`Crowd::pose`].
-    ///
-    /// # Errors
-    /// [`Crowd::pose`] has not been called.
-    pub fn shot(
-        &self,
-        camera: Camera,
-        size: [u32; 2],
-    ) -> Result<(Shot, CrowdShot), FormationError> {
-        // Shadows are placed in front of the camera, where they are most visible.
-        let ahead = camera.target - camera.eye;
-        let ahead = Vec3::new(ahead.x, 0.0, ahead.z).normalize_or(Vec3::NEG_Z);
-        let middle = Vec3::new(camera.eye.x, 0.0, camera.eye.z) + ahead * 20.5;
-        let light = Light {
-            fade: 260.0,
-            grid: 0.16,
-            shadow: (middle, SHADOWS),
-            ..Light::default()
-        };
-        let view = View {
-            fov: camera.field,
-            height: size[1] as f32,
-        };
-        let mut seen = Vec::with_capacity(self.characters.len());
-        for character in self
-            .characters
-            .iter()
-            .filter(|one| is_seen(&camera, size, one.place))
-        {
-            let pixels = view.pixels(HEIGHT, camera.eye.distance(character.place).max(0.1));
-            let (detail, afar) = match pixels {
-                few if few < TINY => (Detail::Coarse, 2),
-                few if few < DISTANT => (Detail::Coarse, 1),
-                few if few < MIDDLE => (Detail::Coarse, 0),
-                many if many > NEAR => (Detail::Fine, 0),
-                _ => (Detail::Medium, 0),
-            };
-            let slice = self.crowd.pose_slice(character.id)?;
-            // The slice may have a finer level than the character's, with the same appearance.
-            let level = usize::from(slice.level.0);
-            let first = slice.position(0, 0);
-            let member = CrowdMember {
-                first: first as u32,
-                stride: (slice.position(0, 1) - first) as u32,
-                tint: self.tint(usize::from(character.level.0)),
-            };
-            let casts = character.place.distance(middle) < SHADOWS + HEIGHT;
-            seen.push(((3 * level + afar, detail, casts), member));
-        }
-        seen.sort_by_key(|((figure, detail, casts), _)| (*figure, *detail as u8, *casts));
-        let mut shown = CrowdShot {
-            figures: self.figures.clone(),
-            ..CrowdShot::default()
-        };
-        for alike in seen.chunk_by(|a, b| a.0 == b.0) {
-            let (figure, detail, casts) = alike[0].0;
-            let first = shown.members.len() as u32;
-            shown
-                .members
-                .extend(alike.iter().map(|(_, member)| *member));
-            shown.groups.push(MemberGroup {
-                figure,
-                members: first..shown.members.len() as u32,
-                detail,
-                casts,
-            });
-        }
-        Ok((Shot::new(camera, light), shown))
-    }
-
-    /// Colour of a level, from warm with all joints to cold with the fewest.
-    fn tint(&self, level: usize) -> [f32; 4] {
-        if !self.tinted {
-            return [0.0; 4];
-        }
-        level_colour(level, self.levels()).extend(0.85).to_array()
-    }
-}
-
-/// Linear colour of a level: red with all joints, then yellow and green, blue with the fewest.
-#[must_use]
-pub fn level_colour(level: usize, levels: usize) -> Vec3 {
-    const STOPS: [Vec3; 4] = [
-        Vec3::new(0.80, 0.10, 0.06),
-        Vec3::new(0.90, 0.58, 0.06),
-        Vec3::new(0.14, 0.58, 0.20),
-        Vec3::new(0.07, 0.20, 0.70),
-    ];
-    let along = 3.0 * level as f32 / levels.saturating_sub(1).max(1) as f32;
-    let stop = (along as usize).min(2);
-    STOPS[stop].lerp(STOPS[stop + 1], along - stop as f32)
-}
-
-/// Whether a character at a place may be visible.
-fn is_seen(camera: &Camera, size: [u32; 2], place: Vec3) -> bool {
-    let middle = place + Vec3::Y;
-    let ahead = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
-    let away = (middle - camera.eye).dot(ahead);
-    let Some(at) = camera.pixel(middle, size) else {
-        return false;
-    };
-    let margin = 1.6 * size[1] as f32 / (2.0 * (0.5 * camera.field).tan()) / away.max(0.1);
-    let within = |at: f32, side: u32| at > -margin && at < side as f32 + margin;
-    within(at.x, size[0]) && within(at.y, size[1])
-}
-
-/// Returns a figure whose parts are attached to the joints that a level keeps.
-fn attached(figure: &Figure, level: &Level) -> Figure {
-    let parts = figure.parts.iter().map(|part| {
-        let seats = part.joints.map(|joint| &level.seats[joint.index()]);
-        FigurePart {
-            joints: seats.map(|seat| JointId(seat.carrier)),
-            ends: [0, 1].map(|end: usize| seats[end].offset.point(part.ends[end])),
-            ..*part
-        }
-    });
-    Figure {
-        parts: parts.collect(),
-    }
-}
-
-/// Returns the largest parts of a figure.
-fn largest(figure: &Figure, parts_left: usize) -> Figure {
-    let size = |part: &FigurePart| {
-        let radius = part.radii[0].max(part.radii[1]);
-        radius * (part.ends[0].distance(part.ends[1]) + radius)
-    };
-    let mut parts = figure.parts.clone();
-    parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    parts.truncate(parts_left);
-    Figure { parts }
 }

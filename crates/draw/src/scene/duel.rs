@@ -2,10 +2,11 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Camera, Capsule, Figure, Light, Look, Shot};
+use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
+use sabaki::math::Sphere;
 
 /// Settings of the playback of a duel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +52,7 @@ pub struct Cut {
     /// Index of the exchange.
     pub exchange: usize,
     /// First and last time, in seconds since the duel's start.
-    pub span: (f32, f32),
+    pub span: [f32; 2],
     /// Camera, which does not move.
     pub camera: Camera,
 }
@@ -85,8 +86,8 @@ impl<'a> Bout<'a> {
         let mut cuts = Vec::with_capacity(self.exchanges.len());
         for (index, exchange) in self.exchanges.iter().enumerate() {
             let start = exchange.announced + exchange.attack.start() - self.settings.before;
-            let span = (start.max(shown), exchange.end() + self.settings.after);
-            shown = span.1;
+            let span = [start.max(shown), exchange.end() + self.settings.after];
+            shown = span[1];
             cuts.push(Cut {
                 exchange: index,
                 span,
@@ -108,8 +109,8 @@ impl<'a> Bout<'a> {
     /// when the attack is nearest.
     #[must_use]
     pub fn moments(&self, cut: &Cut, rate: f32) -> Vec<f32> {
-        let (mut moments, mut t) = (Vec::new(), cut.span.0);
-        while t < cut.span.1 {
+        let (mut moments, mut t) = (Vec::new(), cut.span[0]);
+        while t < cut.span[1] {
             moments.push(t);
             t += self.pace(cut, t) / rate.max(1.0);
         }
@@ -132,7 +133,7 @@ impl<'a> Bout<'a> {
 
     /// Camera beside the fighters, on the side of the attacking limb, that shows both during the
     /// whole cut.
-    fn camera(&self, exchange: &Exchange, span: (f32, f32), aspect: f32) -> Camera {
+    fn camera(&self, exchange: &Exchange, span: [f32; 2], aspect: f32) -> Camera {
         let (mut a, mut b) = (Vec::new(), Vec::new());
         let near = exchange.announced + exchange.clearance.time;
         self.joints(exchange.attacker, near, &mut a);
@@ -154,16 +155,20 @@ impl<'a> Bout<'a> {
         // Leave space for text at the top.
         let half = (0.54 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.25;
         let field = 30f32.to_radians();
-        let orbit = Camera::orbit(
+        let orbit = Orbit {
             target,
-            (out.x.atan2(out.z), 0.14),
-            half / (0.5 * field).tan(),
-        );
-        Camera { field, ..orbit }
+            around: out.x.atan2(out.z),
+            up: 0.14,
+            distance: half / (0.5 * field).tan(),
+        };
+        Camera {
+            field,
+            ..Camera::orbit(orbit)
+        }
     }
 
     /// Horizontal and vertical extent of both fighters.
-    fn extent(&self, (start, end): (f32, f32), right: Vec3) -> (Vec2, Vec2) {
+    fn extent(&self, [start, end]: [f32; 2], right: Vec3) -> (Vec2, Vec2) {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         let mut joints = Vec::new();
         for step in 0..=24 {
@@ -199,7 +204,7 @@ impl<'a> Bout<'a> {
                 figure.capsules(&joints, 1.0, &mut shot.solids);
             }
         }
-        shot.light.shadow = (Vec3::new(middle.x, 0.0, middle.z), 3.0);
+        shot.light.shadow = Sphere::new(Vec3::new(middle.x, 0.0, middle.z), 3.0);
         add_region(exchange, local, &mut shot);
         shot
     }
@@ -241,7 +246,7 @@ fn add_region(exchange: &Exchange, t: f32, shot: &mut Shot) {
         return;
     }
     let colour = ATTACK.extend(0.30 * shown).to_array();
-    let sphere = |key: &SphereKey| (key.center, key.radius);
+    let sphere = |key: &SphereKey| Sphere::new(key.center, key.radius);
     for moving in exchange.attack.spheres() {
         for pair in moving.keys().windows(2) {
             let piece = Capsule::new(sphere(&pair[0]), sphere(&pair[1]), colour);

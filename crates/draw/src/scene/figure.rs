@@ -5,7 +5,9 @@ use glam::Vec3;
 
 use super::Capsule;
 use sabaki::anim::{JointId, JointKind, JointTransform, Skeleton};
+use sabaki::lod::Level;
 use sabaki::maps::Body;
+use sabaki::math::Sphere;
 
 /// Linear colours of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +108,7 @@ impl Figure {
         out.extend(self.parts.iter().map(|part| {
             let end = |side: usize| {
                 let joint = &joints[part.joints[side].index()];
-                (joint.point(part.ends[side]), part.radii[side])
+                Sphere::new(joint.point(part.ends[side]), part.radii[side])
             };
             Capsule::new(end(0), end(1), part.colour.extend(alpha).to_array())
         }));
@@ -117,6 +119,35 @@ impl Figure {
     pub fn coloured(mut self, colour: Vec3) -> Self {
         self.parts.iter_mut().for_each(|part| part.colour = colour);
         self
+    }
+
+    /// Returns the figure with its parts attached to the joints that a level keeps.
+    #[must_use]
+    pub(super) fn attached(&self, level: &Level) -> Self {
+        let parts = self.parts.iter().map(|part| {
+            let seats = part.joints.map(|joint| &level.seats[joint.index()]);
+            FigurePart {
+                joints: seats.map(|seat| JointId(seat.carrier)),
+                ends: [0, 1].map(|end: usize| seats[end].offset.point(part.ends[end])),
+                ..*part
+            }
+        });
+        Self {
+            parts: parts.collect(),
+        }
+    }
+
+    /// Returns the `count` largest parts of the figure.
+    #[must_use]
+    pub(super) fn largest(&self, count: usize) -> Self {
+        let size = |part: &FigurePart| {
+            let radius = part.radii[0].max(part.radii[1]);
+            radius * (part.ends[0].distance(part.ends[1]) + radius)
+        };
+        let mut parts = self.parts.clone();
+        parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        parts.truncate(count);
+        Self { parts }
     }
 }
 

@@ -8,7 +8,7 @@ use sabaki::graph::{EdgeId, Motion, MotionGraph};
 use sabaki::internal::{BitMap, Disc, Drawing, MapRect, MaskMap, SUB_TEXELS, Slab, raster};
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::math::Rigid2;
-use sabaki::query::Attack;
+use sabaki::query::{Answer, Attack};
 
 /// Placement of maps in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,12 +57,10 @@ const EVASION: [f32; 4] = [0.05, 0.20, 0.85, 0.42];
 const ATTACK: [f32; 4] = [0.85, 0.05, 0.03, 0.60];
 
 impl DodgeMaps {
-    /// Maps of the evasion that `motion` plays, or `None` if it plays none.
-    pub(super) fn of(
-        baked: &BakedGraph,
-        (motion, evasion): (&Motion, EdgeId),
-        attack: &Attack,
-    ) -> Option<Self> {
+    /// Maps of the evasion that an answer plays, or `None` if it plays none.
+    pub(super) fn of(baked: &BakedGraph, answer: &Answer, attack: &Attack) -> Option<Self> {
+        let motion = &answer.motion;
+        let evasion = answer.candidates.get(answer.chosen)?.evasion?;
         let start = start_of(baked.graph(), motion, evasion)?;
         let region = baked.evasion(evasion)?.region;
         let placement = motion

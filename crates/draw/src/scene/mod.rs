@@ -5,16 +5,20 @@
 mod camera;
 mod crowd;
 mod crowd_shot;
+mod crowd_view;
 mod dodge;
+mod dodge_shot;
 mod duel;
 mod figure;
+mod lead_in;
 mod maps;
 mod shot;
 
-pub use camera::Camera;
-pub use crowd::{Crowd, FormationError, FormationSettings, level_colour};
+pub use camera::{Camera, Orbit};
+pub use crowd::{Crowd, FormationError, FormationSettings, Performer};
 pub use crowd_shot::{CrowdMember, CrowdShot, Detail, MemberGroup};
-pub use dodge::{Dodge, DodgeSettings, Nearest};
+pub use crowd_view::level_colour;
+pub use dodge::{AnsweredAttack, Dodge, DodgeSettings, Nearest};
 pub use duel::{Bout, BoutSettings, Cut};
 pub use figure::{Figure, FigurePart, Look};
 pub use maps::{MapStyle, SlabPicture};

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::Camera;
 use sabaki::internal::BitMap;
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 
 /// The convex hull of two spheres. If both are equal, it is a sphere.
 #[repr(C)]
@@ -17,20 +17,17 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// Creates a capsule from two spheres, each given by centre and radius.
+    /// Creates a capsule from two spheres.
     #[must_use]
-    pub fn new((a, radius_a): (Vec3, f32), (b, radius_b): (Vec3, f32), colour: [f32; 4]) -> Self {
-        Self {
-            a: a.extend(radius_a).to_array(),
-            b: b.extend(radius_b).to_array(),
-            colour,
-        }
+    pub fn new(a: Sphere, b: Sphere, colour: [f32; 4]) -> Self {
+        let [a, b] = [a, b].map(|end| end.centre.extend(end.radius).to_array());
+        Self { a, b, colour }
     }
 
-    /// Creates a sphere.
+    /// Creates a capsule that is a sphere.
     #[must_use]
-    pub fn ball(centre: Vec3, radius: f32, colour: [f32; 4]) -> Self {
-        Self::new((centre, radius), (centre, radius), colour)
+    pub fn ball(sphere: Sphere, colour: [f32; 4]) -> Self {
+        Self::new(sphere, sphere, colour)
     }
 }
 
@@ -55,8 +52,8 @@ pub struct Light {
     pub grid: f32,
     /// Distance at which the fog has reduced contrast to 1/e, in metres.
     pub fade: f32,
-    /// Centre and radius of the area with shadows, in metres.
-    pub shadow: (Vec3, f32),
+    /// Area with shadows.
+    pub shadow: Sphere,
 }
 
 impl Default for Light {
@@ -72,7 +69,7 @@ impl Default for Light {
             floor: Vec3::new(0.60, 0.62, 0.64),
             grid: 0.25,
             fade: 14.0,
-            shadow: (Vec3::ZERO, 4.0),
+            shadow: Sphere::new(Vec3::ZERO, 4.0),
         }
     }
 }

@@ -1,26 +1,25 @@
 //! Records one shot: shadows, then opaque objects, then translucent objects.
 
+use std::ops::Range;
+
 use ash::vk;
 
-use super::image_use::turn;
+use super::image_use::{ImageBarrier, ImageUse, image_barrier};
 use super::pipelines::{Draw, PUSHED};
 use super::slot::Slot;
 use super::upload::{CrowdDraw, Draws};
 use super::{Stage, Target};
 use crate::scene::Detail;
 use crate::shaders::{DrawBodies, DrawLayer};
+use sabaki::gpu::internal::Image;
 
 impl Stage {
     /// # Safety
     /// As for [`Stage::record`].
-    pub(super) unsafe fn draw(
-        &self,
-        cmd: vk::CommandBuffer,
-        slot: &Slot,
-        draws: &Draws,
-        target: &Target,
-    ) {
+    pub(super) unsafe fn draw(&self, cmd: vk::CommandBuffer, slot: &Slot, draws: &Draws) {
         let device = self.context.device();
+        let solids = 0..draws.solids;
+        let ghosts = solids.end..solids.end + draws.ghosts;
         // SAFETY: the caller vouches for `cmd`, slot and target; all other handles are the stage's.
         unsafe {
             let graphics = vk::PipelineBindPoint::GRAPHICS;
@@ -28,20 +27,19 @@ impl Stage {
             device.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &sets, &[]);
             device.cmd_bind_index_buffer(cmd, self.parts.indices.handle, 0, vk::IndexType::UINT16);
             self.begin_shadows(cmd);
-            self.bodies(cmd, (Draw::BodyShadow, Detail::Medium), (0, draws.solids));
+            self.bodies(cmd, Draw::BodyShadow, solids.clone());
             self.crowd(cmd, Draw::CrowdShadow, &draws.crowd);
             device.cmd_end_rendering(cmd);
-            self.begin_picture(cmd, target);
-            self.bodies(cmd, (Draw::Body, Detail::Fine), (0, draws.solids));
+            self.begin_picture(cmd, &draws.target);
+            self.bodies(cmd, Draw::Body, solids);
             self.crowd(cmd, Draw::Crowd, &draws.crowd);
             self.bind(cmd, Draw::Floor);
             device.cmd_draw(cmd, 4, 1, 0, 0);
             self.bind(cmd, Draw::Sky);
             device.cmd_draw(cmd, 3, 1, 0, 0);
             self.layers(cmd, &draws.layers);
-            let ghosts = (draws.solids, draws.ghosts);
-            self.bodies(cmd, (Draw::GhostDepth, Detail::Fine), ghosts);
-            self.bodies(cmd, (Draw::Ghost, Detail::Fine), ghosts);
+            self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
+            self.bodies(cmd, Draw::Ghost, ghosts);
             device.cmd_end_rendering(cmd);
         }
     }
@@ -51,14 +49,13 @@ impl Stage {
     unsafe fn begin_shadows(&self, cmd: vk::CommandBuffer) {
         let shadow = &self.parts.targets.shadow;
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
-        let tests = Stages::EARLY_FRAGMENT_TESTS | Stages::LATE_FRAGMENT_TESTS;
         // The previous shot has read the shadow map.
-        let read = (Stages::FRAGMENT_SHADER, Access::NONE, Layout::UNDEFINED);
-        let written = (
-            tests,
-            Access::DEPTH_STENCIL_ATTACHMENT_READ | Access::DEPTH_STENCIL_ATTACHMENT_WRITE,
-            Layout::DEPTH_ATTACHMENT_OPTIMAL,
-        );
+        let read = ImageUse {
+            stages: Stages::FRAGMENT_SHADER,
+            access: Access::NONE,
+            layout: Layout::UNDEFINED,
+        };
+        let barrier = depth_barrier(shadow, read, DEPTH_DRAWN);
         let depth = vk::RenderingAttachmentInfo::default()
             .image_view(shadow.view)
             .image_layout(Layout::DEPTH_ATTACHMENT_OPTIMAL)
@@ -71,12 +68,7 @@ impl Stage {
             .depth_attachment(&depth);
         // SAFETY: the caller vouches for `cmd`; the image is the stage's.
         unsafe {
-            turn(
-                &self.context,
-                cmd,
-                (shadow.handle, vk::ImageAspectFlags::DEPTH),
-                (read, written),
-            );
+            image_barrier(&self.context, cmd, barrier);
             self.context.device().cmd_begin_rendering(cmd, &info);
             self.full_viewport(cmd, shadow.side);
         }
@@ -87,18 +79,15 @@ impl Stage {
     unsafe fn begin_picture(&self, cmd: vk::CommandBuffer, target: &Target) {
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stages};
         let targets = &self.parts.targets;
-        let tests = Stages::EARLY_FRAGMENT_TESTS | Stages::LATE_FRAGMENT_TESTS;
-        let depth_access =
-            Access::DEPTH_STENCIL_ATTACHMENT_READ | Access::DEPTH_STENCIL_ATTACHMENT_WRITE;
-        let drawn = (tests, depth_access, Layout::DEPTH_ATTACHMENT_OPTIMAL);
-        let fresh = (tests, depth_access, Layout::UNDEFINED);
-        let shadow = (
-            Stages::FRAGMENT_SHADER,
+        let shadow_read = ImageUse {
+            stages: Stages::FRAGMENT_SHADER,
             // SHADER_SAMPLED_READ would be narrower, but best-practices validation does not accept
             // it with this layout.
-            Access::SHADER_READ,
-            Layout::SHADER_READ_ONLY_OPTIMAL,
-        );
+            access: Access::SHADER_READ,
+            layout: Layout::SHADER_READ_ONLY_OPTIMAL,
+        };
+        let shadow = depth_barrier(&targets.shadow, DEPTH_DRAWN, shadow_read);
+        let depth_barrier = depth_barrier(&targets.depth, DEPTH_DRAWN.discarded(), DEPTH_DRAWN);
         let is_single = self.samples == vk::SampleCountFlags::TYPE_1;
         let mut colour = vk::RenderingAttachmentInfo::default()
             .image_layout(Layout::COLOR_ATTACHMENT_OPTIMAL)
@@ -128,26 +117,17 @@ impl Stage {
             .depth_attachment(&depth);
         // SAFETY: the caller vouches for `cmd` and the target; the other images are the stage's.
         unsafe {
-            let aspect = vk::ImageAspectFlags::DEPTH;
-            turn(
-                &self.context,
-                cmd,
-                (targets.shadow.handle, aspect),
-                (drawn, shadow),
-            );
-            turn(
-                &self.context,
-                cmd,
-                (targets.depth.handle, aspect),
-                (fresh, drawn),
-            );
+            image_barrier(&self.context, cmd, shadow);
+            image_barrier(&self.context, cmd, depth_barrier);
             if !is_single {
-                let output = Stages::COLOR_ATTACHMENT_OUTPUT;
-                let written = Access::COLOR_ATTACHMENT_WRITE | Access::COLOR_ATTACHMENT_READ;
-                let fresh = (output, written, Layout::UNDEFINED);
-                let drawn = (output, written, Layout::COLOR_ATTACHMENT_OPTIMAL);
-                let image = (targets.samples.handle, vk::ImageAspectFlags::COLOR);
-                turn(&self.context, cmd, image, (fresh, drawn));
+                let drawn = ImageUse {
+                    stages: Stages::COLOR_ATTACHMENT_OUTPUT,
+                    access: Access::COLOR_ATTACHMENT_WRITE | Access::COLOR_ATTACHMENT_READ,
+                    layout: Layout::COLOR_ATTACHMENT_OPTIMAL,
+                };
+                let samples =
+                    ImageBarrier::colour(targets.samples.handle, drawn.discarded(), drawn);
+                image_barrier(&self.context, cmd, samples);
             }
             self.context.device().cmd_begin_rendering(cmd, &info);
             self.full_viewport(cmd, target.size);
@@ -180,18 +160,18 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    unsafe fn bodies(
-        &self,
-        cmd: vk::CommandBuffer,
-        (draw, detail): (Draw, Detail),
-        (first, count): (u32, u32),
-    ) {
-        if count == 0 {
+    unsafe fn bodies(&self, cmd: vk::CommandBuffer, draw: Draw, capsules: Range<u32>) {
+        if capsules.is_empty() {
             return;
         }
-        let mesh = self.parts.meshes.of(detail);
+        let is_shadow = matches!(draw, Draw::BodyShadow);
+        // Shadows use a coarser mesh, because the difference is not visible.
+        let mesh = self.parts.meshes.of(match is_shadow {
+            true => Detail::Medium,
+            false => Detail::Fine,
+        });
         let constants = DrawBodies {
-            sun: u32::from(matches!(draw, Draw::BodyShadow)),
+            sun: u32::from(is_shadow),
             segments: mesh.segments,
             rings: mesh.rings,
             first_character: 0,
@@ -203,6 +183,7 @@ impl Stage {
             self.bind(cmd, draw);
             self.push(cmd, &constants);
             let device = self.context.device();
+            let (first, count) = (capsules.start, capsules.len() as u32);
             device.cmd_draw_indexed(cmd, mesh.indices, count, mesh.first_index, 0, first);
         }
     }
@@ -275,6 +256,28 @@ impl Stage {
             device.cmd_set_viewport(cmd, 0, &viewport);
             device.cmd_set_scissor(cmd, 0, &[area(side)]);
         }
+    }
+}
+
+/// Depth attachment.
+const DEPTH_DRAWN: ImageUse = ImageUse {
+    stages: vk::PipelineStageFlags2::from_raw(
+        vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
+            | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
+    ),
+    access: vk::AccessFlags2::from_raw(
+        vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+            | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+    ),
+    layout: vk::ImageLayout::DEPTH_ATTACHMENT_OPTIMAL,
+};
+
+fn depth_barrier(image: &Image, before: ImageUse, after: ImageUse) -> ImageBarrier {
+    ImageBarrier {
+        image: image.handle,
+        aspect: vk::ImageAspectFlags::DEPTH,
+        before,
+        after,
     }
 }
 

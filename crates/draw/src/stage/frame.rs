@@ -5,6 +5,7 @@ use glam::{Mat4, Vec3, Vec4};
 
 use crate::scene::{Light, Shot};
 use crate::shaders::FrameData;
+use sabaki::math::Sphere;
 
 /// Properties of the stage that shaders need.
 #[derive(Clone, Copy)]
@@ -24,7 +25,7 @@ pub(super) fn frame_data(shot: &Shot, settings: FrameSettings) -> FrameData {
     let [width, height] = settings.side;
     let camera = shot.camera.clip(width as f32 / height as f32);
     let sunward = shot.light.sunward.normalize_or(Vec3::Y);
-    let texel = 2.0 * shadow.1 / settings.shadow_side as f32;
+    let texel = 2.0 * shadow.radius / settings.shadow_side as f32;
     let colour = |colour: Vec3, w: f32| colour.extend(w).to_array();
     let occluders = match shot.solids.len() {
         count if count <= MOST_OCCLUDERS => count,
@@ -42,13 +43,14 @@ pub(super) fn frame_data(shot: &Shot, settings: FrameSettings) -> FrameData {
         horizon: colour(shot.light.horizon, shot.light.fade),
         zenith: colour(shot.light.zenith, 0.0),
         ground: colour(shot.light.floor, shot.light.grid),
-        shade: Vec4::new(shadow.0.x, shadow.0.z, shadow.1, 0.0).to_array(),
+        shade: Vec4::new(shadow.centre.x, shadow.centre.z, shadow.radius, 0.0).to_array(),
         counts: [occluders as u32, 0, 0, 0],
     }
 }
 
 /// Transform from world to the clip space of the shadow map: a box along the sun's rays.
-fn sun(sunward: Vec3, (middle, radius): (Vec3, f32)) -> Mat4 {
+fn sun(sunward: Vec3, area: Sphere) -> Mat4 {
+    let Sphere { centre, radius } = area;
     let up = if sunward.y.abs() > 0.99 {
         Vec3::Z
     } else {
@@ -56,6 +58,6 @@ fn sun(sunward: Vec3, (middle, radius): (Vec3, f32)) -> Mat4 {
     };
     // Height that the box covers above the ground, with a margin for rays at a low angle.
     let deep = 2.0 * radius + 4.0;
-    let view = rh::view::look_at_mat4(middle + sunward * deep, middle, up);
+    let view = rh::view::look_at_mat4(centre + sunward * deep, centre, up);
     rh::proj::vulkan::orthographic(-radius, radius, -radius, radius, 0.0, 2.0 * deep) * view
 }

@@ -4,45 +4,89 @@ use ash::vk;
 
 use sabaki::gpu::Context;
 
-/// Pipeline stage, access and layout of an image.
-pub type Use = (vk::PipelineStageFlags2, vk::AccessFlags2, vk::ImageLayout);
+/// A use of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageUse {
+    /// Pipeline stages that use it.
+    pub stages: vk::PipelineStageFlags2,
+    /// How they access it.
+    pub access: vk::AccessFlags2,
+    /// Layout that they need.
+    pub layout: vk::ImageLayout,
+}
+
+impl ImageUse {
+    /// The same use of an image whose contents are no longer needed.
+    pub fn discarded(self) -> Self {
+        Self {
+            layout: vk::ImageLayout::UNDEFINED,
+            ..self
+        }
+    }
+}
 
 /// Source of a copy.
-pub const COPIED: Use = (
-    vk::PipelineStageFlags2::COPY,
-    vk::AccessFlags2::TRANSFER_READ,
-    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-);
+pub const COPIED: ImageUse = ImageUse {
+    stages: vk::PipelineStageFlags2::COPY,
+    access: vk::AccessFlags2::TRANSFER_READ,
+    layout: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+};
 
 /// Colour attachment.
-pub const DRAWN: Use = (
-    vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-    vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-    vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-);
+pub const DRAWN: ImageUse = ImageUse {
+    stages: vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+    access: vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+    layout: vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+};
 
-/// Records the transition of an image with one level and layer between two uses.
+/// Transition of an image with one level and layer between two uses.
+#[derive(Clone, Copy, Debug)]
+pub struct ImageBarrier {
+    /// The image.
+    pub image: vk::Image,
+    /// Aspect of its format.
+    pub aspect: vk::ImageAspectFlags,
+    /// Use before the barrier.
+    pub before: ImageUse,
+    /// Use after the barrier.
+    pub after: ImageUse,
+}
+
+impl ImageBarrier {
+    /// Transition of a colour image.
+    pub fn colour(image: vk::Image, before: ImageUse, after: ImageUse) -> Self {
+        Self {
+            image,
+            aspect: vk::ImageAspectFlags::COLOR,
+            before,
+            after,
+        }
+    }
+}
+
+/// Records a transition.
 ///
 /// # Safety
 /// `cmd` is in the recording state, outside of rendering, for the context's device. The image
 /// belongs to that device and is in the state `before`.
-pub unsafe fn turn(
-    context: &Context,
-    cmd: vk::CommandBuffer,
-    (image, aspect): (vk::Image, vk::ImageAspectFlags),
-    (before, after): (Use, Use),
-) {
+pub unsafe fn image_barrier(context: &Context, cmd: vk::CommandBuffer, barrier: ImageBarrier) {
+    let ImageBarrier {
+        image,
+        aspect,
+        before,
+        after,
+    } = barrier;
     let range = vk::ImageSubresourceRange::default()
         .aspect_mask(aspect)
         .level_count(1)
         .layer_count(1);
     let barrier = [vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(before.0)
-        .src_access_mask(before.1)
-        .old_layout(before.2)
-        .dst_stage_mask(after.0)
-        .dst_access_mask(after.1)
-        .new_layout(after.2)
+        .src_stage_mask(before.stages)
+        .src_access_mask(before.access)
+        .old_layout(before.layout)
+        .dst_stage_mask(after.stages)
+        .dst_access_mask(after.access)
+        .new_layout(after.layout)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(image)
@@ -52,17 +96,27 @@ pub unsafe fn turn(
     unsafe { context.device().cmd_pipeline_barrier2(cmd, &info) };
 }
 
-/// Records the copy of all pixels of a colour image in the state [`COPIED`] to a host-visible
-/// buffer.
+/// A copy of all pixels of a colour image to a host-visible buffer.
+#[derive(Clone, Copy, Debug)]
+pub struct HostCopy {
+    /// The image, in the state [`COPIED`].
+    pub image: vk::Image,
+    /// Width and height of the image, in pixels.
+    pub size: [u32; 2],
+    /// The buffer.
+    pub buffer: vk::Buffer,
+}
+
+/// Records a copy to the host.
 ///
 /// # Safety
-/// As for [`turn`]. The buffer has space for four bytes for each pixel.
-pub unsafe fn copy_to_host(
-    context: &Context,
-    cmd: vk::CommandBuffer,
-    (image, [width, height]): (vk::Image, [u32; 2]),
-    buffer: vk::Buffer,
-) {
+/// As for [`image_barrier`]. The buffer has space for four bytes for each pixel.
+pub unsafe fn copy_to_host(context: &Context, cmd: vk::CommandBuffer, copy: HostCopy) {
+    let HostCopy {
+        image,
+        size: [width, height],
+        buffer,
+    } = copy;
     let layers = vk::ImageSubresourceLayers::default()
         .aspect_mask(vk::ImageAspectFlags::COLOR)
         .layer_count(1);
@@ -82,7 +136,7 @@ pub unsafe fn copy_to_host(
     let device = context.device();
     // SAFETY: the caller vouches for `cmd`, image and buffer.
     unsafe {
-        device.cmd_copy_image_to_buffer(cmd, image, COPIED.2, buffer, &region);
+        device.cmd_copy_image_to_buffer(cmd, image, COPIED.layout, buffer, &region);
         device.cmd_pipeline_barrier2(cmd, &info);
     }
 }

@@ -15,8 +15,7 @@ use ash::vk;
 pub use desc::StageDesc;
 use mesh::Meshes;
 use pipelines::Pipelines;
-use sabaki::gpu::internal::within;
-use sabaki::gpu::internal::{Buffer, BufferDesc};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
 use sabaki::internal::F32x16;
 use slot::Slot;
@@ -32,6 +31,17 @@ pub struct Target {
     pub view: vk::ImageView,
     /// Width and height, in pixels.
     pub size: [u32; 2],
+}
+
+/// What is drawn, and the image that it is drawn into.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// Bodies, maps, camera and light.
+    pub shot: &'a Shot,
+    /// The crowd whose poses are in the slot's memory. `None` for no crowd.
+    pub crowd: Option<&'a CrowdShot>,
+    /// Image that is drawn into.
+    pub target: Target,
 }
 
 /// Draws shots on the caller's device. See [the contract](super).
@@ -101,27 +111,22 @@ impl Stage {
         let (context, parts) = (&self.context, &mut self.parts);
         parts.live = true;
         parts.pipelines.fill(context, desc.format, self.samples)?;
-        parts.targets.fill_shadow((context, memory), desc)?;
-        parts
-            .targets
-            .resize((context, memory), (desc, self.samples), desc.size)?;
+        let mut device = DeviceMemory { context, memory };
+        parts.targets.fill_shadow(&mut device, desc)?;
+        parts.targets.resize(&mut device, desc, self.samples)?;
         parts.meshes = Meshes::new();
         let indices = bytemuck::cast_slice(&parts.meshes.indices);
-        parts.indices = Buffer::new(
-            context,
-            memory,
-            BufferDesc {
-                name: &format!("{}: meshes", desc.name),
-                size: indices.len() as u64,
-                usage: vk::BufferUsageFlags::INDEX_BUFFER,
-                memory: MemoryUse::Upload,
-            },
-        )?;
+        parts.indices = device.buffer(BufferDesc {
+            name: &format!("{}: meshes", desc.name),
+            size: indices.len() as u64,
+            usage: vk::BufferUsageFlags::INDEX_BUFFER,
+            memory: MemoryUse::Upload,
+        })?;
         parts.indices.write(context, 0, indices)?;
         for number in 0..desc.frames_in_flight.max(1) {
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
-                slot.fill((context, memory), desc, number)?;
+                slot.fill(&mut device, desc, number)?;
             }
         }
         parts.pool = slot::sets(context, parts.pipelines.set_layout, &mut parts.slots)?;
@@ -146,7 +151,8 @@ impl Stage {
         // Nothing can be drawn until the resize has succeeded.
         self.desc.size = [0; 2];
         let (context, targets) = (&self.context, &mut self.parts.targets);
-        targets.resize((context, memory), (&self.desc, self.samples), size)?;
+        let desc = StageDesc { size, ..self.desc };
+        targets.resize(&mut DeviceMemory { context, memory }, &desc, self.samples)?;
         self.desc.size = size;
         Ok(())
     }
@@ -165,7 +171,7 @@ impl Stage {
         unsafe { slot.poses() }
     }
 
-    /// Records a shot, and the crowd whose poses are in the slot's memory.
+    /// Records a picture.
     ///
     /// # Errors
     /// [`GpuError::Limit`] if the shot exceeds the stage's sizes; [`GpuError::Mismatch`] if the
@@ -180,17 +186,16 @@ impl Stage {
         &mut self,
         cmd: vk::CommandBuffer,
         slot: u32,
-        (shot, crowd): (&Shot, Option<&CrowdShot>),
-        target: &Target,
+        picture: &Picture<'_>,
     ) -> Result<(), GpuError> {
         for axis in 0..2 {
-            let (needed, most) = (target.size[axis], self.desc.size[axis]);
+            let (needed, most) = (picture.target.size[axis], self.desc.size[axis]);
             within("StageDesc::size", needed.into(), most.into())?;
         }
-        let draws = self.upload(slot, (shot, crowd), target)?;
+        let draws = self.upload(slot, picture)?;
         let slot = &self.parts.slots[slot as usize];
         // SAFETY: the caller vouches for `cmd`, the slot and the target.
-        unsafe { self.draw(cmd, slot, &draws, target) };
+        unsafe { self.draw(cmd, slot, &draws) };
         Ok(())
     }
 

@@ -6,8 +6,7 @@ use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
     VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use sabaki::gpu::internal::Named;
-use sabaki::gpu::internal::{Shader, Stage as ShaderStage};
+use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage};
 use sabaki::gpu::{Context, GpuError};
 
 /// Format of the shadow map and the depth buffer.
@@ -26,6 +25,7 @@ enum Writes {
     Shadow,
 }
 
+#[derive(Clone, Copy)]
 struct Desc {
     name: &'static str,
     vertex: &'static Shader,
@@ -33,21 +33,6 @@ struct Desc {
     writes: Writes,
     /// Whether the draw is a mesh. Otherwise it is a two-sided strip of four vertices.
     is_mesh: bool,
-}
-
-const fn desc(
-    name: &'static str,
-    (vertex, fragment): (&'static Shader, Option<&'static Shader>),
-    writes: Writes,
-    is_mesh: bool,
-) -> Desc {
-    Desc {
-        name,
-        vertex,
-        fragment,
-        writes,
-        is_mesh,
-    }
 }
 
 /// Kind of a draw.
@@ -67,42 +52,64 @@ pub(super) enum Draw {
 /// Descriptions, in the order of [`Draw`].
 const ALL: [Desc; 9] = {
     use Writes::{Blended, Depth, Shadow, Solid};
-    let body = (&VIEW_BODY_VERT, Some(&VIEW_BODY_FRAG));
+    let body = Desc {
+        name: "view: body",
+        vertex: &VIEW_BODY_VERT,
+        fragment: Some(&VIEW_BODY_FRAG),
+        writes: Solid,
+        is_mesh: true,
+    };
     [
-        desc("view: body", body, Solid, true),
-        desc(
-            "view: crowd",
-            (&VIEW_CROWD_VERT, Some(&VIEW_BODY_FRAG)),
-            Solid,
-            true,
-        ),
-        desc(
-            "view: floor",
-            (&VIEW_FLOOR_VERT, Some(&VIEW_FLOOR_FRAG)),
-            Solid,
-            false,
-        ),
-        desc(
-            "view: sky",
-            (&VIEW_SKY_VERT, Some(&VIEW_SKY_FRAG)),
-            Solid,
-            false,
-        ),
-        desc(
-            "view: layer",
-            (&VIEW_LAYER_VERT, Some(&VIEW_LAYER_FRAG)),
-            Blended,
-            false,
-        ),
-        desc("view: ghosts' depth", body, Depth, true),
-        desc("view: ghosts", body, Blended, true),
-        desc("view: shadow", (&VIEW_BODY_VERT, None), Shadow, true),
-        desc(
-            "view: crowd's shadow",
-            (&VIEW_CROWD_VERT, None),
-            Shadow,
-            true,
-        ),
+        body,
+        Desc {
+            name: "view: crowd",
+            vertex: &VIEW_CROWD_VERT,
+            ..body
+        },
+        Desc {
+            name: "view: floor",
+            vertex: &VIEW_FLOOR_VERT,
+            fragment: Some(&VIEW_FLOOR_FRAG),
+            writes: Solid,
+            is_mesh: false,
+        },
+        Desc {
+            name: "view: sky",
+            vertex: &VIEW_SKY_VERT,
+            fragment: Some(&VIEW_SKY_FRAG),
+            writes: Solid,
+            is_mesh: false,
+        },
+        Desc {
+            name: "view: layer",
+            vertex: &VIEW_LAYER_VERT,
+            fragment: Some(&VIEW_LAYER_FRAG),
+            writes: Blended,
+            is_mesh: false,
+        },
+        Desc {
+            name: "view: ghosts' depth",
+            writes: Depth,
+            ..body
+        },
+        Desc {
+            name: "view: ghosts",
+            writes: Blended,
+            ..body
+        },
+        Desc {
+            name: "view: shadow",
+            fragment: None,
+            writes: Shadow,
+            ..body
+        },
+        Desc {
+            name: "view: crowd's shadow",
+            vertex: &VIEW_CROWD_VERT,
+            fragment: None,
+            writes: Shadow,
+            ..body
+        },
     ]
 };
 
@@ -170,8 +177,14 @@ impl Pipelines {
         // SAFETY: as above; the set layout was just made.
         self.layout =
             unsafe { device.create_pipeline_layout(&info, None) }.call("vkCreatePipelineLayout")?;
+        let builder = Builder {
+            context,
+            layout: self.layout,
+            format,
+            samples,
+        };
         for desc in &ALL {
-            let made = build(context, desc, (self.layout, format, samples))?;
+            let made = builder.build(desc)?;
             context.name(made, desc.name);
             self.all.push(made);
         }
@@ -197,129 +210,137 @@ impl Pipelines {
     }
 }
 
-fn build(
-    context: &Context,
-    desc: &Desc,
-    (layout, format, samples): (vk::PipelineLayout, vk::Format, vk::SampleCountFlags),
-) -> Result<vk::Pipeline, GpuError> {
-    let device = context.device();
-    let mut modules = Vec::new();
-    let mut made = Ok(());
-    for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
-        // SAFETY: the words were validated when the crate was built.
-        match unsafe { device.create_shader_module(&info, None) } {
-            Ok(module) => modules.push((module, shader)),
-            Err(result) => made = Err(result).call("vkCreateShaderModule"),
-        }
-    }
-    let built = made.and_then(|()| build_of(context, desc, &modules, (layout, format, samples)));
-    for (module, _) in modules {
-        // SAFETY: the pipeline does not need its modules after it was made.
-        unsafe { device.destroy_shader_module(module, None) };
-    }
-    built
+/// What all pipelines are created with.
+struct Builder<'a> {
+    context: &'a Context,
+    layout: vk::PipelineLayout,
+    /// Format of the targets.
+    format: vk::Format,
+    samples: vk::SampleCountFlags,
 }
 
-fn build_of(
-    context: &Context,
-    desc: &Desc,
-    modules: &[(vk::ShaderModule, &Shader)],
-    (layout, format, samples): (vk::PipelineLayout, vk::Format, vk::SampleCountFlags),
-) -> Result<vk::Pipeline, GpuError> {
-    let stages: Vec<_> = modules
-        .iter()
-        .map(|&(module, shader)| {
-            let stage = match shader.stage {
-                ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
-                _ => vk::ShaderStageFlags::FRAGMENT,
-            };
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage)
-                .module(module)
-                .name(c"main")
-        })
-        .collect();
-    let is_shadow = desc.writes == Writes::Shadow;
-    let inputs = vk::PipelineVertexInputStateCreateInfo::default();
-    let (topology, cull) = if desc.is_mesh {
-        (
-            vk::PrimitiveTopology::TRIANGLE_LIST,
-            vk::CullModeFlags::BACK,
-        )
-    } else {
-        (
-            vk::PrimitiveTopology::TRIANGLE_STRIP,
-            vk::CullModeFlags::NONE,
-        )
-    };
-    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
-    let viewport = vk::PipelineViewportStateCreateInfo::default()
-        .viewport_count(1)
-        .scissor_count(1);
-    let raster = vk::PipelineRasterizationStateCreateInfo::default()
-        .polygon_mode(vk::PolygonMode::FILL)
-        .cull_mode(cull)
-        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-        .depth_bias_enable(is_shadow)
-        .depth_bias_constant_factor(2.0)
-        .depth_bias_slope_factor(1.5)
-        .line_width(1.0);
-    let samples = if is_shadow {
-        vk::SampleCountFlags::TYPE_1
-    } else {
-        samples
-    };
-    let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
-    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-        .depth_test_enable(true)
-        .depth_write_enable(desc.writes != Writes::Blended)
-        .depth_compare_op(if is_shadow {
-            vk::CompareOp::LESS
-        } else {
-            // Depth is reversed: the nearest value is 1.
-            vk::CompareOp::GREATER_OR_EQUAL
-        });
-    let colour = vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(desc.writes == Writes::Blended)
-        .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
-        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-        .src_alpha_blend_factor(vk::BlendFactor::ZERO)
-        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-        .color_write_mask(match desc.writes {
-            Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
-            Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
-        });
-    let (colours, formats) = ([colour], [format]);
-    let mut blend = vk::PipelineColorBlendStateCreateInfo::default();
-    let mut rendering = vk::PipelineRenderingCreateInfo::default().depth_attachment_format(DEPTH);
-    if !is_shadow {
-        blend = blend.attachments(&colours);
-        rendering = rendering.color_attachment_formats(&formats);
+impl Builder<'_> {
+    fn build(&self, desc: &Desc) -> Result<vk::Pipeline, GpuError> {
+        let device = self.context.device();
+        let mut modules = Vec::new();
+        let mut made = Ok(());
+        for shader in std::iter::once(desc.vertex).chain(desc.fragment) {
+            let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+            // SAFETY: the words were validated when the crate was built.
+            match unsafe { device.create_shader_module(&info, None) } {
+                Ok(module) => modules.push((module, shader)),
+                Err(result) => made = Err(result).call("vkCreateShaderModule"),
+            }
+        }
+        let built = made.and_then(|()| self.build_of(desc, &modules));
+        for (module, _) in modules {
+            // SAFETY: the pipeline does not need its modules after it was made.
+            unsafe { device.destroy_shader_module(module, None) };
+        }
+        built
     }
-    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
-        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-    let info = [vk::GraphicsPipelineCreateInfo::default()
-        .stages(&stages)
-        .vertex_input_state(&inputs)
-        .input_assembly_state(&assembly)
-        .viewport_state(&viewport)
-        .rasterization_state(&raster)
-        .multisample_state(&samples)
-        .depth_stencil_state(&depth)
-        .color_blend_state(&blend)
-        .dynamic_state(&dynamic)
-        .layout(layout)
-        .push_next(&mut rendering)];
-    // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
-    let pipelines = unsafe {
-        let cache = vk::PipelineCache::null();
-        context
-            .device()
-            .create_graphics_pipelines(cache, &info, None)
-    };
-    match pipelines {
-        Ok(pipelines) => Ok(pipelines[0]),
-        Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+
+    fn build_of(
+        &self,
+        desc: &Desc,
+        modules: &[(vk::ShaderModule, &Shader)],
+    ) -> Result<vk::Pipeline, GpuError> {
+        let stages: Vec<_> = modules
+            .iter()
+            .map(|&(module, shader)| {
+                let stage = match shader.stage {
+                    ShaderStage::Vertex => vk::ShaderStageFlags::VERTEX,
+                    _ => vk::ShaderStageFlags::FRAGMENT,
+                };
+                vk::PipelineShaderStageCreateInfo::default()
+                    .stage(stage)
+                    .module(module)
+                    .name(c"main")
+            })
+            .collect();
+        let is_shadow = desc.writes == Writes::Shadow;
+        let inputs = vk::PipelineVertexInputStateCreateInfo::default();
+        let (topology, cull) = if desc.is_mesh {
+            (
+                vk::PrimitiveTopology::TRIANGLE_LIST,
+                vk::CullModeFlags::BACK,
+            )
+        } else {
+            (
+                vk::PrimitiveTopology::TRIANGLE_STRIP,
+                vk::CullModeFlags::NONE,
+            )
+        };
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(cull)
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .depth_bias_enable(is_shadow)
+            .depth_bias_constant_factor(2.0)
+            .depth_bias_slope_factor(1.5)
+            .line_width(1.0);
+        let samples = if is_shadow {
+            vk::SampleCountFlags::TYPE_1
+        } else {
+            self.samples
+        };
+        let samples =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(samples);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_write_enable(desc.writes != Writes::Blended)
+            .depth_compare_op(if is_shadow {
+                vk::CompareOp::LESS
+            } else {
+                // Depth is reversed: the nearest value is 1.
+                vk::CompareOp::GREATER_OR_EQUAL
+            });
+        let colour = vk::PipelineColorBlendAttachmentState::default()
+            .blend_enable(desc.writes == Writes::Blended)
+            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+            .src_alpha_blend_factor(vk::BlendFactor::ZERO)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+            .color_write_mask(match desc.writes {
+                Writes::Solid | Writes::Blended => vk::ColorComponentFlags::RGBA,
+                Writes::Depth | Writes::Shadow => vk::ColorComponentFlags::empty(),
+            });
+        let (colours, formats) = ([colour], [self.format]);
+        let mut blend = vk::PipelineColorBlendStateCreateInfo::default();
+        let mut rendering =
+            vk::PipelineRenderingCreateInfo::default().depth_attachment_format(DEPTH);
+        if !is_shadow {
+            blend = blend.attachments(&colours);
+            rendering = rendering.color_attachment_formats(&formats);
+        }
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+        let info = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&inputs)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(self.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
+        let pipelines = unsafe {
+            let cache = vk::PipelineCache::null();
+            self.context
+                .device()
+                .create_graphics_pipelines(cache, &info, None)
+        };
+        match pipelines {
+            Ok(pipelines) => Ok(pipelines[0]),
+            Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
+        }
     }
 }

@@ -7,8 +7,7 @@ use super::StageDesc;
 use super::pipelines::BINDINGS;
 use crate::scene::Capsule;
 use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
-use sabaki::gpu::internal::{Buffer, BufferDesc};
-use sabaki::gpu::internal::{Named, within};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::internal::F32x16;
 
@@ -31,7 +30,7 @@ impl Slot {
     /// Creates the buffers. After a failure, [`Slot::destroy`] frees what was created.
     pub(super) fn fill(
         &mut self,
-        (context, memory): (&Context, &mut dyn Memory),
+        device: &mut DeviceMemory<'_>,
         desc: &StageDesc<'_>,
         number: u32,
     ) -> Result<(), GpuError> {
@@ -43,7 +42,7 @@ impl Slot {
                 usage,
                 memory: MemoryUse::Upload,
             };
-            Buffer::new(context, memory, desc)
+            device.buffer(desc)
         };
         let bytes = |count: u32, of: usize| u64::from(count) * of as u64;
         let storage = Usage::STORAGE_BUFFER;
@@ -154,9 +153,8 @@ impl Slot {
 pub(super) fn write<T: Pod>(
     context: &Context,
     buffer: &Buffer,
-    (elements, limit, most): (&[T], &'static str, u32),
+    elements: &[T],
 ) -> Result<(), GpuError> {
-    within(limit, elements.len() as u64, most.into())?;
     buffer.write(context, 0, bytemuck::cast_slice(elements))
 }
 

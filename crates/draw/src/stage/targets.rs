@@ -5,7 +5,7 @@ use ash::vk;
 
 use super::StageDesc;
 use super::pipelines::DEPTH;
-use sabaki::gpu::internal::{Image, ImageDesc};
+use sabaki::gpu::internal::{DeviceMemory, Image, ImageDesc};
 use sabaki::gpu::{Context, GpuError, Memory};
 
 /// Internal images. Handles are null by default.
@@ -20,7 +20,7 @@ pub(super) struct Targets {
 impl Targets {
     pub(super) fn fill_shadow(
         &mut self,
-        (context, memory): (&Context, &mut dyn Memory),
+        device: &mut DeviceMemory<'_>,
         desc: &StageDesc<'_>,
     ) -> Result<(), GpuError> {
         use vk::ImageUsageFlags as Usage;
@@ -32,29 +32,29 @@ impl Targets {
             usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
             aspect: vk::ImageAspectFlags::DEPTH,
         };
-        self.shadow = Image::new(context, memory, &desc)?;
+        self.shadow = device.image(&desc)?;
         Ok(())
     }
 
-    /// Creates depth buffer and colour samples of a size, and frees the previous ones.
+    /// Creates depth buffer and colour samples of the size of `desc`, and frees the previous ones.
     pub(super) fn resize(
         &mut self,
-        (context, memory): (&Context, &mut dyn Memory),
-        (desc, samples): (&StageDesc<'_>, vk::SampleCountFlags),
-        side: [u32; 2],
+        device: &mut DeviceMemory<'_>,
+        desc: &StageDesc<'_>,
+        samples: vk::SampleCountFlags,
     ) -> Result<(), GpuError> {
         use vk::ImageUsageFlags as Usage;
-        self.depth.destroy(context, memory);
-        self.samples.destroy(context, memory);
+        self.depth.destroy(device.context, device.memory);
+        self.samples.destroy(device.context, device.memory);
         let depth = ImageDesc {
             name: &format!("{}: depth", desc.name),
-            side,
+            side: desc.size,
             format: DEPTH,
             samples,
             usage: Usage::DEPTH_STENCIL_ATTACHMENT | Usage::TRANSIENT_ATTACHMENT,
             aspect: vk::ImageAspectFlags::DEPTH,
         };
-        self.depth = Image::new(context, memory, &depth)?;
+        self.depth = device.image(&depth)?;
         if samples != vk::SampleCountFlags::TYPE_1 {
             let colour = ImageDesc {
                 name: &format!("{}: samples", desc.name),
@@ -63,7 +63,7 @@ impl Targets {
                 aspect: vk::ImageAspectFlags::COLOR,
                 ..depth
             };
-            self.samples = Image::new(context, memory, &colour)?;
+            self.samples = device.image(&colour)?;
         }
         Ok(())
     }

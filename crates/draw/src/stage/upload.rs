@@ -4,14 +4,16 @@ use ash::vk;
 
 use super::frame::{FrameSettings, frame_data};
 use super::slot::write;
-use super::{Stage, Target};
-use crate::scene::{Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, Shot};
+use super::{Picture, Stage, Target};
+use crate::scene::{Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer};
 use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
 use sabaki::gpu::GpuError;
 use sabaki::gpu::internal::within;
 
 /// Contents of a slot's buffers.
 pub(super) struct Draws {
+    /// Image that is drawn into.
+    pub(super) target: Target,
     pub(super) solids: u32,
     pub(super) ghosts: u32,
     pub(super) layers: Vec<DrawLayer>,
@@ -29,37 +31,30 @@ pub(super) struct CrowdDraw {
 }
 
 impl Stage {
-    /// Writes a shot into a slot's buffers.
-    pub(super) fn upload(
-        &mut self,
-        slot: u32,
-        (shot, crowd): (&Shot, Option<&CrowdShot>),
-        target: &Target,
-    ) -> Result<Draws, GpuError> {
+    /// Writes a picture into a slot's buffers.
+    pub(super) fn upload(&mut self, slot: u32, picture: &Picture<'_>) -> Result<Draws, GpuError> {
         let (context, desc) = (self.context.clone(), self.desc);
+        let Picture {
+            shot,
+            crowd,
+            target,
+        } = *picture;
         let slot = self.slot_mut(slot)?;
         let settings = FrameSettings {
             side: target.size,
             encodes: !is_srgb(desc.format),
             shadow_side: desc.shadow_side,
         };
-        let frame = [frame_data(shot, settings)];
-        write(&context, &slot.frame, (&frame, "frames", 1))?;
+        let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
+        write(&context, &slot.frame, &[frame_data(shot, settings)])?;
         let capsules: Vec<Capsule> = shot.solids.iter().chain(&shot.ghosts).copied().collect();
-        let most = desc.max_capsules;
-        write(
-            &context,
-            &slot.capsules,
-            (&capsules, "StageDesc::max_capsules", most),
-        )?;
+        fits("StageDesc::max_capsules", capsules.len(), desc.max_capsules)?;
+        write(&context, &slot.capsules, &capsules)?;
         let (layers, words) = layers(&shot.layers);
-        let most = desc.max_map_words;
-        write(
-            &context,
-            &slot.words,
-            (&words, "StageDesc::max_map_words", most),
-        )?;
+        fits("StageDesc::max_map_words", words.len(), desc.max_map_words)?;
+        write(&context, &slot.words, &words)?;
         let mut draws = Draws {
+            target,
             solids: shot.solids.len() as u32,
             ghosts: shot.ghosts.len() as u32,
             layers,
@@ -67,19 +62,11 @@ impl Stage {
         };
         if let Some(crowd) = crowd {
             let members = members(crowd, slot.first_number);
-            let most = desc.max_members;
-            write(
-                &context,
-                &slot.members,
-                (&members, "StageDesc::max_members", most),
-            )?;
+            fits("StageDesc::max_members", members.len(), desc.max_members)?;
+            write(&context, &slot.members, &members)?;
             let (parts, ranges) = parts(&crowd.figures);
-            let most = desc.max_parts;
-            write(
-                &context,
-                &slot.parts,
-                (&parts, "StageDesc::max_parts", most),
-            )?;
+            fits("StageDesc::max_parts", parts.len(), desc.max_parts)?;
+            write(&context, &slot.parts, &parts)?;
             slot.flush_poses(&context)?;
             for group in &crowd.groups {
                 let (end, all) = (u64::from(group.members.end), members.len() as u64);

@@ -15,5 +15,5 @@ mod motion;
 mod skeleton;
 
 pub use error::{AsfError, AsfProblem};
-pub use motion::AmcFile;
+pub use motion::{AmcClipDesc, AmcFile, AmcFrame};
 pub use skeleton::AsfFile;

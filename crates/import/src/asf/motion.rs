@@ -67,11 +67,78 @@ impl AmcFile {
         self.values.len() / self.channels
     }
 
-    /// Writes one frame to `out` as a pose of [`AsfFile::skeleton`], in metres.
-    pub fn pose(&self, skeleton: &AsfFile, (frame, metres_per_unit): (usize, f64), out: &mut Pose) {
+    /// A frame, counted from 0.
+    ///
+    /// # Panics
+    /// There is no such frame.
+    #[must_use]
+    pub fn frame(&self, index: usize) -> AmcFrame<'_> {
+        AmcFrame {
+            degrees: self.degrees,
+            values: &self.values[index * self.channels..][..self.channels],
+        }
+    }
+
+    /// Skeleton and motion, in metres.
+    ///
+    /// # Errors
+    /// The scale makes a length too large, or the frame rate is invalid.
+    pub fn motion(
+        &self,
+        file: &AsfFile,
+        desc: &AmcClipDesc<'_>,
+    ) -> Result<(Skeleton, Clip), MotionError> {
+        let AmcClipDesc {
+            name,
+            metres_per_unit,
+            frame_rate,
+        } = *desc;
+        let skeleton = file.skeleton(metres_per_unit)?;
+        let mut desc = ClipDesc {
+            name: name.to_owned(),
+            frame_rate,
+            roots: Vec::with_capacity(self.frames()),
+            rotations: Vec::with_capacity(self.frames() * skeleton.len()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..self.frames() {
+            self.frame(frame).pose(file, metres_per_unit, &mut pose);
+            desc.roots.push(pose.root);
+            // End sites come last.
+            pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
+            desc.rotations.append(&mut pose.rotations);
+        }
+        let clip = Clip::new(&skeleton, desc)?;
+        Ok((skeleton, clip))
+    }
+}
+
+/// What an AMC file does not contain of a clip.
+#[derive(Clone, Copy, Debug)]
+pub struct AmcClipDesc<'a> {
+    /// Name of the clip.
+    pub name: &'a str,
+    /// Length of the file's unit, in metres.
+    pub metres_per_unit: f64,
+    /// Frame rate, in frames per second; for CMU's captures [`AmcFile::USUAL_RATE`].
+    pub frame_rate: f64,
+}
+
+/// One frame of an [`AmcFile`].
+#[derive(Clone, Copy, Debug)]
+pub struct AmcFrame<'a> {
+    degrees: bool,
+    /// Values, bone by bone.
+    values: &'a [f64],
+}
+
+impl AmcFrame<'_> {
+    /// Writes the frame to `out` as a pose of [`AsfFile::skeleton`], in metres.
+    pub fn pose(&self, skeleton: &AsfFile, metres_per_unit: f64, out: &mut Pose) {
         out.rotations.clear();
         out.translations.clear();
-        let mut values = self.values[frame * self.channels..][..self.channels].iter();
+        let mut values = self.values.iter();
         for (index, bone) in skeleton.bones.iter().enumerate() {
             let (mut rotation, mut place) = (DQuat::IDENTITY, DVec3::ZERO);
             for (freedom, &value) in bone.freedoms.iter().zip(&mut values) {
@@ -86,36 +153,6 @@ impl AmcFile {
                 out.root = ((place + skeleton.position) * metres_per_unit).as_vec3();
             }
         }
-    }
-
-    /// Skeleton and motion in metres, at `frame_rate` frames per second.
-    ///
-    /// # Errors
-    /// The scale makes a length too large, or the frame rate is invalid.
-    pub fn motion(
-        &self,
-        file: &AsfFile,
-        (name, metres_per_unit): (&str, f64),
-        frame_rate: f64,
-    ) -> Result<(Skeleton, Clip), MotionError> {
-        let skeleton = file.skeleton(metres_per_unit)?;
-        let mut desc = ClipDesc {
-            name: name.to_owned(),
-            frame_rate,
-            roots: Vec::with_capacity(self.frames()),
-            rotations: Vec::with_capacity(self.frames() * skeleton.len()),
-            translations: Vec::new(),
-        };
-        let mut pose = Pose::default();
-        for frame in 0..self.frames() {
-            self.pose(file, (frame, metres_per_unit), &mut pose);
-            desc.roots.push(pose.root);
-            // End sites come last.
-            pose.rotations.resize(skeleton.len(), Quat::IDENTITY);
-            desc.rotations.append(&mut pose.rotations);
-        }
-        let clip = Clip::new(&skeleton, desc)?;
-        Ok((skeleton, clip))
     }
 }
 

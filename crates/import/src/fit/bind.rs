@@ -176,13 +176,15 @@ fn bones(pose: &BindPose<'_>) -> Vec<Bone> {
     let mut has_bone = vec![false; skeleton.len()];
     let mut bones = Vec::new();
     let mut add = |joint: JointId, to: Vec3| {
-        bones.push(Bone {
+        let mut bone = Bone {
             joint,
             from: place(joint),
             to,
-            thickness: thickness(pose, &guess, (joint, place(joint) + 0.5 * to)),
+            thickness: 0.0,
             depth: skeleton.ancestry(joint).count(),
-        });
+        };
+        bone.thickness = thickness(pose, &guess, &bone);
+        bones.push(bone);
     };
     for child in skeleton.ids() {
         let Some(parent) = skeleton.joint(child).parent else {
@@ -204,7 +206,8 @@ fn bones(pose: &BindPose<'_>) -> Vec<Bone> {
 
 /// Radius of the default body's sphere that is nearest to a bone's middle, among the spheres of the
 /// bone's joint or, if it has none, of the next ancestor.
-fn thickness(pose: &BindPose<'_>, guess: &Body, (joint, middle): (JointId, Vec3)) -> f32 {
+fn thickness(pose: &BindPose<'_>, guess: &Body, bone: &Bone) -> f32 {
+    let middle = bone.from + 0.5 * bone.to;
     let on = |joint: JointId| {
         let here = guess
             .spheres
@@ -215,6 +218,6 @@ fn thickness(pose: &BindPose<'_>, guess: &Body, (joint, middle): (JointId, Vec3)
         };
         here.min_by(|a, b| far(a).total_cmp(&far(b)))
     };
-    let found = pose.skeleton.ancestry(joint).find_map(on);
+    let found = pose.skeleton.ancestry(bone.joint).find_map(on);
     found.map_or(0.1, |sphere| sphere.radius)
 }

@@ -49,10 +49,15 @@ impl Points {
                 normal,
             })
             .collect();
-        if vertices.len().max(grid_points(mesh, spacing)) <= MOST_POINTS {
-            Self::of_grids(mesh, (&vertices, joints), spacing)
+        let sampler = Sampler {
+            mesh,
+            vertices,
+            joints,
+        };
+        if sampler.vertices.len().max(grid_points(mesh, spacing)) <= MOST_POINTS {
+            sampler.of_grids(spacing)
         } else {
-            Self::of_pieces(mesh, (&vertices, joints), spacing)
+            sampler.of_pieces(spacing)
         }
     }
 
@@ -70,12 +75,24 @@ impl Points {
         self.joints.push(point.joint);
         self.normals.push(point.normal);
     }
+}
 
+/// A mesh that is sampled.
+struct Sampler<'a> {
+    mesh: &'a Mesh,
+    /// The vertices that triangles use.
+    vertices: Vec<Candidate>,
+    /// Joint of each vertex of the mesh.
+    joints: &'a [JointId],
+}
+
+impl Sampler<'_> {
     /// The vertices, and on each triangle the points of a grid. A point goes to the joint of the nearest corner, counted along the
     /// edges.
-    fn of_grids(mesh: &Mesh, (vertices, joints): (&[Candidate], &[JointId]), spacing: f32) -> Self {
-        let mut points = Self::none(spacing);
-        vertices.iter().for_each(|&vertex| points.push(vertex));
+    fn of_grids(&self, spacing: f32) -> Points {
+        let (mesh, joints) = (self.mesh, self.joints);
+        let mut points = Points::none(spacing);
+        self.vertices.iter().for_each(|&vertex| points.push(vertex));
         for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {
             let corners = mesh.corners(triangle);
             let normal = normal_of(corners).normalize_or_zero();
@@ -95,13 +112,9 @@ impl Points {
     }
 
     /// Chooses among the vertices and the middles of short pieces, `spacing` apart if the limits allow it.
-    fn of_pieces(
-        mesh: &Mesh,
-        (vertices, joints): (&[Candidate], &[JointId]),
-        mut spacing: f32,
-    ) -> Self {
+    fn of_pieces(&self, mut spacing: f32) -> Points {
         loop {
-            if let Some(points) = Self::thinned(mesh, (vertices, joints), spacing) {
+            if let Some(points) = self.thinned(spacing) {
                 return points;
             }
             spacing *= 2.0;
@@ -109,18 +122,15 @@ impl Points {
     }
 
     /// The points that are no closer than `spacing` to one of the same joint and side; `None` if they are too many.
-    fn thinned(
-        mesh: &Mesh,
-        (vertices, joints): (&[Candidate], &[JointId]),
-        spacing: f32,
-    ) -> Option<Self> {
+    fn thinned(&self, spacing: f32) -> Option<Points> {
+        let (mesh, joints) = (self.mesh, self.joints);
         let mut length = spacing;
         while piece_count(mesh, length) > MOST_PIECES {
             length *= 2.0;
         }
         // A place is within two thirds of the longest edge of its piece's middle.
-        let mut chosen = Chosen::new(Self::none(spacing + length * 2.0 / 3.0), spacing);
-        if !vertices.iter().all(|&vertex| chosen.offer(vertex)) {
+        let mut chosen = Chosen::new(Points::none(spacing + length * 2.0 / 3.0), spacing);
+        if !self.vertices.iter().all(|&vertex| chosen.offer(vertex)) {
             return None;
         }
         for (triangle, of_triangle) in mesh.triangles().iter().enumerate() {

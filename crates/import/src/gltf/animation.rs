@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Quat, Vec3, Vec4};
-use gltf_json::animation::{Animation, Interpolation, Property};
+use gltf_json::animation::{Animation, Interpolation, Property, Sampler};
 use gltf_json::validation::Checked;
 
 use super::GltfError;
@@ -33,16 +33,21 @@ struct Track {
 }
 
 impl Tracks {
-    /// Reads the tracks of the nodes for which `moves` returns true.
-    pub(super) fn read(
-        container: &Container,
-        (animation, name): (&Animation, String),
-        moves: impl Fn(usize) -> bool,
-    ) -> Result<Self, GltfError> {
-        let mut tracks = Self {
+    /// No tracks, of an animation with a name.
+    pub(super) fn new(name: String) -> Self {
+        Self {
             name,
             nodes: HashMap::new(),
-        };
+        }
+    }
+
+    /// Reads the tracks of the nodes for which `moves` returns true.
+    pub(super) fn read(
+        &mut self,
+        container: &Container,
+        animation: &Animation,
+        moves: impl Fn(usize) -> bool,
+    ) -> Result<(), GltfError> {
         for channel in &animation.channels {
             let node = channel.target.node.value();
             let property = match channel.target.path {
@@ -54,31 +59,29 @@ impl Tracks {
             }
             let sampler = animation.samplers.get(channel.sampler.value());
             let sampler = sampler.ok_or_else(|| GltfError::Index {
-                from: format!("animation \"{}\"", tracks.name),
+                from: format!("animation \"{}\"", self.name),
                 what: "sampler",
                 index: channel.sampler.value(),
             })?;
-            let Checked::Valid(interpolation) = sampler.interpolation else {
+            let Some(mut track) = Track::read(container, sampler, property)? else {
                 continue;
             };
-            let accessors = (sampler.input.value(), sampler.output.value());
-            let mut track = Track::read(container, accessors, (property, interpolation))?;
             track
                 .check(property)
                 .map_err(|(key, problem)| GltfError::Key {
-                    animation: tracks.name.clone(),
+                    animation: self.name.clone(),
                     node: node_name(container, node),
                     key,
                     problem,
                 })?;
-            let of_node = tracks.nodes.entry(node).or_default();
+            let of_node = self.nodes.entry(node).or_default();
             *match property {
                 Property::Rotation => &mut of_node.rotation,
                 Property::Scale => &mut of_node.scale,
                 _ => &mut of_node.translation,
             } = Some(track);
         }
-        Ok(tracks)
+        Ok(())
     }
 
     /// Whether the animation has no tracks.
@@ -141,11 +144,16 @@ fn mix(a: Vec4, b: Vec4, share: f32) -> Vec4 {
 }
 
 impl Track {
+    /// Reads the keys of a property. Returns `None` if the interpolation is unknown.
     fn read(
         container: &Container,
-        (input, output): (usize, usize),
-        (property, interpolation): (Property, Interpolation),
-    ) -> Result<Self, GltfError> {
+        sampler: &Sampler,
+        property: Property,
+    ) -> Result<Option<Self>, GltfError> {
+        let Checked::Valid(interpolation) = sampler.interpolation else {
+            return Ok(None);
+        };
+        let (input, output) = (sampler.input.value(), sampler.output.value());
         let from = || "a sampler".to_owned();
         let times = container.floats::<1>(input, from)?;
         let values: Vec<Vec4> = if property == Property::Rotation {
@@ -158,11 +166,11 @@ impl Track {
                 .map(|v| Vec3::from(v).extend(0.0))
                 .collect()
         };
-        Ok(Self {
+        Ok(Some(Self {
             times: times.into_iter().map(|[time]| time).collect(),
             values,
             interpolation,
-        })
+        }))
     }
 
     /// Checks the keys and normalises rotations. Returns the first invalid key and the reason.

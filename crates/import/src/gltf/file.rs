@@ -65,9 +65,8 @@ impl GltfFile {
                 .name
                 .clone()
                 .unwrap_or_else(|| format!("animation_{index}"));
-            let name = taken.first_free(&name, "_");
-            let is_of_rig = |node: usize| of_rig.contains(&node);
-            let tracks = Tracks::read(&container, (animation, name), is_of_rig)?;
+            let mut tracks = Tracks::new(taken.first_free(&name, "_"));
+            tracks.read(&container, animation, |node| of_rig.contains(&node))?;
             if !tracks.is_empty() {
                 events.push(events_of(animation, &tracks.name)?);
                 turned.extend(
@@ -143,7 +142,8 @@ impl GltfFile {
     pub fn motion(
         &self,
         animation: &GltfAnimation,
-        (name, metres_per_unit): (&str, f64),
+        name: &str,
+        metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = self.scaled_skeleton(metres_per_unit)?;
         let mut desc = animation.clip.desc().clone();

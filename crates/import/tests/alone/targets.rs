@@ -9,7 +9,7 @@ use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-use sabaki_import::asf::{AmcFile, AsfFile};
+use sabaki_import::asf::{AmcClipDesc, AmcFile, AsfFile};
 use sabaki_import::bvh::{self, BvhFile};
 use sabaki_import::gltf::GltfFile;
 use sabaki_import::{AttackFile, EventsFile, Scale, parse_obj};
@@ -73,7 +73,12 @@ pub fn asf_file(bytes: &[u8]) {
     let Ok(amc) = AmcFile::parse(&asf, motion) else {
         return;
     };
-    if let Ok((skeleton, clip)) = amc.motion(&asf, ("fuzzed", 0.05), AmcFile::USUAL_RATE) {
+    let desc = AmcClipDesc {
+        name: "fuzzed",
+        metres_per_unit: 0.05,
+        frame_rate: AmcFile::USUAL_RATE,
+    };
+    if let Ok((skeleton, clip)) = amc.motion(&asf, &desc) {
         assert_eq!((skeleton.len(), clip.frames()), (bones, amc.frames()));
     }
 }
@@ -83,7 +88,7 @@ pub fn gltf_file(bytes: &[u8]) {
         return;
     };
     for animation in file.animations() {
-        let Ok((skeleton, clip)) = file.motion(animation, ("fuzzed", 1.0)) else {
+        let Ok((skeleton, clip)) = file.motion(animation, "fuzzed", 1.0) else {
             continue;
         };
         if clip.frames() * skeleton.len() <= SMALL {

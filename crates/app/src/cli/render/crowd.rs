@@ -7,7 +7,7 @@ use sabaki::maps::Body;
 use sabaki_app::demo;
 use sabaki_app::film::Film;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Crowd, FormationSettings};
+use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
 use serde_json::json;
 
 use super::canvas::Canvas;
@@ -107,7 +107,12 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);
-        let mut crowd = Crowd::new((&motions.skeleton, &body), clip, &settings).map_err(usage)?;
+        let performer = Performer {
+            skeleton: &motions.skeleton,
+            body: &body,
+            clip,
+        };
+        let mut crowd = Crowd::new(performer, &settings).map_err(usage)?;
         crowd.use_levels(!self.no_levels);
         crowd.show_levels(self.levels);
         Ok(crowd)

@@ -12,7 +12,7 @@ use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_app::film::Film;
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Camera, Dodge, DodgeSettings, MapStyle};
+use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings, MapStyle};
 use serde_json::json;
 
 use super::canvas::Canvas;
@@ -71,14 +71,18 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         ghost: !args.dodge.no_ghost,
         ..DodgeSettings::default()
     };
-    let case = (thrown.playhead, &thrown.attack);
-    let mut show = Show {
-        dodge: Dodge::new(&baked.graph, case, &answer, &settings),
-        args,
-        camera: Camera::orbit(glam::Vec3::ZERO, (0.0, 0.0), 1.0),
+    let answered = AnsweredAttack {
+        playhead: thrown.playhead,
+        attack: &thrown.attack,
+        answer: &answer,
     };
+    let dodge = Dodge::new(&baked.graph, answered, &settings);
     let [width, height] = args.size;
-    show.camera = show.dodge.camera(width as f32 / height as f32);
+    let show = Show {
+        camera: dodge.camera(width as f32 / height as f32),
+        dodge,
+        args,
+    };
     let mut canvas = Canvas::new(device, args.size, &StageDesc::default())?;
     let film = match kind.is_film() {
         true => show.film(&mut canvas)?,
@@ -170,8 +174,8 @@ impl Show<'_> {
 
     /// Eight moments from the throw to the end of the flight, denser around the nearest one.
     fn storyboard(&self, canvas: &mut Canvas) -> Result<Film, Failure> {
-        let (near, flight) = (self.dodge.clearance().time, self.dodge.flight());
-        let (before, after) = (near - flight.0, flight.1 - near);
+        let (near, [start, end]) = (self.dodge.clearance().time, self.dodge.flight());
+        let (before, after) = (near - start, end - near);
         let shares = [-1.0, -0.62, -0.34, -0.14, 0.0, 0.22, 0.55, 1.0];
         let size = self.args.size;
         let rows = (shares.len() as u32).div_ceil(ABREAST);
@@ -184,7 +188,7 @@ impl Show<'_> {
         for (index, share) in (0..).zip(shares) {
             cancel::check()?;
             let t = near + share * if share < 0.0 { before } else { after };
-            let picture = self.picture(t.clamp(flight.0, flight.1), canvas)?;
+            let picture = self.picture(t.clamp(start, end), canvas)?;
             let (column, row) = (index % ABREAST, index / ABREAST);
             let at = [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)];
             sheet.place(at, &picture);

@@ -153,10 +153,10 @@ impl Show<'_> {
             let near = self.bout.nearest_at(cut);
             let start = exchange.announced + exchange.attack.start();
             let moments = [
-                0.5 * (cut.span.0 + start),
+                0.5 * (cut.span[0] + start),
                 start.max(near - 0.12),
                 near,
-                0.5 * (near + cut.span.1),
+                0.5 * (near + cut.span[1]),
             ];
             for (column, t) in (0..).zip(moments) {
                 let picture = self.picture(cut, t, canvas)?;

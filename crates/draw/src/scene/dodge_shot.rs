@@ -1,0 +1,185 @@
+//! The pictures of a dodge: the camera, the fighter, the attack with its trail, and the ghost.
+
+use glam::{Vec2, Vec3};
+
+use super::dodge::Dodge;
+use super::{Camera, Capsule, Light, Orbit, Shot};
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::maps::MovingSphere;
+use sabaki::math::Sphere;
+
+/// Duration of the trail behind a ball, in seconds.
+const TRAIL: f32 = 0.22;
+const TRAIL_PIECES: usize = 14;
+const BALL: Vec3 = Vec3::new(0.93, 0.16, 0.05);
+
+impl Dodge<'_> {
+    /// The attack's first sphere. It is extrapolated before its start and after its end.
+    #[must_use]
+    pub fn ball(&self, t: f32) -> Sphere {
+        let Some(sphere) = self.attack.spheres().first() else {
+            return Sphere::new(Vec3::ZERO, 0.0);
+        };
+        flying(sphere, t)
+    }
+
+    /// Camera beside the attack's path, slightly above it, that shows the whole dodge and the
+    /// attack.
+    #[must_use]
+    pub fn camera(&self, aspect: f32) -> Camera {
+        let near = self.clearance.time;
+        let flight = self.ball(near + 0.01).centre - self.ball(near).centre;
+        let mut joints = Vec::new();
+        self.joints(near, &mut joints);
+        // Prefer the front of the body to its back, and a place ahead of the attack to one behind
+        // it.
+        let facing = joints[0].rotation * Vec3::Z;
+        let across = Vec3::new(flight.z, 0.0, -flight.x).normalize_or(Vec3::X);
+        let across = if across.dot(facing) < 0.0 {
+            -across
+        } else {
+            across
+        };
+        let along = Vec3::new(flight.x, 0.0, flight.z).normalize_or(Vec3::Z);
+        let along = if along.dot(facing) < 0.0 {
+            -along
+        } else {
+            along
+        };
+        let out = (across + 0.5 * along).normalize_or(Vec3::Z);
+        let right = Vec3::Y.cross(out);
+        let (low, high) = self.extent(right);
+        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
+        let aside = 0.5 * (low.x + high.x) - middle.dot(right);
+        let target = middle + right * aside + Vec3::Y * (0.5 * high.y - 0.03);
+        // Objects in front of the centre appear larger.
+        let half = (0.55 * (high.x - low.x) / aspect).max(0.5 * high.y) + 0.16;
+        let field = 30f32.to_radians();
+        Camera {
+            field,
+            ..Camera::orbit(Orbit {
+                target,
+                around: out.x.atan2(out.z),
+                up: 0.16,
+                distance: half / (0.5 * field).tan(),
+            })
+        }
+    }
+
+    /// Horizontal and vertical extent of everything that should be visible.
+    fn extent(&self, right: Vec3) -> (Vec2, Vec2) {
+        /// Time before and after the attack is nearest that should be visible, in seconds.
+        const AROUND: f32 = 0.13;
+        let [start, end] = self.span();
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        let mut add = |place: Vec3, radius: f32| {
+            let seen = Vec2::new(place.dot(right), place.y);
+            low = low.min(seen - radius);
+            high = high.max(seen + radius);
+        };
+        let mut joints = Vec::new();
+        for step in 0..=24 {
+            self.joints(start + (end - start) * step as f32 / 24.0, &mut joints);
+            joints.iter().for_each(|joint| add(joint.translation, 0.1));
+        }
+        let near = self.clearance.time;
+        // Include the place where the attack starts, unless it is so far away that the body would
+        // be small.
+        let from = self.attack.start().max(near - 2.0 * AROUND);
+        for t in [from, near - AROUND, near + AROUND] {
+            let ball = self.ball(t);
+            add(ball.centre, ball.radius);
+        }
+        (low, high)
+    }
+
+    /// Shot of a time.
+    #[must_use]
+    pub fn shot(&self, t: f32, camera: Camera) -> Shot {
+        let mut joints = Vec::new();
+        self.joints(t, &mut joints);
+        let middle = Vec3::new(joints[0].translation.x, 0.0, joints[0].translation.z);
+        let light = Light {
+            shadow: Sphere::new(middle, 3.5),
+            ..Light::default()
+        };
+        let mut shot = Shot::new(camera, light);
+        self.figure.capsules(&joints, 1.0, &mut shot.solids);
+        for sphere in self.attack.spheres() {
+            self.add_ball(sphere, t, &mut shot);
+        }
+        if self.settings.ghost {
+            self.add_ghost(t, &mut shot);
+        }
+        shot
+    }
+
+    fn add_ball(&self, sphere: &MovingSphere, t: f32, shot: &mut Shot) {
+        let (start, end) = (sphere.start(), sphere.end());
+        if t < 0.0 {
+            return;
+        }
+        // The ball grows at its start, so that it is visible before it moves.
+        let grown = smooth((t + 0.02) / start.clamp(0.05, 0.35));
+        let gone = 1.0 - smooth((t - end - 0.45) / 0.2);
+        let mut ball = flying(sphere, t.max(start));
+        ball.radius *= grown.min(gone);
+        if ball.radius > 0.002 {
+            let colour = BALL.extend(1.0).to_array();
+            shot.solids.push(Capsule::ball(ball, colour));
+        }
+        for piece in 0..TRAIL_PIECES {
+            let at = |piece: usize| (t - TRAIL * piece as f32 / TRAIL_PIECES as f32).max(start);
+            let left = 1.0 - piece as f32 / TRAIL_PIECES as f32;
+            let ends = [flying(sphere, at(piece)), flying(sphere, at(piece + 1))];
+            if ends[0].centre.distance(ends[1].centre) < 1e-4 {
+                break;
+            }
+            let alpha = 0.42 * left * left * gone;
+            let thin = |end: Sphere, share: f32| Sphere::new(end.centre, end.radius * share * 0.8);
+            let next = left - 1.0 / TRAIL_PIECES as f32;
+            shot.ghosts.push(Capsule::new(
+                thin(ends[0], left.sqrt()),
+                thin(ends[1], next.max(0.0).sqrt()),
+                BALL.extend(alpha).to_array(),
+            ));
+        }
+    }
+
+    /// Adds the ghost of the motion without the dodge, around the time of the hit. Every shot
+    /// includes it if [`DodgeSettings::ghost`] is set.
+    pub fn add_ghost(&self, t: f32, shot: &mut Shot) {
+        let from = self
+            .attack
+            .start()
+            .min(self.clearance.time - 0.25)
+            .max(0.05);
+        let shown =
+            smooth((t - from) / 0.2) * (1.0 - smooth((t - self.clearance.time - 0.25) / 0.3));
+        if t < 0.0 || shown <= 0.0 {
+            return;
+        }
+        let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
+        self.idle.sample(graph, t, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        self.ghost.capsules(&joints, 0.34 * shown, &mut shot.ghosts);
+    }
+}
+
+/// A sphere at a time. It is extrapolated from the last two keys.
+fn flying(sphere: &MovingSphere, t: f32) -> Sphere {
+    let at = sphere.at(t);
+    let keys = sphere.keys();
+    let (Some(last), true) = (keys.last(), t > sphere.end()) else {
+        return Sphere::new(at.center, at.radius);
+    };
+    let before = keys[keys.len().saturating_sub(2)];
+    let seconds = (last.t - before.t).max(1e-3);
+    let speed = (last.center - before.center) / seconds;
+    Sphere::new(last.center + speed * (t - last.t), last.radius)
+}
+
+pub(super) fn smooth(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}

@@ -1,0 +1,230 @@
+//! Asks a device what it offers of the requirements.
+
+use std::ffi::CStr;
+
+use ash::vk;
+
+use super::{ContextDesc, Features, PathReport, Report, Terms, limits, requirements};
+use crate::query::cull::CullPath;
+
+/// Stencil formats, the best one first.
+const STENCIL_FORMATS: [vk::Format; 3] = [
+    vk::Format::S8_UINT,
+    vk::Format::D24_UNORM_S8_UINT,
+    vk::Format::D32_SFLOAT_S8_UINT,
+];
+
+/// What stands in for Vulkan 1.3, with what it needs itself on 1.1.
+const EXTENSIONS: [&CStr; 5] = [
+    ash::khr::synchronization2::NAME,
+    ash::khr::dynamic_rendering::NAME,
+    ash::ext::extended_dynamic_state::NAME,
+    ash::khr::depth_stencil_resolve::NAME,
+    ash::khr::create_renderpass2::NAME,
+];
+
+/// Asks a physical device for everything in [`requirements`]. [`check_enabled`] says what of it the host has enabled.
+///
+/// # Safety
+/// `physical_device` belongs to `instance`, and both are valid; the instance was made with the version that `terms` has.
+#[must_use]
+pub unsafe fn check(
+    instance: &ash::Instance,
+    physical_device: vk::PhysicalDevice,
+    terms: &Terms,
+) -> Report {
+    // SAFETY: the caller vouches for both handles.
+    unsafe { Offer::of(instance, physical_device, terms) }.report()
+}
+
+/// The same for what the host has enabled on its device, and for its queue family.
+///
+/// # Safety
+/// The instance and the physical device of `desc` are as [`check`] has them. Its device may be anything.
+#[must_use]
+pub unsafe fn check_enabled(desc: &ContextDesc<'_>) -> Report {
+    let (instance, physical_device) = (desc.instance, desc.physical_device);
+    // SAFETY: the caller vouches for both handles.
+    let (mut offer, families) = unsafe {
+        (
+            Offer::of(instance, physical_device, &desc.terms),
+            instance.get_physical_device_queue_family_properties(physical_device),
+        )
+    };
+    let family = families.get(desc.queue_family as usize);
+    offer.queues = family.map_or(vk::QueueFlags::empty(), |family| family.queue_flags);
+    let is_core = offer.version >= vk::API_VERSION_1_3;
+    let enabled = Features {
+        extended_dynamic_state: is_core || desc.features.extended_dynamic_state,
+        ..desc.features
+    };
+    offer.features = offer.features.and(enabled);
+    offer.report()
+}
+
+/// The extensions that stand in for what a version lacks.
+fn extensions(version: u32) -> &'static [&'static CStr] {
+    match version {
+        ..vk::API_VERSION_1_1 | vk::API_VERSION_1_3.. => &[],
+        // The other two are part of it.
+        vk::API_VERSION_1_2.. => &EXTENSIONS[..3],
+        _ => &EXTENSIONS,
+    }
+}
+
+/// A device's answers.
+#[derive(Default)]
+struct Offer {
+    /// Of device and instance, the lesser one.
+    version: u32,
+    /// Of all families, or of the host's.
+    queues: vk::QueueFlags,
+    features: Features,
+    stencil_format: Option<vk::Format>,
+    has_limits: bool,
+}
+
+impl Offer {
+    /// # Safety
+    /// As for [`check`].
+    unsafe fn of(
+        instance: &ash::Instance,
+        physical_device: vk::PhysicalDevice,
+        terms: &Terms,
+    ) -> Self {
+        // SAFETY: the caller vouches for both handles.
+        let (properties, families) = unsafe {
+            (
+                instance.get_physical_device_properties(physical_device),
+                instance.get_physical_device_queue_family_properties(physical_device),
+            )
+        };
+        let mut offer = Self {
+            version: properties.api_version.min(terms.api_version),
+            queues: families
+                .iter()
+                .fold(vk::QueueFlags::empty(), |all, one| all | one.queue_flags),
+            has_limits: limits::are_enough(&properties.limits),
+            ..Self::default()
+        };
+        if offer.version >= vk::API_VERSION_1_1 {
+            // SAFETY: as above; both sides know Vulkan 1.1.
+            unsafe { offer.ask_features(instance, physical_device) };
+            offer.features = offer.features.and(terms.without.features());
+        }
+        offer.stencil_format = STENCIL_FORMATS.into_iter().find(|&format| {
+            let allowed = !terms.without.forbids(format);
+            // SAFETY: as above.
+            allowed && unsafe { has_stencil(instance, physical_device, format) }
+        });
+        offer
+    }
+
+    fn has(&self, name: &str) -> bool {
+        match name {
+            requirements::VERSION => self.version >= vk::API_VERSION_1_1,
+            requirements::CORE => self.version >= vk::API_VERSION_1_3,
+            requirements::GRAPHICS => self.queues.contains(vk::QueueFlags::GRAPHICS),
+            requirements::COMPUTE => self.queues.contains(vk::QueueFlags::COMPUTE),
+            requirements::RENDERING => self.features.dynamic_rendering,
+            requirements::SYNCHRONIZATION => self.features.synchronization2,
+            requirements::DYNAMIC_STATE => self.features.extended_dynamic_state,
+            requirements::STENCIL => self.stencil_format.is_some(),
+            requirements::LIMITS => self.has_limits,
+            requirements::S8 => self.stencil_format == Some(vk::Format::S8_UINT),
+            requirements::PRECISE => self.features.precise_queries,
+            requirements::ATOMICS => self.features.fragment_atomics,
+            _ => false,
+        }
+    }
+
+    fn report(&self) -> Report {
+        let missing = || requirements().iter().filter(|one| !self.has(one.name));
+        let path = |path: CullPath, counts_exact| PathReport {
+            lacks: missing()
+                .filter(|one| one.needed_by.contains(&path))
+                .map(|one| one.name)
+                .collect(),
+            counts_exact,
+        };
+        let Features {
+            precise_queries,
+            fragment_atomics,
+            ..
+        } = self.features;
+        Report {
+            stencil: path(CullPath::Stencil, precise_queries || fragment_atomics),
+            compute: path(CullPath::Compute, true),
+            fallbacks: missing()
+                .filter(|one| !one.is_required())
+                .copied()
+                .collect(),
+            extensions: extensions(self.version).to_vec(),
+            stencil_format: self.stencil_format,
+            features: self.features,
+        }
+    }
+
+    /// # Safety
+    /// As for [`check`], with Vulkan 1.1.
+    unsafe fn ask_features(
+        &mut self,
+        instance: &ash::Instance,
+        physical_device: vk::PhysicalDevice,
+    ) {
+        // SAFETY: the caller vouches for both handles. Where the list cannot be had, it has no extension.
+        let known = unsafe { instance.enumerate_device_extension_properties(physical_device) }
+            .unwrap_or_default();
+        let has = |name: &CStr| {
+            let same = |one: &vk::ExtensionProperties| one.extension_name_as_c_str() == Ok(name);
+            known.iter().any(same)
+        };
+        let is_core = self.version >= vk::API_VERSION_1_3;
+        let knows = |name: &CStr| is_core || has(name);
+        let mut rendering = vk::PhysicalDeviceDynamicRenderingFeatures::default();
+        let mut synchronization = vk::PhysicalDeviceSynchronization2Features::default();
+        let mut state = vk::PhysicalDeviceExtendedDynamicStateFeaturesEXT::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default();
+        if !is_core && knows(ash::ext::extended_dynamic_state::NAME) {
+            features = features.push_next(&mut state);
+        }
+        // Below 1.3 it stands on other extensions, which are asked for with it.
+        if extensions(self.version)
+            .iter()
+            .filter(|name| **name != ash::khr::synchronization2::NAME)
+            .all(|name| knows(name))
+        {
+            features = features.push_next(&mut rendering);
+        }
+        if knows(ash::khr::synchronization2::NAME) {
+            features = features.push_next(&mut synchronization);
+        }
+        // SAFETY: as above; the chain is only given to devices that know its structures.
+        unsafe { instance.get_physical_device_features2(physical_device, &mut features) };
+        let core = features.features;
+        self.features = Features {
+            dynamic_rendering: rendering.dynamic_rendering == vk::TRUE,
+            synchronization2: synchronization.synchronization2 == vk::TRUE,
+            extended_dynamic_state: is_core || state.extended_dynamic_state == vk::TRUE,
+            precise_queries: core.occlusion_query_precise == vk::TRUE,
+            fragment_atomics: core.fragment_stores_and_atomics == vk::TRUE,
+        };
+    }
+}
+
+/// Whether stencil targets can have this format.
+///
+/// # Safety
+/// As for [`check`].
+unsafe fn has_stencil(
+    instance: &ash::Instance,
+    physical_device: vk::PhysicalDevice,
+    format: vk::Format,
+) -> bool {
+    let needed =
+        vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT | vk::FormatFeatureFlags::TRANSFER_SRC;
+    // SAFETY: the caller vouches for both handles.
+    let properties =
+        unsafe { instance.get_physical_device_format_properties(physical_device, format) };
+    properties.optimal_tiling_features.contains(needed)
+}
