@@ -9,12 +9,13 @@ use std::sync::{Arc, Mutex};
 
 use common::cull::{any_input, atlas_on, counted, culler, sliced};
 use common::cull_cases::Way;
-use common::{Random, desc, finish};
-use sabaki::gpu::ash::vk;
+use common::{Random, desc, drifting, finish};
+use sabaki::gpu::ash::vk::{self, Handle};
 use sabaki::gpu::{
-    Context, Culler, CullerDesc, Features, GpuAllocatorMemory, GpuError, Terms, Ticket,
+    Context, Culler, CullerDesc, Features, GpuAllocatorMemory, GpuError, PipelineCache, Terms,
+    Ticket,
 };
-use sabaki::internal::Rasterizer;
+use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc};
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, CullPath, Overlap};
 use sabaki_app::headless::{Headless, Message};
@@ -139,6 +140,54 @@ fn passes_have_labels_and_times() {
         culler.destroy(device.memory().unwrap());
         assert_eq!(device.destroy(), []);
     }
+}
+
+#[test]
+fn maps_that_are_drawn_have_labels() {
+    let mut device = device();
+    let rect = MapRect {
+        u: 0,
+        v: 0,
+        width: 40,
+        height: 30,
+    };
+    let drawings = [drifting(&mut Random(5), rect, 3, 4)];
+    let desc = RasterizerDesc::default();
+    let mut rasterizer = device
+        .make(|context, memory| Rasterizer::new(context, memory, &desc))
+        .unwrap();
+    shim::labels();
+    device.any_frame(&mut rasterizer, &drawings).unwrap();
+    assert_eq!(shim::labels(), ["sabaki: maps", "sabaki: maps to the host"]);
+    rasterizer.destroy(device.memory().unwrap());
+    assert_eq!(device.destroy(), []);
+}
+
+#[test]
+fn pipelines_are_created_with_the_cache_of_the_host() {
+    let atlas = atlas_on(sliced(8), &mut Random(1), 8);
+    let mut device = device();
+    let cache = device.make(|context, _| PipelineCache::new(context, &[]));
+    let cache = cache.unwrap();
+    shim::caches();
+    for way in Way::ALL {
+        let desc = CullerDesc {
+            pipeline_cache: cache.handle(),
+            ..way.desc(&atlas)
+        };
+        culler(&mut device, &desc).destroy(device.memory().unwrap());
+    }
+    let desc = RasterizerDesc {
+        pipeline_cache: cache.handle(),
+        ..RasterizerDesc::default()
+    };
+    let rasterizer = device.make(|context, memory| Rasterizer::new(context, memory, &desc));
+    rasterizer.unwrap().destroy(device.memory().unwrap());
+    let caches = shim::caches();
+    assert!(caches.len() >= 2 * Way::ALL.len() + 2, "{}", caches.len());
+    assert!(caches.iter().all(|&one| one == cache.handle().as_raw()));
+    cache.destroy();
+    assert_eq!(device.destroy(), []);
 }
 
 /// Each of them costs much on some drivers: `vendor-notes/nvidia.md`.

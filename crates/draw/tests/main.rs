@@ -4,10 +4,11 @@
 
 use sabaki_testing as common;
 
-use common::{device, finish};
+use common::{device, finish, shim};
 use glam::{Vec2, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::gpu::GpuError;
+use sabaki::gpu::ash::vk::Handle;
+use sabaki::gpu::{GpuError, PipelineCache};
 use sabaki::internal::{BitMap, MapRect};
 use sabaki::maps::Body;
 use sabaki::math::{Rigid2, Sphere};
@@ -76,6 +77,29 @@ fn fighter(motions: &Motions) -> Vec<Capsule> {
 fn middle(capsule: &Capsule) -> Vec3 {
     let end = |end: [f32; 4]| Vec3::new(end[0], end[1], end[2]);
     0.5 * (end(capsule.a) + end(capsule.b))
+}
+
+#[test]
+fn passes_have_labels_and_pipelines_the_cache_of_the_host() {
+    // SAFETY: the shim calls the system's loader.
+    let device = unsafe { Headless::with_loader(shim::entry(), &common::desc()) };
+    let mut device = device.unwrap();
+    let cache = device.make(|context, _| PipelineCache::new(context, &[]));
+    let cache = cache.unwrap();
+    shim::caches();
+    let desc = StageDesc {
+        pipeline_cache: cache.handle(),
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let caches = shim::caches();
+    assert!(!caches.is_empty() && caches.iter().all(|&one| one == cache.handle().as_raw()));
+    shim::labels();
+    paint(&mut device, &mut painter, &empty());
+    assert_eq!(shim::labels(), ["sabaki: shadows", "sabaki: picture"]);
+    painter.destroy(&mut device).unwrap();
+    cache.destroy();
+    finish(device);
 }
 
 #[test]

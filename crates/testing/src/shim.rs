@@ -31,6 +31,7 @@ struct State {
     hidden: vk::QueueFlags,
     copies: u64,
     labels: Vec<String>,
+    caches: Vec<u64>,
 }
 
 thread_local! {
@@ -97,6 +98,11 @@ pub fn labels() -> Vec<String> {
     with(|state| std::mem::take(&mut state.labels))
 }
 
+/// Pipeline cache of each creation of pipelines since this was asked last.
+pub fn caches() -> Vec<u64> {
+    with(|state| std::mem::take(&mut state.caches))
+}
+
 /// What queue families are said not to be able to do.
 pub fn hide_queue_flags(flags: vk::QueueFlags) {
     with(|state| state.hidden = flags);
@@ -132,9 +138,10 @@ type Wrapper = (&'static str, *const c_void);
 
 /// A call that can fail; `$count` objects are there after it.
 macro_rules! fallible {
-    ($name:ident($($argument:ident: $kind:ty),*) $(makes $count:expr)?) => {{
+    ($name:ident($($argument:ident: $kind:ty),*) $(makes $count:expr)? $(, by $cache:expr)?) => {{
         unsafe extern "system" fn wrapper($($argument: $kind),*) -> vk::Result {
             const NAME: &str = stringify!($name);
+            $(with(|state| state.caches.push($cache));)?
             if let Some(result) = enter(NAME) {
                 return result;
             }
@@ -208,8 +215,8 @@ fn wrappers() -> Vec<Wrapper> {
         fallible!(vkCreateInstance(info: Pointer, callbacks: Pointer, instance: Pointer) makes 1),
         destroying!(vkDestroyInstance(object) of vkCreateInstance),
         destroying!(vkDestroyDevice(object) of vkCreateDevice),
-        fallible!(vkCreateGraphicsPipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count),
-        fallible!(vkCreateComputePipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count),
+        fallible!(vkCreateGraphicsPipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count, by cache),
+        fallible!(vkCreateComputePipelines(device: u64, cache: u64, count: u32, infos: Pointer, callbacks: Pointer, pipelines: Pointer) makes count, by cache),
         destroying!(vkDestroyPipeline(owner, object) of vkCreatePipelines),
         fallible!(vkGetPipelineCacheData(device: u64, cache: u64, size: Pointer, data: Pointer)),
         fallible!(vkEnumerateInstanceLayerProperties(count: Pointer, layers: Pointer)),

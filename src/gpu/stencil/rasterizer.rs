@@ -33,6 +33,8 @@ pub struct RasterizerDesc<'a> {
     /// Discs in one batch: the most that one drawing can have. Default 262,144 (10 MiB: the first frame's are
     /// drawn twice).
     pub max_discs: u32,
+    /// Cache that pipelines are created with. Default: none.
+    pub pipeline_cache: vk::PipelineCache,
 }
 
 impl Default for RasterizerDesc<'_> {
@@ -41,6 +43,7 @@ impl Default for RasterizerDesc<'_> {
             name: "rasterizer",
             side: 1024,
             max_discs: 1 << 18,
+            pipeline_cache: vk::PipelineCache::null(),
         }
     }
 }
@@ -104,7 +107,7 @@ impl Rasterizer {
             },
             scratch: Passes::default(),
         };
-        match rasterizer.fill(memory, desc.name) {
+        match rasterizer.fill(memory, desc) {
             Ok(()) => Ok(rasterizer),
             Err(error) => {
                 rasterizer.free(memory);
@@ -113,9 +116,12 @@ impl Rasterizer {
         }
     }
 
-    fn fill(&mut self, memory: &mut dyn Memory, name: &str) -> Result<(), GpuError> {
-        let (context, parts) = (&self.context, &mut self.parts);
-        let inputs = PipelineInputs::default();
+    fn fill(&mut self, memory: &mut dyn Memory, desc: &RasterizerDesc<'_>) -> Result<(), GpuError> {
+        let (context, parts, name) = (&self.context, &mut self.parts, desc.name);
+        let inputs = PipelineInputs {
+            cache: desc.pipeline_cache,
+            ..PipelineInputs::default()
+        };
         let mut device = DeviceMemory { context, memory };
         parts.live = true;
         parts.discs = Pipeline::new(context, &DISCS, &inputs)?;
@@ -170,9 +176,12 @@ impl Rasterizer {
         let (context, image) = (&self.context, self.parts.target.image);
         // SAFETY: the caller vouches for `cmd`; the target is this rasterizer's and not in use.
         unsafe {
+            context.begin_label(cmd, c"sabaki: maps");
             let barrier = StencilBarrier::before_drawing(image, true);
             barriers::stencil_image(context, cmd, barrier);
             self.record_passes(cmd, batch);
+            context.end_label(cmd);
+            context.begin_label(cmd, c"sabaki: maps to the host");
             let barrier = StencilBarrier {
                 image,
                 before: Access::STENCIL,
@@ -182,6 +191,7 @@ impl Rasterizer {
             barriers::stencil_image(context, cmd, barrier);
             self.record_copy(cmd, batch);
             barriers::memory(context, cmd, Access::TRANSFER_WRITE, Access::HOST_READ);
+            context.end_label(cmd);
         }
         Ok(())
     }

@@ -9,12 +9,12 @@ use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
 
-use super::culling::{self, Culling, DeviceArgs};
+use super::culling::{self, Culling, DeviceArgs, PathTimes};
 use super::passes::{Attacks, LookupArg, Method};
 use super::plot::Plot;
 use super::source::{self, GraphArgs};
 use super::stats::{QueryRunner, Run, Times};
-use super::{Done, Failure, cancel, crossover, map_settings, output};
+use super::{Done, Failure, cancel, crossover, map_settings, output, pass_times};
 
 #[derive(clap::Args)]
 pub(crate) struct Args {
@@ -36,6 +36,9 @@ pub(crate) struct Args {
     /// on stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
+    /// Measure the device's time of each pass of culling as well.
+    #[arg(long, conflicts_with = "settings")]
+    gpu_passes: bool,
 }
 
 /// One line of the table.
@@ -60,12 +63,20 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     if args.settings {
         return map_settings::run(&baked.graph, &throws, as_json);
     }
-    let mut culling = Culling::new(culling::open(device), baked.graph.atlas());
+    let mut device = culling::open(device);
+    if args.gpu_passes
+        && let Ok(device) = &mut device
+    {
+        device.time_passes();
+    }
+    let mut culling = Culling::new(device, baked.graph.atlas());
     let attacks = Attacks {
         baked: &baked.graph,
         throws: &throws,
     };
     let table = measure(attacks, args.lookup.into(), &mut culling)?;
+    // Before the plot, whose culls are larger.
+    let passes: Vec<PathTimes> = culling.pass_times().into_iter().cloned().collect();
     let mut drawn = String::new();
     let crossover = match &args.plot {
         None => None,
@@ -82,11 +93,18 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         if let Some(lines) = &crossover {
             document["crossover"] = crossover::to_json(lines);
         }
+        if args.gpu_passes {
+            document["gpu_passes"] = pass_times::to_json(&passes);
+        }
         Done::json(&document)
     } else {
         let crossover = crossover.map_or(String::new(), |lines| crossover::text(&lines));
+        let passes = match args.gpu_passes {
+            true => pass_times::text(&passes),
+            false => String::new(),
+        };
         format!(
-            "{}{}\n\n{}{crossover}",
+            "{}{}\n\n{}{passes}{crossover}",
             source::describe(&baked),
             culling.describe(culling.paths()),
             table.text(throws.len())

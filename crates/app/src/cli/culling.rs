@@ -11,7 +11,7 @@ use super::Failure;
 #[path = "device.rs"]
 mod device;
 
-pub(crate) use device::{DeviceReport, list};
+pub(crate) use device::{DeviceReport, PathTimes, list};
 
 /// Reads a culling path from the command line.
 pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
@@ -129,6 +129,12 @@ impl Culling {
     /// Which device culls, if there is one.
     pub(crate) fn device_name(&self) -> Option<&str> {
         self.device.as_ref().ok().map(device::Opened::name)
+    }
+
+    /// Times of the passes on the device, if [`device::Opened::time_passes`] was asked for.
+    pub(crate) fn pass_times(&self) -> Vec<&PathTimes> {
+        let device = self.device.as_ref().ok();
+        device.map_or(Vec::new(), |device| device.pass_times().collect())
     }
 
     /// The stencil path where it can run, else the CPU's.

@@ -1,6 +1,6 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
-use sabaki::gpu::{self, CullerDesc, GpuError, PathReport};
+use sabaki::gpu::{self, CullerDesc, GpuError, PassTime, PathReport};
 use sabaki::internal::Counted;
 use sabaki::maps::RegionAtlas;
 use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
@@ -14,7 +14,21 @@ pub(crate) struct Opened {
     // `None` only while it is destroyed.
     headless: Option<Headless>,
     cullers: Vec<gpu::Culler>,
+    /// Times of the passes of each culler.
+    times: Vec<PathTimes>,
+    /// Whether cullers that are created have timestamps.
+    is_timed: bool,
     name: String,
+}
+
+/// Times of the passes of a culling path on the device.
+#[derive(Clone, Debug)]
+pub(crate) struct PathTimes {
+    pub(crate) path: CullPath,
+    /// Number of culls.
+    pub(crate) culls: usize,
+    /// Sums over all culls.
+    pub(crate) passes: Vec<PassTime>,
 }
 
 /// A graph's cullers on the device, by their positions.
@@ -140,6 +154,8 @@ impl Opened {
         Ok(Self {
             headless: Some(headless),
             cullers: Vec::new(),
+            times: Vec::new(),
+            is_timed: false,
             name,
         })
     }
@@ -162,10 +178,16 @@ impl Opened {
         let desc = CullerDesc {
             name: path.name(),
             counted: Counted::FOR_A_CHOICE,
+            timestamps: self.is_timed,
             ..CullerDesc::new(path, atlas)
         };
         let made = headless.make(|context, memory| gpu::Culler::new(context, memory, &desc));
         self.cullers.push(made?);
+        self.times.push(PathTimes {
+            path,
+            culls: 0,
+            passes: Vec::new(),
+        });
         Ok(self.cullers.len() - 1)
     }
 
@@ -184,7 +206,19 @@ impl Opened {
         };
         let index = index.ok_or(GpuError::Unfinished)?;
         let headless = self.headless.as_mut().ok_or(GpuError::Unfinished)?;
-        headless.cull(&mut self.cullers[index], input)
+        let (culler, times) = (&mut self.cullers[index], &mut self.times[index]);
+        times.culls += 1;
+        headless.cull_timed(culler, input, &mut times.passes)
+    }
+
+    /// Times the passes of all cullers that are created from now on.
+    pub(crate) fn time_passes(&mut self) {
+        self.is_timed = true;
+    }
+
+    /// The times of all cullers that have timestamps.
+    pub(crate) fn pass_times(&self) -> impl Iterator<Item = &PathTimes> {
+        self.times.iter().filter(|one| !one.passes.is_empty())
     }
 
     /// Counts by the device's way that `path` names.

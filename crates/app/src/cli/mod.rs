@@ -28,6 +28,7 @@ mod map_settings;
 mod maps;
 mod method;
 mod output;
+mod pass_times;
 mod passes;
 mod picture;
 mod play;

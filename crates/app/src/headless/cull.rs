@@ -1,7 +1,7 @@
 //! Draws maps and counts overlaps, each in one call.
 
 use super::Headless;
-use sabaki::gpu::{Culler, GpuError};
+use sabaki::gpu::{Culler, GpuError, PassTime};
 use sabaki::internal::{BitMap, Drawing, MapKind, Rasterizer, raster::EvasionMaps};
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 
@@ -66,6 +66,20 @@ impl Headless {
         culler: &mut Culler,
         input: &CullInput<'_>,
     ) -> Result<Vec<Overlap>, GpuError> {
+        self.cull_timed(culler, input, &mut Vec::new())
+    }
+
+    /// As [`Headless::cull`]. Adds the times of the passes to `times`, if the culler has
+    /// [timestamps](sabaki::gpu::CullerDesc::timestamps).
+    ///
+    /// # Errors
+    /// As [`Headless::cull`].
+    pub fn cull_timed(
+        &mut self,
+        culler: &mut Culler,
+        input: &CullInput<'_>,
+        times: &mut Vec<PassTime>,
+    ) -> Result<Vec<Overlap>, GpuError> {
         let mut all = Vec::with_capacity(input.candidates.len());
         let (mut some, mut exact) = (Vec::new(), Vec::new());
         let mut rest = input.candidates;
@@ -89,6 +103,7 @@ impl Headless {
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
             }
+            culler.pass_times(ticket, times)?;
             if !culler.counts_exact() && culler.counted().evasion {
                 cpu::count(&part, &mut exact);
                 let pairs = some.iter_mut().zip(&exact);

@@ -132,6 +132,27 @@ fn compare_holds_all_paths_to_the_exact_one() {
     }
 }
 
+#[test]
+fn compare_tells_the_time_of_each_pass_on_the_device() {
+    let folder = folder();
+    let args = ["compare", baked(), "--attacks", "2", "--gpu-passes"];
+    let document = sabaki(folder.path(), &[&args[..], &["--json"]].concat()).json(0);
+    let paths = document["gpu_passes"].as_array().unwrap();
+    for cull in ["stencil", "compute"] {
+        let path = paths.iter().find(|path| path["cull"] == cull).unwrap();
+        assert!(number(&path["culls"]) > 0.0);
+        let passes = path["passes"].as_array().unwrap();
+        let named = |name: &str| passes.iter().any(|one| one["pass"] == name);
+        assert!(named("sabaki: counts to the host"), "{cull}: {passes:?}");
+        let all: f64 = passes.iter().map(|one| number(&one["ms"])).sum();
+        assert!(all > 0.0 && all < 60_000.0, "{cull}: {all} ms");
+    }
+    let told = sabaki(folder.path(), &args).is(0).stdout;
+    for word in ["GPU milliseconds by pass", "sabaki: count"] {
+        assert!(told.contains(word), "{word}");
+    }
+}
+
 /// The exact row with the same grid.
 fn row_of<'a>(rows: &'a [Value], other: &Value) -> &'a Value {
     let mut exact = rows.iter().filter(|row| row["cull"] == "exact");

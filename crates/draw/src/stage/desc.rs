@@ -29,6 +29,9 @@ pub struct StageDesc<'a> {
     pub max_crowd_lines: u32,
     /// Maximum number of parts of a crowd's figures. Default 4,096.
     pub max_parts: u32,
+    /// Cache that pipelines are created with: the host's, or that of a
+    /// [`PipelineCache`](sabaki::gpu::PipelineCache). Default: none.
+    pub pipeline_cache: vk::PipelineCache,
 }
 
 impl Default for StageDesc<'_> {
@@ -45,6 +48,7 @@ impl Default for StageDesc<'_> {
             max_members: 0,
             max_crowd_lines: 0,
             max_parts: 4096,
+            pipeline_cache: vk::PipelineCache::null(),
         }
     }
 }

@@ -26,10 +26,13 @@ impl Stage {
             let (layout, sets) = (self.parts.pipelines.layout, [slot.set]);
             device.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &sets, &[]);
             device.cmd_bind_index_buffer(cmd, self.parts.indices.handle, 0, vk::IndexType::UINT16);
+            self.context.begin_label(cmd, c"sabaki: shadows");
             self.begin_shadows(cmd);
             self.bodies(cmd, Draw::BodyShadow, solids.clone());
             self.crowd(cmd, Draw::CrowdShadow, &draws.crowd);
             device.cmd_end_rendering(cmd);
+            self.context.end_label(cmd);
+            self.context.begin_label(cmd, c"sabaki: picture");
             self.begin_picture(cmd, &draws.target);
             self.bodies(cmd, Draw::Body, solids);
             self.crowd(cmd, Draw::Crowd, &draws.crowd);
@@ -41,6 +44,7 @@ impl Stage {
             self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
             self.bodies(cmd, Draw::Ghost, ghosts);
             device.cmd_end_rendering(cmd);
+            self.context.end_label(cmd);
         }
     }
 

@@ -110,7 +110,7 @@ impl Stage {
     fn fill(&mut self, memory: &mut dyn Memory, desc: &StageDesc<'_>) -> Result<(), GpuError> {
         let (context, parts) = (&self.context, &mut self.parts);
         parts.live = true;
-        parts.pipelines.fill(context, desc.format, self.samples)?;
+        parts.pipelines.fill(context, desc, self.samples)?;
         let mut device = DeviceMemory { context, memory };
         parts.targets.fill_shadow(&mut device, desc)?;
         parts.targets.resize(&mut device, desc, self.samples)?;

@@ -2,6 +2,7 @@
 
 use ash::vk;
 
+use super::StageDesc;
 use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
     VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
@@ -147,7 +148,7 @@ impl Pipelines {
     pub(super) fn fill(
         &mut self,
         context: &Context,
-        format: vk::Format,
+        desc: &StageDesc<'_>,
         samples: vk::SampleCountFlags,
     ) -> Result<(), GpuError> {
         let device = context.device();
@@ -180,7 +181,8 @@ impl Pipelines {
         let builder = Builder {
             context,
             layout: self.layout,
-            format,
+            cache: desc.pipeline_cache,
+            format: desc.format,
             samples,
         };
         for desc in &ALL {
@@ -214,6 +216,7 @@ impl Pipelines {
 struct Builder<'a> {
     context: &'a Context,
     layout: vk::PipelineLayout,
+    cache: vk::PipelineCache,
     /// Format of the targets.
     format: vk::Format,
     samples: vk::SampleCountFlags,
@@ -333,10 +336,8 @@ impl Builder<'_> {
             .push_next(&mut rendering)];
         // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
         let pipelines = unsafe {
-            let cache = vk::PipelineCache::null();
-            self.context
-                .device()
-                .create_graphics_pipelines(cache, &info, None)
+            let device = self.context.device();
+            device.create_graphics_pipelines(self.cache, &info, None)
         };
         match pipelines {
             Ok(pipelines) => Ok(pipelines[0]),
