@@ -81,7 +81,7 @@ impl Headless {
         times: &mut Vec<PassTime>,
     ) -> Result<Vec<Overlap>, GpuError> {
         let mut all = Vec::with_capacity(input.candidates.len());
-        let (mut some, mut exact) = (Vec::new(), Vec::new());
+        let (mut some, mut exact, mut passes) = (Vec::new(), Vec::new(), Vec::new());
         let mut rest = input.candidates;
         let mut most = culler.max_candidates().max(1) as usize;
         while !rest.is_empty() {
@@ -103,7 +103,8 @@ impl Headless {
             if !culler.poll(ticket, &mut some)? {
                 return Err(GpuError::Unfinished);
             }
-            culler.pass_times(ticket, times)?;
+            culler.pass_times(ticket, &mut passes)?;
+            add_times(&passes, times);
             if !culler.counts_exact() && culler.counted().evasion {
                 cpu::count(&part, &mut exact);
                 let pairs = some.iter_mut().zip(&exact);
@@ -113,5 +114,15 @@ impl Headless {
             rest = later;
         }
         Ok(all)
+    }
+}
+
+/// Adds the times of passes to sums by name.
+fn add_times(passes: &[PassTime], sums: &mut Vec<PassTime>) {
+    for pass in passes {
+        match sums.iter_mut().find(|sum| sum.name == pass.name) {
+            Some(sum) => sum.time += pass.time,
+            None => sums.push(*pass),
+        }
     }
 }
