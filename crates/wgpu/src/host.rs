@@ -64,25 +64,21 @@ impl Host {
         // SAFETY: the adapter offers the features that are added, and nothing is taken away.
         let (device, queue) = unsafe {
             let vulkan = adapter.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
-            let add = |arguments: wgpu::hal::vulkan::CreateDeviceCallbackArgs<'_, '_, '_>| {
-                // Below Vulkan 1.3 the features are those of extensions, which wgpu may not enable.
-                if !is_core {
-                    return;
-                }
-                let mut info = std::mem::take(arguments.create_info);
-                if offered.dynamic_rendering {
-                    info = info.push_next(&mut rendering);
-                }
-                if offered.synchronization2 {
-                    info = info.push_next(&mut synchronization);
-                }
-                *arguments.create_info = info;
-            };
             let open = vulkan.open_with_callback(
                 desc.required_features,
                 &desc.required_limits,
                 &desc.memory_hints,
-                Some(Box::new(add)),
+                Some(Box::new(|arguments| {
+                    // Below Vulkan 1.3 the features are those of extensions, which wgpu may not enable.
+                    let mut info = std::mem::take(arguments.create_info);
+                    if is_core && offered.dynamic_rendering {
+                        info = info.push_next(&mut rendering);
+                    }
+                    if is_core && offered.synchronization2 {
+                        info = info.push_next(&mut synchronization);
+                    }
+                    *arguments.create_info = info;
+                })),
             )?;
             adapter.create_device_from_hal(open, desc)?
         };

@@ -12,7 +12,7 @@ use sabaki::character::{
 };
 use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
-use sabaki::math::Rigid2;
+use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Obstacle, ObstacleError};
 use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Shot};
 
@@ -404,7 +404,7 @@ impl Drive {
     pub fn shot(&mut self, camera: Camera) -> Result<Shot, CharacterError> {
         let focus = self.focus();
         let light = Light {
-            shadow: (focus.with_y(0.0), 6.0),
+            shadow: Sphere::new(focus.with_y(0.0), 6.0),
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);
@@ -418,7 +418,8 @@ impl Drive {
         let now = self.characters.now();
         for ball in &self.balls {
             let at = ball.threat.at(now.max(ball.threat.time));
-            shot.solids.push(Capsule::ball(at, BALL, FLYING));
+            shot.solids
+                .push(Capsule::ball(Sphere::new(at, BALL), FLYING));
         }
         add_walls(&mut shot.solids);
         Ok(shot)
@@ -447,12 +448,12 @@ fn add_walls(solids: &mut Vec<Capsule>) {
             Vec3::new(x * (ROOM + THICK), height, z * (ROOM + THICK))
         };
         for index in 0..4 {
-            let (from, to) = (corner(index), corner(index + 1));
-            solids.push(Capsule::new((from, THICK), (to, THICK), WALL));
+            let end = |index| Sphere::new(corner(index), THICK);
+            solids.push(Capsule::new(end(index), end(index + 1), WALL));
         }
     }
     for (place, radius) in PILLARS {
-        let at = |height: f32| Vec3::new(place.x, height, place.y);
-        solids.push(Capsule::new((at(0.0), radius), (at(1.8), radius), WALL));
+        let at = |height: f32| Sphere::new(Vec3::new(place.x, height, place.y), radius);
+        solids.push(Capsule::new(at(0.0), at(1.8), WALL));
     }
 }
