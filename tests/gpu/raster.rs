@@ -168,6 +168,7 @@ fn what_does_not_fit_is_refused_by_name() {
         name: "test",
         side: 64,
         max_discs: 8,
+        ..RasterizerDesc::default()
     };
     let mut rasterizer = device
         .make(|context, memory| Rasterizer::new(context, memory, &desc))
