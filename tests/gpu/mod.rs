@@ -7,6 +7,7 @@ mod cull;
 mod device;
 mod fallbacks;
 mod faults;
+mod guest;
 mod memory;
 mod motions;
 mod raster;
