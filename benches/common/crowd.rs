@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Fade, LevelId, Placement,
+    AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
 };
 use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
@@ -44,7 +44,7 @@ impl Scene {
                 ),
                 height: random.number(0.0, 1.0),
             };
-            character.fade = (index % 10 == 0).then(|| Fade {
+            character.fade = (index % 10 == 0).then(|| ClipMix {
                 clip: ClipId(random.number(0.0, 8.0) as u16),
                 time: random.number(0.0, 60.0),
                 speed: 1.0,
@@ -71,7 +71,7 @@ impl Scene {
     pub(crate) fn fading(mut self) -> Self {
         let mut random = Random(3);
         for character in &mut self.characters {
-            character.fade = Some(Fade {
+            character.fade = Some(ClipMix {
                 clip: ClipId(random.number(0.0, self.clips.len() as f32) as u16),
                 time: random.number(0.0, 60.0),
                 speed: 1.0,

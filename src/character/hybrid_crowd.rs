@@ -5,7 +5,8 @@ use glam::Vec3;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::{
     AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
-    CrowdSettings, ExternalPose, LevelId, Placement, PoseError, PoseSlice,
+    CrowdSettings, ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseError,
+    PoseSlice,
 };
 use crate::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
@@ -252,6 +253,7 @@ impl<'a> HybridCrowd<'a> {
                 height: 0.0,
             },
             fade: None,
+            layer: None,
         };
         self.crowd.set(member.character, &character)
     }
@@ -294,9 +296,16 @@ impl<'a> HybridCrowd<'a> {
                 .joints
                 .extend(kept.map(|id| self.joints[id.index()]));
             let output = self.settings.crowd.output;
-            let slice = self.animations.pose_slice(output, (first_line, single));
-            self.animations
-                .write(&mut self.single, member.detail, (&slice, out));
+            let groups = ExternalGroups {
+                output,
+                offset: first_line,
+            };
+            let target = ExternalTarget {
+                slice: self.animations.external_slice(groups, single),
+                out,
+                detail: member.detail,
+            };
+            self.animations.write_external(&mut self.single, target);
         }
         Ok(())
     }
@@ -317,9 +326,11 @@ impl<'a> HybridCrowd<'a> {
             PosedBy::Graph => {
                 let first_line = self.crowd.output_len();
                 let output = self.settings.crowd.output;
-                Ok(self
-                    .animations
-                    .pose_slice(output, (first_line, member.single)))
+                let groups = ExternalGroups {
+                    output,
+                    offset: first_line,
+                };
+                Ok(self.animations.external_slice(groups, member.single))
             }
         }
     }

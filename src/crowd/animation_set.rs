@@ -1,3 +1,4 @@
+use glam::Vec3;
 use thiserror::Error;
 
 use super::character::ClipId;
@@ -7,7 +8,7 @@ use super::level_step::{LevelStep, steps};
 use super::quantise::keys_per_frame;
 use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, JointId, Skeleton};
-use crate::lod::{Level, LevelId, LevelMotion, Levels, LodError, rehang};
+use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, LodError, Translations, rehang};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
 /// Immutable once made; share it by reference count.
@@ -19,14 +20,69 @@ pub struct AnimationSet {
     pub(super) banks: Vec<LevelClips>,
     /// For each level its steps to the levels after it.
     pub(super) steps: Vec<Vec<LevelStep>>,
-    /// One for each clip.
+    /// One for each clip and layer.
     pub(super) ranges: Vec<ClipRange>,
-    /// Duration of each clip, in seconds.
+    /// Number of clips, which come before the additive layers.
+    clips: usize,
+    /// Duration of each clip and layer, in seconds.
     durations: Vec<f32>,
     /// The joints of each level.
     kept: Vec<Vec<JointId>>,
     /// Of each level, the joint that draws each joint of the skeleton.
     carriers: Vec<Vec<u16>>,
+}
+
+/// What an [`AnimationSet`] is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct AnimationSetDesc<'a> {
+    /// The skeleton of all clips.
+    pub skeleton: &'a Skeleton,
+    /// The clips that characters play.
+    pub clips: &'a [Clip],
+    /// Clips that are added to others, such as breathing: each adds what it differs in from its own first frame. They turn
+    /// joints, and move those that move in some clip, such as the root. On a level that lacks a joint, its layer's motion is
+    /// that of the chain in the layer's first frame.
+    pub layers: &'a [Clip],
+    /// The levels of detail, finest first.
+    pub levels: &'a [Level],
+}
+
+impl AnimationSetDesc<'_> {
+    fn check(&self) -> Result<(), AnimationSetError> {
+        let (clips, levels) = (self.clips.len() + self.layers.len(), self.levels.len());
+        if levels == 0 {
+            return Err(AnimationSetError::NoLevel);
+        }
+        if clips.saturating_mul(levels) > AnimationSet::MOST_MOTIONS {
+            return Err(AnimationSetError::TooMany { clips, levels });
+        }
+        if self.clips.is_empty() {
+            return Err(AnimationSetError::NoClip);
+        }
+        Ok(())
+    }
+}
+
+/// What a motion adds to its first frame.
+fn additive(motion: LevelMotion) -> LevelMotion {
+    let tracks = motion.tracks.into_iter().map(|track| {
+        let (turn, place) = (track.rotations[0].inverse(), track.translations.at(0));
+        let translations = match track.translations {
+            Translations::Fixed(_) => Translations::Fixed(Vec3::ZERO),
+            Translations::Moving(places) => {
+                Translations::Moving(places.into_iter().map(|at| at - place).collect())
+            }
+        };
+        let rotations = track.rotations.into_iter();
+        LevelTrack {
+            rotations: rotations.map(|rotation| turn * rotation).collect(),
+            translations,
+        }
+    });
+    LevelMotion {
+        tracks: tracks.collect(),
+        ..motion
+    }
 }
 
 /// Why an [`AnimationSet`] cannot be made.
@@ -58,33 +114,44 @@ impl AnimationSet {
     /// Largest number of clips times levels.
     pub const MOST_MOTIONS: usize = 1 << 19;
 
-    /// All clips on all levels. Rotations and positions are stored as 16-bit numbers: for bodies of human size a joint is
-    /// within 0.2 mm of where slerp in double precision has it.
+    /// Clips without additive layers: see [`AnimationSet::build`].
     ///
     /// # Errors
-    /// No clip, no level, or a clip or a level of another skeleton.
+    /// Those of [`AnimationSet::build`].
     pub fn new(
         skeleton: &Skeleton,
         clips: &[Clip],
         levels: &[Level],
     ) -> Result<Self, AnimationSetError> {
-        if levels.is_empty() {
-            return Err(AnimationSetError::NoLevel);
-        }
-        if clips.len().saturating_mul(levels.len()) > Self::MOST_MOTIONS {
-            return Err(AnimationSetError::TooMany {
-                clips: clips.len(),
-                levels: levels.len(),
-            });
-        }
-        if clips.is_empty() {
-            return Err(AnimationSetError::NoClip);
-        }
-        let mut tracks = Tracks::new(levels, clips.len());
-        let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len());
-        for (index, clip) in clips.iter().enumerate() {
+        Self::build(&AnimationSetDesc {
+            skeleton,
+            clips,
+            layers: &[],
+            levels,
+        })
+    }
+
+    /// All clips and layers on all levels. Rotations and positions are stored as 16-bit numbers: for bodies of human size a
+    /// joint is within 0.2 mm of where slerp in double precision has it.
+    ///
+    /// # Errors
+    /// No clip, no level, or a clip or a level of another skeleton.
+    pub fn build(desc: &AnimationSetDesc<'_>) -> Result<Self, AnimationSetError> {
+        desc.check()?;
+        let AnimationSetDesc {
+            skeleton,
+            clips,
+            layers,
+            levels,
+        } = *desc;
+        let mut tracks = Tracks::new(desc);
+        let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len() + layers.len());
+        for (index, clip) in clips.iter().chain(layers).enumerate() {
             let motions = levels.iter().map(|level| rehang(skeleton, clip, level));
-            let motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
+            let mut motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
+            if index >= clips.len() {
+                motions = motions.into_iter().map(additive).collect();
+            }
             // As many keys on every level, so that a moment is the same number on all of them.
             let per_frame = motions.iter().map(keys_per_frame).max().unwrap_or(1);
             for (level, motion) in motions.iter().enumerate() {
@@ -106,12 +173,14 @@ impl AnimationSet {
         };
         let banks = levels.iter().enumerate();
         let banks = banks.map(|(number, level)| LevelClips::new(level, number, stored));
+        let durations = clips.iter().chain(layers);
         Ok(Self {
             keys,
             banks: banks.collect(),
             steps: steps(levels),
             ranges,
-            durations: clips.iter().map(|clip| clip.duration() as f32).collect(),
+            clips: clips.len(),
+            durations: durations.map(|clip| clip.duration() as f32).collect(),
             kept: levels.iter().map(|level| level.kept.clone()).collect(),
             carriers: levels.iter().map(carriers).collect(),
         })
@@ -140,10 +209,23 @@ impl AnimationSet {
         &self.carriers[self.clamp(level).index()]
     }
 
-    /// Number of clips.
+    /// Number of clips, without additive layers.
     #[must_use]
     pub fn clips(&self) -> usize {
-        self.durations.len()
+        self.clips
+    }
+
+    /// Number of additive layers.
+    #[must_use]
+    pub fn layers(&self) -> usize {
+        self.durations.len() - self.clips
+    }
+
+    /// The id of an additive layer, for [`Character::layer`](super::Character::layer), by its index in
+    /// [`AnimationSetDesc::layers`]; `None` where there is no such layer.
+    #[must_use]
+    pub fn layer(&self, index: usize) -> Option<ClipId> {
+        (index < self.layers()).then(|| ClipId((self.clips + index) as u16))
     }
 
     /// Number of levels.

@@ -13,8 +13,43 @@ pub(super) struct GroupKind {
     pub(super) level: LevelId,
     /// The clip of all characters, where they are near each other in time.
     pub(super) near: Option<ClipId>,
-    /// Whether some character has a second clip.
-    pub(super) is_fading: bool,
+    pub(super) mix: Mix,
+}
+
+/// What is mixed into a clip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Mix {
+    /// A second clip.
+    pub(super) fades: bool,
+    /// An additive layer.
+    pub(super) is_layered: bool,
+}
+
+impl Mix {
+    /// Number of combinations.
+    pub(super) const COUNT: usize = 4;
+
+    /// Each combination by its index.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (0..Self::COUNT).map(|index| Self {
+            fades: index & 1 != 0,
+            is_layered: index & 2 != 0,
+        })
+    }
+
+    pub(super) fn index(self) -> usize {
+        usize::from(self.fades) + 2 * usize::from(self.is_layered)
+    }
+
+    /// Whether nothing is mixed in.
+    pub(super) fn is_none(self) -> bool {
+        self == Self::default()
+    }
+
+    /// Whether characters with less mixed in can be posed so, too.
+    fn covers(self, other: Self) -> bool {
+        self.index() & other.index() == other.index()
+    }
 }
 
 /// Groups of one kind that stand together.
@@ -32,7 +67,7 @@ impl GroupKind {
     pub(super) fn takes(self, state: &CharacterState) -> bool {
         self.level <= state.level()
             && self.near.is_none_or(|clip| clip == state.clip)
-            && (self.is_fading || !state.is_fading)
+            && self.mix.covers(state.mix)
     }
 }
 

@@ -4,45 +4,53 @@
 //! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
 //! the one just before it.
 
+use std::marker::PhantomData;
+
 use bytemuck::Zeroable;
 
 use super::fetch::Fetch;
 use super::group::Group;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
-use super::output::{Layout, Output, WriteMode};
+use super::output::{Output, WriteMode};
 use super::quat_lanes::Local;
 use super::run::Level;
 use super::sampling::Source;
-use super::write::GroupWriter;
+use super::write::{GroupLines, GroupWriter};
 use crate::math::{F32x16, Lanes};
 
-/// One part of a group, and where it goes.
+/// A group, and where it goes.
 pub(super) struct Posing<'a, P: JointMath> {
     pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
     pub(super) group: &'a Group,
     /// Memory of the thread's own.
     pub(super) models: &'a mut [P::Model],
-    pub(super) out: &'a mut [F32x16],
+    pub(super) out: GroupLines<'a>,
     pub(super) output: Output,
-    pub(super) part: usize,
     /// Nobody is on the way to another level.
     pub(super) is_posed: bool,
 }
 
 impl<P: JointMath> Posing<'_, P> {
-    /// All joints, parents first. `fetch` is told of each joint of the first part.
+    /// All joints of one part, parents first. `fetch` is told of each joint of the first part.
     #[inline(always)]
-    pub(super) fn joints<L: Lanes, S: Source<L>>(&mut self, source: S, fetch: Option<&Fetch<'_>>) {
-        let fetch = fetch.filter(|_| self.part == 0);
+    pub(super) fn joints<L: Lanes, S: Source<L>>(
+        &mut self,
+        part: usize,
+        source: S,
+        fetch: Option<&Fetch<'_>>,
+    ) {
+        let fetch = fetch.filter(|_| part == 0);
         let chain = Chain {
             bank: self.bank,
             group: self.group,
-            part: self.part,
+            part,
         };
-        if self.is_in_place() {
-            let models = bytemuck::cast_slice_mut(self.out);
+        let is_cached = self.output.write == WriteMode::Cached;
+        if let (GroupLines::Blocks(out), true) = (&mut self.out, is_cached) {
+            // The output itself is where children find their parents.
+            let models = bytemuck::cast_slice_mut(out);
             chain.pose::<L, P, S>(
                 source,
                 models,
@@ -54,19 +62,17 @@ impl<P: JointMath> Posing<'_, P> {
                 },
             );
             if !self.is_posed {
-                step_on::<L, P>(
-                    self.level,
-                    self.group,
-                    InPart {
-                        models,
-                        part: self.part,
-                    },
-                );
+                step_on::<L, P>(self.level, self.group, InPart { models, part });
             }
             return;
         }
-        let mut writer = GroupWriter::<P>::new(self.out, self.output, self.bank.joints.len());
-        let is_first = self.part == 0;
+        let mut writer = GroupWriter::<P> {
+            out: self.out.reborrow(),
+            output: self.output,
+            joints: self.bank.joints.len(),
+            math: PhantomData,
+        };
+        let is_first = part == 0;
         chain.pose::<L, P, S>(
             source,
             self.models,
@@ -83,7 +89,7 @@ impl<P: JointMath> Posing<'_, P> {
         if !self.is_posed {
             let joints = InPart {
                 models: &mut *self.models,
-                part: self.part,
+                part,
             };
             step_on::<L, P>(self.level, self.group, joints);
         }
@@ -92,15 +98,17 @@ impl<P: JointMath> Posing<'_, P> {
     /// Writes the joints, once they are there in all parts.
     #[inline(always)]
     pub(super) fn write<L: Lanes>(self) {
-        if !self.is_in_place() {
-            let joints = self.bank.joints.len();
-            GroupWriter::<P>::new(self.out, self.output, joints).write::<L>(self.models);
+        let is_cached = self.output.write == WriteMode::Cached;
+        if matches!(self.out, GroupLines::Blocks(_)) && is_cached {
+            return;
         }
-    }
-
-    /// Whether the output itself is where children find their parents.
-    fn is_in_place(&self) -> bool {
-        (self.output.layout, self.output.write) == (Layout::Blocks, WriteMode::Cached)
+        let writer = GroupWriter::<P> {
+            out: self.out,
+            output: self.output,
+            joints: self.bank.joints.len(),
+            math: PhantomData,
+        };
+        writer.write::<L>(self.models);
     }
 }
 

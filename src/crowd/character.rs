@@ -1,4 +1,6 @@
-use super::key_bank::ClipRange;
+use super::animation_set::AnimationSet;
+use super::bucket::Mix;
+use super::group::{LaneClip, LaneClips};
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 
@@ -62,8 +64,13 @@ pub struct Character {
     pub speed: f32,
     /// Position and heading in the world.
     pub placement: Placement,
-    /// A second clip to mix in; `None` by default.
-    pub fade: Option<Fade>,
+    /// A second clip to cross-fade to: rotations by normalised linear interpolation along the shorter arc, positions
+    /// linearly. Its weight is its share, from 0 to 1. `None` by default.
+    pub fade: Option<ClipMix>,
+    /// An additive layer such as breathing, a lean or an aim: one of [`AnimationSet::layer`](super::AnimationSet::layer). What
+    /// its clip adds to its own first frame is added to the character's pose, joint by joint in the parent's frame. Its weight
+    /// is from -1 to 1; below 0 the opposite is added. `None` by default.
+    pub layer: Option<ClipMix>,
 }
 
 impl Default for Character {
@@ -77,33 +84,32 @@ impl Default for Character {
             speed: 1.0,
             placement: Placement::IDENTITY,
             fade: None,
+            layer: None,
         }
     }
 }
 
-/// A second clip that is mixed into the first: rotations by normalised linear interpolation along the shorter arc, places
-/// linearly.
+/// A clip that is mixed into a character's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Fade {
-    /// The second clip.
+pub struct ClipMix {
+    /// The clip.
     pub clip: ClipId,
     /// Time in it, in seconds, as [`Character::time`].
     pub time: f32,
     /// Its playback rate, as [`Character::speed`].
     pub speed: f32,
-    /// Share of the second clip, from 0 to 1.
+    /// How much of it: see [`Character::fade`] and [`Character::layer`].
     pub weight: f32,
 }
 
-/// A character as the crowd stores it: 64 bytes.
+/// A character as the crowd stores it: 128 bytes, what sorting reads in the first 64.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct CharacterState {
     /// Position in the clip at crowd time 0, in intervals between keys. Double precision, so that no error adds up.
-    pub(super) phase: f64,
-    pub(super) fade_phase: f64,
+    phase: f64,
     /// Seconds of the clip per second.
-    pub(super) speed: f32,
+    speed: f32,
     pub(super) cos: f32,
     pub(super) sin: f32,
     pub(super) x: f32,
@@ -111,37 +117,80 @@ pub(super) struct CharacterState {
     pub(super) z: f32,
     /// Level plus blend. While the character is in a group, the group's lane is newer.
     pub(super) detail: f32,
-    pub(super) fade_speed: f32,
-    pub(super) fade_weight: f32,
     pub(super) clip: ClipId,
-    pub(super) second: ClipId,
-    pub(super) is_fading: bool,
+    pub(super) mix: Mix,
     pub(super) is_inactive: bool,
     /// Outside the frustum of the last frame.
     pub(super) is_culled: bool,
     /// Waits for a group: the state is newer than the group's lane.
     pub(super) is_late: bool,
+    /// The character's own clip with a weight of 0 where nothing is mixed in.
+    fade: MixState,
+    layer: MixState,
+}
+
+/// A clip that is mixed in, as [`CharacterState`] has its own.
+#[derive(Clone, Copy, Debug)]
+struct MixState {
+    phase: f64,
+    speed: f32,
+    weight: f32,
+    clip: ClipId,
+}
+
+impl MixState {
+    fn new(mix: &ClipMix, animations: &AnimationSet, now: f64) -> Self {
+        let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        let (at, speed) = (finite(mix.time), finite(mix.speed));
+        let range = animations.range(mix.clip);
+        Self {
+            phase: range.per_second(at) - range.per_second(speed) * now,
+            speed,
+            weight: mix.weight,
+            clip: mix.clip,
+        }
+    }
+
+    fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClip<'a> {
+        let range = animations.range(self.clip);
+        LaneClip {
+            range,
+            start: range.wrapped(self.phase + range.per_second(self.speed) * base),
+            speed: self.speed,
+            weight: self.weight,
+        }
+    }
+
+    fn clip_mix(&self, animations: &AnimationSet, now: f64) -> ClipMix {
+        let LaneClip { range, start, .. } = self.lane(animations, now);
+        ClipMix {
+            clip: self.clip,
+            time: range.seconds(start),
+            speed: self.speed,
+            weight: self.weight,
+        }
+    }
 }
 
 impl CharacterState {
-    /// `range` gives the ranges of clips that exist; `last` is the coarsest level; `now` is the crowd's time.
-    pub(super) fn new<'a>(
-        character: &Character,
-        range: impl Fn(ClipId) -> &'a ClipRange,
-        (last, now): (LevelId, f64),
-    ) -> Self {
-        let own = Fade {
+    /// A character whose clips exist, at the crowd's time `now`.
+    pub(super) fn new(character: &Character, animations: &AnimationSet, now: f64) -> Self {
+        let own = ClipMix {
             clip: character.clip,
             time: character.time,
             speed: character.speed,
             weight: 0.0,
         };
-        let fade = character.fade.unwrap_or(own);
-        let (phase, speed) = started(range(own.clip), &own, now);
-        let (fade_phase, fade_speed) = started(range(fade.clip), &fade, now);
+        let mixed = |mix: Option<ClipMix>, least: f32| {
+            let mix = mix.unwrap_or(own);
+            let weight = clamped(mix.weight, least);
+            MixState::new(&ClipMix { weight, ..mix }, animations, now)
+        };
+        let MixState {
+            phase, speed, clip, ..
+        } = MixState::new(&own, animations, now);
         let mut state = Self {
             phase,
-            fade_phase,
             speed,
             cos: 1.0,
             sin: 0.0,
@@ -149,39 +198,40 @@ impl CharacterState {
             y: 0.0,
             z: 0.0,
             detail: 0.0,
-            fade_speed,
-            fade_weight: clamped_share(fade.weight),
-            clip: own.clip,
-            second: fade.clip,
-            is_fading: character.fade.is_some(),
+            clip,
+            mix: Mix {
+                fades: character.fade.is_some(),
+                is_layered: character.layer.is_some(),
+            },
             is_inactive: false,
             is_culled: false,
             is_late: false,
+            fade: mixed(character.fade, 0.0),
+            layer: mixed(character.layer, -1.0),
         };
         state.place(&character.placement);
-        state.set_detail((character.level, character.blend), last);
+        let detail = f32::from(character.level.0) + clamped(character.blend, 0.0);
+        state.set_detail(detail, animations.last());
         state
     }
 
     /// What the character plays at this moment.
-    pub(super) fn character(&self, [first, second]: [&ClipRange; 2], now: f64) -> Character {
-        let fade = Fade {
-            clip: self.second,
-            time: second.seconds(self.fade_start(second, now)),
-            speed: self.fade_speed,
-            weight: self.fade_weight,
-        };
+    pub(super) fn character(&self, animations: &AnimationSet, now: f64) -> Character {
+        let own = self.own().clip_mix(animations, now);
+        let fade = self.fade.clip_mix(animations, now);
+        let layer = self.layer.clip_mix(animations, now);
         Character {
             clip: self.clip,
             level: self.level(),
             blend: self.detail.fract(),
-            time: first.seconds(self.start(first, now)),
+            time: own.time,
             speed: self.speed,
             placement: Placement {
                 ground: Rigid2::new(self.sin.atan2(self.cos), self.x, self.z),
                 height: self.y,
             },
-            fade: self.is_fading.then_some(fade),
+            fade: self.mix.fades.then_some(fade),
+            layer: self.mix.is_layered.then_some(layer),
         }
     }
 
@@ -190,9 +240,9 @@ impl CharacterState {
         (self.x, self.y, self.z) = (placement.ground.x, placement.height, placement.ground.z);
     }
 
-    /// `last` is the coarsest level.
-    pub(super) fn set_detail(&mut self, (level, blend): (LevelId, f32), last: LevelId) {
-        self.detail = (f32::from(level.0) + clamped_share(blend)).min(f32::from(last.0));
+    /// Sets level plus blend. `last` is the coarsest level.
+    pub(super) fn set_detail(&mut self, detail: f32, last: LevelId) {
+        self.detail = detail.min(f32::from(last.0));
     }
 
     /// The coarsest level that still has all the joints that the character needs.
@@ -200,25 +250,41 @@ impl CharacterState {
         LevelId(self.detail as u16)
     }
 
-    /// Position in the clip at a time, in intervals, within the clip.
-    pub(super) fn start(&self, range: &ClipRange, now: f64) -> f32 {
-        range.wrapped(self.phase + range.per_second(self.speed) * now)
+    /// Position in the clip at a time, as a share of the clip.
+    pub(super) fn share(&self, animations: &AnimationSet, now: f64) -> f32 {
+        let LaneClip { range, start, .. } = self.own().lane(animations, now);
+        start / range.intervals as f32
     }
 
-    /// The same of the second clip.
-    pub(super) fn fade_start(&self, range: &ClipRange, now: f64) -> f32 {
-        range.wrapped(self.fade_phase + range.per_second(self.fade_speed) * now)
+    /// The character's clips for a group whose clock stands at 0 at `base`.
+    pub(super) fn lane<'a>(&self, animations: &'a AnimationSet, base: f64) -> LaneClips<'a> {
+        let own = self.own().lane(animations, base);
+        let mixed = |is_mixed: bool, mix: &MixState| match is_mixed {
+            true => mix.lane(animations, base),
+            false => own,
+        };
+        LaneClips {
+            own,
+            fade: mixed(self.mix.fades, &self.fade),
+            layer: mixed(self.mix.is_layered, &self.layer),
+        }
+    }
+
+    fn own(&self) -> MixState {
+        MixState {
+            phase: self.phase,
+            speed: self.speed,
+            weight: 0.0,
+            clip: self.clip,
+        }
     }
 }
 
-/// From 0 to 1; 0 for NaN, which `clamp` would keep.
-fn clamped_share(share: f32) -> f32 {
-    if share > 0.0 { share.min(1.0) } else { 0.0 }
-}
-
-/// Phase at time 0 in intervals, and speed; 0 for what is not finite.
-fn started(range: &ClipRange, played: &Fade, now: f64) -> (f64, f32) {
-    let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
-    let (at, speed) = (finite(played.time), finite(played.speed));
-    (range.per_second(at) - range.per_second(speed) * now, speed)
+/// From `least` to 1; 0 for NaN, which `clamp` would keep.
+pub(super) fn clamped(share: f32, least: f32) -> f32 {
+    if share.is_nan() {
+        0.0
+    } else {
+        share.clamp(least, 1.0)
+    }
 }

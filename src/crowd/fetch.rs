@@ -1,5 +1,6 @@
 //! Asking for keys before they are needed.
 
+use super::group::ClipLines;
 use super::group_moments::Moments;
 use super::level_clips::LevelClips;
 use super::run::Run;
@@ -10,6 +11,7 @@ pub(super) struct Fetch<'a> {
     bank: &'a LevelClips,
     own: Option<KeyRows<'a>>,
     faded: Option<KeyRows<'a>>,
+    layer: Option<KeyRows<'a>>,
 }
 
 impl Fetch<'_> {
@@ -25,6 +27,9 @@ impl Fetch<'_> {
                 if let Some(rows) = &self.faded {
                     rows.prefetch(lane, unit);
                 }
+                if let Some(rows) = &self.layer {
+                    rows.prefetch(lane, unit);
+                }
             }
         }
     }
@@ -38,14 +43,20 @@ impl Run<'_> {
             bank: self.bank,
             own: None,
             faded: None,
+            layer: None,
         };
         if let Some(next) = next {
             if !next.all_near {
                 fetch.own = Some(self.rows(next));
             }
-            if self.fading {
-                let rows = &self.cold[next.group].fade.rows;
-                fetch.faded = Some(self.rows_at::<L>(rows, &self.faded::<L>(next.group)));
+            let cold = &self.cold[next.group];
+            let rows =
+                |clips: &ClipLines| self.rows_at::<L>(&clips.rows, &self.mixed_moments::<L>(clips));
+            if self.mix.fades {
+                fetch.faded = Some(rows(&cold.fade));
+            }
+            if self.mix.is_layered {
+                fetch.layer = Some(rows(&cold.layer));
             }
         }
         fetch

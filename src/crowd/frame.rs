@@ -11,7 +11,7 @@ use super::frame_input::{Frame, FrameReport};
 use super::instances::Crowd;
 use super::level_pass::{FrameScratch, LevelPass};
 use super::settings::PoseError;
-use super::slot::{NOWHERE, PARKED, split};
+use super::slot::{NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
@@ -114,7 +114,7 @@ impl Crowd {
             let choice = view
                 .switching
                 .choose(position.distance(view.eye), Some(before));
-            state.set_detail((choice.level, choice.blend), last);
+            state.set_detail(f32::from(choice.level.0) + choice.blend, last);
         }
     }
 
@@ -150,7 +150,7 @@ impl Crowd {
             None | Some(&NOWHERE) => false,
             Some(&slot) if slot & PARKED != 0 => false,
             Some(&slot) => {
-                let (group, lane) = split(slot);
+                let Slot { group, lane } = Slot::of(slot);
                 self.schedule.visible[group] >> lane & 1 == 1
             }
         }

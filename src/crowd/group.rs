@@ -1,4 +1,4 @@
-use super::bucket::GroupKind;
+use super::bucket::{GroupKind, Mix};
 use super::character::CharacterState;
 use super::key_bank::ClipRange;
 use super::moment::{Cycle, Moment};
@@ -39,12 +39,13 @@ pub(super) struct GroupCold {
     pub(super) rows: [u32; F32x16::LANES],
     /// Intervals of each character's clip.
     pub(super) length: F32x16,
-    pub(super) fade: FadeLines,
+    pub(super) fade: ClipLines,
+    pub(super) layer: ClipLines,
 }
 
-/// Second clips. A character without one has its first clip again, with a weight of 0.
+/// Clips that are mixed in. A character without one has its first clip again, with a weight of 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FadeLines {
+pub(super) struct ClipLines {
     pub(super) weight: F32x16,
     pub(super) clock: Clock,
     pub(super) rows: [u32; F32x16::LANES],
@@ -64,15 +65,10 @@ impl Group {
         detail: F32x16::ZERO,
     };
 
-    /// `start` is the character's position in its clip when the groups' clock stands at 0.
-    pub(super) fn write(
-        &mut self,
-        lane: usize,
-        state: &CharacterState,
-        (range, start): (&ClipRange, f32),
-    ) {
-        self.clock.start.0[lane] = start;
-        self.clock.speed.0[lane] = range.per_second(state.speed) as f32;
+    /// Writes a character and its own clip into a lane.
+    pub(super) fn write(&mut self, lane: usize, state: &CharacterState, clip: &LaneClip<'_>) {
+        self.clock.start.0[lane] = clip.start;
+        self.clock.speed.0[lane] = clip.range.per_second(clip.speed) as f32;
         self.cos.0[lane] = state.cos;
         self.sin.0[lane] = state.sin;
         self.x.0[lane] = state.x;
@@ -114,55 +110,87 @@ impl GroupCold {
         kind: GroupKind {
             level: LevelId(0),
             near: None,
-            is_fading: false,
+            mix: Mix {
+                fades: false,
+                is_layered: false,
+            },
         },
         offset: 0,
         ids: [Group::NOBODY; F32x16::LANES],
         rows: [0; F32x16::LANES],
         length: F32x16([1.0; F32x16::LANES]),
-        fade: FadeLines {
-            weight: F32x16::ZERO,
-            clock: Clock::STOPPED,
-            rows: [0; F32x16::LANES],
-            length: F32x16([1.0; F32x16::LANES]),
-        },
+        fade: ClipLines::EMPTY,
+        layer: ClipLines::EMPTY,
     };
 
-    /// The ranges of both clips, and the position in the second one when the groups' clock stands at 0.
-    pub(super) fn write(
-        &mut self,
-        lane: usize,
-        state: &CharacterState,
-        ([first, second], fade_start): ([&ClipRange; 2], f32),
-    ) {
-        self.rows[lane] = first.row as u32;
-        self.length.0[lane] = first.intervals as f32;
-        self.fade.weight.0[lane] = state.fade_weight;
-        self.fade.clock.start.0[lane] = fade_start;
-        self.fade.clock.speed.0[lane] = second.per_second(state.fade_speed) as f32;
-        self.fade.rows[lane] = second.row as u32;
-        self.fade.length.0[lane] = second.intervals as f32;
+    /// Writes a character's clips into a lane.
+    pub(super) fn write(&mut self, lane: usize, clips: &LaneClips<'_>) {
+        self.rows[lane] = clips.own.range.row as u32;
+        self.length.0[lane] = clips.own.range.intervals as f32;
+        self.fade.write(lane, &clips.fade);
+        self.layer.write(lane, &clips.layer);
     }
 
     /// Copies everything that a lane holds to another lane.
     pub(super) fn copy_lane(&mut self, from: usize, to: usize) {
         self.rows[to] = self.rows[from];
-        self.fade.rows[to] = self.fade.rows[from];
-        for line in [
-            &mut self.length,
-            &mut self.fade.weight,
-            &mut self.fade.clock.start,
-            &mut self.fade.clock.speed,
-            &mut self.fade.length,
-        ] {
-            line.0[to] = line.0[from];
-        }
+        self.length.0[to] = self.length.0[from];
+        self.fade.copy_lane(from, to);
+        self.layer.copy_lane(from, to);
     }
 
     /// A lane that is not used repeats another: it stays near in time.
     pub(super) fn is_used(&self, lane: usize) -> bool {
         self.ids[lane] != Group::NOBODY
     }
+}
+
+impl ClipLines {
+    const EMPTY: Self = Self {
+        weight: F32x16::ZERO,
+        clock: Clock::STOPPED,
+        rows: [0; F32x16::LANES],
+        length: F32x16([1.0; F32x16::LANES]),
+    };
+
+    fn write(&mut self, lane: usize, clip: &LaneClip<'_>) {
+        self.weight.0[lane] = clip.weight;
+        self.clock.start.0[lane] = clip.start;
+        self.clock.speed.0[lane] = clip.range.per_second(clip.speed) as f32;
+        self.rows[lane] = clip.range.row as u32;
+        self.length.0[lane] = clip.range.intervals as f32;
+    }
+
+    fn copy_lane(&mut self, from: usize, to: usize) {
+        self.rows[to] = self.rows[from];
+        for line in [
+            &mut self.weight,
+            &mut self.clock.start,
+            &mut self.clock.speed,
+            &mut self.length,
+        ] {
+            line.0[to] = line.0[from];
+        }
+    }
+}
+
+/// A clip as a lane plays it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneClip<'a> {
+    pub(super) range: &'a ClipRange,
+    /// Position when the groups' clock stands at 0, in intervals.
+    pub(super) start: f32,
+    /// Seconds of the clip per second.
+    pub(super) speed: f32,
+    pub(super) weight: f32,
+}
+
+/// All clips of a lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaneClips<'a> {
+    pub(super) own: LaneClip<'a>,
+    pub(super) fade: LaneClip<'a>,
+    pub(super) layer: LaneClip<'a>,
 }
 
 impl Clock {

@@ -1,5 +1,6 @@
 //! Where the characters of a group are in their clips.
 
+use super::group::ClipLines;
 use super::key_bank::ClipRange;
 use super::moment::{Cycle, Moment, Near, Weights};
 use super::run::Run;
@@ -74,20 +75,19 @@ impl Run<'_> {
         moments
     }
 
-    /// Where a group is in its second clips.
+    /// Where a group is in the clips that are mixed in.
     #[inline(always)]
-    pub(super) fn faded<L: Lanes>(&self, group: usize) -> L::Parts<Moment<L>> {
-        let fade = &self.cold[group].fade;
+    pub(super) fn mixed_moments<L: Lanes>(&self, clips: &ClipLines) -> L::Parts<Moment<L>> {
         let zero = L::splat(0.0);
-        let mut faded = L::parts(Moment {
+        let mut moments = L::parts(Moment {
             interval: zero,
             share: zero,
         });
         for part in 0..L::PARTS {
-            let cycle = Cycle::new(L::load(&fade.length, part));
-            faded[part] = fade.clock.moment(part, self.now, cycle);
+            let cycle = Cycle::new(L::load(&clips.length, part));
+            moments[part] = clips.clock.moment(part, self.now, cycle);
         }
-        faded
+        moments
     }
 
     /// The rows of a group's first clips.

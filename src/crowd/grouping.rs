@@ -4,29 +4,49 @@ use super::character::CharacterId;
 use super::debt::Debt;
 use super::frame_input::FrameReport;
 use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
-use super::output::PoseSlice;
+use super::output::{Layout, PoseSlice, SlicePlace};
 use super::schedule::{Schedule, Sorting};
 use super::settings::CrowdError;
-use super::slot::{MOST_LATE, NOWHERE, PARKED, split};
+use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 
 impl Crowd {
     /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
     pub fn output_len(&mut self) -> usize {
         self.prepare();
-        self.schedule.lines
+        self.needed_len()
+    }
+
+    /// The same for the groups as they are.
+    pub(super) fn needed_len(&self) -> usize {
+        match self.settings.output.layout {
+            Layout::Instances => self.row_len() * self.states.len(),
+            Layout::Blocks | Layout::Rows => self.schedule.lines,
+        }
     }
 
     /// A length that [`Crowd::output_len`] never exceeds for so many characters, however their levels change: the size to
-    /// allocate.
+    /// allocate. That of [`Crowd::capacity`] stays the same as long as the crowd does not outgrow it.
     #[must_use]
     pub fn max_output_len(&self, characters: usize) -> usize {
-        let group = self
-            .settings
-            .output
-            .group_len(self.animations.joints(LevelId(0)));
-        // Full groups, one more for each kind of rest, and those of moved characters: `fill` and `move_late`.
-        (characters.div_ceil(16) + 2 + characters / MOST_LATE + 1) * group
+        let output = self.settings.output;
+        let group = output.group_len(self.animations.joints(LevelId(0)));
+        match output.layout {
+            Layout::Instances => self.row_len() * characters,
+            Layout::Blocks | Layout::Rows => Schedule::most_groups(characters) * group,
+        }
+    }
+
+    /// Number of characters that the crowd has memory for. It grows only where characters are added beyond it.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
+    /// Lines of a character's row in [`Layout::Instances`].
+    pub(super) fn row_len(&self) -> usize {
+        let joints = self.animations.joints(LevelId(0));
+        self.settings.output.row_len(joints)
     }
 
     /// Brings all characters into groups.
@@ -87,14 +107,42 @@ impl Crowd {
         if slot & PARKED != 0 {
             return Err(CrowdError::NotVisible { id: id.0 });
         }
-        let (group, lane) = split(slot);
-        let cold = &self.schedule.cold[group];
-        let joints = self.animations.joints(cold.kind.level);
-        let output = self.settings.output;
+        let Slot { group, lane } = Slot::of(slot);
         Ok(PoseSlice::new(
-            output,
-            (cold.kind.level, joints),
-            (cold.offset, lane),
+            self.settings.output,
+            self.slice_place(group, lane),
         ))
+    }
+
+    fn slice_place(&self, group: usize, lane: usize) -> SlicePlace {
+        let cold = &self.schedule.cold[group];
+        let (offset, lane) = match self.settings.output.layout {
+            Layout::Instances => (self.row_len() * cold.ids[lane] as usize, 0),
+            Layout::Blocks | Layout::Rows => (cold.offset, lane),
+        };
+        SlicePlace {
+            level: cold.kind.level,
+            joints: self.animations.joints(cold.kind.level),
+            offset,
+            lane,
+        }
+    }
+
+    /// Where the pose of a character is in the memory that the frame before the last one was given: another buffer than the
+    /// last one's, which the caller has kept. `None` if it was not posed then, or without
+    /// [`CrowdSettings::keeps_previous`](super::CrowdSettings::keeps_previous).
+    #[must_use]
+    pub fn previous_slice(&self, id: CharacterId) -> Option<PoseSlice> {
+        self.history.previous(self.settings.output, id.index())
+    }
+
+    /// Notes where the poses of this frame are.
+    pub(super) fn note_places(&mut self) {
+        if self.settings.keeps_previous {
+            let mut history = std::mem::take(&mut self.history);
+            let place = |group: usize, lane: usize| self.slice_place(group, lane);
+            history.note(self.states.len(), &self.schedule, place);
+            self.history = history;
+        }
     }
 }

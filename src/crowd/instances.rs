@@ -3,13 +3,14 @@
 use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
-use super::character::{Character, CharacterId, CharacterState, ClipId, Placement};
+use super::character::{Character, CharacterId, CharacterState, ClipId, Placement, clamped};
 use super::debt::Debt;
+use super::history::History;
 use super::level_pass::FrameScratch;
-use super::schedule::Schedule;
+use super::schedule::{GroupClock, Schedule};
 use super::scratch::Scratch;
 use super::settings::{CrowdError, CrowdSettings};
-use super::slot::{self, NOWHERE, PARKED, split};
+use super::slot::{self, NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
 
@@ -33,6 +34,10 @@ pub struct Crowd {
     pub(super) debt: Debt,
     /// Number of frames that were posed.
     pub(super) frame: usize,
+    /// Used where [`CrowdSettings::keeps_previous`].
+    pub(super) history: History,
+    /// Number of characters that there is memory for.
+    pub(super) capacity: usize,
     /// Whether all characters have the places in the output that they had in the frame before.
     pub(super) is_settled: bool,
     pub(super) scratch_of_frames: FrameScratch,
@@ -68,6 +73,8 @@ impl Crowd {
             base: 0.0,
             debt: Debt::default(),
             frame: 0,
+            history: History::default(),
+            capacity: 0,
             is_settled: false,
             scratch_of_frames: FrameScratch::default(),
         }
@@ -84,6 +91,10 @@ impl Crowd {
         crowd.states.reserve(characters);
         crowd.slots.reserve(characters);
         crowd.late.reserve(characters);
+        if settings.keeps_previous {
+            crowd.history.reserve(characters);
+        }
+        crowd.capacity = characters;
         crowd.schedule.reserve(characters, MOST_CHUNKS);
         crowd
     }
@@ -126,6 +137,10 @@ impl Crowd {
         self.states.push(state);
         self.slots.push(NOWHERE);
         self.late.push(id);
+        if self.states.len() > self.capacity {
+            // As vectors grow: seldom.
+            self.capacity = (2 * self.capacity).max(self.states.len());
+        }
         Ok(CharacterId(id))
     }
 
@@ -138,7 +153,8 @@ impl Crowd {
         let state = self.state(character)?;
         self.change(id, |old| {
             let is_late = old.is_late;
-            *old = CharacterState { is_late, ..state };
+            *old = state;
+            old.is_late = is_late;
         });
         Ok(())
     }
@@ -174,7 +190,8 @@ impl Crowd {
     ) -> Result<(), CrowdError> {
         self.check(id)?;
         let last = self.animations.last();
-        self.change(id, |state| state.set_detail((level, blend), last));
+        let detail = f32::from(level.0) + clamped(blend, 0.0);
+        self.change(id, |state| state.set_detail(detail, last));
         Ok(())
     }
 
@@ -196,8 +213,7 @@ impl Crowd {
         self.check(id)?;
         let mut state = self.states[id.index()];
         self.store_detail(id, &mut state);
-        let ranges = [state.clip, state.second].map(|clip| self.animations.range(clip));
-        Ok(state.character(ranges, self.time))
+        Ok(state.character(&self.animations, self.time))
     }
 
     /// The crowd's time, in seconds; 0 at first.
@@ -258,16 +274,18 @@ impl Crowd {
             return;
         }
         if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
-            let (parked, lane) = split(slot & !PARKED);
-            self.schedule.parked[parked].move_to(lane, &state);
+            let Slot { group, lane } = Slot::of(slot);
+            self.schedule.parked[group].move_to(lane, &state);
             state.is_culled = true;
         } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
             let [before, after] =
                 [before, state.level()].map(|level| self.animations.joints(level));
             self.debt.joints += before as isize - after as isize;
-            let to = split(slot);
-            self.schedule
-                .write(to, &state, (&self.animations, self.base));
+            let clock = GroupClock {
+                animations: &self.animations,
+                base: self.base,
+            };
+            self.schedule.write(Slot::of(slot), &state, clock);
         } else {
             state.is_late = true;
             self.late.push(id.0);
@@ -276,34 +294,38 @@ impl Crowd {
     }
 
     fn fits(&self, slot: u32, state: &CharacterState) -> bool {
-        !state.is_inactive && self.schedule.cold[split(slot).0].kind.takes(state)
+        !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
     }
 
     /// Takes the level that a frame has chosen from the character's lane.
     fn store_detail(&self, id: CharacterId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
         if slot & PARKED == 0 && !state.is_late {
-            let (group, lane) = split(slot);
+            let Slot { group, lane } = Slot::of(slot);
             state.detail = self.schedule.groups[group].detail.0[lane];
         }
     }
 
     fn state(&self, character: &Character) -> Result<CharacterState, CrowdError> {
-        let clips = self.animations.clips();
-        let known = |clip: ClipId| match clip.index() < clips {
-            true => Ok(clip),
-            false => Err(CrowdError::NoSuchClip {
+        let animations = &*self.animations;
+        let (clips, layers) = (animations.clips(), animations.layers());
+        let is_clip = |clip: ClipId| clip.index() < clips;
+        let is_layer = |clip: ClipId| (clips..clips + layers).contains(&clip.index());
+        let fade = character.fade.map(|fade| fade.clip);
+        let layer = character.layer.map(|layer| layer.clip);
+        let unknown = [Some(character.clip), fade]
+            .into_iter()
+            .flatten()
+            .find(|&clip| !is_clip(clip))
+            .or(layer.filter(|&clip| !is_layer(clip)));
+        match unknown {
+            Some(clip) if is_clip(clip) => Err(CrowdError::NotALayer { clip: clip.0 }),
+            Some(clip) if is_layer(clip) => Err(CrowdError::IsALayer { clip: clip.0 }),
+            Some(clip) => Err(CrowdError::NoSuchClip {
                 clip: clip.0,
                 clips,
             }),
-        };
-        known(character.clip)?;
-        character.fade.map(|fade| known(fade.clip)).transpose()?;
-        let range = |clip| self.animations.range(clip);
-        Ok(CharacterState::new(
-            character,
-            range,
-            (self.animations.last(), self.time),
-        ))
+            None => Ok(CharacterState::new(character, animations, self.time)),
+        }
     }
 }

@@ -2,17 +2,21 @@
 
 use std::marker::PhantomData;
 
+use super::bucket::Mix;
 use super::chain::Posing;
+use super::fetch::Fetch;
+use super::group::ClipLines;
 use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::matrices::Matrices;
 use super::moment::{Cycle, Weights};
 use super::output::{Form, WriteMode};
 use super::rotations::Rotations;
-use super::run::{Run, Turn};
-use super::sampling::{Mixed, Playing, ReadRows, Window, read_rows};
+use super::run::{Run, RunMemory, Turn};
+use super::sampling::{AnyColumns, MixedIn, Mixture, Playing, ReadRows, Window, read_rows};
 use super::scratch::Scratch;
-use crate::math::{F32x16, Isa, Kernel, Lanes};
+use super::write::GroupLines;
+use crate::math::{F32x16, Isa, Kernel, Lanes, RowLines};
 
 /// A run in one form: kernels are large, so each form has its own.
 struct As<'a, P>(Run<'a>, PhantomData<P>);
@@ -52,7 +56,7 @@ impl Run<'_> {
         let lines = self.output.group_len(self.bank.joints.len());
         let mut scratch = std::mem::take(self.scratch);
         scratch.fit(self.bank);
-        let all = std::mem::take(&mut self.out);
+        let mut all = std::mem::replace(&mut self.out, RunMemory::Blocks(&mut []));
         let mut apart = 0;
         let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
         let Turn { first, step } = self.turn;
@@ -66,21 +70,23 @@ impl Run<'_> {
             // In loops of their own: the first is short then.
             let mut rest = 0;
             for moments in &*ahead {
-                if !moments.all_near || self.fading {
+                if !moments.all_near || !self.mix.is_none() {
                     rest += 1;
                     apart += usize::from(self.near.is_some() && !moments.all_near);
                     continue;
                 }
                 if moments.is_visible {
-                    let out = &mut all[moments.group * lines..][..lines];
-                    self.pose_near::<L, P>(moments, out, &mut scratch.models);
+                    let Scratch { models, spare, .. } = &mut scratch;
+                    let out = all.group(moments.group, lines, spare);
+                    self.pose_near::<L, P>(moments, out, models);
                 }
             }
             if rest == 0 {
                 continue;
             }
-            let is_read =
-                |moments: &Moments<L>| moments.is_visible && (!moments.all_near || self.fading);
+            let is_read = |moments: &Moments<L>| {
+                moments.is_visible && (!moments.all_near || !self.mix.is_none())
+            };
             for (index, moments) in ahead.iter().enumerate() {
                 if is_read(moments) {
                     let mut next = None;
@@ -89,8 +95,19 @@ impl Run<'_> {
                             next = Some(moments);
                         }
                     }
-                    let out = &mut all[moments.group * lines..][..lines];
-                    self.pose_read::<L, P>([Some(moments), next], out, &mut scratch);
+                    let fetch = self.fetch(next);
+                    let Scratch {
+                        models,
+                        columns,
+                        spare,
+                    } = &mut scratch;
+                    let group = ReadGroup {
+                        moments,
+                        fetch,
+                        columns,
+                    };
+                    let out = all.group(moments.group, lines, spare);
+                    self.pose_read::<L, P>(group, out, models);
                 }
             }
         }
@@ -103,92 +120,106 @@ impl Run<'_> {
     fn pose_near<L: Lanes, P: JointMath>(
         &self,
         moments: &Moments<L>,
-        out: &mut [F32x16],
+        mut out: GroupLines<'_>,
         models: &mut [F32x16],
     ) {
-        let Some(range) = self.near else {
-            return;
-        };
         for part in 0..L::PARTS {
-            let Some(near) = moments.near[part] else {
+            let Some(window) = self.window::<L>(moments, part) else {
                 return;
             };
-            let columns = Window::new(self.keys, range, near);
-            let playing = Playing::new(columns, moments.weights[part]);
-            let mut posing = self.posing::<L, P>(moments, part, out, models);
-            posing.joints::<L, _>(playing, None);
+            let playing = Playing::new(window, moments.weights[part]);
+            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
+            posing.joints::<L, _>(part, playing, None);
         }
-        self.posing::<L, P>(moments, 0, out, models).write::<L>();
+        self.posing::<L, P>(moments, out, models).write::<L>();
     }
 
-    /// A group whose characters are read one by one, in their first clips or in their second ones. The keys of the group
+    /// The keys of characters that share their loads.
+    #[inline(always)]
+    fn window<L: Lanes>(&self, moments: &Moments<L>, part: usize) -> Option<Window<'_, L>> {
+        match (self.near, moments.near[part]) {
+            (Some(range), Some(near)) => Some(Window::new(self.keys, range, near)),
+            _ => None,
+        }
+    }
+
+    /// A group whose characters are read one by one, in their first clips or in what is mixed into them. The keys of the group
     /// after it are asked for meanwhile.
     #[inline(always)]
     fn pose_read<L: Lanes, P: JointMath>(
         &self,
-        [group, next]: [Option<&Moments<L>>; 2],
-        out: &mut [F32x16],
-        scratch: &mut Scratch,
+        group: ReadGroup<'_, L>,
+        mut out: GroupLines<'_>,
+        models: &mut [F32x16],
     ) {
-        let Some(moments) = group else {
-            return;
-        };
-        let Scratch {
-            models,
-            columns: [first, second],
-        } = scratch;
+        let ReadGroup {
+            moments,
+            fetch,
+            columns: [first, second, third],
+        } = group;
         let cold = &self.cold[moments.group];
+        let Mix { fades, is_layered } = self.mix;
         if !moments.all_near {
             read_rows::<L>(self.bank, &self.rows(moments), first);
         }
         let mut faded = moments.weights;
-        if self.fading {
-            let at = self.faded::<L>(moments.group);
-            for part in 0..L::PARTS {
-                faded[part] = Weights::new(at[part].share);
-            }
-            let rows = self.rows_at::<L>(&cold.fade.rows, &at);
-            read_rows::<L>(self.bank, &rows, second);
+        if fades {
+            faded = self.read_mixed::<L>(&cold.fade, second);
         }
-        let fetch = self.fetch(next);
+        let mut layer = moments.weights;
+        if is_layered {
+            layer = self.read_mixed::<L>(&cold.layer, third);
+        }
         for part in 0..L::PARTS {
-            let mut posing = self.posing::<L, P>(moments, part, out, models);
-            let own = Playing::new(ReadRows::new(first, part), moments.weights[part]);
-            if !self.fading {
-                posing.joints::<L, _>(own, Some(&fetch));
-                continue;
-            }
-            let second = Playing::new(ReadRows::new(second, part), faded[part]);
-            let weight = L::load(&cold.fade.weight, part);
-            match (self.near, moments.near[part]) {
-                (Some(range), Some(near)) if moments.all_near => {
-                    let columns = Window::new(self.keys, range, near);
-                    let mixed = Mixed {
-                        first: Playing::new(columns, moments.weights[part]),
-                        second,
-                        weight,
-                    };
-                    posing.joints::<L, _>(mixed, Some(&fetch));
-                }
-                _ => {
-                    let mixed = Mixed {
-                        first: own,
-                        second,
-                        weight,
-                    };
-                    posing.joints::<L, _>(mixed, Some(&fetch));
-                }
-            }
+            let window = match moments.all_near {
+                true => self.window::<L>(moments, part),
+                false => None,
+            };
+            let own = match window {
+                Some(window) => AnyColumns::Shared(window),
+                None => AnyColumns::Read(ReadRows::new(first, part)),
+            };
+            let fade = MixedIn {
+                clip: Playing::new(ReadRows::new(second, part), faded[part]),
+                weight: L::load(&cold.fade.weight, part),
+            };
+            let layer = MixedIn {
+                clip: Playing::layer(ReadRows::new(third, part), layer[part]),
+                weight: L::load(&cold.layer.weight, part),
+            };
+            let mixture = Mixture {
+                own: Playing::new(own, moments.weights[part]),
+                fade: fades.then_some(fade),
+                layer: is_layered.then_some(layer),
+            };
+            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
+            posing.joints::<L, _>(part, mixture, Some(&fetch));
         }
-        self.posing::<L, P>(moments, 0, out, models).write::<L>();
+        self.posing::<L, P>(moments, out, models).write::<L>();
+    }
+
+    /// Reads the clips that are mixed into those of a group; returns how far their characters are between two keys.
+    #[inline(always)]
+    fn read_mixed<L: Lanes>(
+        &self,
+        clips: &ClipLines,
+        columns: &mut [F32x16],
+    ) -> L::Parts<Weights<L>> {
+        let at = self.mixed_moments::<L>(clips);
+        let rows = self.rows_at::<L>(&clips.rows, &at);
+        read_rows::<L>(self.bank, &rows, columns);
+        let mut weights = L::parts(Weights::new(L::splat(0.0)));
+        for part in 0..L::PARTS {
+            weights[part] = Weights::new(at[part].share);
+        }
+        weights
     }
 
     #[inline(always)]
     fn posing<'a, L: Lanes, P: JointMath>(
         &'a self,
         moments: &Moments<L>,
-        part: usize,
-        out: &'a mut [F32x16],
+        out: GroupLines<'a>,
         models: &'a mut [F32x16],
     ) -> Posing<'a, P> {
         let lines = self.bank.joints.len() * P::NUMBERS;
@@ -199,8 +230,34 @@ impl Run<'_> {
             models: bytemuck::cast_slice_mut(&mut models[..lines]),
             out,
             output: self.output,
-            part,
             is_posed: moments.is_posed,
+        }
+    }
+}
+
+/// A group whose characters are read one by one.
+struct ReadGroup<'a, L: Lanes> {
+    moments: &'a Moments<L>,
+    fetch: Fetch<'a>,
+    columns: &'a mut [Vec<F32x16>; 3],
+}
+
+impl RunMemory<'_> {
+    /// Where a group of so many lines goes.
+    #[inline(always)]
+    fn group<'b>(
+        &'b mut self,
+        group: usize,
+        lines: usize,
+        spare: &'b mut [F32x16],
+    ) -> GroupLines<'b> {
+        match self {
+            Self::Blocks(all) => GroupLines::Blocks(&mut all[group * lines..][..lines]),
+            Self::Rows(all) => {
+                let all = &mut all[group * lines..][..lines];
+                GroupLines::Rows(RowLines::new(all, lines / F32x16::LANES))
+            }
+            Self::Instances(rows) => GroupLines::Rows(rows.sixteen(group * F32x16::LANES, spare)),
         }
     }
 }

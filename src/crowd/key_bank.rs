@@ -133,21 +133,26 @@ impl TrackPlaces {
 }
 
 impl KeyBank {
-    /// All clips' keys.
+    /// The keys of all clips and layers; `ranges` are theirs.
     pub(super) fn new(tracks: &Tracks, ranges: &[ClipRange], places: &TrackPlaces) -> Self {
+        let clips = tracks.clips;
         let mut bank = Self {
             column_count: places.column_count,
             row_units: places.row_units,
             ..Self::default()
         };
-        for (keys, range) in tracks.keys.iter().zip(ranges) {
+        for (clip, (keys, range)) in tracks.keys.iter().zip(ranges).enumerate() {
+            let of_clip = match clip < clips {
+                true => &tracks.places,
+                false => &tracks.layer_places,
+            };
             let row = bank.rows.len();
             let units = range.keys() * places.row_units;
             bank.rows.resize(row + units, KeyUnit::default());
             for (track, keys) in keys.iter().enumerate() {
                 let track = TrackKeys {
                     keys,
-                    place: tracks.places[track],
+                    place: of_clip[track],
                     quad: places.quads[track],
                 };
                 track.add_columns(range, &mut bank.columns);

@@ -1,6 +1,8 @@
 //! The joints of one level, and where their keys are.
 
 use super::key_bank::{TrackPlaces, UnitRead};
+use super::matrices::Matrices;
+use super::output::row_lines;
 use super::tracks::{Place, Tracks};
 use crate::lod::Level;
 use crate::math::KeyUnit;
@@ -14,6 +16,8 @@ pub(super) struct LevelClips {
     pub(super) reads: Vec<UnitRead>,
     /// Lines that its columns take for sixteen characters.
     pub(super) column_lines: usize,
+    /// Lines of a character's row, in the form that takes most.
+    pub(super) row_lines: usize,
     /// The first units of the cache lines that the level needs of a row.
     pub(super) fetched: Vec<usize>,
 }
@@ -24,6 +28,8 @@ pub(super) struct LevelJoint {
     /// `None` for the root alone.
     pub(super) parent: Option<u16>,
     pub(super) place: Place,
+    /// The same of additive layers: what they add.
+    pub(super) layer_place: Place,
     /// The first of its columns.
     pub(super) column: usize,
 }
@@ -40,6 +46,7 @@ impl LevelClips {
         let joints = joints.map(|(&track, &parent)| LevelJoint {
             parent,
             place: tracks.places[track],
+            layer_place: tracks.layer_places[track],
             column: places.columns[track],
         });
         let quads = of_level.iter().flat_map(|&track| {
@@ -54,8 +61,10 @@ impl LevelClips {
         let mut fetched: Vec<usize> = lines.collect();
         fetched.sort_unstable();
         fetched.dedup();
+        let joints: Vec<LevelJoint> = joints.collect();
         Self {
-            joints: joints.collect(),
+            row_lines: row_lines::<Matrices>(joints.len()),
+            joints,
             column_lines: quads.len() * KeyUnit::QUAD,
             reads,
             fetched,

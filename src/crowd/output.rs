@@ -34,6 +34,10 @@ pub enum Layout {
     /// Character by character: the joints one after the other, each with 12 numbers, or with 7 and a 0. A row ends on a whole
     /// line; the rest of that line is undefined.
     Rows,
+    /// Rows at places of their own: that of character `i` starts at line `i` times [`Output::row_len`] of all joints, in every
+    /// frame and whatever its level. So instance `i` of a draw call finds its joints without a table, and two buffers that
+    /// take turns have the poses of this frame and of the one before at the same places.
+    Instances,
 }
 
 /// How memory is written.
@@ -63,7 +67,7 @@ impl Output {
     pub fn group_len(self, joints: usize) -> usize {
         match self.layout {
             Layout::Blocks => joints * self.numbers(),
-            Layout::Rows => F32x16::LANES * self.row_lines(joints),
+            Layout::Rows | Layout::Instances => F32x16::LANES * self.row_len(joints),
         }
     }
 
@@ -81,8 +85,9 @@ impl Output {
         }
     }
 
-    /// Lines of a character's row.
-    pub(super) fn row_lines(self, joints: usize) -> usize {
+    /// Lines that the row of a character takes in [`Layout::Rows`] and [`Layout::Instances`].
+    #[must_use]
+    pub fn row_len(self, joints: usize) -> usize {
         match self.form {
             Form::Matrices => row_lines::<Matrices>(joints),
             Form::Rotations => row_lines::<Rotations>(joints),
@@ -117,8 +122,8 @@ pub struct PoseSlice {
     pub joint_stride: usize,
     /// Numbers from one number of a joint to the next: 1 in [`Layout::Rows`], 16 in [`Layout::Blocks`].
     pub number_stride: usize,
-    /// Number of joints, in the order of [`Level::kept`](crate::lod::Level::kept) of `level`: not in the order of the
-    /// skeleton. See [`PoseSlice::copy_joints`].
+    /// Number of joints, in the order of [`AnimationSet::joint_ids`](super::AnimationSet::joint_ids) of `level`: not in the
+    /// order of the skeleton. See [`PoseSlice::copy_joints`].
     pub joints: usize,
     /// The level whose joints are written: the character's own or a finer one, on which it looks as on its own.
     pub level: LevelId,
@@ -126,18 +131,20 @@ pub struct PoseSlice {
 }
 
 impl PoseSlice {
-    /// The lane of a group that is written from `offset` on.
-    pub(super) fn new(
-        output: Output,
-        (level, joints): (LevelId, usize),
-        (offset, lane): (usize, usize),
-    ) -> Self {
+    /// A character that is written as `output` says.
+    pub(super) fn new(output: Output, at: SlicePlace) -> Self {
+        let SlicePlace {
+            level,
+            joints,
+            offset,
+            lane,
+        } = at;
         let first = F32x16::LANES * offset;
         let numbers = output.numbers();
         let (start, joint_stride, number_stride) = match output.layout {
             Layout::Blocks => (first + lane, F32x16::LANES * numbers, F32x16::LANES),
-            Layout::Rows => {
-                let row = F32x16::LANES * output.row_lines(joints) * lane;
+            Layout::Rows | Layout::Instances => {
+                let row = F32x16::LANES * output.row_len(joints) * lane;
                 (first + row, output.row_numbers(), 1)
             }
         };
@@ -202,10 +209,28 @@ impl PoseSlice {
     }
 
     /// Writes numbers of a joint, the first of them at `number`.
-    pub(super) fn set(&self, out: &mut [F32x16], (joint, number): (usize, usize), numbers: &[f32]) {
+    pub(super) fn set(&self, out: &mut [F32x16], first: JointNumber, numbers: &[f32]) {
         for (index, &value) in numbers.iter().enumerate() {
-            let position = self.position(joint, number + index);
+            let position = self.position(first.joint, first.number + index);
             bytemuck::cast_slice_mut::<F32x16, f32>(out)[position] = value;
         }
     }
+}
+
+/// What a [`PoseSlice`] follows from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlicePlace {
+    pub(super) level: LevelId,
+    pub(super) joints: usize,
+    /// First line of the group, or of the row.
+    pub(super) offset: usize,
+    /// Lane in the group; 0 for a row.
+    pub(super) lane: usize,
+}
+
+/// A number of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointNumber {
+    pub(super) joint: usize,
+    pub(super) number: usize,
 }

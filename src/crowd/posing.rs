@@ -4,16 +4,36 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::instances::{Crowd, MOST_CHUNKS};
-use super::run::{Level, Run, Turn};
+use super::output::Layout;
+use super::run::{Level, Run, RunMemory, Turn};
 use super::settings::PoseError;
-use crate::math::F32x16;
+use crate::math::{F32x16, RowSet};
 
 /// What one chunk of the groups writes.
-struct Part<'a>(Mutex<&'a mut [F32x16]>);
+struct Part<'a>(Mutex<PartMemory<'a>>);
 
-impl Part<'_> {
+enum PartMemory<'a> {
+    Lines(&'a mut [F32x16]),
+    Rows(RowSet<'a>),
+}
+
+impl<'a> Part<'a> {
     fn none() -> Self {
-        Self(Mutex::new(&mut []))
+        Self(Mutex::new(PartMemory::Lines(&mut [])))
+    }
+}
+
+impl<'a> PartMemory<'a> {
+    /// Cuts off what comes first: so much memory for so many groups.
+    fn split_off_front(&mut self, lines: usize, groups: usize) -> Self {
+        match self {
+            Self::Lines(all) => {
+                let (front, rest) = std::mem::take(all).split_at_mut(lines);
+                *all = rest;
+                Self::Lines(front)
+            }
+            Self::Rows(rows) => Self::Rows(rows.split_off_front(groups * F32x16::LANES)),
+        }
     }
 }
 
@@ -30,17 +50,21 @@ impl Crowd {
 
     /// Poses the groups as they are.
     pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
-        let (needed, found) = (self.schedule.lines, out.len());
+        let (needed, found) = (self.needed_len(), out.len());
         if found < needed {
             return Err(PoseError::TooSmall { needed, found });
         }
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
-        let mut rest = out;
+        let row_len = self.row_len();
+        let layout = self.settings.output.layout;
+        let mut rest = match layout {
+            Layout::Instances => PartMemory::Rows(RowSet::new(out, row_len, &self.schedule.rows)),
+            Layout::Blocks | Layout::Rows => PartMemory::Lines(out),
+        };
         for (part, pieces) in parts.iter_mut().zip(self.schedule.parts()) {
             let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
-            let (out, others) = rest.split_at_mut(lines);
-            *part = Part(Mutex::new(out));
-            rest = others;
+            let groups = pieces.iter().map(|piece| piece.groups.len()).sum();
+            *part = Part(Mutex::new(rest.split_off_front(lines, groups)));
         }
         let apart = AtomicUsize::new(0);
         let (schedule, now) = (&self.schedule, self.now());
@@ -56,10 +80,9 @@ impl Crowd {
                 if chunk >= chunks {
                     return;
                 }
-                let mut out: &mut [F32x16] = &mut lock(&parts[chunk].0);
+                let mut out = lock(&parts[chunk].0);
                 for piece in schedule.part(chunk) {
-                    let (own, others) = out.split_at_mut(piece.lines.len());
-                    out = others;
+                    let own = out.split_off_front(piece.lines.len(), piece.groups.len());
                     let level = piece.kind.level;
                     let run = Run {
                         keys: &animations.keys,
@@ -69,7 +92,10 @@ impl Crowd {
                             steps: &animations.steps[level.index()],
                         },
                         turn: match settings.hold {
-                            hold if is_settled && level >= hold.from => {
+                            hold if is_settled
+                                && !settings.keeps_previous
+                                && level >= hold.from =>
+                            {
                                 let step = usize::from(hold.frames) + 1;
                                 Turn {
                                     first: (frame + step - piece.groups.start % step) % step,
@@ -79,13 +105,17 @@ impl Crowd {
                             _ => Turn { first: 0, step: 1 },
                         },
                         near: piece.kind.near.map(|clip| animations.range(clip)),
-                        fading: piece.kind.is_fading,
+                        mix: piece.kind.mix,
                         groups: &schedule.groups[piece.groups.clone()],
                         visible: &schedule.visible[piece.groups.clone()],
                         cold: &schedule.cold[piece.groups.clone()],
                         now,
                         output: settings.output,
-                        out: own,
+                        out: match (own, layout) {
+                            (PartMemory::Rows(rows), _) => RunMemory::Instances(rows),
+                            (PartMemory::Lines(lines), Layout::Blocks) => RunMemory::Blocks(lines),
+                            (PartMemory::Lines(lines), _) => RunMemory::Rows(lines),
+                        },
                         scratch,
                     };
                     apart.fetch_add(run.on(settings.isa), Ordering::Relaxed);
@@ -93,6 +123,7 @@ impl Crowd {
             }
         });
         self.debt.of_a_frame(apart.into_inner());
+        self.note_places();
         self.frame = self.frame.wrapping_add(1);
         self.is_settled = true;
         Ok(())

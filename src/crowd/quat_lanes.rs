@@ -44,6 +44,50 @@ impl<L: Lanes> QuatLanes<L> {
         }
     }
 
+    /// [`QuatLanes::towards`] for rotations between two keys, times [`ONE`] squared. The other one is brought to the length of
+    /// this one: with squares of lengths m and n next to 1, √(m / n) = 1 + (m - n) / 2, of which the rest is below 4e-6.
+    #[inline(always)]
+    pub(super) fn towards_between_keys(self, other: Self, weight: L) -> Self {
+        const HALF: f32 = 0.5 / (ONE * ONE * ONE * ONE);
+        let apart = self.dot(self) - other.dot(other);
+        let ratio = apart.mul_add(L::splat(HALF), L::splat(1.0));
+        let to_other = (weight * ratio).copy_sign(self.dot(other));
+        let to_self = L::splat(1.0) - weight;
+        Self {
+            x: self.x.mul_add(to_self, other.x * to_other),
+            y: self.y.mul_add(to_self, other.y * to_other),
+            z: self.z.mul_add(to_self, other.z * to_other),
+            w: self.w.mul_add(to_self, other.w * to_other),
+        }
+    }
+
+    /// A share of a rotation of length 1, along the straight line from the identity, of any length; the inverse rotation's
+    /// for a share below 0.
+    #[inline(always)]
+    pub(super) fn share(self, share: L) -> Self {
+        let one = L::splat(1.0);
+        let size = share.max(L::splat(0.0) - share);
+        let turned = share * one.copy_sign(self.w);
+        Self {
+            x: self.x * turned,
+            y: self.y * turned,
+            z: self.z * turned,
+            w: (one.copy_sign(self.w) * self.w).mul_add(size, one - size),
+        }
+    }
+
+    /// This rotation after another one.
+    #[inline(always)]
+    pub(super) fn times(self, q: Self) -> Self {
+        let Self { x, y, z, w } = self;
+        Self {
+            x: z.neg_mul_add(q.y, y.mul_add(q.z, x.mul_add(q.w, w * q.x))),
+            y: x.neg_mul_add(q.z, z.mul_add(q.x, y.mul_add(q.w, w * q.y))),
+            z: y.neg_mul_add(q.x, x.mul_add(q.y, z.mul_add(q.w, w * q.z))),
+            w: z.neg_mul_add(q.z, y.neg_mul_add(q.y, x.neg_mul_add(q.x, w * q.w))),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn normalized(self) -> Self {
         self.scaled(L::splat(1.0) / self.dot(self).sqrt())
@@ -73,6 +117,15 @@ pub(super) struct Local<L> {
 }
 
 impl<L: Lanes> Local<L> {
+    /// The same with a rotation of length 1.
+    #[inline(always)]
+    pub(super) fn normalized(self) -> Self {
+        Self {
+            turn: self.turn.normalized(),
+            ..self
+        }
+    }
+
     /// The same for all.
     #[inline(always)]
     pub(super) fn splat(turn: Quat, place: Vec3) -> Self {

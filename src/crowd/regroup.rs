@@ -5,7 +5,7 @@ use super::bucket::{GroupKind, Parked};
 use super::character::CharacterState;
 use super::group::Group;
 use super::schedule::{Schedule, Sorting};
-use super::slot::{NOWHERE, PARKED, split};
+use super::slot::{NOWHERE, PARKED, Slot};
 use crate::math::F32x16;
 
 impl Schedule {
@@ -47,21 +47,20 @@ impl Schedule {
             let own = GroupKind {
                 level: state.level(),
                 near: None,
-                is_fading: state.is_fading,
+                mix: state.mix,
             };
             // The last few: more are seldom open.
             let open = (self.first_late..self.groups.len()).rev().take(4);
             let vacancy = { open }.find_map(|group| {
                 let cold = &self.cold[group];
                 let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
-                cold.kind.takes(state).then_some((group, lane))
+                cold.kind.takes(state).then_some(Slot { group, lane })
             });
             match vacancy {
-                Some((group, lane)) => {
-                    self.cold[group].ids[lane] = id;
-                    sorting.slots[id as usize] = (group * F32x16::LANES + lane) as u32;
-                    self.write((group, lane), state, (sorting.animations, sorting.base));
-                    self.visible[group] |= 1 << lane;
+                Some(slot) => {
+                    self.write(slot, state, sorting.clock());
+                    self.visible[slot.group] |= 1 << slot.lane;
+                    self.enter(slot, id, &mut sorting);
                 }
                 None => {
                     let mut ids = [Group::NOBODY; F32x16::LANES];
@@ -79,12 +78,13 @@ impl Schedule {
             return;
         }
         if slot & PARKED != 0 {
-            let (parked, lane) = split(slot & !PARKED);
-            self.parked[parked].ids[lane] = Group::NOBODY;
+            let Slot { group, lane } = Slot::of(slot);
+            self.parked[group].ids[lane] = Group::NOBODY;
             return;
         }
-        let (group, lane) = split(slot);
-        self.cold[group].ids[lane] = Group::NOBODY;
+        let slot = Slot::of(slot);
+        self.leave(slot);
+        let Slot { group, lane } = slot;
         let stays = |&id: &u32| id != Group::NOBODY;
         if let Some(other) = self.cold[group].ids.iter().position(stays) {
             self.groups[group].copy_lane(other, lane);
@@ -105,7 +105,7 @@ impl Schedule {
             for (lane, id) in ids.into_iter().enumerate() {
                 let shown = if id == Group::NOBODY { any } else { id };
                 let state = &sorting.states[shown as usize];
-                self.write((group, lane), state, (sorting.animations, sorting.base));
+                self.write(Slot { group, lane }, state, sorting.clock());
             }
             self.groups[group].detail = detail;
         }

@@ -1,12 +1,13 @@
 //! The groups that one call of a kernel poses.
 
+use super::bucket::Mix;
 use super::group::{Group, GroupCold};
 use super::key_bank::{ClipRange, KeyBank};
 use super::level_clips::LevelClips;
 use super::level_step::LevelStep;
 use super::output::Output;
 use super::scratch::Scratch;
-use crate::math::F32x16;
+use crate::math::{F32x16, RowSet};
 
 /// Groups that are posed on one level in one way.
 pub(super) struct Run<'a> {
@@ -15,8 +16,8 @@ pub(super) struct Run<'a> {
     pub(super) level: Level<'a>,
     /// The clip of all of them, where they are near each other in time; else each has its own.
     pub(super) near: Option<&'a ClipRange>,
-    /// Whether some of them have a second clip.
-    pub(super) fading: bool,
+    /// What is mixed into the clips of some of them.
+    pub(super) mix: Mix,
     pub(super) groups: &'a [Group],
     /// Lanes of each group that are inside the frustum.
     pub(super) visible: &'a [u16],
@@ -25,9 +26,18 @@ pub(super) struct Run<'a> {
     /// The groups' clock, in seconds.
     pub(super) now: f32,
     pub(super) output: Output,
-    /// [`Output::group_len`] for each group.
-    pub(super) out: &'a mut [F32x16],
+    pub(super) out: RunMemory<'a>,
     pub(super) scratch: &'a mut Scratch,
+}
+
+/// Where the groups of a run go.
+pub(super) enum RunMemory<'a> {
+    /// [`Output::group_len`] for each group.
+    Blocks(&'a mut [F32x16]),
+    /// The same, a row after the other.
+    Rows(&'a mut [F32x16]),
+    /// A row of its own for each lane.
+    Instances(RowSet<'a>),
 }
 
 /// Which groups are posed in this frame.

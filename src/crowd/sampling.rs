@@ -127,12 +127,28 @@ impl<L: Lanes> Columns<L> for ReadRows<'_> {
 pub(super) struct Playing<L: Lanes, C> {
     columns: C,
     weights: Weights<L>,
+    /// Whether it is an additive layer.
+    is_layer: bool,
 }
 
 impl<L: Lanes, C> Playing<L, C> {
     #[inline(always)]
     pub(super) fn new(columns: C, weights: Weights<L>) -> Self {
-        Self { columns, weights }
+        Self {
+            columns,
+            weights,
+            is_layer: false,
+        }
+    }
+
+    /// An additive layer.
+    #[inline(always)]
+    pub(super) fn layer(columns: C, weights: Weights<L>) -> Self {
+        Self {
+            columns,
+            weights,
+            is_layer: true,
+        }
     }
 }
 
@@ -180,7 +196,12 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
         let words = self.columns.rotation(joint);
         let [x, y, z, w] = self.mixed(words);
         let turn = QuatLanes { x, y, z, w };
-        let place = match &joint.place {
+        let place = if self.is_layer {
+            &joint.layer_place
+        } else {
+            &joint.place
+        };
+        let place = match place {
             Place::Fixed(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
             Place::Narrow(range) => self.narrow(joint, range),
             Place::Wide(range) => self.wide(joint, range),
@@ -198,34 +219,72 @@ impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
     }
 }
 
-/// Two clips, mixed.
-pub(super) struct Mixed<L, A, B> {
-    pub(super) first: A,
-    pub(super) second: B,
-    /// Of the second.
+/// Columns of characters that share their loads or do not.
+pub(super) enum AnyColumns<'a, L: Lanes> {
+    Shared(Window<'a, L>),
+    Read(ReadRows<'a>),
+}
+
+impl<L: Lanes> Columns<L> for AnyColumns<'_, L> {
+    #[inline(always)]
+    fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4] {
+        match self {
+            Self::Shared(columns) => columns.rotation(joint),
+            Self::Read(columns) => Columns::<L>::rotation(columns, joint),
+        }
+    }
+
+    #[inline(always)]
+    fn place(&mut self, joint: &LevelJoint, quad: usize) -> [L::Words; 3] {
+        match self {
+            Self::Shared(columns) => columns.place(joint, quad),
+            Self::Read(columns) => Columns::<L>::place(columns, joint, quad),
+        }
+    }
+}
+
+/// A clip that is mixed in, and how much of it.
+pub(super) struct MixedIn<'a, L: Lanes> {
+    pub(super) clip: Playing<L, ReadRows<'a>>,
     pub(super) weight: L,
 }
 
-impl<L: Lanes, A: Source<L>, B: Source<L>> Source<L> for Mixed<L, A, B> {
+/// A clip, and what is mixed into it. One kernel for all mixtures: a branch for each joint costs less than seven kernels.
+pub(super) struct Mixture<'a, L: Lanes> {
+    pub(super) own: Playing<L, AnyColumns<'a, L>>,
+    /// A second clip to cross-fade to.
+    pub(super) fade: Option<MixedIn<'a, L>>,
+    /// An additive layer.
+    pub(super) layer: Option<MixedIn<'a, L>>,
+}
+
+impl<L: Lanes> Source<L> for Mixture<'_, L> {
     #[inline(always)]
     fn next(&mut self, joint: &LevelJoint) -> Local<L> {
-        let (a, b) = (self.first.next_unit(joint), self.second.next_unit(joint));
-        let turn = a.turn.towards(b.turn, self.weight);
-        let ([ax, ay, az], [bx, by, bz]) = (a.place, b.place);
-        let place = [
-            (bx - ax).mul_add(self.weight, ax),
-            (by - ay).mul_add(self.weight, ay),
-            (bz - az).mul_add(self.weight, az),
-        ];
-        Local { turn, place }
+        let mut local = self.own.next(joint);
+        if let Some(MixedIn { clip, weight }) = &mut self.fade {
+            let other = clip.next(joint);
+            local.turn = local.turn.towards_between_keys(other.turn, *weight);
+            for axis in 0..3 {
+                let (from, to) = (local.place[axis], other.place[axis]);
+                local.place[axis] = (to - from).mul_add(*weight, from);
+            }
+        }
+        if let Some(MixedIn { clip, weight }) = &mut self.layer {
+            let added = clip.next_unit(joint);
+            local.turn = local.turn.times(added.turn.share(*weight));
+            for axis in 0..3 {
+                local.place[axis] = added.place[axis].mul_add(*weight, local.place[axis]);
+            }
+        }
+        local
     }
 
     #[inline(always)]
     fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
-        let local = self.next(joint);
-        Local {
-            turn: local.turn.normalized(),
-            ..local
+        if self.fade.is_none() && self.layer.is_none() {
+            return self.own.next_unit(joint);
         }
+        self.next(joint).normalized()
     }
 }

@@ -5,13 +5,13 @@
 //! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
 
 use super::animation_set::AnimationSet;
-use super::bucket::{Bucket, GroupKind, Parked, Piece};
+use super::bucket::{Bucket, GroupKind, Mix, Parked, Piece};
 use super::character::CharacterState;
 use super::group::{Group, GroupCold};
-use super::output::Output;
+use super::output::{Layout, Output};
 use super::radix_sort;
-use super::slot::{ID_BITS, MOST, MOST_LATE, NOWHERE};
-use crate::math::F32x16;
+use super::slot::{ID_BITS, MOST, MOST_LATE, NOWHERE, Slot};
+use crate::math::{DistinctRows, F32x16};
 
 /// The order of a crowd.
 #[derive(Clone, Debug, Default)]
@@ -29,11 +29,13 @@ pub(super) struct Schedule {
     pub(super) lines: usize,
     /// The first group that was added since the last sorting.
     pub(super) first_late: usize,
-    /// Sorted: level, whether there is a second clip, clip, position in it, character.
+    /// Sorted: level, what is mixed in, clip, position in it, character.
     keys: Vec<u64>,
     spare: Vec<u64>,
-    /// Fewer than sixteen characters that are not near others, with one clip and with two.
-    rest: [Vec<u32>; 2],
+    /// Fewer than sixteen characters that are not near others, by [`Mix::index`].
+    rest: [Vec<u32>; Mix::COUNT],
+    /// Of [`Layout::Instances`]: which character's row each lane writes.
+    pub(super) rows: DistinctRows,
 }
 
 /// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
@@ -74,15 +76,14 @@ impl Schedule {
         let present = sorting.states.iter().enumerate();
         let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
         self.keys.extend(present.map(|(id, state)| {
-            let range = animations.range(state.clip);
-            let at = state.start(range, now) / range.intervals as f32;
+            let at = state.share(animations, now);
             let time = (at * (1 << TIME_BITS) as f32) as u64;
             let time = time.min((1 << TIME_BITS) - 1);
-            let kind = 2 * state.level().index() + usize::from(state.is_fading);
+            let kind = Mix::COUNT * state.level().index() + state.mix.index();
             let plays = (kind * clips + state.clip.index()) as u64;
             plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
         }));
-        let kinds = 2 * animations.levels() * clips;
+        let kinds = Mix::COUNT * animations.levels() * clips;
         let bits = ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2();
         radix_sort::sort(&mut self.keys, &mut self.spare, (ID_BITS, bits));
     }
@@ -96,6 +97,7 @@ impl Schedule {
         self.buckets.clear();
         self.lines = 0;
         self.reserve(sorting.states.len(), sorting.chunks);
+        self.rows.reset(sorting.states.len());
         sorting.slots.fill(NOWHERE);
         let keys = std::mem::take(&mut self.keys);
         let level = |key: &u64| sorting.states[who(*key)].level();
@@ -103,8 +105,8 @@ impl Schedule {
             self.fill_level(same_level, sorting);
         }
         self.keys = keys;
-        for is_fading in [false, true] {
-            self.push_rest(is_fading, sorting);
+        for mix in Mix::all() {
+            self.push_rest(mix, sorting);
         }
         self.first_late = self.groups.len();
         for (id, state) in sorting.states.iter().enumerate() {
@@ -114,15 +116,20 @@ impl Schedule {
         }
     }
 
+    /// Full groups of so many characters, one more for each kind of rest, and those of characters that are moved later.
+    pub(super) fn most_groups(characters: usize) -> usize {
+        characters.div_ceil(F32x16::LANES) + Mix::COUNT + characters / MOST_LATE + 1
+    }
+
     /// Memory for any order of so many characters, and for those that are moved later.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
-        let full = characters / F32x16::LANES + 2;
-        let groups = full + characters / MOST_LATE + 2;
+        let groups = Self::most_groups(characters);
         self.groups.reserve(groups);
         self.cold.reserve(groups);
         self.visible.reserve(groups);
         self.parked.reserve(groups);
         self.buckets.reserve(groups);
+        self.rows.reserve(groups * F32x16::LANES, characters);
         self.pieces
             .reserve((groups + chunks).saturating_sub(self.pieces.len()));
         for rest in &mut self.rest {
@@ -142,7 +149,7 @@ impl Schedule {
                 let kind = GroupKind {
                     level: state.level(),
                     near: Some(state.clip),
-                    is_fading: state.is_fading,
+                    mix: state.mix,
                 };
                 let (near, others) = left.split_at(F32x16::LANES);
                 let mut ids = [0; F32x16::LANES];
@@ -152,40 +159,40 @@ impl Schedule {
                 self.push(kind, &ids, sorting);
                 left = others;
             } else {
-                self.rest[usize::from(state.is_fading)].push(who(key) as u32);
+                self.rest[state.mix.index()].push(who(key) as u32);
                 left = &left[1..];
             }
         }
-        for is_fading in [false, true] {
-            let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
+        for mix in Mix::all() {
+            let mut rest = std::mem::take(&mut self.rest[mix.index()]);
             let sixteens = rest.chunks_exact(F32x16::LANES);
             let left = rest.len() - sixteens.remainder().len();
             for ids in sixteens {
-                self.push_mixed(ids, is_fading, sorting);
+                self.push_mixed(ids, mix, sorting);
             }
             rest.drain(..left);
-            self.rest[usize::from(is_fading)] = rest;
+            self.rest[mix.index()] = rest;
         }
     }
 
     /// The last group, of the characters that are left over.
-    fn push_rest(&mut self, is_fading: bool, sorting: &mut Sorting<'_>) {
-        let mut rest = std::mem::take(&mut self.rest[usize::from(is_fading)]);
+    fn push_rest(&mut self, mix: Mix, sorting: &mut Sorting<'_>) {
+        let mut rest = std::mem::take(&mut self.rest[mix.index()]);
         if !rest.is_empty() {
-            self.push_mixed(&rest, is_fading, sorting);
+            self.push_mixed(&rest, mix, sorting);
         }
         rest.clear();
-        self.rest[usize::from(is_fading)] = rest;
+        self.rest[mix.index()] = rest;
     }
 
     /// A group of up to sixteen characters, the one of the finest level first.
-    fn push_mixed(&mut self, members: &[u32], is_fading: bool, sorting: &mut Sorting<'_>) {
+    fn push_mixed(&mut self, members: &[u32], mix: Mix, sorting: &mut Sorting<'_>) {
         let mut ids = [Group::NOBODY; F32x16::LANES];
         ids[..members.len()].copy_from_slice(members);
         let kind = GroupKind {
             level: sorting.states[members[0] as usize].level(),
             near: None,
-            is_fading,
+            mix,
         };
         self.push(kind, &ids, sorting);
     }
@@ -221,36 +228,58 @@ impl Schedule {
         for (lane, &id) in ids.iter().enumerate() {
             // Lanes that nobody uses repeat the first.
             let shown = if id == Group::NOBODY { ids[0] } else { id };
+            let slot = Slot { group: index, lane };
             if let Some(state) = sorting.states.get(shown as usize) {
-                self.write((index, lane), state, (sorting.animations, sorting.base));
+                self.write(slot, state, sorting.clock());
             }
             if id != Group::NOBODY {
-                self.cold[index].ids[lane] = id;
-                sorting.slots[id as usize] = (index * F32x16::LANES + lane) as u32;
+                self.enter(slot, id, sorting);
             }
         }
     }
 
-    /// Writes a character into a lane. `base` is the time at which the groups' clock stands at 0.
-    pub(super) fn write(
-        &mut self,
-        (group, lane): (usize, usize),
-        state: &CharacterState,
-        (animations, base): (&AnimationSet, f64),
-    ) {
-        let ranges = [state.clip, state.second].map(|clip| animations.range(clip));
-        let first = (ranges[0], state.start(ranges[0], base));
-        self.groups[group].write(lane, state, first);
-        let fade_start = if state.is_fading {
-            state.fade_start(ranges[1], base)
-        } else {
-            0.0
-        };
-        self.cold[group].write(lane, state, (ranges, fade_start));
+    /// Writes a character into a lane.
+    pub(super) fn write(&mut self, slot: Slot, state: &CharacterState, clock: GroupClock<'_>) {
+        let GroupClock { animations, base } = clock;
+        let Slot { group, lane } = slot;
+        let clips = state.lane(animations, base);
+        self.groups[group].write(lane, state, &clips.own);
+        self.cold[group].write(lane, &clips);
+    }
+
+    /// Makes a lane a character's own.
+    pub(super) fn enter(&mut self, slot: Slot, id: u32, sorting: &mut Sorting<'_>) {
+        self.cold[slot.group].ids[slot.lane] = id;
+        sorting.slots[id as usize] = slot.number();
+        if sorting.output.layout == Layout::Instances {
+            self.rows.grow(sorting.states.len());
+            self.rows.put(slot.number() as usize, id);
+        }
+    }
+
+    /// Makes a lane nobody's.
+    pub(super) fn leave(&mut self, slot: Slot) {
+        self.cold[slot.group].ids[slot.lane] = Group::NOBODY;
+        self.rows.remove(slot.number() as usize);
     }
 }
 
-impl Sorting<'_> {
+/// What positions in clips are counted from.
+#[derive(Clone, Copy)]
+pub(super) struct GroupClock<'a> {
+    pub(super) animations: &'a AnimationSet,
+    /// The time at which the groups' clock stands at 0, in seconds.
+    pub(super) base: f64,
+}
+
+impl<'a> Sorting<'a> {
+    pub(super) fn clock(&self) -> GroupClock<'a> {
+        GroupClock {
+            animations: self.animations,
+            base: self.base,
+        }
+    }
+
     /// Whether the first sixteen can share their loads for a while: lanes drift apart.
     fn are_near(&self, keys: &[u64]) -> bool {
         let Some(sixteen) = keys.get(..F32x16::LANES) else {

@@ -11,8 +11,10 @@ use crate::math::F32x16;
 pub(super) struct Scratch {
     /// A group's joints, where the output is not read from.
     pub(super) models: Vec<F32x16>,
-    /// Columns of a group's first clips, and of its second ones.
-    pub(super) columns: [Vec<F32x16>; 2],
+    /// Columns of a group's first clips, of its second ones, and of its layers.
+    pub(super) columns: [Vec<F32x16>; 3],
+    /// The row of lanes that nobody uses.
+    pub(super) spare: Vec<F32x16>,
 }
 
 impl Scratch {
@@ -33,6 +35,7 @@ impl Scratch {
             }
         };
         grow(&mut self.models, bank.joints.len() * Matrices::NUMBERS);
+        grow(&mut self.spare, bank.row_lines);
         for lines in &mut self.columns {
             grow(lines, bank.column_lines);
         }

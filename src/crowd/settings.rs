@@ -16,6 +16,9 @@ pub struct CrowdSettings {
     pub threads: usize,
     /// Which characters are not posed in every frame; none by default.
     pub hold: Hold,
+    /// Whether the caller's buffers take turns, and [`Crowd::previous_slice`](super::Crowd::previous_slice) tells where the
+    /// poses of the frame before are, for motion vectors. Nobody is held then. False by default.
+    pub keeps_previous: bool,
 }
 
 /// Characters of coarse levels keep a pose for some frames; groups of sixteen take turns. The caller must hand over the same
@@ -38,6 +41,7 @@ impl Default for CrowdSettings {
             isa: Isa::best(),
             threads: 1,
             hold: Hold::default(),
+            keeps_previous: false,
         }
     }
 }
@@ -52,6 +56,18 @@ pub enum CrowdError {
         clip: u16,
         /// How many there are.
         clips: usize,
+    },
+    /// A clip that is no additive layer, as a layer.
+    #[error("clip {clip} is no additive layer")]
+    NotALayer {
+        /// The clip.
+        clip: u16,
+    },
+    /// An additive layer in place of a clip.
+    #[error("clip {clip} is an additive layer and can only be added to others")]
+    IsALayer {
+        /// The clip.
+        clip: u16,
     },
     /// A character that the crowd does not have.
     #[error("there is no character {id}: the crowd has {characters}")]

@@ -17,8 +17,24 @@ pub(super) const NOWHERE: u32 = u32::MAX;
 /// Set in the slots of parked characters.
 pub(super) const PARKED: u32 = 1 << 31;
 
-/// A slot as group and lane.
-pub(super) fn split(slot: u32) -> (usize, usize) {
-    let slot = slot as usize;
-    (slot / F32x16::LANES, slot % F32x16::LANES)
+/// Group and lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slot {
+    pub(super) group: usize,
+    pub(super) lane: usize,
+}
+
+impl Slot {
+    /// The slot of a number; of a parked character, what is left without [`PARKED`].
+    pub(super) fn of(number: u32) -> Self {
+        let number = (number & !PARKED) as usize;
+        Self {
+            group: number / F32x16::LANES,
+            lane: number % F32x16::LANES,
+        }
+    }
+
+    pub(super) fn number(self) -> u32 {
+        (self.group * F32x16::LANES + self.lane) as u32
+    }
 }

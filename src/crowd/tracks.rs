@@ -3,9 +3,10 @@
 
 use glam::Vec3;
 
+use super::animation_set::AnimationSetDesc;
 use super::quantise::{Keys, ONE, TracksOfLevel, quantise};
 use crate::anim::JointId;
-use crate::lod::{Level, LevelMotion, Translations};
+use crate::lod::{LevelMotion, Translations};
 
 /// Positions that stay within this distance of a middle, per axis, are kept in 16 bits, in metres: to 0.01 mm.
 const NARROW: f32 = 0.65;
@@ -21,14 +22,18 @@ struct TrackId {
 #[derive(Debug, Default)]
 pub(super) struct Tracks {
     ids: Vec<TrackId>,
+    /// Number of clips, which come before the additive layers.
+    pub(super) clips: usize,
     /// The first and the last level that plays each track.
     pub(super) levels: Vec<[usize; 2]>,
     /// Of each level and joint, the track.
     pub(super) of_levels: Vec<Vec<usize>>,
-    /// Of each clip and track.
+    /// Of each clip or layer and track.
     pub(super) keys: Vec<Vec<Keys>>,
     /// Of each track.
     pub(super) places: Vec<Place>,
+    /// Of each track in additive layers; as many columns.
+    pub(super) layer_places: Vec<Place>,
 }
 
 /// A joint's position in its parent's frame.
@@ -94,8 +99,12 @@ impl Place {
 
 impl Tracks {
     /// Finds the tracks of the levels; no clip has keys yet.
-    pub(super) fn new(levels: &[Level], clips: usize) -> Self {
-        let mut tracks = Self::default();
+    pub(super) fn new(desc: &AnimationSetDesc<'_>) -> Self {
+        let mut tracks = Self {
+            clips: desc.clips.len(),
+            ..Self::default()
+        };
+        let levels = desc.levels;
         for (number, level) in levels.iter().enumerate() {
             let joints = level.kept.iter().zip(&level.parents);
             let indices = joints.map(|(&joint, parent)| {
@@ -105,7 +114,8 @@ impl Tracks {
             let indices = indices.collect();
             tracks.of_levels.push(indices);
         }
-        tracks.keys = vec![vec![Keys::default(); tracks.ids.len()]; clips];
+        let motions = desc.clips.len() + desc.layers.len();
+        tracks.keys = vec![vec![Keys::default(); tracks.ids.len()]; motions];
         tracks
     }
 
@@ -140,34 +150,73 @@ impl Tracks {
 
     /// Finds how positions are stored, once all clips have their keys.
     pub(super) fn store_places(&mut self) {
-        let place = |track| self.fixed(track).unwrap_or_else(|| self.moving(track));
-        self.places = (0..self.len()).map(place).collect();
+        let (clips, layers) = self.keys.split_at(self.clips);
+        for track in 0..self.ids.len() {
+            let places: Vec<Vec<Vec3>> = clips
+                .iter()
+                .map(|keys| keys[track].places.clone())
+                .collect();
+            let place = Place::fixed(&places).unwrap_or_else(|| Place::moving(&places));
+            let added: Vec<Vec<Vec3>> = layers
+                .iter()
+                .map(|keys| keys[track].places.clone())
+                .collect();
+            let layer = match place {
+                Place::Fixed(_) => Place::Fixed(Vec3::ZERO),
+                Place::Narrow(_) => Place::Narrow(PlaceRange::of(&added)),
+                Place::Wide(_) => Place::Wide(PlaceRange::of(&added).finer()),
+            };
+            self.places.push(place);
+            self.layer_places.push(layer);
+        }
     }
+}
 
+impl Place {
     /// A position is fixed where all clips have the same one.
-    fn fixed(&self, track: usize) -> Option<Place> {
-        let place = *self.keys.first()?[track].places.first()?;
-        let same = |keys: &Vec<Keys>| match keys[track].places[..] {
+    fn fixed(clips: &[Vec<Vec3>]) -> Option<Self> {
+        let place = *clips.first()?.first()?;
+        let is_same = |places: &Vec<Vec3>| match places[..] {
             [other] => (other - place).abs().max_element() <= Translations::SAME,
             _ => false,
         };
-        self.keys.iter().all(same).then_some(Place::Fixed(place))
+        clips.iter().all(is_same).then_some(Self::Fixed(place))
     }
 
-    fn moving(&self, track: usize) -> Place {
-        let places = self.keys.iter().flat_map(|clip| &clip[track].places);
+    fn moving(clips: &[Vec<Vec3>]) -> Self {
+        let range = PlaceRange::of(clips);
+        let reach = range.unit.max_element() * ONE * ONE;
+        if reach <= NARROW {
+            Self::Narrow(range)
+        } else {
+            Self::Wide(range.finer())
+        }
+    }
+}
+
+impl PlaceRange {
+    /// All positions, in three columns.
+    fn of(clips: &[Vec<Vec3>]) -> Self {
         let ends = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-        let [low, high] = places.fold(ends, |[low, high], &place| {
+        let [low, high] = clips.iter().flatten().fold(ends, |[low, high], &place| {
             [low.min(place), high.max(place)]
         });
-        let (middle, reach) = ((low + high) * 0.5, (high - low) * 0.5);
-        let unit = reach / (ONE * ONE);
-        if reach.max_element() <= NARROW {
-            Place::Narrow(PlaceRange { middle, unit })
-        } else {
-            let unit = unit / Place::COARSE;
-            Place::Wide(PlaceRange { middle, unit })
+        if low.x > high.x {
+            return Self {
+                middle: Vec3::ZERO,
+                unit: Vec3::ZERO,
+            };
         }
+        Self {
+            middle: (low + high) * 0.5,
+            unit: (high - low) * 0.5 / (ONE * ONE),
+        }
+    }
+
+    /// The same in six columns.
+    fn finer(self) -> Self {
+        let unit = self.unit / Place::COARSE;
+        Self { unit, ..self }
     }
 }
 

@@ -13,7 +13,7 @@ pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
 pub(crate) use lanes::F32x16;
 pub(crate) use lanes::{
-    Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, StridedLines, UnitHalves, prefetch_for_write,
+    DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, RowSet, UnitHalves,
 };
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;

@@ -8,11 +8,13 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
 use sabaki::crowd::{
-    Character, CharacterId, Crowd, CrowdError, Frame, Frustum, LevelView, Output, Placement,
+    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Layout, LevelView,
+    Output, Placement, PoseSlice,
 };
 use sabaki::internal::F32x16;
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{Isa, Rigid2};
+use std::sync::Arc;
 
 const SECONDS: f64 = 1.0 / 60.0;
 
@@ -299,5 +301,61 @@ fn time_is_exact_after_a_day() {
             assert!(apart < 1e-4, "{apart} s, {start:?}");
         }
         assert_eq!(character.time, at_once.character(id).unwrap().time);
+    }
+}
+
+#[test]
+fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
+    let (stage, levels) = stage();
+    let switching = switchings(&levels).remove(2);
+    let characters = stage.characters(300, 9);
+    for layout in [Layout::Instances, Layout::Blocks, Layout::Rows] {
+        let output = Output {
+            layout,
+            ..Output::default()
+        };
+        let settings = CrowdSettings {
+            keeps_previous: true,
+            ..settings(output, Isa::best(), 2)
+        };
+        let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, 400);
+        let ids: Vec<CharacterId> = characters.iter().map(|c| crowd.add(c).unwrap()).collect();
+        assert_eq!(crowd.capacity(), 400);
+        let most = crowd.max_output_len(crowd.capacity());
+        let mut buffers = [(); 2].map(|()| vec![F32x16::ZERO; most]);
+        let mut before: Vec<Option<Vec<u32>>> = vec![None; ids.len()];
+        for frame in 0..60 {
+            let out = &mut buffers[frame % 2];
+            let input = Frame {
+                seconds: SECONDS,
+                levels: Some(LevelView {
+                    switching: &switching,
+                    eye: eye(frame),
+                }),
+                frustum: (frame % 3 > 0).then(|| frustum(frame)),
+                ..Frame::default()
+            };
+            assert!(crowd.output_len() <= most);
+            crowd.frame(&input, out).unwrap();
+            let numbers = |slice: &PoseSlice, out: &[F32x16]| -> Vec<u32> {
+                let joints = (0..slice.joints).flat_map(|joint| (0..12).map(move |n| (joint, n)));
+                joints
+                    .map(|(joint, n)| slice.number(out, joint, n).to_bits())
+                    .collect()
+            };
+            for (index, &id) in ids.iter().enumerate() {
+                let previous = crowd.previous_slice(id);
+                let found = previous.map(|slice| numbers(&slice, &buffers[(frame + 1) % 2]));
+                assert_eq!(found, before[index], "{layout:?} {id:?} in frame {frame}");
+                let is_posed = crowd.is_posed(id);
+                let slice = is_posed.then(|| crowd.pose_slice(id).unwrap());
+                if let (Some(slice), Layout::Instances) = (&slice, layout) {
+                    let row = output.row_len(crowd.animations().joints(LevelId(0)));
+                    assert_eq!(slice.start, 16 * row * index);
+                }
+                before[index] = slice.map(|slice| numbers(&slice, &buffers[frame % 2]));
+            }
+        }
+        assert!(before.iter().flatten().count() > 10);
     }
 }

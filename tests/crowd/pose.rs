@@ -11,7 +11,7 @@ use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
+    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdError,
     CrowdSettings, Form, Hold, LevelId, Output, PoseError,
 };
 use sabaki::internal::F32x16;
@@ -46,6 +46,114 @@ fn poses_are_those_of_double_precision() {
             assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
         }
     }
+}
+
+#[test]
+fn layers_are_added_on_all_levels() {
+    let skeleton = small_skeleton();
+    let clips = [
+        swinging_clip(&skeleton, 120, 0.3),
+        swinging_clip(&skeleton, 47, 1.1),
+    ];
+    let layers = [
+        swinging_clip(&skeleton, 31, 0.2),
+        swinging_clip(&skeleton, 60, 2.2),
+    ];
+    let order = [1, 3, 5].map(|id| (JointId(id), f32::from(id)));
+    let levels = Levels::in_order(&skeleton, &order).unwrap();
+    let stage = Stage::with_layers(&skeleton, &clips, &layers, &levels);
+    assert_eq!(
+        (stage.animations.clips(), stage.animations.layers()),
+        (2, 2)
+    );
+    let characters = stage.characters(1000, 17);
+    let with = |fades: bool, is_layered: bool| {
+        let is_one = |character: &&Character| {
+            (character.fade.is_some(), character.layer.is_some()) == (fades, is_layered)
+        };
+        characters.iter().filter(is_one).count()
+    };
+    assert!(with(true, true) > 50 && with(false, true) > 50 && with(true, false) > 50);
+    for isa in Isa::available() {
+        for output in forms() {
+            let apart = furthest(&stage, &characters, settings(output, isa, 1), 0.37);
+            assert!(apart < NEAR, "{isa:?} {output:?}: {apart} m");
+        }
+    }
+    // All with one layer at nearby moments of one clip: groups that share their loads.
+    let mut marching = stage.characters(160, 3);
+    for (index, character) in marching.iter_mut().enumerate() {
+        let layer = ClipMix {
+            clip: stage.animations.layer(0).unwrap(),
+            time: 0.05 * index as f32,
+            speed: 1.0,
+            weight: 0.7,
+        };
+        (character.clip, character.level) = (ClipId(0), LevelId(0));
+        (character.time, character.speed) = (0.002 * index as f32, 1.0);
+        (character.fade, character.layer) = (None, Some(layer));
+    }
+    for isa in Isa::available() {
+        let apart = furthest(&stage, &marching, settings(Output::default(), isa, 1), 0.37);
+        assert!(apart < NEAR, "{isa:?}: {apart} m");
+    }
+}
+
+#[test]
+fn clips_and_layers_are_told_apart() {
+    let skeleton = small_skeleton();
+    let clips = [swinging_clip(&skeleton, 20, 0.3)];
+    let levels = Levels::in_order(&skeleton, &[]).unwrap();
+    let stage = Stage::with_layers(&skeleton, &clips, &clips, &levels);
+    let layer = stage.animations.layer(0).unwrap();
+    assert_eq!(stage.animations.layer(1), None);
+    let mut crowd = Crowd::new(stage.animations, default());
+    let mix = |clip| {
+        Some(ClipMix {
+            clip,
+            weight: 1.0,
+            ..ClipMix::default()
+        })
+    };
+    let fine = Character {
+        layer: mix(layer),
+        fade: mix(ClipId(0)),
+        ..Character::default()
+    };
+    let id = crowd.add(&fine).unwrap();
+    assert_eq!(crowd.character(id).unwrap(), fine);
+    let mut wrong = |character| crowd.set(id, &character).unwrap_err();
+    let is_layer = CrowdError::IsALayer { clip: layer.0 };
+    assert_eq!(
+        wrong(Character {
+            clip: layer,
+            ..fine
+        }),
+        is_layer
+    );
+    assert_eq!(
+        wrong(Character {
+            fade: mix(layer),
+            ..fine
+        }),
+        is_layer
+    );
+    let not = CrowdError::NotALayer { clip: 0 };
+    assert_eq!(
+        wrong(Character {
+            layer: mix(ClipId(0)),
+            ..fine
+        }),
+        not
+    );
+    let unknown = CrowdError::NoSuchClip { clip: 2, clips: 1 };
+    assert_eq!(
+        wrong(Character {
+            layer: mix(ClipId(2)),
+            ..fine
+        }),
+        unknown
+    );
 }
 
 #[test]

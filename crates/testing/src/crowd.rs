@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use sabaki::anim::{Clip, JointId, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, Character, CharacterId, ClipId, Crowd, CrowdSettings, Fade, Form, Layout,
-    LevelId, Output, Placement, PoseSlice, WriteMode,
+    AnimationSet, AnimationSetDesc, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdSettings,
+    Form, Layout, LevelId, Output, Placement, PoseSlice, WriteMode,
 };
 use sabaki::internal::F32x16;
 use sabaki::lod::{Level, LevelMotion, Levels, rehang};
@@ -16,6 +16,7 @@ use super::random::Random;
 
 /// The clips on one level.
 pub struct Oracle {
+    /// Of clips, then of layers.
     motions: Vec<LevelMotion>,
 }
 
@@ -38,13 +39,17 @@ impl Oracle {
         };
         let first = at(character.clip, character.time, character.speed);
         let second = character.fade.map(
-            |Fade {
+            |ClipMix {
                  clip,
                  time,
                  speed,
                  weight,
              }| { (at(clip, time, speed), f64::from(weight)) },
         );
+        let layer = character.layer.map(|layer| {
+            let at = at(layer.clip, layer.time, layer.speed);
+            (at, f64::from(layer.weight))
+        });
         let ground = character.placement.ground;
         let world = DAffine3::from_rotation_translation(
             DQuat::from_rotation_y(f64::from(ground.heading())),
@@ -64,6 +69,15 @@ impl Oracle {
                 place = place.lerp(there, weight);
             }
             let above = parent.map_or(world, |parent| joints[usize::from(parent)]);
+            if let Some(((motion, at), weight)) = layer {
+                let (to, there) = local(motion, at, index);
+                let (from, here) = local(motion, (0, 0.0), index);
+                let added = from.inverse() * to;
+                let added = if added.w < 0.0 { -added } else { added };
+                let added = if weight < 0.0 { added.inverse() } else { added };
+                turn *= (DQuat::IDENTITY * (1.0 - weight.abs()) + added * weight.abs()).normalize();
+                place += (there - here) * weight;
+            }
             joints.push(above * DAffine3::from_rotation_translation(turn, place));
         }
         joints
@@ -124,8 +138,25 @@ impl Stage {
     }
 
     pub fn on_levels(skeleton: &Skeleton, clips: &[Clip], levels: &Levels) -> Self {
-        let animations = AnimationSet::new(skeleton, clips, &levels.levels).unwrap();
-        let oracle = |level| Oracle::new(skeleton, clips, level);
+        Self::with_layers(skeleton, clips, &[], levels)
+    }
+
+    /// The same with additive layers, which some of [`Stage::characters`] have.
+    pub fn with_layers(
+        skeleton: &Skeleton,
+        clips: &[Clip],
+        layers: &[Clip],
+        levels: &Levels,
+    ) -> Self {
+        let desc = AnimationSetDesc {
+            skeleton,
+            clips,
+            layers,
+            levels: &levels.levels,
+        };
+        let animations = AnimationSet::build(&desc).unwrap();
+        let all = [clips, layers].concat();
+        let oracle = |level| Oracle::new(skeleton, &all, level);
         Self {
             animations: Arc::new(animations),
             oracles: levels.levels.iter().map(oracle).collect(),
@@ -197,12 +228,28 @@ impl Stage {
             ground: Rigid2::new(number(-3.1, 3.1), number(-4.0, 4.0), number(-4.0, 4.0)),
             height: number(-1.0, 1.0),
         };
-        let fade = Fade {
+        let fade = ClipMix {
             clip: ClipId(0),
             time: number(-1.0, 9.0),
             speed: number(-2.0, 2.0),
             weight: number(0.0, 1.0),
         };
+        let layers = self.animations.layers();
+        let layer = if layers > 0 && random.below(3) > 0 {
+            let mut number = |from: f32, to: f32| from + (to - from) * unit(random);
+            let mix = ClipMix {
+                clip: ClipId(0),
+                time: number(-1.0, 9.0),
+                speed: number(-2.0, 2.0),
+                weight: number(-1.0, 1.0),
+            };
+            self.animations
+                .layer(random.below(layers))
+                .map(|clip| ClipMix { clip, ..mix })
+        } else {
+            None
+        };
+        let mut number = |from: f32, to: f32| from + (to - from) * unit(random);
         Character {
             time: number(-1.0, 9.0),
             speed: number(-1.0, 2.0),
@@ -210,10 +257,11 @@ impl Stage {
             clip: clip(random),
             level: LevelId(random.below(self.animations.levels()) as u16),
             blend: [0.0, 0.0, 1.0, unit(random)][random.below(4)],
-            fade: (random.below(5) == 0).then(|| Fade {
+            fade: (random.below(5) == 0).then(|| ClipMix {
                 clip: clip(random),
                 ..fade
             }),
+            layer,
         }
     }
 }
@@ -254,7 +302,7 @@ fn unit(random: &mut Random) -> f32 {
 pub fn forms() -> Vec<Output> {
     let mut all = Vec::new();
     for form in [Form::Matrices, Form::Rotations] {
-        for layout in [Layout::Blocks, Layout::Rows] {
+        for layout in [Layout::Blocks, Layout::Rows, Layout::Instances] {
             for write in [WriteMode::Cached, WriteMode::Streamed] {
                 all.push(Output {
                     form,

@@ -13,6 +13,7 @@ mod avx512;
 mod keys;
 mod lines;
 mod portable;
+mod row_set;
 #[cfg(test)]
 mod tests;
 
@@ -22,8 +23,9 @@ use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
 pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
+pub(crate) use lines::RowLines;
 use lines::prefetch;
-pub(crate) use lines::{StridedLines, prefetch_for_write};
+pub(crate) use row_set::{DistinctRows, RowSet};
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -26,14 +26,15 @@ fn crowd_json_has_its_keys() {
         assert_eq!(document["error_pixels"], 2.0);
         let levels = document["levels"].as_u64().unwrap() as usize;
         let rows = document["rows"].as_array().unwrap();
-        // Poses without levels and by distance, and frames of three cameras, on all registers and one thread or two; rows;
-        // 1, 8 and 200 clips; each level.
-        let everywhere = 5 * 2 * Isa::available().count();
-        assert_eq!(rows.len(), everywhere + 1 + 3 + levels - 1);
+        // Poses without levels and by distance, and frames of four cameras, on all registers and one thread or two; rows and
+        // instances; 1, 8 and 200 clips; a fade and a layer; each level.
+        let everywhere = 6 * 2 * Isa::available().count();
+        assert_eq!(rows.len(), everywhere + 2 + 3 + 2 + levels - 1);
         for (key, values) in [
             ("what", &["pose", "frame"][..]),
-            ("camera", &["still", "walk", "run"]),
-            ("layout", &["blocks", "rows"]),
+            ("camera", &["still", "walk", "run", "jump"]),
+            ("layout", &["blocks", "rows", "instances"]),
+            ("mixed", &["nothing", "fade", "layer"]),
         ] {
             for value in values {
                 assert!(rows.iter().any(|row| row[key] == *value), "{key} {value}");

@@ -26,6 +26,17 @@ pub(super) struct Case {
     pub(super) threads: usize,
     /// Clips that are cut from the motions, without levels; `None`: the clips as they are.
     pub(super) cut: Option<usize>,
+    pub(super) mixed: Mixed,
+}
+
+/// What is mixed into the clip of each character.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Mixed {
+    Nothing,
+    /// A cross-fade to a second clip.
+    Fade,
+    /// An additive layer.
+    Layer,
 }
 
 /// What a measured time contains.
@@ -43,6 +54,8 @@ pub(super) enum Motion {
     Still,
     Walk,
     Run,
+    /// Between the head of the column and its middle, twice a second.
+    Jump,
 }
 
 /// Numbers of clips that are measured against each other, each clip [`CUT_SECONDS`] long.
@@ -67,6 +80,7 @@ impl Args {
             isa: Isa::best(),
             threads: 1,
             cut: None,
+            mixed: Mixed::Nothing,
         };
         let mut cases = Vec::new();
         let frame = |motion| (What::Frame(motion), Lod::Distance);
@@ -76,6 +90,7 @@ impl Args {
             frame(Motion::Still),
             frame(Motion::Walk),
             frame(Motion::Run),
+            frame(Motion::Jump),
         ] {
             for isa in Isa::available() {
                 let all = threads.iter().map(|&threads| Case {
@@ -88,12 +103,14 @@ impl Args {
                 cases.extend(all);
             }
         }
-        cases.push(Case {
-            layout: Layout::Rows,
-            ..plain
-        });
+        cases.extend([Layout::Rows, Layout::Instances].map(|layout| Case { layout, ..plain }));
         cases.extend(CUTS.map(|clips| Case {
             cut: Some(clips),
+            ..plain
+        }));
+        cases.extend([Mixed::Fade, Mixed::Layer].map(|mixed| Case {
+            cut: Some(CUTS[0]),
+            mixed,
             ..plain
         }));
         let each = (1..levels).map(|level| Case {
@@ -111,15 +128,27 @@ impl Motion {
             Self::Still => "still",
             Self::Walk => "walk",
             Self::Run => "run",
+            Self::Jump => "jump",
         }
     }
 
-    /// Metres per second.
-    pub(super) fn speed(self) -> f32 {
+    /// How far into the column the camera is after so many seconds, in metres.
+    pub(super) fn walked(self, seconds: f32) -> f32 {
         match self {
             Self::Still => 0.0,
-            Self::Walk => 1.5,
-            Self::Run => 5.0,
+            Self::Walk => 1.5 * seconds,
+            Self::Run => 5.0 * seconds,
+            Self::Jump => 50.0 * (2.0 * seconds).fract().round(),
+        }
+    }
+}
+
+impl Mixed {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "nothing",
+            Self::Fade => "fade",
+            Self::Layer => "layer",
         }
     }
 }

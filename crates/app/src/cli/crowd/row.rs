@@ -4,7 +4,7 @@ use sabaki::crowd::{Form, Layout};
 use serde_json::{Value, json};
 
 use super::Args;
-use super::cases::{CUTS, Case, Lod, What};
+use super::cases::{CUTS, Case, Lod, Mixed, What};
 
 /// The time of one case.
 pub(super) struct Row {
@@ -24,6 +24,7 @@ impl Row {
         match self.case.layout {
             Layout::Blocks => "blocks",
             Layout::Rows => "rows",
+            Layout::Instances => "instances",
         }
     }
 
@@ -40,6 +41,7 @@ impl Row {
             lod: Lod::Off,
             layout: Layout::Blocks,
             cut: self.case.cut.map(|_| CUTS[0]),
+            mixed: Mixed::Nothing,
             ..self.case
         };
         let plain = rows.iter().find(|row| row.case == plain);
@@ -56,6 +58,7 @@ impl Row {
                 Form::Matrices => "matrices",
                 Form::Rotations => "rotations",
             },
+            "mixed": self.case.mixed.name(),
             "lod": self.case.lod.name(),
             "isa": self.isa(),
             "threads": self.case.threads,

@@ -14,6 +14,7 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         "levels",
         "clips",
         "layout",
+        "mixed in",
         "registers",
         "threads",
         "joints",
@@ -21,7 +22,7 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         "ns a joint",
         "against all joints",
     ];
-    let mut table = output::table(&head, 6);
+    let mut table = output::table(&head, 7);
     for row in rows {
         table.add_row(vec![
             row.case.what.name().to_owned(),
@@ -29,6 +30,7 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
             row.case.lod.name(),
             row.clips.to_string(),
             row.layout().to_owned(),
+            row.case.mixed.name().to_owned(),
             row.isa(),
             row.case.threads.to_string(),
             format!("{:.2}", row.joints),

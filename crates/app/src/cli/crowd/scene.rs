@@ -8,14 +8,14 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, Character, ClipId, Crowd, CrowdSettings, Frame, LevelId, LevelView, Output,
-    Placement,
+    AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame,
+    LevelId, LevelView, Output, Placement,
 };
 use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::Rigid2;
 
-use super::cases::{CUT_SECONDS, Case, Lod, What};
+use super::cases::{CUT_SECONDS, Case, Lod, Mixed, What};
 use super::row::Row;
 use super::{Args, usage};
 use crate::cli::Failure;
@@ -57,7 +57,14 @@ impl Scene {
             },
             ..SwitchSettings::default()
         };
-        let animations = AnimationSet::new(&skeleton, &clips, &levels.levels).map_err(usage)?;
+        // Any clip serves as a layer.
+        let desc = AnimationSetDesc {
+            skeleton: &skeleton,
+            clips: &clips,
+            layers: &clips[..usize::from(cut.is_some())],
+            levels: &levels.levels,
+        };
+        let animations = AnimationSet::build(&desc).map_err(usage)?;
         let mut random = Pcg32::seed_from_u64(args.seed);
         let characters = (0..args.count as usize)
             .map(|index| Self::character(index, &animations, &mut random))
@@ -103,6 +110,17 @@ impl Scene {
         }
     }
 
+    /// A clip at a moment of its own, half of it.
+    fn mixed(character: &Character, is_mixed: bool, clip: Option<ClipId>) -> Option<ClipMix> {
+        let clip = clip.filter(|_| is_mixed)?;
+        Some(ClipMix {
+            clip,
+            time: 7.1 * character.time,
+            speed: 1.0,
+            weight: 0.5,
+        })
+    }
+
     pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
         let output = Output {
             form: args.form(),
@@ -117,6 +135,7 @@ impl Scene {
         };
         let count = self.characters.len();
         let mut crowd = Crowd::with_capacity(Arc::clone(&self.animations), settings, count);
+        let layer = self.animations.layer(0);
         let mut joints = 0;
         for character in &self.characters {
             let (level, blend) = self.detail(character, case.lod);
@@ -125,6 +144,8 @@ impl Scene {
                 .add(&Character {
                     level,
                     blend,
+                    fade: Self::mixed(character, case.mixed == Mixed::Fade, Some(ClipId(0))),
+                    layer: Self::mixed(character, case.mixed == Mixed::Layer, layer),
                     ..*character
                 })
                 .map_err(usage)?;
@@ -157,7 +178,7 @@ impl Scene {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
         };
-        let walked = motion.speed() * frame as f32 * SECONDS as f32;
+        let walked = motion.walked(frame as f32 * SECONDS as f32);
         let view = LevelView {
             switching: &self.switching,
             eye: Vec3::new(0.0, 0.0, -walked),
