@@ -50,15 +50,17 @@ impl Run<'_> {
                 fetch.own = Some(self.rows(next));
             }
             let cold = &self.cold[next.group];
-            let rows =
-                |clips: &ClipLines| self.rows_at::<L>(&clips.rows, &self.mixed_moments::<L>(clips));
             if self.mix.fades {
-                fetch.faded = Some(rows(&cold.fade));
+                fetch.faded = Some(self.mixed_rows::<L>(&cold.fade));
             }
             if self.mix.is_layered {
-                fetch.layer = Some(rows(&cold.layer));
+                fetch.layer = Some(self.mixed_rows::<L>(&cold.layer));
             }
         }
         fetch
+    }
+    #[inline(always)]
+    fn mixed_rows<L: Lanes>(&self, clips: &ClipLines) -> KeyRows<'_> {
+        self.rows_at::<L>(&clips.rows, &self.mixed_moments::<L>(clips))
     }
 }

@@ -103,7 +103,7 @@ impl Run<'_> {
                     } = &mut scratch;
                     let group = ReadGroup {
                         moments,
-                        fetch,
+                        fetch: &fetch,
                         columns,
                     };
                     let out = all.group(moments.group, lines, spare);
@@ -171,14 +171,18 @@ impl Run<'_> {
             layer = self.read_mixed::<L>(&cold.layer, third);
         }
         for part in 0..L::PARTS {
-            let window = match moments.all_near {
-                true => self.window::<L>(moments, part),
-                false => None,
+            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
+            let fetch = Some(fetch);
+            if self.mix.is_none() {
+                let own = Playing::new(ReadRows::new(first, part), moments.weights[part]);
+                posing.joints::<L, _>(part, own, fetch);
+                continue;
+            }
+            let own = match (moments.all_near, self.window::<L>(moments, part)) {
+                (true, Some(window)) => AnyColumns::Shared(window),
+                _ => AnyColumns::Read(ReadRows::new(first, part)),
             };
-            let own = match window {
-                Some(window) => AnyColumns::Shared(window),
-                None => AnyColumns::Read(ReadRows::new(first, part)),
-            };
+            let own = Playing::new(own, moments.weights[part]);
             let fade = MixedIn {
                 clip: Playing::new(ReadRows::new(second, part), faded[part]),
                 weight: L::load(&cold.fade.weight, part),
@@ -187,13 +191,16 @@ impl Run<'_> {
                 clip: Playing::layer(ReadRows::new(third, part), layer[part]),
                 weight: L::load(&cold.layer.weight, part),
             };
-            let mixture = Mixture {
-                own: Playing::new(own, moments.weights[part]),
-                fade: fades.then_some(fade),
-                layer: is_layered.then_some(layer),
-            };
-            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
-            posing.joints::<L, _>(part, mixture, Some(&fetch));
+            if !is_layered {
+                let mixture = Mixture::<L, true, false> { own, fade, layer };
+                posing.joints::<L, _>(part, mixture, fetch);
+            } else if !fades {
+                let mixture = Mixture::<L, false, true> { own, fade, layer };
+                posing.joints::<L, _>(part, mixture, fetch);
+            } else {
+                let mixture = Mixture::<L, true, true> { own, fade, layer };
+                posing.joints::<L, _>(part, mixture, fetch);
+            }
         }
         self.posing::<L, P>(moments, out, models).write::<L>();
     }
@@ -238,7 +245,7 @@ impl Run<'_> {
 /// A group whose characters are read one by one.
 struct ReadGroup<'a, L: Lanes> {
     moments: &'a Moments<L>,
-    fetch: Fetch<'a>,
+    fetch: &'a Fetch<'a>,
     columns: &'a mut [Vec<F32x16>; 3],
 }
 

@@ -249,20 +249,23 @@ pub(super) struct MixedIn<'a, L: Lanes> {
     pub(super) weight: L,
 }
 
-/// A clip, and what is mixed into it. One kernel for all mixtures: a branch for each joint costs less than seven kernels.
-pub(super) struct Mixture<'a, L: Lanes> {
+/// A clip, and what is mixed into it: a second clip, a layer, or both.
+pub(super) struct Mixture<'a, L: Lanes, const FADES: bool, const IS_LAYERED: bool> {
     pub(super) own: Playing<L, AnyColumns<'a, L>>,
     /// A second clip to cross-fade to.
-    pub(super) fade: Option<MixedIn<'a, L>>,
+    pub(super) fade: MixedIn<'a, L>,
     /// An additive layer.
-    pub(super) layer: Option<MixedIn<'a, L>>,
+    pub(super) layer: MixedIn<'a, L>,
 }
 
-impl<L: Lanes> Source<L> for Mixture<'_, L> {
+impl<L: Lanes, const FADES: bool, const IS_LAYERED: bool> Source<L>
+    for Mixture<'_, L, FADES, IS_LAYERED>
+{
     #[inline(always)]
     fn next(&mut self, joint: &LevelJoint) -> Local<L> {
         let mut local = self.own.next(joint);
-        if let Some(MixedIn { clip, weight }) = &mut self.fade {
+        if FADES {
+            let MixedIn { clip, weight } = &mut self.fade;
             let other = clip.next(joint);
             local.turn = local.turn.towards_between_keys(other.turn, *weight);
             for axis in 0..3 {
@@ -270,7 +273,8 @@ impl<L: Lanes> Source<L> for Mixture<'_, L> {
                 local.place[axis] = (to - from).mul_add(*weight, from);
             }
         }
-        if let Some(MixedIn { clip, weight }) = &mut self.layer {
+        if IS_LAYERED {
+            let MixedIn { clip, weight } = &mut self.layer;
             let added = clip.next_unit(joint);
             local.turn = local.turn.times(added.turn.share(*weight));
             for axis in 0..3 {
@@ -282,9 +286,6 @@ impl<L: Lanes> Source<L> for Mixture<'_, L> {
 
     #[inline(always)]
     fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
-        if self.fade.is_none() && self.layer.is_none() {
-            return self.own.next_unit(joint);
-        }
         self.next(joint).normalized()
     }
 }
