@@ -16,7 +16,7 @@ use super::run::{Run, RunMemory, Turn};
 use super::sampling::{AnyColumns, MixedIn, Mixture, Playing, ReadRows, Window, read_rows};
 use super::scratch::Scratch;
 use super::write::GroupLines;
-use crate::math::{F32x16, Isa, Kernel, Lanes, RowLines};
+use crate::math::{F32x16, Isa, Kernel, Lanes};
 
 /// A run in one form: kernels are large, so each form has its own.
 struct As<'a, P>(Run<'a>, PhantomData<P>);
@@ -260,11 +260,10 @@ impl RunMemory<'_> {
     ) -> GroupLines<'b> {
         match self {
             Self::Blocks(all) => GroupLines::Blocks(&mut all[group * lines..][..lines]),
-            Self::Rows(all) => {
-                let all = &mut all[group * lines..][..lines];
-                GroupLines::Rows(RowLines::new(all, lines / F32x16::LANES))
+            Self::Rows(all) => GroupLines::Rows(&mut all[group * lines..][..lines]),
+            Self::Instances(rows) => {
+                GroupLines::Instances(rows.sixteen(group * F32x16::LANES, spare))
             }
-            Self::Instances(rows) => GroupLines::Rows(rows.sixteen(group * F32x16::LANES, spare)),
         }
     }
 }

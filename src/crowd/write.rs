@@ -12,8 +12,10 @@ use crate::math::{F32x16, Lanes, RowLines};
 pub(super) enum GroupLines<'a> {
     /// [`Layout::Blocks`](super::Layout::Blocks).
     Blocks(&'a mut [F32x16]),
-    /// A row for each lane.
-    Rows(RowLines<'a>),
+    /// [`Layout::Rows`].
+    Rows(&'a mut [F32x16]),
+    /// A row of its own for each lane.
+    Instances(RowLines<'a>),
 }
 
 impl GroupLines<'_> {
@@ -22,7 +24,8 @@ impl GroupLines<'_> {
     pub(super) fn reborrow(&mut self) -> GroupLines<'_> {
         match self {
             Self::Blocks(lines) => GroupLines::Blocks(lines),
-            Self::Rows(rows) => GroupLines::Rows(rows.reborrow()),
+            Self::Rows(lines) => GroupLines::Rows(lines),
+            Self::Instances(rows) => GroupLines::Instances(rows.reborrow()),
         }
     }
 }
@@ -42,13 +45,14 @@ impl<P: JointMath> GroupWriter<'_, P> {
     pub(super) fn prefetch(&mut self, joint: usize) {
         /// Turns from the one that is computed.
         const FURTHER: usize = 2;
-        let GroupLines::Rows(rows) = &self.out else {
-            return;
-        };
-        if self.output.write == WriteMode::Streamed {
-            return;
-        }
         let (of_turn, length) = (turn_joints::<P>(), row_lines::<P>(self.joints));
+        let rows = match &mut self.out {
+            GroupLines::Blocks(_) => return,
+            _ if self.output.write == WriteMode::Streamed => return,
+            // Stride by stride: the compiler keeps no table of rows.
+            GroupLines::Rows(lines) => &RowLines::new(lines, length),
+            GroupLines::Instances(rows) => &*rows,
+        };
         let share = F32x16::LANES / of_turn;
         let mut line = (joint / of_turn + FURTHER) * turn_lines::<P>();
         if line >= length {
@@ -73,7 +77,11 @@ impl<P: JointMath> GroupWriter<'_, P> {
         let is_streamed = self.output.write == WriteMode::Streamed;
         match self.out {
             GroupLines::Blocks(out) => blocks::<L, P>(models, out),
-            GroupLines::Rows(rows) => write_rows::<L, P>(models, rows, is_streamed),
+            GroupLines::Rows(lines) => {
+                let rows = RowLines::new(lines, row_lines::<P>(self.joints));
+                write_rows::<L, P>(models, rows, is_streamed);
+            }
+            GroupLines::Instances(rows) => write_rows::<L, P>(models, rows, is_streamed),
         }
     }
 }

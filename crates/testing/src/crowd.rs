@@ -71,7 +71,14 @@ impl Oracle {
             let above = parent.map_or(world, |parent| joints[usize::from(parent)]);
             if let Some(((motion, at), weight)) = layer {
                 let (to, there) = local(motion, at, index);
-                let (from, here) = local(motion, (0, 0.0), index);
+                let (from, here) = local(
+                    motion,
+                    Moment {
+                        frame: 0,
+                        share: 0.0,
+                    },
+                    index,
+                );
                 let added = from.inverse() * to;
                 let added = if added.w < 0.0 { -added } else { added };
                 let added = if weight < 0.0 { added.inverse() } else { added };
