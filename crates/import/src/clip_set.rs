@@ -16,7 +16,7 @@ use sabaki::math::in_parallel;
 /// Clips of one skeleton, with their events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipSet {
-    /// Skeleton of the first file. The other files have the same joints.
+    /// Skeleton of the first clip. The other clips have the same joints.
     pub skeleton: Skeleton,
     /// Clips in the order of the paths. Files of a folder are sorted by name.
     pub clips: Vec<Clip>,
@@ -29,6 +29,8 @@ pub struct ClipSet {
     /// Warnings for the user, one line each, for example about different bone lengths, clips of one
     /// frame, different scales, or doubtful contents of the files.
     pub warnings: Vec<String>,
+    /// Files that were left out, with the reason, in the order of the files. Empty unless [`ReadOptions::keep_going`] is set.
+    pub left_out: Vec<String>,
 }
 
 /// Reads clips and their events, on all CPU cores. A path is a BVH, AMC or glTF file, or a folder
@@ -37,12 +39,14 @@ pub struct ClipSet {
 /// The events of a clip come from the events file. If that does not name the clip, they come from
 /// the clip's own file, which can contain events if it is a glTF file.
 ///
-/// All files must have the same joints as the first. Bone lengths may differ, because captures of
+/// All files must have the same joints as the first. With [`ReadOptions::keep_going`] the largest group of files with the same joints is
+/// read, and the others are left out, as are files with errors. Bone lengths may differ, because captures of
 /// one person differ by calibration; differences of more than 1% are a warning. The offsets of the
 /// first file are used for all clips.
 ///
 /// # Errors
-/// The first error in the order of the paths, with the file and the position in it.
+/// The error of a file, with the position in it; [`ReadError::Files`] if several files have errors. With [`ReadOptions::keep_going`]
+/// only sets without a usable file, clips of one name and errors of the events file are errors.
 pub fn read_clips(
     paths: &[PathBuf],
     events: Option<&Path>,
@@ -51,8 +55,44 @@ pub fn read_clips(
     check(options)?;
     let files = files(paths)?;
     check_names(&files)?;
-    let mut loaded = load_all(&files, options)?.into_iter();
-    let Some((first_path, first)) = loaded.next() else {
+    let (loaded, mut failed) = load_all(&files, options);
+    let used = match options.keep_going {
+        true => largest_group(&loaded),
+        false => loaded.first().map(|first| &first.motion.skeleton),
+    };
+    let used = used.cloned();
+    let is_used = |one: &Loaded<'_>| {
+        used.as_ref()
+            .is_some_and(|used| used.differences(&one.motion.skeleton).is_empty())
+    };
+    let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
+    let first_path = loaded.first().map(|first| first.path);
+    if let (Some(used), Some(first)) = (&used, first_path) {
+        failed.extend(others.iter().map(|other| other.differs(used, first)));
+    }
+    failed.sort_by_key(|failed| failed.file);
+    failed.dedup_by_key(|failed| failed.file);
+    let names: Vec<String> = failed
+        .iter()
+        .map(|failed| clip_name(&files[failed.file]))
+        .collect();
+    let mut errors: Vec<ReadError> = failed.into_iter().map(|failed| failed.error).collect();
+    if !errors.is_empty() && !(options.keep_going && first_path.is_some()) {
+        return Err(match errors.len() {
+            1 => errors.remove(0),
+            _ => ReadError::Files {
+                files: files.len(),
+                errors,
+            },
+        });
+    }
+    let mut loaded = loaded.into_iter();
+    let Some(Loaded {
+        path: first_path,
+        motion: first,
+        ..
+    }) = loaded.next()
+    else {
         return Err(ReadError::NoPaths);
     };
     let mut set = ClipSet {
@@ -62,19 +102,15 @@ pub fn read_clips(
         scales: Vec::new(),
         repeated_names: first.repeated_names,
         warnings: Vec::new(),
+        left_out: errors.iter().map(ToString::to_string).collect(),
     };
     set.note(&first.clip, first.notes);
     let mut own = vec![of_clip(&first.clip, first.events)];
     set.add(first.clip, first.scale);
-    for (path, next) in loaded {
-        let joints = set.skeleton.differences(&next.skeleton);
-        if !joints.is_empty() {
-            return Err(ReadError::SkeletonDiffers {
-                path: path.clone(),
-                first: first_path.clone(),
-                joints,
-            });
-        }
+    for Loaded {
+        path, motion: next, ..
+    } in loaded
+    {
         set.warn_of_bones(path, &next.skeleton);
         set.note(&next.clip, next.notes);
         own.push(of_clip(&next.clip, next.events));
@@ -84,6 +120,7 @@ pub fn read_clips(
         Some(path) => EventsFile::read(path)?,
         None => EventsFile::default(),
     };
+    labels.forget(&names);
     own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
     labels.clips.append(&mut own);
     let resolved = { labels.check_names(&set.repeated_names) }
@@ -182,30 +219,87 @@ fn check_names(files: &[PathBuf]) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// Loads all motions, with their files.
-fn load_all<'a>(
-    files: &'a [PathBuf],
-    options: &ReadOptions,
-) -> Result<Vec<(&'a PathBuf, LoadedClip)>, ReadError> {
-    let load = |path: &PathBuf| {
-        let file = MotionFile::read(path)?;
-        let scale = file.scale(options);
-        Ok((file, scale))
-    };
-    // If several files have errors, the first file's error is reported.
-    let parsed: Vec<_> = in_parallel(0, files.len(), |index| load(&files[index]))
-        .into_iter()
-        .collect::<Result<_, _>>()?;
+/// A motion of a file.
+struct Loaded<'a> {
+    path: &'a PathBuf,
+    /// Index of the file.
+    file: usize,
+    motion: LoadedClip,
+}
+
+/// A file that cannot be used.
+struct Failed {
+    /// Index of the file.
+    file: usize,
+    error: ReadError,
+}
+
+impl Loaded<'_> {
+    fn differs(&self, used: &Skeleton, first: &Path) -> Failed {
+        let error = ReadError::SkeletonDiffers {
+            path: self.path.clone(),
+            first: first.to_owned(),
+            joints: used.differences(&self.motion.skeleton),
+        };
+        Failed {
+            file: self.file,
+            error,
+        }
+    }
+}
+
+/// The skeleton that most motions have; of equally frequent ones the first.
+fn largest_group<'a>(loaded: &'a [Loaded<'_>]) -> Option<&'a Skeleton> {
+    let mut groups: Vec<(&Skeleton, usize)> = Vec::new();
+    for one in loaded {
+        let skeleton = &one.motion.skeleton;
+        let mut known = groups.iter_mut();
+        match known.find(|(of_group, _)| of_group.differences(skeleton).is_empty()) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((skeleton, 1)),
+        }
+    }
+    // `max_by_key` returns the last maximum.
+    let largest = groups.into_iter().rev().max_by_key(|(_, count)| *count);
+    largest.map(|(skeleton, _)| skeleton)
+}
+
+/// Loads all motions. Returns them and the files with errors, both in the order of the files.
+fn load_all<'a>(files: &'a [PathBuf], options: &ReadOptions) -> (Vec<Loaded<'a>>, Vec<Failed>) {
+    let mut failed = Vec::new();
+    let mut parsed = Vec::new();
+    let parse = |file: usize| MotionFile::read(&files[file]);
+    for (file, result) in in_parallel(0, files.len(), parse).into_iter().enumerate() {
+        match result {
+            Ok(motion_file) => {
+                let scale = motion_file.scale(options);
+                parsed.push((file, (motion_file, scale)));
+            }
+            Err(error) => failed.push(Failed { file, error }),
+        }
+    }
+    let (places, parsed): (Vec<usize>, Vec<_>) = parsed.into_iter().unzip();
     let scales = scales_of_set(&parsed);
-    let jobs: Vec<_> = files.iter().zip(parsed).zip(scales).collect();
     let to_metres = |index: usize| {
-        let ((path, (file, _)), scale) = &jobs[index];
-        let motions = file.to_metres(path, *scale, options)?;
-        Ok(motions.into_iter().map(|motion| (*path, motion)).collect())
+        let path = &files[places[index]];
+        parsed[index].0.to_metres(path, scales[index], options)
     };
-    let motions: Result<Vec<Vec<_>>, ReadError> =
-        in_parallel(0, jobs.len(), to_metres).into_iter().collect();
-    Ok(motions?.into_iter().flatten().collect())
+    let mut loaded = Vec::new();
+    let motions = in_parallel(0, parsed.len(), to_metres);
+    for (&file, motions) in places.iter().zip(motions) {
+        let path = &files[file];
+        match motions {
+            Ok(motions) => {
+                loaded.extend(
+                    motions
+                        .into_iter()
+                        .map(|motion| Loaded { path, file, motion }),
+                );
+            }
+            Err(error) => failed.push(Failed { file, error }),
+        }
+    }
+    (loaded, failed)
 }
 
 /// Determines the scale of each file from the scales of all files.

@@ -114,6 +114,15 @@ impl EventsFile {
         Ok(())
     }
 
+    /// Removes the events of clips of these names.
+    pub(super) fn forget(&mut self, clips: &[String]) {
+        let is_kept = |entry: &ClipEvents| {
+            let name = base_name(&entry.file);
+            !clips.iter().any(|clip| base_name(clip) == name)
+        };
+        self.clips.retain(is_kept);
+    }
+
     /// Whether the file has events for a clip.
     pub(super) fn names(&self, clip: &str) -> bool {
         let name = base_name(clip);

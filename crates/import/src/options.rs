@@ -20,4 +20,7 @@ pub struct ReadOptions {
     /// Frame rate of AMC files, which do not contain it, in frames per second. Default `None`:
     /// [`AmcFile::USUAL_RATE`](super::asf::AmcFile::USUAL_RATE).
     pub amc_rate: Option<f64>,
+    /// Leaves out files that cannot be read, and files whose skeleton differs from that of the largest group of files, instead of
+    /// refusing a set of clips. Default `false`.
+    pub keep_going: bool,
 }

@@ -8,7 +8,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Pose, Skeleton};
 use sabaki::internal::Facing;
 use sabaki::maps::Body;
-use sabaki_import::{ClipSet, LengthUnit, ReadOptions, ScaleSource, gltf, read_clips};
+use sabaki_import::{ClipSet, LengthUnit, ReadError, ReadOptions, ScaleSource, gltf, read_clips};
 
 /// Names of a pelvis, two legs, a trunk with a head and two arms.
 type Names = [&'static str; 8];
@@ -303,4 +303,75 @@ fn clips_with_the_same_bones_have_one_scale() {
         }
         assert_eq!(set.warnings, Vec::<String>::new());
     }
+}
+
+/// A folder with three good files, a file that ends early, two that are no BVH, and a good one of another skeleton.
+fn untidy_folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let (good, other) = (bvh(&LIMBS, 0.0), bvh(&PLAIN, 0.0));
+    let files = [
+        ("a.bvh", other.as_str()),
+        ("b.bvh", &good),
+        ("c.bvh", &good[..good.len() / 2]),
+        ("d.bvh", &good),
+        ("e.bvh", "HIERARCHY\nnonsense\n"),
+        ("f.bvh", ""),
+        ("g.bvh", &good),
+    ];
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let events = r#"{ "clips": [
+        { "file": "c.bvh", "events": [{ "kind": "evasion", "start": 0.0, "end": 0.02 }] },
+        { "file": "d.bvh", "events": [{ "kind": "evasion", "start": 0.0, "end": 0.02 }] }
+    ] }"#;
+    std::fs::write(folder.path().join("events.json"), events).unwrap();
+    folder
+}
+
+#[test]
+fn all_files_that_cannot_be_read_are_named() {
+    let folder = untidy_folder();
+    let paths = [folder.path().to_owned()];
+    let refused = read_clips(&paths, None, &ReadOptions::default()).unwrap_err();
+    let ReadError::Files { files, errors } = refused else {
+        panic!("{refused}");
+    };
+    assert_eq!(files, 7);
+    // The three broken ones, and those whose skeleton is not the first file's.
+    let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    assert_eq!(texts.len(), 6, "{texts:?}");
+    for (text, name) in texts.iter().zip(["b", "c", "d", "e", "f", "g"]) {
+        assert!(text.contains(&format!("{name}.bvh: ")), "{texts:?}");
+    }
+}
+
+#[test]
+fn the_largest_group_is_read_and_the_rest_is_left_out() {
+    let folder = untidy_folder();
+    let paths = [folder.path().to_owned()];
+    let options = ReadOptions {
+        keep_going: true,
+        ..ReadOptions::default()
+    };
+    let events = folder.path().join("events.json");
+    let set = read_clips(&paths, Some(&events), &options).unwrap();
+    let names: Vec<&str> = set.clips.iter().map(Clip::name).collect();
+    assert_eq!(names, ["b.bvh", "d.bvh", "g.bvh"]);
+    assert_eq!(set.left_out.len(), 4, "{:?}", set.left_out);
+    for (text, name) in set.left_out.iter().zip(["a", "c", "e", "f"]) {
+        assert!(text.contains(&format!("{name}.bvh: ")), "{text}");
+    }
+    assert!(set.left_out[0].contains("skeleton differs from that of"));
+    // The events of a clip that is left out are left out with it.
+    assert_eq!(set.events.len(), 1);
+    assert_eq!(set.events[0].clip, 1);
+    // It is the set that the good files make alone.
+    let good = ["b.bvh", "d.bvh", "g.bvh"].map(|name| folder.path().join(name));
+    let alone = read_clips(&good, None, &ReadOptions::default()).unwrap();
+    assert_eq!((&set.clips, &set.skeleton), (&alone.clips, &alone.skeleton));
+
+    let broken = ["c.bvh", "f.bvh"].map(|name| folder.path().join(name));
+    let refused = read_clips(&broken, None, &options).unwrap_err();
+    assert!(matches!(refused, ReadError::Files { files: 2, .. }));
 }

@@ -43,7 +43,11 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         None => String::new(),
         Some(plot) => plot.draw(&DistanceFigure { graph, threshold })?,
     };
-    Ok(Done::ok(if as_json {
+    let left_out = baked
+        .made
+        .as_ref()
+        .is_some_and(|made| !made.left_out.is_empty());
+    let text = if as_json {
         let mut document = source::statistics(&baked);
         document["out"] = json!(args.out);
         document["quality"] = quality::document(&clips, &composed);
@@ -51,5 +55,9 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     } else {
         let table = quality::text(&clips, &composed, "answers");
         format!("{}{table}{drawn}wrote {out}\n", source::describe(&baked))
-    }))
+    };
+    Ok(Done {
+        incomplete: left_out,
+        ..Done::ok(text)
+    })
 }

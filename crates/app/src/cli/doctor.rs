@@ -42,5 +42,5 @@ pub(crate) fn run(args: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
         }
         text
     };
-    Ok(Done { text, no: !usable })
+    Ok(Done::answer(text, usable))
 }

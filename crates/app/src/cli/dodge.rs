@@ -150,7 +150,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
             format!("{}\n{table}", tables(&baked, &passes, &culling))
         }
     };
-    Ok(Done { text, no })
+    Ok(Done::answer(text, !no))
 }
 
 impl Args {

@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
         }
         text
     };
-    Ok(Done { text, no })
+    Ok(Done::answer(text, !no))
 }
 
 fn build_grid(baked: &BakedGraph, threads: usize) -> BuiltGrid {

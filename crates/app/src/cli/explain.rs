@@ -85,10 +85,7 @@ pub(crate) fn run(case: &Case<'_>, culling: &mut Culling, as_json: bool) -> Resu
         }
         .text(&question, &run)
     };
-    Ok(Done {
-        text,
-        no: !run.avoided,
-    })
+    Ok(Done::answer(text, run.avoided))
 }
 
 /// Describes the source of the candidates.

@@ -57,7 +57,7 @@ pub(crate) use output::{Done, Failure};
 #[derive(Parser)]
 #[command(
     version,
-    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage."
+    after_help = "Exit codes: 0 ok, 1 the answer is no, 2 bad input or usage, 3 done without some of the files (--keep-going)."
 )]
 struct Cli {
     #[command(subcommand)]

@@ -10,18 +10,31 @@ use sabaki::archive;
 use sabaki::graph::GraphError;
 use sabaki::maps::BakeError;
 use sabaki::query::AttackError;
+use sabaki_import::ReadError;
 use thiserror::Error;
 
 /// The output of a subcommand, with its exit code.
 pub(crate) struct Done {
     pub(crate) text: String,
+    /// The answer is no: exit code 1.
     pub(crate) no: bool,
+    /// A part of the input was left out: exit code 3.
+    pub(crate) incomplete: bool,
 }
 
 impl Done {
     /// Output with exit code 0.
     pub(crate) fn ok(text: String) -> Self {
-        Self { text, no: false }
+        Self::answer(text, true)
+    }
+
+    /// Output with exit code 0 or 1.
+    pub(crate) fn answer(text: String, yes: bool) -> Self {
+        Self {
+            text,
+            no: !yes,
+            incomplete: false,
+        }
     }
 
     /// The text of a JSON document.
@@ -39,16 +52,17 @@ impl Done {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                 Err(Failure::Stdout(error))
             }
+            _ if self.incomplete => Ok(ExitCode::from(3)),
             _ => Ok(ExitCode::from(u8::from(self.no))),
         }
     }
 }
 
-/// Bad input or usage: one line, exit code 2.
+/// Bad input or usage: one line, or one for each file that cannot be used; exit code 2.
 #[derive(Debug, Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
-    Read(#[from] sabaki_import::ReadError),
+    Read(#[from] ReadError),
     #[error(transparent)]
     Archive(#[from] archive::ArchiveError),
     #[error(transparent)]
@@ -91,10 +105,17 @@ impl Failure {
         }
     }
 
-    /// Writes the error to stderr as one line; control characters are escaped. A closed stderr is ignored.
+    /// Writes the error to stderr as one line; control characters are escaped. Files that cannot be used have a line each. A closed
+    /// stderr is ignored.
     pub(crate) fn print(&self) {
-        let text = self.to_string().replace(char::is_control, " ");
-        let _ = writeln!(std::io::stderr(), "sabaki: {text}");
+        let line = |text: &dyn std::fmt::Display| {
+            let text = text.to_string().replace(char::is_control, " ");
+            let _ = writeln!(std::io::stderr(), "sabaki: {text}");
+        };
+        if let Self::Read(ReadError::Files { errors, .. }) = self {
+            errors.iter().for_each(|error| line(error));
+        }
+        line(self);
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn run(path: &Path, baked: &BakedGraph, as_json: bool) -> Result<Done
             describe(found)
         )
     };
-    Ok(Done { text, no: !same })
+    Ok(Done::answer(text, same))
 }
 
 fn describe(chosen: &Chosen) -> String {

@@ -35,6 +35,7 @@ impl ReadArgs {
             scale: self.scale,
             up: self.up,
             amc_rate: Some(self.amc_rate),
+            keep_going: false,
         }
     }
 }
@@ -54,6 +55,10 @@ pub(crate) struct ClipArgs {
     pub(crate) mirror: bool,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
+    /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
+    /// of `bake`). Default: all such files are listed and nothing is baked.
+    #[arg(long, requires = "clips")]
+    pub(crate) keep_going: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in
     /// metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
@@ -116,13 +121,18 @@ pub(crate) struct Made {
     pub(crate) seconds: f64,
     pub(crate) warnings: Vec<String>,
     pub(crate) figure: Figure,
+    /// Files that were left out, with the reasons.
+    pub(crate) left_out: Vec<String>,
 }
 
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
     let started = Instant::now();
-    let mut set =
-        sabaki_import::read_clips(&args.clips, args.events.as_deref(), &args.read.options())?;
+    let options = sabaki_import::ReadOptions {
+        keep_going: args.keep_going,
+        ..args.read.options()
+    };
+    let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;
     if args.mirror {
         set.add_mirrored()
             .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -155,6 +165,7 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
         made.warnings
             .splice(..0, set.warnings.into_iter().chain(of_figure));
         made.figure = figure;
+        made.left_out = set.left_out;
         made.seconds = started.elapsed().as_secs_f64();
     }
     Ok(baked)
@@ -218,6 +229,7 @@ fn bake(source: ClipSource<'_>, threshold: f32, settings: BakeSettings) -> Resul
             seconds: started.elapsed().as_secs_f64(),
             warnings,
             figure: Figure::default(),
+            left_out: Vec::new(),
         }),
     })
 }
@@ -260,6 +272,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         value["report"] = json!(made.report);
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
+        value["left_out"] = json!(made.left_out);
         value["fits"] = made.figure.to_json();
     }
     value
@@ -341,9 +354,12 @@ pub(crate) fn describe(baked: &Baked) -> String {
             made.seconds,
             baked.graph.atlas().bytes() as f64 * 1e-6
         ));
-        made.warnings
-            .iter()
-            .for_each(|warning| line(format!("note: {warning}")));
+        for file in &made.left_out {
+            line(format!("left out: {file}"));
+        }
+        for warning in &made.warnings {
+            line(format!("note: {warning}"));
+        }
     }
     text
 }

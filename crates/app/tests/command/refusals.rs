@@ -151,3 +151,31 @@ fn the_label_names_the_paths_that_were_used() {
         assert!(!done.stdout.contains("stencil buffer"), "{}", done.stdout);
     }
 }
+
+#[test]
+fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
+    let folder = folder();
+    let mut count = 0;
+    fs::create_dir(folder.path().join("in")).unwrap();
+    for clip in fs::read_dir(clips().0).unwrap().flatten() {
+        let name = clip.file_name();
+        fs::copy(clip.path(), folder.path().join("in").join(&name)).unwrap();
+        count += usize::from(name.to_string_lossy().ends_with(".bvh"));
+    }
+    for name in ["broken.bvh", "empty.bvh"] {
+        fs::write(folder.path().join("in").join(name), "HIERARCHY\n").unwrap();
+    }
+    let bake = ["--json", "bake", "--clips", "in", "--out", "g.sabaki"];
+    let refused = sabaki(folder.path(), &bake);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    assert_eq!(refused.stderr.lines().count(), 3, "{}", refused.stderr);
+    for name in ["broken.bvh: ", "empty.bvh: ", "2 of "] {
+        assert!(refused.stderr.contains(name), "{}", refused.stderr);
+    }
+    assert!(!folder.path().join("g.sabaki").exists());
+    let kept = sabaki(folder.path(), &[&bake[..], &["--keep-going"]].concat());
+    let document = kept.json(3);
+    assert_eq!(document["report"]["clips"], count);
+    assert_eq!(document["left_out"].as_array().unwrap().len(), 2);
+    assert!(folder.path().join("g.sabaki").exists());
+}

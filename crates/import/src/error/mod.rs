@@ -105,6 +105,14 @@ pub enum ReadError {
         /// Duration, in seconds.
         seconds: f64,
     },
+    /// Several files of a set cannot be used.
+    #[error("{} of {files} files cannot be used", errors.len())]
+    Files {
+        /// Number of files in the set.
+        files: usize,
+        /// The error of each unusable file, in the order of the files.
+        errors: Vec<ReadError>,
+    },
     /// No path was given.
     #[error("no clip was named")]
     NoPaths,
