@@ -33,6 +33,7 @@ fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
         }],
         repeated_names: Vec::new(),
         warnings: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 
