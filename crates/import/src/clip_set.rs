@@ -77,7 +77,8 @@ pub fn read_clips(
         .map(|failed| clip_name(&files[failed.file]))
         .collect();
     let mut errors: Vec<ReadError> = failed.into_iter().map(|failed| failed.error).collect();
-    if !errors.is_empty() && !(options.keep_going && first_path.is_some()) {
+    let goes_on = options.keep_going && first_path.is_some();
+    if !goes_on && !errors.is_empty() {
         return Err(match errors.len() {
             1 => errors.remove(0),
             _ => ReadError::Files {
