@@ -5,7 +5,6 @@ use glam::Vec3;
 use sabaki::character::{
     CharacterError, CharacterEventKind, CharacterId, CharacterSettings, Characters, Threat,
 };
-use sabaki::graph::Playhead;
 use sabaki_testing::random::Random;
 
 use super::world::{FRAME, ball, characters, joints, play, spawn};
@@ -195,31 +194,4 @@ fn threats_are_changed_and_removed_by_their_ids() {
         ..threat
     };
     assert!(characters.threaten(bad.clone()).is_err() && characters.update(first, bad).is_err());
-}
-
-#[test]
-fn a_walker_leaves_an_evasion_once_nothing_threatens_it() {
-    let mut random = Random::new(3);
-    let mut characters = characters(CharacterSettings::default());
-    let walker = spawn(&mut characters, 2)[1];
-    let mut left = 0;
-    for _ in 0..16 {
-        play(&mut characters, 60);
-        let threat = ball(&mut characters, walker, &mut random);
-        characters.threaten(threat).unwrap();
-        let mut before = characters.playhead(walker).unwrap();
-        for _ in 0..150 {
-            play(&mut characters, 1);
-            let now = characters.playhead(walker).unwrap();
-            let baked = characters.baked();
-            let edge = |playhead: Playhead| baked.graph().edge(playhead.edge);
-            let is_inside =
-                edge(before).event.is_some() && before.frame + 6.0 < edge(before).frames as f32;
-            if is_inside && edge(now).event.is_none() && characters.threats().count() == 0 {
-                left += 1;
-            }
-            before = now;
-        }
-    }
-    assert!(left > 0);
 }
