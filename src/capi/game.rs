@@ -30,6 +30,7 @@ pub(super) struct GameSettings {
     horizon: f32,
     margin: f32,
     body_radius: f32,
+    plan_milliseconds: f32,
 }
 
 impl GameSettings {
@@ -39,7 +40,8 @@ impl GameSettings {
             && self.delay <= 60
             && sound(self.horizon, 10.0)
             && sound(self.margin, 1.0)
-            && sound(self.body_radius, 10.0);
+            && sound(self.body_radius, 10.0)
+            && sound(self.plan_milliseconds, 1e6);
         if !fits {
             return Err("a setting of the game is out of range".to_owned());
         }
@@ -53,6 +55,7 @@ impl GameSettings {
             horizon: self.horizon,
             margin: self.margin,
             body_radius: self.body_radius,
+            plan_milliseconds: self.plan_milliseconds,
             ..CharacterSettings::default()
         })
     }
@@ -72,6 +75,7 @@ unsafe extern "C" fn sabaki_game_settings_default(settings: *mut GameSettings) {
             horizon: default.horizon,
             margin: default.margin,
             body_radius: default.body_radius,
+            plan_milliseconds: default.plan_milliseconds,
         };
     }
 }

@@ -161,6 +161,7 @@ typedef struct sabaki_game_settings {
     float horizon;           /* a threat is answered when it may hit within this time, seconds. Default 1.6 */
     float margin;            /* distance that plans keep from threats if they can, metres. Default 0.03 */
     float body_radius;       /* characters avoid each other as discs of this radius, metres; 0 for not at all, the default */
+    float plan_milliseconds; /* time for plans in one step, the most urgent first; 0 for no limit, the default */
 } sabaki_game_settings;
 
 /* Names a character. It is not used again after the character is gone. */

@@ -9,7 +9,7 @@ use super::ids::{CharacterId, ThreatId};
 use super::obstacles::{OtherBody, find_bodies};
 use super::scratch::Worker;
 use super::settings::CharacterSettings;
-use super::slot::{Slot, lock, most_urgent, on_all};
+use super::slot::{Slot, Urgent, lock, most_urgent, on_all, on_urgent};
 use super::state::CharacterState;
 use super::steer::Steering;
 use super::threat::Threat;
@@ -33,6 +33,7 @@ pub struct Characters {
     pool: WorkerPool,
     workers: Vec<Mutex<Worker>>,
     bodies: Vec<OtherBody>,
+    urgent: Vec<Urgent>,
     pose: Pose,
     joints: Vec<JointTransform>,
 }
@@ -67,6 +68,7 @@ impl Characters {
             pool,
             workers,
             bodies: Vec::new(),
+            urgent: Vec::new(),
             pose: Pose::default(),
             joints: Vec::new(),
         })
@@ -276,13 +278,16 @@ impl Characters {
             let state = slot.state.as_deref_mut();
             slot.urgency = state.and_then(|state| state.begin(index as u32, &world, worker));
         });
-        let urgent = most_urgent(shared.0, self.settings.plans_per_step);
+        most_urgent(shared.0, self.settings.plans_per_step, &mut self.urgent);
+        let urgent = (&self.urgent[..], 1e-3 * self.settings.plan_milliseconds);
+        on_urgent(&mut self.pool, shared, urgent, |index, slot, worker| {
+            if let Some(state) = &mut slot.state {
+                state.avoid(index as u32, &world, worker);
+            }
+        });
         on_all(&mut self.pool, shared, |index, slot, worker| {
             if let Some(state) = &mut slot.state {
-                let plans = slot
-                    .urgency
-                    .is_some_and(|seconds| (seconds, index) <= urgent);
-                state.step((index as u32, plans), &world, worker);
+                state.step(index as u32, &world, worker);
             }
         });
         self.now += f64::from(dt);

@@ -64,6 +64,7 @@ impl CharacterState {
     /// Answers the threats that are known, if what is played does not avoid them. [`CharacterState::urgency`] comes before it.
     pub(super) fn avoid(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
         let moment = self.moment(world);
+        self.near_obstacles(index, world, &mut worker.obstacles);
         let scratch = &mut worker.plan;
         let ahead = (moment.at - world.now) as f32;
         scratch.ahead.clear();

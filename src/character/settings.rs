@@ -27,6 +27,9 @@ pub struct CharacterSettings {
     pub retry: f32,
     /// Largest number of characters that plan in one step, those that may be reached first before others. Default: no limit.
     pub plans_per_step: usize,
+    /// Time for plans in one step, in milliseconds; 0 for no limit. Default 0. Those that may be reached first plan first, at least one in
+    /// each step; others plan in later steps. With a limit, results depend on the machine's speed.
+    pub plan_milliseconds: f32,
     /// Number of threads of [`Characters::step`](super::Characters::step); 0 for one per core. Default 1. The result does not depend
     /// on it.
     pub threads: usize,
@@ -45,6 +48,7 @@ impl Default for CharacterSettings {
             body_radius: 0.0,
             retry: 0.1,
             plans_per_step: usize::MAX,
+            plan_milliseconds: 0.0,
             threads: 1,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -38,21 +39,52 @@ pub(super) fn on_all(
     });
 }
 
-/// The last character of `most` that may plan in a step, by the time until a threat may reach it and its index.
-pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize) -> (f32, usize) {
-    const ALL: (f32, usize) = (f32::INFINITY, usize::MAX);
-    if most >= slots.len() {
-        return ALL;
+/// Calls `work` for some of the places, in their order, on all threads; not for those that begin later than `seconds` after the call,
+/// except the first.
+pub(super) fn on_urgent(
+    pool: &mut WorkerPool,
+    (slots, workers): (&[Mutex<Slot>], &[Mutex<Worker>]),
+    (urgent, seconds): (&[Urgent], f32),
+    work: impl Fn(usize, &mut Slot, &mut Worker) + Sync,
+) {
+    if urgent.is_empty() {
+        return;
     }
-    let slots = slots.iter().enumerate();
-    let urgency = |(index, slot): (usize, &Mutex<Slot>)| Some((lock(slot).urgency?, index));
-    let mut all: Vec<(f32, usize)> = slots.filter_map(urgency).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    match most.checked_sub(1).map(|last| all.get(last)) {
-        Some(Some(&last)) => last,
-        Some(None) => ALL,
-        None => (f32::NEG_INFINITY, 0),
-    }
+    let (next, begun) = (AtomicUsize::new(0), Instant::now());
+    pool.run(&|thread: usize| {
+        let mut worker = lock(&workers[thread]);
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(urgent) = urgent.get(at) else {
+                return;
+            };
+            if at > 0 && seconds > 0.0 && begun.elapsed().as_secs_f32() > seconds {
+                return;
+            }
+            let index = urgent.index;
+            work(index, &mut lock(&slots[index]), &mut worker);
+        }
+    });
+}
+
+/// A character that has to plan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Urgent {
+    /// Time until a threat may reach it, in seconds.
+    seconds: f32,
+    index: usize,
+}
+
+/// Lists the characters that plan in a step, at most `most`, those that may be reached first before others.
+pub(super) fn most_urgent(slots: &[Mutex<Slot>], most: usize, out: &mut Vec<Urgent>) {
+    let urgency = |(index, slot): (usize, &Mutex<Slot>)| {
+        let seconds = lock(slot).urgency?;
+        Some(Urgent { seconds, index })
+    };
+    out.clear();
+    out.extend(slots.iter().enumerate().filter_map(urgency));
+    out.sort_unstable_by(|a, b| a.seconds.total_cmp(&b.seconds).then(a.index.cmp(&b.index)));
+    out.truncate(most);
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

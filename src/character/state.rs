@@ -117,20 +117,12 @@ impl CharacterState {
         self.urgency(index, world)
     }
 
-    /// Plans if it may, steers, and lets `dt` pass.
-    pub(super) fn step(
-        &mut self,
-        (index, plans): (u32, bool),
-        world: &World<'_>,
-        worker: &mut Worker,
-    ) {
+    /// Steers, and lets `dt` pass.
+    pub(super) fn step(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
         if self.is_released {
             return;
         }
         self.near_obstacles(index, world, &mut worker.obstacles);
-        if plans {
-            self.avoid(index, world, worker);
-        }
         self.leave(world, &mut worker.plan);
         if self.pending.is_none() && world.now >= self.held_until {
             if self.has_plan {

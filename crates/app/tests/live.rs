@@ -8,7 +8,7 @@ use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, CullPath, Query, QueryContext, Request};
 use sabaki_app::live::{
-    Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, QueryWorkerDesc, Throw,
+    Drive, Event, Fighter, FighterSettings, MapChoice, MapChoices, Orbit, QueryWorkerDesc, Throw,
     with_query_worker,
 };
 
@@ -134,4 +134,53 @@ fn answered(baked: &BakedGraph, throw: &Throw<'_>) -> Answer {
         .start(request, &mut context)
         .run_on_cpu(&mut culler, &mut answer);
     answer
+}
+
+#[test]
+fn a_driven_character_goes_where_the_keys_lead_dodges_and_enters_no_wall() {
+    let mut drive = Drive::new(embedded(), 5).unwrap();
+    let camera = Orbit::around_fighter(drive.focus()).camera();
+    drive.look(&camera);
+    assert!(drive.hold("w", true) && !drive.hold("x", true));
+    let start = drive.place().unwrap().ground();
+    for _ in 0..60 {
+        drive.advance(1.0 / 60.0).unwrap();
+    }
+    let ahead = camera.target - camera.eye;
+    let way = drive.place().unwrap().ground() - start;
+    let along = way.dot(glam::Vec2::new(ahead.x, ahead.z).normalize());
+    assert!(along > 0.6, "{way}");
+    // On into the wall, then around the room.
+    let mut deepest = f32::NEG_INFINITY;
+    for (key, next) in [("w", "a"), ("a", "s"), ("s", "d")] {
+        for _ in 0..60 * 7 {
+            drive.advance(1.0 / 60.0).unwrap();
+            deepest = deepest.max(drive.depth());
+        }
+        drive.hold(key, false);
+        drive.hold(next, true);
+    }
+    assert!(deepest < 1e-3, "{deepest}");
+    let score = drive.score();
+    assert!(
+        score.missed >= 8 && score.missed > 4 * score.hits,
+        "{score:?}"
+    );
+    let passed = { drive.take_events().into_iter() }
+        .filter(|event| matches!(event, Event::Passed { .. }))
+        .count();
+    assert_eq!(passed as u32, score.missed + score.hits);
+    assert!(drive.shot(camera).unwrap().solids.len() > 60);
+    // Without its own reflexes it is hit, unless the key is pressed.
+    let hits = |key: bool| {
+        let mut drive = Drive::new(embedded(), 5).unwrap();
+        drive.hold("f", true);
+        for frame in 0..60 * 20 {
+            drive.hold("space", key && frame % 10 == 0);
+            drive.advance(1.0 / 60.0).unwrap();
+        }
+        (drive.score().hits, drive.score().missed)
+    };
+    let (without, with) = (hits(false), hits(true));
+    assert!(without.0 > with.0 + 2, "{without:?} {with:?}");
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use sabaki::character::CharacterError;
 use sabaki::math::in_parallel;
 use sabaki_app::play::{
-    CrowdedTimes, IdleReport, Outcome, PLANS_PER_STEP, Scenario, Scenarios, Sight, SteerReport,
-    Surroundings, crowded, idle, steering,
+    CrowdedTimes, IdleReport, Outcome, PLAN_MILLISECONDS, PLANS_PER_STEP, Scenario, Scenarios,
+    Sight, SteerReport, Surroundings, crowded, idle, steering,
 };
 use serde_json::{Value, json};
 
@@ -232,6 +232,17 @@ impl Report {
                 "plans_per_step": PLANS_PER_STEP,
                 "worst_step_ms": number(times.budget_200_ms),
                 "steps": times.budget_steps,
+            },
+            "batch_200_timed": {
+                "budget_ms": PLAN_MILLISECONDS,
+                "worst_step_ms": number(times.timed_200_ms),
+                "steps": times.timed_steps,
+            },
+            "plan_ms": {
+                "median": number(times.plan_ms[0][0]),
+                "p99": number(times.plan_ms[0][1]),
+                "median_100_obstacles": number(times.plan_ms[1][0]),
+                "p99_100_obstacles": number(times.plan_ms[1][1]),
             },
             "us_per_character": number(times.us_per_character),
         })

@@ -3,10 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::Vec3;
-use sabaki::character::{CharacterError, CharacterId, CharacterSettings, Characters, Goal, Threat};
+use glam::{Vec2, Vec3};
+use sabaki::character::{
+    CharacterError, CharacterEvent, CharacterEventKind, CharacterId, CharacterSettings, Characters,
+    Goal, Threat,
+};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
+use sabaki::query::Obstacle;
 
 use super::{FRAME, joints_of, percentile};
 
@@ -19,11 +23,21 @@ pub struct CrowdedTimes {
     pub budget_200_ms: f32,
     /// Steps until all 200 have planned.
     pub budget_steps: usize,
+    /// The same with at most [`PLAN_MILLISECONDS`] for plans in a step: the longest of the steps, in milliseconds.
+    pub timed_200_ms: f32,
+    /// Steps until all 200 have planned.
+    pub timed_steps: usize,
+    /// Median and 99th percentile of the time of a step in which one character plans, without obstacles and with 100 near it, in
+    /// milliseconds.
+    pub plan_ms: [[f32; 2]; 2],
     /// Mean time of a frame in which 200 characters are steered and posed on one thread, for each, in microseconds.
     pub us_per_character: f32,
 }
 
 const COUNT: usize = 200;
+
+/// Time for the plans of one step, where there is a budget of time, in milliseconds.
+pub const PLAN_MILLISECONDS: f32 = 8.0;
 
 /// Plans of one step, where there is a budget.
 pub const PLANS_PER_STEP: usize = 4;
@@ -79,7 +93,25 @@ pub fn crowded(baked: &Arc<BakedGraph>, threads: usize) -> Result<CrowdedTimes, 
         characters.step(FRAME, &[], &mut events);
         steps.push(started.elapsed().as_secs_f32() * 1e3);
     }
+    let settings = CharacterSettings {
+        plans_per_step: usize::MAX,
+        plan_milliseconds: PLAN_MILLISECONDS,
+        ..settings
+    };
+    let (mut characters, ids) = walking(baked, settings)?;
+    threaten_all(&mut characters, &ids)?;
+    let (mut timed, mut planned) = (Vec::new(), 0);
+    while planned < COUNT && timed.len() < COUNT {
+        events.clear();
+        let started = Instant::now();
+        characters.step(FRAME, &[], &mut events);
+        timed.push(started.elapsed().as_secs_f32() * 1e3);
+        planned += events.iter().filter(|event| looks(event)).count();
+    }
     Ok(CrowdedTimes {
+        timed_200_ms: percentile(timed.clone(), 1.0),
+        timed_steps: timed.len(),
+        plan_ms: [plan_times(baked, 0)?, plan_times(baked, 100)?],
         batch_200_ms: percentile(times, 0.5),
         budget_200_ms: percentile(steps.clone(), 1.0),
         budget_steps: steps.len(),
@@ -134,4 +166,50 @@ fn walking(
         characters.step(FRAME, &[], &mut events);
     }
     Ok((characters, ids))
+}
+
+/// Whether an event is the first of a plan.
+fn looks(event: &CharacterEvent) -> bool {
+    matches!(
+        event.kind,
+        CharacterEventKind::Planned { .. }
+            | CharacterEventKind::Kept { .. }
+            | CharacterEventKind::Cannot
+            | CharacterEventKind::Cornered { .. }
+    )
+}
+
+/// Median and 99th percentile of the time of a step in which one character plans among obstacles, in milliseconds.
+fn plan_times(baked: &Arc<BakedGraph>, obstacles: usize) -> Result<[f32; 2], CharacterError> {
+    const ROUNDS: usize = 200;
+    let (mut joints, mut events, mut times) = (Vec::new(), Vec::new(), Vec::new());
+    for round in 0..ROUNDS {
+        let mut game = Characters::new(Arc::clone(baked), CharacterSettings::default())?;
+        let id = game.spawn(Rigid2::new(round as f32, 0.0, 0.0))?;
+        game.steer(id, walk(round as f32 * 0.7))?;
+        for _ in 0..40 + round % 30 {
+            game.step(FRAME, &[], &mut events);
+        }
+        joints_of(&mut game, id, &mut joints)?;
+        let middle = joints[0].translation;
+        let discs = (0..obstacles).filter_map(|index| {
+            let way = Vec2::from_angle(index as f32 * 2.4);
+            let far = 1.2 + 4.0 * index as f32 / obstacles as f32;
+            let place = Vec2::new(middle.x, middle.z) + way * far;
+            Obstacle::disc(place, 0.2).ok()
+        });
+        let discs: Vec<Obstacle> = discs.collect();
+        game.step(FRAME, &discs, &mut events);
+        let from = Vec3::new(3.0, 0.2, 1.0);
+        let ball = Threat::ball(game.now() + 0.4, middle + from, -from * 3.0, 0.1);
+        game.threaten(ball)?;
+        events.clear();
+        let started = Instant::now();
+        game.step(FRAME, &discs, &mut events);
+        let milliseconds = started.elapsed().as_secs_f32() * 1e3;
+        if events.iter().any(looks) {
+            times.push(milliseconds);
+        }
+    }
+    Ok([0.5, 0.99].map(|share| percentile(times.clone(), share)))
 }
