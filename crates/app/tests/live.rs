@@ -143,14 +143,14 @@ fn a_driven_character_goes_where_the_keys_lead_dodges_and_enters_no_wall() {
     drive.look(&camera);
     assert!(drive.hold("w", true) && !drive.hold("x", true));
     let start = drive.place().unwrap().ground();
-    for _ in 0..60 {
+    for _ in 0..120 {
         drive.advance(1.0 / 60.0).unwrap();
     }
     let ahead = camera.target - camera.eye;
     let way = drive.place().unwrap().ground() - start;
     let along = way.dot(glam::Vec2::new(ahead.x, ahead.z).normalize());
     assert!(along > 0.6, "{way}");
-    // On into the wall, then around the room.
+    // It turns around first. On into the wall, then around the room.
     let mut deepest = f32::NEG_INFINITY;
     for (key, next) in [("w", "a"), ("a", "s"), ("s", "d")] {
         for _ in 0..60 * 7 {

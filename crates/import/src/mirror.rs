@@ -98,7 +98,7 @@ impl Mirror {
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MirrorError> {
         /// Captured bones of two sides differ by less, in metres and as a share of the length.
-        const DIFFERENCE: (f32, f32) = (0.02, 0.2);
+        const DIFFERENCE: (f32, f32) = (0.05, 0.25);
         for id in skeleton.ids().skip(1) {
             let twin = self.twins[id.index()];
             let (one, other) = (skeleton.joint(id).offset, skeleton.joint(twin).offset);
