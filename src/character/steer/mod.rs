@@ -270,9 +270,9 @@ impl Steering {
         let placement = stance.placement;
         let inverse = placement.inverse();
         let foot = |leg: usize| {
-            let moved = next.feet[leg] - stance.feet[leg];
+            let moved = next.ankles[leg] - stance.ankles[leg];
             [
-                inverse.point(stance.feet[leg]),
+                inverse.point(stance.ankles[leg]),
                 inverse.vector(moved) / frame,
             ]
         };
@@ -313,7 +313,7 @@ impl Steering {
         let inverse = stance.placement.inverse();
         let speed = |from: Vec3, to: Vec3| inverse.vector(to - from) / seconds;
         let foot = |leg: usize| {
-            let (before, now) = (before.feet[leg], stance.feet[leg]);
+            let (before, now) = (before.ankles[leg], stance.ankles[leg]);
             [inverse.point(now), speed(before, now)]
         };
         let velocity = speed(before.root, stance.root);

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::anim::{Facing, JointTransform, Pose, forward_kinematics};
+use crate::anim::{Facing, JointId, JointTransform, Pose, forward_kinematics};
 use crate::graph::{ClipId, MotionGraph};
 use crate::math::Rigid2;
 
@@ -14,7 +14,9 @@ pub(crate) struct Stance {
     /// Position of the root.
     pub root: Vec3,
     /// Positions of the toes of the first four legs.
-    pub feet: [Vec3; Self::LEGS],
+    pub toes: [Vec3; Self::LEGS],
+    /// Positions of the ankles of the first four legs.
+    pub ankles: [Vec3; Self::LEGS],
 }
 
 impl Stance {
@@ -24,14 +26,17 @@ impl Stance {
     /// Stance of a body, in the space of `joints`.
     #[must_use]
     pub(crate) fn of(graph: &MotionGraph, facing: Facing, joints: &[JointTransform]) -> Self {
-        let mut feet = [Vec3::ZERO; Self::LEGS];
-        for (place, leg) in feet.iter_mut().zip(graph.feet().legs()) {
-            *place = joints[leg.toe_or_foot().index()].translation;
+        let [mut toes, mut ankles] = [[Vec3::ZERO; Self::LEGS]; 2];
+        for (index, leg) in graph.feet().legs().iter().take(Self::LEGS).enumerate() {
+            let place = |joint: JointId| joints[joint.index()].translation;
+            toes[index] = place(leg.toe_or_foot());
+            ankles[index] = place(leg.foot);
         }
         Self {
             placement: facing.placement(joints),
             root: joints[0].translation,
-            feet,
+            toes,
+            ankles,
         }
     }
 
@@ -49,7 +54,7 @@ impl Stance {
     #[must_use]
     pub(crate) fn align(&self, target: &Self, pin: Option<usize>) -> Rigid2 {
         let place =
-            |stance: &Self| pin.map_or(stance.root, |leg| stance.feet[leg.min(Self::LEGS - 1)]);
+            |stance: &Self| pin.map_or(stance.root, |leg| stance.toes[leg.min(Self::LEGS - 1)]);
         let turn = self.placement * target.placement.inverse();
         let off = place(self) - turn.point(place(target));
         Rigid2::new(0.0, off.x, off.z) * turn
@@ -58,7 +63,7 @@ impl Stance {
     /// Horizontal distances of root and feet after the alignment, in metres: of the root, and of each leg's foot.
     pub(super) fn apart(&self, target: &Self, align: Rigid2) -> (f32, [f32; Self::LEGS]) {
         let apart = |a: Vec3, b: Vec3| (a - align.point(b)).with_y(0.0).length();
-        let feet = std::array::from_fn(|leg| apart(self.feet[leg], target.feet[leg]));
+        let feet = std::array::from_fn(|leg| apart(self.toes[leg], target.toes[leg]));
         (apart(self.root, target.root), feet)
     }
 }
