@@ -4,35 +4,31 @@
 //! characters is computed at once, a character in each lane. Joints stand breadth-first, so that a joint seldom waits for
 //! the one just before it.
 
-use std::marker::PhantomData;
-
 use bytemuck::Zeroable;
 
 use super::fetch::Fetch;
 use super::group::Group;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
-use super::output::{Output, WriteMode};
 use super::quat_lanes::Local;
 use super::run::Level;
 use super::sampling::Source;
-use super::write::{GroupLines, GroupWriter};
+use super::write::Target;
 use crate::math::{F32x16, Lanes};
 
 /// A group, and where it goes.
-pub(super) struct Posing<'a, P: JointMath> {
+pub(super) struct Posing<'a, P: JointMath, T> {
     pub(super) bank: &'a LevelClips,
     pub(super) level: Level<'a>,
     pub(super) group: &'a Group,
     /// Memory of the thread's own.
     pub(super) models: &'a mut [P::Model],
-    pub(super) out: GroupLines<'a>,
-    pub(super) output: Output,
+    pub(super) out: &'a mut T,
     /// Nobody is on the way to another level.
     pub(super) is_posed: bool,
 }
 
-impl<P: JointMath> Posing<'_, P> {
+impl<P: JointMath, T: Target> Posing<'_, P, T> {
     /// All joints of one part, parents first. `fetch` is told of each joint of the first part.
     #[inline(always)]
     pub(super) fn joints<L: Lanes, S: Source<L>>(
@@ -47,9 +43,7 @@ impl<P: JointMath> Posing<'_, P> {
             group: self.group,
             part,
         };
-        let is_cached = self.output.write == WriteMode::Cached;
-        if let (GroupLines::Blocks(out), true) = (&mut self.out, is_cached) {
-            // The output itself is where children find their parents.
+        if let Some(out) = self.out.in_place() {
             let models = bytemuck::cast_slice_mut(out);
             chain.pose::<L, P, S>(
                 source,
@@ -66,12 +60,7 @@ impl<P: JointMath> Posing<'_, P> {
             }
             return;
         }
-        let mut writer = GroupWriter::<P> {
-            out: self.out.reborrow(),
-            output: self.output,
-            joints: self.bank.joints.len(),
-            math: PhantomData,
-        };
+        let joints = self.bank.joints.len();
         let is_first = part == 0;
         chain.pose::<L, P, S>(
             source,
@@ -82,7 +71,7 @@ impl<P: JointMath> Posing<'_, P> {
                     fetch.joint(joint);
                 }
                 if is_first {
-                    writer.prefetch(joint);
+                    self.out.prefetch::<P>(joint, joints);
                 }
             },
         );
@@ -93,22 +82,6 @@ impl<P: JointMath> Posing<'_, P> {
             };
             step_on::<L, P>(self.level, self.group, joints);
         }
-    }
-
-    /// Writes the joints, once they are there in all parts.
-    #[inline(always)]
-    pub(super) fn write<L: Lanes>(self) {
-        let is_cached = self.output.write == WriteMode::Cached;
-        if matches!(self.out, GroupLines::Blocks(_)) && is_cached {
-            return;
-        }
-        let writer = GroupWriter::<P> {
-            out: self.out,
-            output: self.output,
-            joints: self.bank.joints.len(),
-            math: PhantomData,
-        };
-        writer.write::<L>(self.models);
     }
 }
 

@@ -14,7 +14,18 @@ pub(super) struct Fetch<'a> {
     layer: Option<KeyRows<'a>>,
 }
 
-impl Fetch<'_> {
+impl<'a> Fetch<'a> {
+    /// Nothing yet.
+    #[inline(always)]
+    pub(super) fn none(bank: &'a LevelClips) -> Self {
+        Self {
+            bank,
+            own: None,
+            faded: None,
+            layer: None,
+        }
+    }
+
     #[inline(always)]
     pub(super) fn joint(&self, joint: usize) {
         let joints = self.bank.joints.len();
@@ -36,29 +47,21 @@ impl Fetch<'_> {
 }
 
 impl Run<'_> {
-    /// What is asked for while the group before is posed.
+    /// What is asked for while the group before is posed. Written in place: it is large.
     #[inline(always)]
-    pub(super) fn fetch<L: Lanes>(&self, next: Option<&Moments<L>>) -> Fetch<'_> {
-        let mut fetch = Fetch {
-            bank: self.bank,
-            own: None,
-            faded: None,
-            layer: None,
-        };
-        if let Some(next) = next {
-            if !next.all_near {
-                fetch.own = Some(self.rows(next));
-            }
-            let cold = &self.cold[next.group];
-            if self.mix.fades {
-                fetch.faded = Some(self.mixed_rows::<L>(&cold.fade));
-            }
-            if self.mix.is_layered {
-                fetch.layer = Some(self.mixed_rows::<L>(&cold.layer));
-            }
+    pub(super) fn fetch<'a, L: Lanes>(&'a self, next: &Moments<L>, fetch: &mut Fetch<'a>) {
+        if !next.all_near {
+            fetch.own = Some(self.rows(next));
         }
-        fetch
+        let cold = &self.cold[next.group];
+        if self.mix.fades {
+            fetch.faded = Some(self.mixed_rows::<L>(&cold.fade));
+        }
+        if self.mix.is_layered {
+            fetch.layer = Some(self.mixed_rows::<L>(&cold.layer));
+        }
     }
+
     #[inline(always)]
     fn mixed_rows<L: Lanes>(&self, clips: &ClipLines) -> KeyRows<'_> {
         self.rows_at::<L>(&clips.rows, &self.mixed_moments::<L>(clips))

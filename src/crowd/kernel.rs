@@ -10,25 +10,31 @@ use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::matrices::Matrices;
 use super::moment::{Cycle, Weights};
-use super::output::{Form, WriteMode};
+use super::output::{Form, Layout, Output, WriteMode};
 use super::rotations::Rotations;
 use super::run::{Run, RunMemory, Turn};
-use super::sampling::{AnyColumns, MixedIn, Mixture, Playing, ReadRows, Window, read_rows};
+use super::sampling::{
+    AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, Window, read_rows,
+};
 use super::scratch::Scratch;
-use super::write::GroupLines;
+use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
 use crate::math::{F32x16, Isa, Kernel, Lanes};
 
-/// A run in one form: kernels are large, so each form has its own.
-struct As<'a, P>(Run<'a>, PhantomData<P>);
+/// A run in one form, to one kind of place: kernels are large, so each has its own.
+struct As<'a, P, T> {
+    run: Run<'a>,
+    to: T,
+    math: PhantomData<P>,
+}
 
-impl<P: JointMath> Kernel for As<'_, P> {
+impl<P: JointMath, T: RunTarget> Kernel for As<'_, P, T> {
     /// Number of groups that are no longer near each other in time.
     type Out = usize;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        let streamed = self.0.output.write == WriteMode::Streamed;
-        let apart = self.0.pose::<L, P>();
+        let streamed = self.run.output.write == WriteMode::Streamed;
+        let apart = self.run.pose::<L, P, T>(self.to);
         if streamed {
             L::fence();
         }
@@ -38,10 +44,35 @@ impl<P: JointMath> Kernel for As<'_, P> {
 
 impl Run<'_> {
     /// Poses all groups; returns the number of those that are no longer near each other in time.
-    pub(super) fn on(self, isa: Isa) -> usize {
+    pub(super) fn on(self, isa: Isa, to: RunMemory<'_>) -> usize {
+        let Output { layout, write, .. } = self.output;
+        match to {
+            RunMemory::Lines(lines) if (layout, write) == (Layout::Blocks, WriteMode::Cached) => {
+                self.to(isa, InPlace(lines))
+            }
+            RunMemory::Lines(lines) => {
+                let output = self.output;
+                self.to(isa, Copied { lines, output })
+            }
+            RunMemory::Rows(rows) => {
+                let is_streamed = write == WriteMode::Streamed;
+                self.to(isa, Scattered { rows, is_streamed })
+            }
+        }
+    }
+
+    fn to<T: RunTarget>(self, isa: Isa, to: T) -> usize {
         match self.output.form {
-            Form::Matrices => isa.on_lanes(As::<Matrices>(self, PhantomData)),
-            Form::Rotations => isa.on_lanes(As::<Rotations>(self, PhantomData)),
+            Form::Matrices => isa.on_lanes(As::<Matrices, T> {
+                run: self,
+                to,
+                math: PhantomData,
+            }),
+            Form::Rotations => isa.on_lanes(As::<Rotations, T> {
+                run: self,
+                to,
+                math: PhantomData,
+            }),
         }
     }
 }
@@ -52,11 +83,10 @@ const AHEAD: usize = 8;
 
 impl Run<'_> {
     #[inline(always)]
-    fn pose<L: Lanes, P: JointMath>(mut self) -> usize {
+    fn pose<L: Lanes, P: JointMath, T: RunTarget>(self, mut to: T) -> usize {
         let lines = self.output.group_len(self.bank.joints.len());
         let mut scratch = std::mem::take(self.scratch);
         scratch.fit(self.bank);
-        let mut all = std::mem::replace(&mut self.out, RunMemory::Blocks(&mut []));
         let mut apart = 0;
         let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
         let Turn { first, step } = self.turn;
@@ -77,8 +107,8 @@ impl Run<'_> {
                 }
                 if moments.is_visible {
                     let Scratch { models, spare, .. } = &mut scratch;
-                    let out = all.group(moments.group, lines, spare);
-                    self.pose_near::<L, P>(moments, out, models);
+                    let out = to.group(moments.group, lines, spare);
+                    self.pose_near::<L, P, T::Group<'_>>(moments, out, models);
                 }
             }
             if rest == 0 {
@@ -95,7 +125,6 @@ impl Run<'_> {
                             next = Some(moments);
                         }
                     }
-                    let fetch = self.fetch(next);
                     let Scratch {
                         models,
                         columns,
@@ -103,11 +132,11 @@ impl Run<'_> {
                     } = &mut scratch;
                     let group = ReadGroup {
                         moments,
-                        fetch: &fetch,
+                        next,
                         columns,
                     };
-                    let out = all.group(moments.group, lines, spare);
-                    self.pose_read::<L, P>(group, out, models);
+                    let out = to.group(moments.group, lines, spare);
+                    self.pose_read::<L, P, T::Group<'_>>(group, out, models);
                 }
             }
         }
@@ -117,10 +146,10 @@ impl Run<'_> {
 
     /// A group whose characters share their loads.
     #[inline(always)]
-    fn pose_near<L: Lanes, P: JointMath>(
+    fn pose_near<L: Lanes, P: JointMath, T: Target>(
         &self,
         moments: &Moments<L>,
-        mut out: GroupLines<'_>,
+        mut out: T,
         models: &mut [F32x16],
     ) {
         for part in 0..L::PARTS {
@@ -128,10 +157,10 @@ impl Run<'_> {
                 return;
             };
             let playing = Playing::new(window, moments.weights[part]);
-            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
+            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
             posing.joints::<L, _>(part, playing, None);
         }
-        self.posing::<L, P>(moments, out, models).write::<L>();
+        out.write::<L, P>(self.models::<P>(models));
     }
 
     /// The keys of characters that share their loads.
@@ -146,15 +175,15 @@ impl Run<'_> {
     /// A group whose characters are read one by one, in their first clips or in what is mixed into them. The keys of the group
     /// after it are asked for meanwhile.
     #[inline(always)]
-    fn pose_read<L: Lanes, P: JointMath>(
+    fn pose_read<L: Lanes, P: JointMath, T: Target>(
         &self,
         group: ReadGroup<'_, L>,
-        mut out: GroupLines<'_>,
+        mut out: T,
         models: &mut [F32x16],
     ) {
         let ReadGroup {
             moments,
-            fetch,
+            next,
             columns: [first, second, third],
         } = group;
         let cold = &self.cold[moments.group];
@@ -170,39 +199,54 @@ impl Run<'_> {
         if is_layered {
             layer = self.read_mixed::<L>(&cold.layer, third);
         }
+        let mut fetch = Fetch::none(self.bank);
+        if let Some(next) = next {
+            self.fetch(next, &mut fetch);
+        }
         for part in 0..L::PARTS {
-            let mut posing = self.posing::<L, P>(moments, out.reborrow(), models);
-            let fetch = Some(fetch);
+            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
+            let fetch = Some(&fetch);
             if self.mix.is_none() {
                 let own = Playing::new(ReadRows::new(first, part), moments.weights[part]);
                 posing.joints::<L, _>(part, own, fetch);
                 continue;
             }
-            let own = match (moments.all_near, self.window::<L>(moments, part)) {
-                (true, Some(window)) => AnyColumns::Shared(window),
-                _ => AnyColumns::Read(ReadRows::new(first, part)),
-            };
-            let own = Playing::new(own, moments.weights[part]);
             let fade = MixedIn {
                 clip: Playing::new(ReadRows::new(second, part), faded[part]),
                 weight: L::load(&cold.fade.weight, part),
             };
-            let layer = MixedIn {
-                clip: Playing::layer(ReadRows::new(third, part), layer[part]),
+            let shared = self.window::<L>(moments, part);
+            let shared = shared.filter(|_| moments.all_near);
+            let weights = moments.weights[part];
+            if !is_layered {
+                // The commonest mixture has a kernel for each kind of columns.
+                if let Some(window) = shared {
+                    let own = Playing::new(window, weights);
+                    posing.joints::<L, _>(part, Faded { own, fade }, fetch);
+                } else {
+                    let own = Playing::new(ReadRows::new(first, part), weights);
+                    posing.joints::<L, _>(part, Faded { own, fade }, fetch);
+                }
+                continue;
+            }
+            let own = match shared {
+                Some(window) => AnyColumns::Shared(window),
+                None => AnyColumns::Read(ReadRows::new(first, part)),
+            };
+            let own = Playing::new(own, weights);
+            let layer = Layer {
+                clip: Playing::new(ReadRows::new(third, part), layer[part]),
+                places: self.bank.layer_places.iter(),
                 weight: L::load(&cold.layer.weight, part),
             };
-            if !is_layered {
-                let mixture = Mixture::<L, true, false> { own, fade, layer };
-                posing.joints::<L, _>(part, mixture, fetch);
-            } else if !fades {
-                let mixture = Mixture::<L, false, true> { own, fade, layer };
-                posing.joints::<L, _>(part, mixture, fetch);
+            if fades {
+                let own = Faded { own, fade };
+                posing.joints::<L, _>(part, Layered { own, layer }, fetch);
             } else {
-                let mixture = Mixture::<L, true, true> { own, fade, layer };
-                posing.joints::<L, _>(part, mixture, fetch);
+                posing.joints::<L, _>(part, Layered { own, layer }, fetch);
             }
         }
-        self.posing::<L, P>(moments, out, models).write::<L>();
+        out.write::<L, P>(self.models::<P>(models));
     }
 
     /// Reads the clips that are mixed into those of a group; returns how far their characters are between two keys.
@@ -223,47 +267,33 @@ impl Run<'_> {
     }
 
     #[inline(always)]
-    fn posing<'a, L: Lanes, P: JointMath>(
+    fn posing<'a, L: Lanes, P: JointMath, T: Target>(
         &'a self,
         moments: &Moments<L>,
-        out: GroupLines<'a>,
+        out: &'a mut T,
         models: &'a mut [F32x16],
-    ) -> Posing<'a, P> {
-        let lines = self.bank.joints.len() * P::NUMBERS;
+    ) -> Posing<'a, P, T> {
         Posing {
             bank: self.bank,
             level: self.level,
             group: &self.groups[moments.group],
-            models: bytemuck::cast_slice_mut(&mut models[..lines]),
+            models: self.models::<P>(models),
             out,
-            output: self.output,
             is_posed: moments.is_posed,
         }
+    }
+
+    /// A group's joints in memory of the thread's own.
+    #[inline(always)]
+    fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
+        bytemuck::cast_slice_mut(&mut models[..self.bank.joints.len() * P::NUMBERS])
     }
 }
 
 /// A group whose characters are read one by one.
 struct ReadGroup<'a, L: Lanes> {
     moments: &'a Moments<L>,
-    fetch: &'a Fetch<'a>,
+    /// The one that is posed after it.
+    next: Option<&'a Moments<L>>,
     columns: &'a mut [Vec<F32x16>; 3],
-}
-
-impl RunMemory<'_> {
-    /// Where a group of so many lines goes.
-    #[inline(always)]
-    fn group<'b>(
-        &'b mut self,
-        group: usize,
-        lines: usize,
-        spare: &'b mut [F32x16],
-    ) -> GroupLines<'b> {
-        match self {
-            Self::Blocks(all) => GroupLines::Blocks(&mut all[group * lines..][..lines]),
-            Self::Rows(all) => GroupLines::Rows(&mut all[group * lines..][..lines]),
-            Self::Instances(rows) => {
-                GroupLines::Instances(rows.sixteen(group * F32x16::LANES, spare))
-            }
-        }
-    }
 }

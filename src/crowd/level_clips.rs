@@ -12,6 +12,8 @@ use crate::math::KeyUnit;
 pub(super) struct LevelClips {
     /// Parents first.
     pub(super) joints: Vec<LevelJoint>,
+    /// [`LevelJoint::place`] of additive layers: what they add.
+    pub(super) layer_places: Vec<Place>,
     /// The units of a row that the level needs.
     pub(super) reads: Vec<UnitRead>,
     /// Lines that its columns take for sixteen characters.
@@ -28,8 +30,6 @@ pub(super) struct LevelJoint {
     /// `None` for the root alone.
     pub(super) parent: Option<u16>,
     pub(super) place: Place,
-    /// The same of additive layers: what they add.
-    pub(super) layer_place: Place,
     /// The first of its columns.
     pub(super) column: usize,
 }
@@ -46,7 +46,6 @@ impl LevelClips {
         let joints = joints.map(|(&track, &parent)| LevelJoint {
             parent,
             place: tracks.places[track],
-            layer_place: tracks.layer_places[track],
             column: places.columns[track],
         });
         let quads = of_level.iter().flat_map(|&track| {
@@ -62,7 +61,9 @@ impl LevelClips {
         fetched.sort_unstable();
         fetched.dedup();
         let joints: Vec<LevelJoint> = joints.collect();
+        let layer_places = of_level.iter().map(|&track| tracks.layer_places[track]);
         Self {
+            layer_places: layer_places.collect(),
             row_lines: row_lines::<Matrices>(joints.len()),
             joints,
             column_lines: quads.len() * KeyUnit::QUAD,

@@ -10,30 +10,11 @@ use super::settings::PoseError;
 use crate::math::{F32x16, RowSet};
 
 /// What one chunk of the groups writes.
-struct Part<'a>(Mutex<PartMemory<'a>>);
-
-enum PartMemory<'a> {
-    Lines(&'a mut [F32x16]),
-    Rows(RowSet<'a>),
-}
+struct Part<'a>(Mutex<RunMemory<'a>>);
 
 impl<'a> Part<'a> {
     fn none() -> Self {
-        Self(Mutex::new(PartMemory::Lines(&mut [])))
-    }
-}
-
-impl<'a> PartMemory<'a> {
-    /// Cuts off what comes first: so much memory for so many groups.
-    fn split_off_front(&mut self, lines: usize, groups: usize) -> Self {
-        match self {
-            Self::Lines(all) => {
-                let (front, rest) = std::mem::take(all).split_at_mut(lines);
-                *all = rest;
-                Self::Lines(front)
-            }
-            Self::Rows(rows) => Self::Rows(rows.split_off_front(groups * F32x16::LANES)),
-        }
+        Self(Mutex::new(RunMemory::Lines(&mut [])))
     }
 }
 
@@ -58,8 +39,8 @@ impl Crowd {
         let row_len = self.row_len();
         let layout = self.settings.output.layout;
         let mut rest = match layout {
-            Layout::Instances => PartMemory::Rows(RowSet::new(out, row_len, &self.schedule.rows)),
-            Layout::Blocks | Layout::Rows => PartMemory::Lines(out),
+            Layout::Instances => RunMemory::Rows(RowSet::new(out, row_len, &self.schedule.rows)),
+            Layout::Blocks | Layout::Rows => RunMemory::Lines(out),
         };
         for (part, pieces) in parts.iter_mut().zip(self.schedule.parts()) {
             let lines = pieces.iter().map(|piece| piece.lines.len()).sum();
@@ -111,14 +92,9 @@ impl Crowd {
                         cold: &schedule.cold[piece.groups.clone()],
                         now,
                         output: settings.output,
-                        out: match (own, layout) {
-                            (PartMemory::Rows(rows), _) => RunMemory::Instances(rows),
-                            (PartMemory::Lines(lines), Layout::Blocks) => RunMemory::Blocks(lines),
-                            (PartMemory::Lines(lines), _) => RunMemory::Rows(lines),
-                        },
                         scratch,
                     };
-                    apart.fetch_add(run.on(settings.isa), Ordering::Relaxed);
+                    apart.fetch_add(run.on(settings.isa, own), Ordering::Relaxed);
                 }
             }
         });

@@ -26,18 +26,29 @@ pub(super) struct Run<'a> {
     /// The groups' clock, in seconds.
     pub(super) now: f32,
     pub(super) output: Output,
-    pub(super) out: RunMemory<'a>,
     pub(super) scratch: &'a mut Scratch,
 }
 
-/// Where the groups of a run go.
+/// Where groups go.
 pub(super) enum RunMemory<'a> {
     /// [`Output::group_len`] for each group.
-    Blocks(&'a mut [F32x16]),
-    /// The same, a row after the other.
-    Rows(&'a mut [F32x16]),
+    Lines(&'a mut [F32x16]),
     /// A row of its own for each lane.
-    Instances(RowSet<'a>),
+    Rows(RowSet<'a>),
+}
+
+impl RunMemory<'_> {
+    /// Cuts off what comes first: so much memory for so many groups.
+    pub(super) fn split_off_front(&mut self, lines: usize, groups: usize) -> Self {
+        match self {
+            Self::Lines(all) => {
+                let (front, rest) = std::mem::take(all).split_at_mut(lines);
+                *all = rest;
+                Self::Lines(front)
+            }
+            Self::Rows(rows) => Self::Rows(rows.split_off_front(groups * F32x16::LANES)),
+        }
+    }
 }
 
 /// Which groups are posed in this frame.

@@ -127,28 +127,12 @@ impl<L: Lanes> Columns<L> for ReadRows<'_> {
 pub(super) struct Playing<L: Lanes, C> {
     columns: C,
     weights: Weights<L>,
-    /// Whether it is an additive layer.
-    is_layer: bool,
 }
 
 impl<L: Lanes, C> Playing<L, C> {
     #[inline(always)]
     pub(super) fn new(columns: C, weights: Weights<L>) -> Self {
-        Self {
-            columns,
-            weights,
-            is_layer: false,
-        }
-    }
-
-    /// An additive layer.
-    #[inline(always)]
-    pub(super) fn layer(columns: C, weights: Weights<L>) -> Self {
-        Self {
-            columns,
-            weights,
-            is_layer: true,
-        }
+        Self { columns, weights }
     }
 }
 
@@ -190,23 +174,26 @@ impl<L: Lanes, C: Columns<L>> Playing<L, C> {
     }
 }
 
-impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
+impl<L: Lanes, C: Columns<L>> Playing<L, C> {
+    /// The next joint, whose position is stored so.
     #[inline(always)]
-    fn next(&mut self, joint: &LevelJoint) -> Local<L> {
+    fn next_at(&mut self, joint: &LevelJoint, place: &Place) -> Local<L> {
         let words = self.columns.rotation(joint);
         let [x, y, z, w] = self.mixed(words);
         let turn = QuatLanes { x, y, z, w };
-        let place = if self.is_layer {
-            &joint.layer_place
-        } else {
-            &joint.place
-        };
         let place = match place {
             Place::Fixed(place) => [L::splat(place.x), L::splat(place.y), L::splat(place.z)],
             Place::Narrow(range) => self.narrow(joint, range),
             Place::Wide(range) => self.wide(joint, range),
         };
         Local { turn, place }
+    }
+}
+
+impl<L: Lanes, C: Columns<L>> Source<L> for Playing<L, C> {
+    #[inline(always)]
+    fn next(&mut self, joint: &LevelJoint) -> Local<L> {
+        self.next_at(joint, &joint.place)
     }
 
     #[inline(always)]
@@ -249,37 +236,61 @@ pub(super) struct MixedIn<'a, L: Lanes> {
     pub(super) weight: L,
 }
 
-/// A clip, and what is mixed into it: a second clip, a layer, or both.
-pub(super) struct Mixture<'a, L: Lanes, const FADES: bool, const IS_LAYERED: bool> {
-    pub(super) own: Playing<L, AnyColumns<'a, L>>,
-    /// A second clip to cross-fade to.
+/// A clip, and a second one to cross-fade to.
+pub(super) struct Faded<'a, L: Lanes, S> {
+    pub(super) own: S,
     pub(super) fade: MixedIn<'a, L>,
-    /// An additive layer.
-    pub(super) layer: MixedIn<'a, L>,
 }
 
-impl<L: Lanes, const FADES: bool, const IS_LAYERED: bool> Source<L>
-    for Mixture<'_, L, FADES, IS_LAYERED>
-{
+impl<L: Lanes, S: Source<L>> Source<L> for Faded<'_, L, S> {
     #[inline(always)]
     fn next(&mut self, joint: &LevelJoint) -> Local<L> {
         let mut local = self.own.next(joint);
-        if FADES {
-            let MixedIn { clip, weight } = &mut self.fade;
-            let other = clip.next(joint);
-            local.turn = local.turn.towards_between_keys(other.turn, *weight);
-            for axis in 0..3 {
-                let (from, to) = (local.place[axis], other.place[axis]);
-                local.place[axis] = (to - from).mul_add(*weight, from);
-            }
+        let MixedIn { clip, weight } = &mut self.fade;
+        let other = clip.next(joint);
+        local.turn = local.turn.towards_between_keys(other.turn, *weight);
+        for axis in 0..3 {
+            let (from, to) = (local.place[axis], other.place[axis]);
+            local.place[axis] = (to - from).mul_add(*weight, from);
         }
-        if IS_LAYERED {
-            let MixedIn { clip, weight } = &mut self.layer;
-            let added = clip.next_unit(joint);
-            local.turn = local.turn.times(added.turn.share(*weight));
-            for axis in 0..3 {
-                local.place[axis] = added.place[axis].mul_add(*weight, local.place[axis]);
-            }
+        local
+    }
+
+    #[inline(always)]
+    fn next_unit(&mut self, joint: &LevelJoint) -> Local<L> {
+        self.next(joint).normalized()
+    }
+}
+
+/// An additive layer, and how much of it.
+pub(super) struct Layer<'a, L: Lanes> {
+    pub(super) clip: Playing<L, ReadRows<'a>>,
+    /// How it stores the positions of the joints, one after the other.
+    pub(super) places: std::slice::Iter<'a, Place>,
+    pub(super) weight: L,
+}
+
+/// A motion, and an additive layer.
+pub(super) struct Layered<'a, L: Lanes, S> {
+    pub(super) own: S,
+    pub(super) layer: Layer<'a, L>,
+}
+
+impl<L: Lanes, S: Source<L>> Source<L> for Layered<'_, L, S> {
+    #[inline(always)]
+    fn next(&mut self, joint: &LevelJoint) -> Local<L> {
+        let mut local = self.own.next(joint);
+        let Layer {
+            clip,
+            places,
+            weight,
+        } = &mut self.layer;
+        let place = places.next().unwrap_or(&joint.place);
+        let added = clip.next_at(joint, place);
+        let turn = added.turn.between_keys_normalized();
+        local.turn = local.turn.times(turn.share(*weight));
+        for axis in 0..3 {
+            local.place[axis] = added.place[axis].mul_add(*weight, local.place[axis]);
         }
         local
     }

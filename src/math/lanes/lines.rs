@@ -4,7 +4,35 @@ use std::marker::PhantomData;
 
 use super::F32x16;
 
-/// Sixteen rows of lines to write.
+/// Sixteen lines to write, a stride apart.
+pub(crate) struct StridedLines<'a> {
+    lines: &'a mut [F32x16],
+    stride: usize,
+}
+
+impl<'a> StridedLines<'a> {
+    /// The first line, and each of the fifteen that are `stride` lines further.
+    ///
+    /// # Panics
+    /// Where `lines` ends before the last of them.
+    #[inline(always)]
+    pub(crate) fn new(lines: &'a mut [F32x16], stride: usize) -> Self {
+        // No more than 2^58 lines: their product is a number.
+        assert!(stride <= lines.len());
+        assert!((F32x16::LANES - 1) * stride < lines.len());
+        Self { lines, stride }
+    }
+
+    /// One of the sixteen.
+    #[inline(always)]
+    pub(crate) fn line(&mut self, index: usize) -> &mut F32x16 {
+        assert!(index < F32x16::LANES);
+        // SAFETY: `new` has checked the last of the sixteen lines.
+        unsafe { self.lines.get_unchecked_mut(index * self.stride) }
+    }
+}
+
+/// Sixteen rows of lines to write, each of which starts anywhere.
 pub(crate) struct RowLines<'a> {
     starts: [*mut F32x16; F32x16::LANES],
     /// Lines of a row that may be written.
@@ -12,25 +40,7 @@ pub(crate) struct RowLines<'a> {
     memory: PhantomData<&'a mut F32x16>,
 }
 
-impl<'a> RowLines<'a> {
-    /// Rows of `length` lines, one after the other.
-    ///
-    /// # Panics
-    /// Where `lines` ends before the last of them.
-    #[inline(always)]
-    pub(crate) fn new(lines: &'a mut [F32x16], length: usize) -> Self {
-        assert!(length <= lines.len() / F32x16::LANES);
-        let mut starts = [lines.as_mut_ptr(); F32x16::LANES];
-        for (row, start) in starts.iter_mut().enumerate() {
-            *start = start.wrapping_add(row * length);
-        }
-        Self {
-            starts,
-            length,
-            memory: PhantomData,
-        }
-    }
-
+impl RowLines<'_> {
     /// Rows that start anywhere.
     ///
     /// # Safety
@@ -44,16 +54,10 @@ impl<'a> RowLines<'a> {
         }
     }
 
-    /// The same rows for a while.
-    #[inline(always)]
-    pub(crate) fn reborrow(&mut self) -> RowLines<'_> {
-        RowLines { ..*self }
-    }
-
     /// Asks the machine for a line that will be written. It need not exist.
     #[inline(always)]
     pub(crate) fn prefetch(&self, row: usize, index: usize) {
-        prefetch_for_write(self.starts[row].wrapping_add(index));
+        prefetch_line(self.starts[row].wrapping_add(index));
     }
 
     /// A line of one row.
@@ -78,9 +82,14 @@ pub(crate) fn prefetch<T>(table: &[T], index: usize) {
     let _ = (table, index);
 }
 
-/// Asks the machine for memory that will be written. It need not exist.
+/// Asks the machine for a line that will be written. It need not exist.
 #[inline(always)]
-fn prefetch_for_write(line: *mut F32x16) {
+pub(crate) fn prefetch_for_write(lines: &mut [F32x16], index: usize) {
+    prefetch_line(lines.as_mut_ptr().wrapping_add(index));
+}
+
+#[inline(always)]
+fn prefetch_line(line: *mut F32x16) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_ET0, _mm_prefetch};

@@ -23,8 +23,8 @@ use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
 pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
-pub(crate) use lines::RowLines;
 use lines::prefetch;
+pub(crate) use lines::{RowLines, StridedLines, prefetch_for_write};
 pub(crate) use row_set::{DistinctRows, RowSet};
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
