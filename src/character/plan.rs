@@ -9,7 +9,6 @@ use std::hash::{Hash, Hasher};
 use rustc_hash::FxHasher;
 
 use super::event::CharacterEventKind;
-use super::goal::Goal;
 use super::scratch::{PlanScratch, Worker};
 use super::state::{CharacterState, Pending};
 use super::threat::{Threat, Window};
@@ -226,28 +225,6 @@ impl CharacterState {
     fn hold(&mut self, moment: &Moment, attack: &Attack, evasion_end: Option<f32>) {
         let seconds = attack.end().max(evasion_end.unwrap_or(0.0));
         self.held_until = moment.at + f64::from(seconds);
-    }
-
-    /// Leaves an evasion that is no longer needed, where the clips have a way back, so that steering need not wait for its end. A
-    /// character without a goal plays it to its end.
-    pub(super) fn leave(&mut self, world: &World<'_>, scratch: &mut PlanScratch) {
-        let graph = world.baked.graph();
-        let is_threatened = !world.threats.is_empty() && self.seen != 0;
-        let is_waiting = self.has_plan && self.pending.is_none() && world.now < self.held_until;
-        let wants = !matches!(self.goal, Goal::Idle | Goal::Stop);
-        if !is_waiting || !wants || is_threatened || self.playing.rate != 1.0 {
-            return;
-        }
-        let (motion, seconds) = (&self.playing.motion, self.playing.seconds);
-        let is_bent = motion.warp().is_some_and(|warp| warp.acts_at(seconds));
-        let edge = motion.playhead(graph, seconds).edge;
-        if is_bent || motion.is_blending(seconds) || graph.edge(edge).event.is_none() {
-            return;
-        }
-        if let Some(exit) = world.baked.exits_at(motion, seconds).first() {
-            self.playing.enter(graph, exit, &mut scratch.spare);
-            self.held_until = world.now + f64::from(exit.blend);
-        }
     }
 
     fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {

@@ -2,7 +2,6 @@ use glam::Vec3;
 
 use super::steer::SteerScratch;
 use crate::anim::{JointTransform, Pose};
-use crate::graph::Motion;
 use crate::query::clearance::MotionBody;
 use crate::query::obstacle::ObstacleScratch;
 use crate::query::{Answer, Obstacle, QueryContext};
@@ -30,5 +29,4 @@ pub(super) struct PlanScratch {
     /// The same, larger by the margin of plans.
     pub wider: Vec<Obstacle>,
     pub entered: ObstacleScratch,
-    pub spare: Motion,
 }

@@ -123,7 +123,6 @@ impl CharacterState {
             return;
         }
         self.near_obstacles(index, world, &mut worker.obstacles);
-        self.leave(world, &mut worker.plan);
         if self.pending.is_none() && world.now >= self.held_until {
             if self.has_plan {
                 self.has_plan = false;
