@@ -65,8 +65,13 @@ fn motions_that_are_none() {
     }
     for name in ["missing.bvh", "."] {
         sabaki(folder.path(), &["inspect", name]).is_refused(&[name]);
-        sabaki(folder.path(), &bake(name, &[])).is_refused(&[name]);
     }
+    sabaki(folder.path(), &bake("missing.bvh", &[])).is_refused(&["missing.bvh"]);
+    // A line for each file of a folder, and one for all.
+    let told = sabaki(folder.path(), &bake(".", &[]));
+    assert_eq!((told.code, told.stdout.as_str()), (2, ""));
+    assert_eq!(told.stderr.lines().count(), 12, "{}", told.stderr);
+    assert!(told.stderr.contains("11 of 11 files"), "{}", told.stderr);
     assert!(!folder.path().join("out.sabaki").exists());
 }
 

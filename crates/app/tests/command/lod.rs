@@ -11,7 +11,7 @@ fn the_levels_of_a_clip_are_told_and_drawn() {
     let (path, _) = clips();
     let args = ["lod", path, "--plot", "lod.png", "--export", "lod.glb"];
     let told = sabaki(folder.path(), &args).is(0);
-    for word in ["removed", "energy J", "L = ", "without\nblending"] {
+    for word in ["removed", "energy J", "L = ", "without blending"] {
         assert!(told.stdout.contains(word), "{word} in\n{}", told.stdout);
     }
     assert_is_png(&folder.path().join("lod.png"));
