@@ -1,7 +1,8 @@
 //! Mirrored clips: left and right exchanged.
 //!
 //! A motion is reflected in the plane between the sides of the body, and joints exchange their motion with those of the other side,
-//! which their names tell. Reflected rotations are rotations again: `v ↦ M·R·M·v`, the reflection `M` before and after.
+//! which their names tell. Reflected rotations are rotations again: `v ↦ M·R·M·v`, the reflection `M` before and after. Where the rest pose
+//! is not symmetric, as in most captures, joints are turned so that reflected bones point where the reflected motion has them.
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, JointId, Skeleton};
@@ -50,6 +51,8 @@ struct Mirror {
     twins: Vec<JointId>,
     /// Normal of the plane between the sides.
     normal: Vec3,
+    /// For each joint, the rotation from its bone at rest to the reflected bone of its twin.
+    rest: Vec<Quat>,
 }
 
 impl ClipSet {
@@ -62,7 +65,10 @@ impl ClipSet {
         let mirror = Mirror::of(&self.skeleton)?;
         let count = self.clips.len();
         for index in 0..count {
-            let clip = Clip::new(&self.skeleton, mirror.clip(&self.clips[index]))?;
+            let clip = Clip::new(
+                &self.skeleton,
+                mirror.clip(&self.skeleton, &self.clips[index]),
+            )?;
             self.clips.push(clip);
             self.scales.push(self.scales[index]);
         }
@@ -91,9 +97,32 @@ impl Mirror {
             return Err(MirrorError::Parents { joint, twin });
         }
         let normal = normal(skeleton, &twins).ok_or(MirrorError::NoSides)?;
-        let mirror = Self { twins, normal };
+        let rest = vec![Quat::IDENTITY; twins.len()];
+        let mut mirror = Self {
+            twins,
+            normal,
+            rest,
+        };
+        mirror.rest = skeleton
+            .ids()
+            .map(|id| mirror.rest_of(skeleton, id))
+            .collect();
         mirror.check_bones(skeleton)?;
         Ok(mirror)
+    }
+
+    /// The rotation of a joint with one child, whose bone has a direction; of any other joint none.
+    fn rest_of(&self, skeleton: &Skeleton, id: JointId) -> Quat {
+        let mut children = skeleton.children(id);
+        let (Some(child), None) = (children.next(), children.next()) else {
+            return Quat::IDENTITY;
+        };
+        let own = skeleton.joint(child).offset;
+        let reflected = self.point(skeleton.joint(self.twins[child.index()]).offset);
+        match (own.try_normalize(), reflected.try_normalize()) {
+            (Some(own), Some(reflected)) => Quat::from_rotation_arc(own, reflected),
+            _ => Quat::IDENTITY,
+        }
     }
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MirrorError> {
@@ -102,7 +131,8 @@ impl Mirror {
         for id in skeleton.ids().skip(1) {
             let twin = self.twins[id.index()];
             let (one, other) = (skeleton.joint(id).offset, skeleton.joint(twin).offset);
-            let metres = self.point(one).distance(other);
+            let parent = skeleton.joint(twin).parent.map_or(0, JointId::index);
+            let metres = self.point(one).distance(self.rest[parent] * other);
             if metres > DIFFERENCE.0 + DIFFERENCE.1 * one.length() {
                 let name = |id: JointId| skeleton.joint(id).name.clone();
                 let (joint, twin) = (name(id), name(twin));
@@ -125,7 +155,7 @@ impl Mirror {
         Quat::from_xyzw(axis.x, axis.y, axis.z, rotation.w)
     }
 
-    fn clip(&self, clip: &Clip) -> ClipDesc {
+    fn clip(&self, skeleton: &Skeleton, clip: &Clip) -> ClipDesc {
         let ClipDesc {
             name,
             frame_rate,
@@ -138,17 +168,24 @@ impl Mirror {
             let (frame, joint) = (index / joints, index % joints);
             frame * joints + self.twins[joint].index()
         };
+        let of_parent = |joint: usize| {
+            let parent = skeleton.joints()[joint].parent;
+            parent.map_or(Quat::IDENTITY, |parent| self.rest[parent.index()].inverse())
+        };
         let ending = if name.contains(':') { " " } else { ":" };
-        let of_twins = |count: usize| (0..count).map(twin);
         ClipDesc {
             name: format!("{name}{ending}mirrored"),
             frame_rate: *frame_rate,
             roots: roots.iter().map(|root| self.point(*root)).collect(),
-            rotations: of_twins(rotations.len())
-                .map(|twin| self.rotation(rotations[twin]))
+            rotations: (0..rotations.len())
+                .map(|index| {
+                    let joint = index % joints;
+                    let reflected = self.rotation(rotations[twin(index)]);
+                    (of_parent(joint) * reflected * self.rest[joint]).normalize()
+                })
                 .collect(),
-            translations: of_twins(translations.len())
-                .map(|twin| self.point(translations[twin]))
+            translations: (0..translations.len())
+                .map(|index| of_parent(index % joints) * self.point(translations[twin(index)]))
                 .collect(),
         }
     }

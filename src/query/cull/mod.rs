@@ -18,7 +18,9 @@ mod steps;
 mod texels;
 
 pub(super) use draw_input::{DrawInput, PlacedRegion};
+#[cfg(feature = "vulkan")]
 pub(crate) use drawing::{AttackDrawing, AttackLayer, TimedDisc};
+#[cfg(feature = "vulkan")]
 pub(crate) use input::CullCandidate;
 pub use input::CullInput;
 pub(crate) use overlap::Counted;
