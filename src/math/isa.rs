@@ -117,15 +117,25 @@ impl Isa {
     pub(crate) fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self <= Self::best() => self.run(
-                #[inline(always)]
-                || kernel.run(WordsAvx512(())),
-            ),
+            Self::Avx512 if self <= Self::best() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    run_avx512(
+                        #[inline(always)]
+                        || kernel.run(WordsAvx512(())),
+                    )
+                }
+            }
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self <= Self::best() => self.run(
-                #[inline(always)]
-                || kernel.run(WordsAvx2(())),
-            ),
+            Self::Avx2 if self <= Self::best() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    run_avx2(
+                        #[inline(always)]
+                        || kernel.run(WordsAvx2(())),
+                    )
+                }
+            }
             _ => kernel.run(WordsPortable(())),
         }
     }
@@ -219,19 +229,23 @@ unsafe fn gather_avx2(table: &[u32], places: &[u32; 16], words: &mut [u32; 16]) 
     }
 }
 
+/// Runs a kernel that is written for AVX2, compiled for that alone.
+///
 /// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-unsafe fn run_avx2<R>(kernel: impl FnOnce() -> R) -> R {
+pub(super) unsafe fn run_avx2<R>(kernel: impl FnOnce() -> R) -> R {
     kernel()
 }
 
+/// Runs a kernel that is written for AVX-512, compiled for that alone.
+///
 /// # Safety
 /// The machine must have the features that are named.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512cd,avx512dq,avx512vl")]
-unsafe fn run_avx512<R>(kernel: impl FnOnce() -> R) -> R {
+pub(super) unsafe fn run_avx512<R>(kernel: impl FnOnce() -> R) -> R {
     kernel()
 }
 

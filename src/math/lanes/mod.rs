@@ -22,6 +22,8 @@ use std::ops::{Add, Div, IndexMut, Mul, Sub};
 use bytemuck::{Pod, Zeroable};
 
 use super::Isa;
+#[cfg(target_arch = "x86_64")]
+use super::isa::{run_avx2, run_avx512};
 pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
 use lines::prefetch;
 pub(crate) use lines::{RowLines, StridedLines, prefetch_for_write};
@@ -151,15 +153,25 @@ impl Isa {
     pub(crate) fn on_lanes<K: Kernel>(self, kernel: K) -> K::Out {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self.is_available() => self.run(
-                #[inline(always)]
-                || kernel.run::<avx512::Avx512>(),
-            ),
+            Self::Avx512 if self.is_available() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    run_avx512(
+                        #[inline(always)]
+                        || kernel.run::<avx512::Avx512>(),
+                    )
+                }
+            }
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self.is_available() => self.run(
-                #[inline(always)]
-                || kernel.run::<avx2::Avx2>(),
-            ),
+            Self::Avx2 if self.is_available() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    run_avx2(
+                        #[inline(always)]
+                        || kernel.run::<avx2::Avx2>(),
+                    )
+                }
+            }
             _ => kernel.run::<portable::Portable>(),
         }
     }
