@@ -16,8 +16,7 @@ use sabaki::crowd::{
     CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, LevelView, Output, PoseSlice,
     WriteMode,
 };
-use sabaki::internal::F32x16;
-use sabaki::math::Isa;
+use sabaki::math::{F32x16, Isa};
 use scene::Scene;
 
 const COUNT: usize = 10_000;

@@ -4,16 +4,13 @@
 pub use crate::anim::facing::Facing;
 pub use crate::anim::leg::Leg;
 pub use crate::anim::limbs::Limbs;
-pub use crate::anim::warp::{Bend, Envelope, Warp};
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, Plant};
-pub use crate::graph::ids::EventId;
 pub use crate::maps::atlas::RegionId;
-pub use crate::maps::attack_grid::{AttackGrid, AttackOption, Contact};
-pub use crate::maps::attack_move::AttackMove;
+pub use crate::maps::attack_grid::Contact;
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
 pub use crate::maps::fixed_transform::FixedTransform2;
@@ -26,13 +23,11 @@ pub use crate::maps::region_maps::{AttackMaps, RegionMaps, SlabMaps};
 pub use crate::maps::retime::Retimable;
 pub use crate::maps::slab::{Section, Slab};
 pub use crate::maps::track::{BodyTrack, TrackStart};
-pub use crate::math::lanes::F32x16;
 pub use crate::query::clearance::{
-    Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
+    ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
 };
 pub use crate::query::cull::drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub use crate::query::cull::input::CullCandidate;
-pub use crate::query::cull::overlap::Counted;
 
 /// The rasterizer that the shaders mirror.
 pub mod raster {

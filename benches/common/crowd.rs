@@ -7,9 +7,8 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
-use sabaki::math::Rigid2;
+use sabaki::math::{F32x16, Rigid2};
 use sabaki_app::demo;
 use sabaki_import::{ReadOptions, read_clip};
 

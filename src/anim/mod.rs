@@ -28,4 +28,4 @@ pub(crate) use pose::slerp;
 pub(crate) use rig::Rig;
 pub(crate) use rows::{Block, LANES, Slerp, unpack};
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};
-pub(crate) use warp::{Bend, Envelope, Warp};
+pub use warp::{Bend, Envelope, Warp};

@@ -115,6 +115,7 @@ impl MotionGraph {
 
     /// Legs, then arms, left before right. `None` for each that the joints' names do not identify.
     #[must_use]
+    #[doc(hidden)]
     pub fn limbs(&self) -> &[Option<Leg>; 4] {
         self.rig().limbs()
     }

@@ -40,6 +40,7 @@ impl RegionAtlas {
     /// [`BakedGraph::attack_moves`](super::BakedGraph::attack_moves). Each mask has one bit for each slice of
     /// the grid.
     #[must_use]
+    #[doc(hidden)]
     pub fn new(grid: MapGrid, regions: Vec<RegionMaps>, attacks: Vec<AttackMaps>) -> Self {
         Self {
             grid,
@@ -68,24 +69,28 @@ impl RegionAtlas {
 
     /// Maps of the evasions, by [`RegionId`].
     #[must_use]
+    #[doc(hidden)]
     pub fn regions(&self) -> &[RegionMaps] {
         &self.regions
     }
 
     /// Maps of one evasion.
     #[must_use]
+    #[doc(hidden)]
     pub fn region(&self, region: RegionId) -> &RegionMaps {
         &self.regions[region.index()]
     }
 
     /// Maps of the attacks, in the order of [`BakedGraph::attack_moves`](super::BakedGraph::attack_moves).
     #[must_use]
+    #[doc(hidden)]
     pub fn attacks(&self) -> &[AttackMaps] {
         &self.attacks
     }
 
     /// Maps of one evasion in one slab, or `None` if the body does not reach that slab.
     #[must_use]
+    #[doc(hidden)]
     pub fn maps(&self, region: RegionId, slab: Slab) -> Option<&SlabMaps> {
         let region = self.region(region);
         let index = usize::try_from(slab.0.checked_sub(region.first_slab.0)?).ok()?;

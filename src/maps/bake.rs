@@ -144,6 +144,7 @@ impl Baker {
     /// Drawings for [`raster::every_frame`] or its GPU counterpart. Each evasion has, slab by slab,
     /// one drawing of the whole evasion and, if the maps are timed, one of each slice.
     #[must_use]
+    #[doc(hidden)]
     pub fn every_frame_drawings(&self) -> &[Drawing] {
         &self.every_frame
     }
@@ -152,12 +153,14 @@ impl Baker {
     /// everything that the body may touch in each slice of an evasion, and everything that an
     /// attack passes.
     #[must_use]
+    #[doc(hidden)]
     pub fn any_frame_drawings(&self) -> &[Drawing] {
         &self.any_frame
     }
 
     /// Draws all maps on the CPU.
     #[must_use]
+    #[doc(hidden)]
     pub fn draw_on_cpu(&self) -> DrawnMaps {
         let threads = self.settings.threads;
         let (every, any) = (&self.every_frame, &self.any_frame);
@@ -181,6 +184,7 @@ impl Baker {
     /// # Errors
     /// The number of maps differs from the number of drawings, or a map's rectangle differs from
     /// its drawing's.
+    #[doc(hidden)]
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
         let atlas = self.atlas(&maps)?;
         let placement = |edge: EdgeId| -> Rigid2 {

@@ -39,9 +39,8 @@ pub use atlas::RegionAtlas;
 pub(crate) use atlas::RegionId;
 #[cfg(feature = "vulkan")]
 pub(crate) use atlas::{PackedAtlas, PackedMap};
-pub(crate) use attack_grid::{AttackGrid, AttackOption};
-pub use attack_grid::{AttackGridReport, AttackGridSettings};
-pub(crate) use attack_move::AttackMove;
+pub use attack_grid::{AttackGrid, AttackGridReport, AttackGridSettings, AttackOption};
+pub use attack_move::AttackMove;
 pub use bake::Baker;
 pub use bake_settings::{BakeError, BakeSettings};
 pub use baked::BakedGraph;

@@ -41,6 +41,7 @@ pub struct MapGrid {
     /// Height of a slab, in metres. Default 0.05.
     pub slab_height: f32,
     /// Cross-section that represents a sphere in a slab. Default [`Section::Plane`].
+    #[doc(hidden)]
     pub section: Section,
     /// Number of time slices, 1 to 64. Default 32. With 1 slice the maps are untimed as in the
     /// paper: they hold the body during the whole evasion, and the attack at all times.
@@ -157,6 +158,7 @@ impl MapGrid {
     /// Section of a sphere in a slab, seen from above, in sub-texels of the map's frame, rounded to
     /// the nearest. Returns `None` if the sphere does not reach the section's height.
     #[must_use]
+    #[doc(hidden)]
     pub fn disc(&self, centre: Vec3, radius: f32, slab: Slab) -> Option<Disc> {
         self.cut(Sphere::new(centre, radius), slab, Cut::Nearest)
     }

@@ -11,7 +11,7 @@ mod worker_pool;
 pub use isa::Isa;
 pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
-pub(crate) use lanes::F32x16;
+pub use lanes::F32x16;
 pub(crate) use lanes::{
     DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, RowSet, StridedLines,
     UnitHalves, prefetch_for_write,

@@ -126,6 +126,7 @@ impl Answer {
     }
 
     /// The candidates that end in an evasion, with their paths.
+    #[doc(hidden)]
     pub fn paths(&self) -> impl Iterator<Item = (PathId, &CandidateReport)> {
         self.candidates
             .iter()

@@ -44,6 +44,7 @@ mod workers;
 pub use answer::{Answer, CandidateReport, Counts, EnteredAt, Fate};
 pub use ask::Query;
 pub use attack::{Attack, AttackError};
+pub use clearance::Clearance;
 pub use context::QueryContext;
 pub use cull::CullPath;
 pub use entry_use::EntryUse;

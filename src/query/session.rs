@@ -230,6 +230,7 @@ impl<'a> Session<'a> {
     }
 
     /// The paths of the candidates of [`Session::cull_input`], in its order.
+    #[doc(hidden)]
     pub fn counted_paths(&self) -> impl Iterator<Item = PathId> {
         let candidates = &self.state.candidates;
         candidates.list[..candidates.counted]

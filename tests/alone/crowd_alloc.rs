@@ -10,9 +10,8 @@ use counting::all_allocations;
 use glam::{Vec3, Vec4};
 use sabaki::anim::JointId;
 use sabaki::crowd::{Crowd, Frame, Frustum, LevelId, LevelView};
-use sabaki::internal::F32x16;
 use sabaki::lod::{Levels, Rule, SwitchSettings, Switching};
-use sabaki::math::Isa;
+use sabaki::math::{F32x16, Isa};
 use std::sync::Arc;
 
 /// One test: the whole process is counted.

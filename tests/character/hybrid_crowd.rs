@@ -12,9 +12,8 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::character::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
 use sabaki::crowd::{CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
-use sabaki::internal::F32x16;
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
-use sabaki::math::Rigid2;
+use sabaki::math::{F32x16, Rigid2};
 
 /// Metres.
 const NEAR: f64 = 4e-4;

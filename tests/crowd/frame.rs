@@ -11,9 +11,8 @@ use sabaki::crowd::{
     Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Layout, LevelView,
     Output, Placement, PoseSlice,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
-use sabaki::math::{Isa, Rigid2};
+use sabaki::math::{F32x16, Isa, Rigid2};
 use std::sync::Arc;
 
 const SECONDS: f64 = 1.0 / 60.0;

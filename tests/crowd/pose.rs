@@ -14,9 +14,8 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetError, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdError,
     CrowdSettings, Form, Hold, LevelId, Output, PoseError,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels};
-use sabaki::math::Isa;
+use sabaki::math::{F32x16, Isa};
 use sabaki_import::{ReadOptions, read_clip};
 
 /// Metres.

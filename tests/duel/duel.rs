@@ -11,8 +11,7 @@ use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Event, EventKind, Pose, forward_kinematics};
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Fighter, Score, Settled, Side, Trunk};
 use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
-use sabaki::internal::AttackGrid;
-use sabaki::maps::{AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 

@@ -11,9 +11,9 @@ use common::timed::{Bounds, atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
 use sabaki::gpu::{ComputeSettings, Culler, CullerDesc, InputWay};
-use sabaki::internal::{AttackDrawing, Counted, CullCandidate, MapRect};
+use sabaki::internal::{AttackDrawing, CullCandidate, MapRect};
 use sabaki::maps::MapGrid;
-use sabaki::query::cull::{CullInput, Overlap};
+use sabaki::query::cull::{Counted, CullInput, Overlap};
 use sabaki_app::headless::{Headless, HeadlessDesc};
 
 const RECT: MapRect = MapRect {

@@ -9,9 +9,9 @@ use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
 use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms, Without};
-use sabaki::internal::{AttackDrawing, Counted, CullCandidate, MapRect, RegionId, Slab};
+use sabaki::internal::{AttackDrawing, CullCandidate, MapRect, RegionId, Slab};
 use sabaki::maps::MapGrid;
-use sabaki::query::cull::{CullInput, Overlap};
+use sabaki::query::cull::{Counted, CullInput, Overlap};
 
 #[test]
 fn thousands_of_random_candidates_agree() {

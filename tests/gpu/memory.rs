@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 
 use sabaki::gpu::{Block, Culler, CullerDesc, GpuError, Memory, MemoryDesc};
-use sabaki::internal::Counted;
-use sabaki::query::cull::{CullPath, Overlap, cpu};
+use sabaki::query::cull::{Counted, CullPath, Overlap, cpu};
 use sabaki::query::{Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 use sabaki_testing::baked::embedded;

@@ -10,8 +10,7 @@ use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{Motion, NodeId, Playhead, Step};
-use sabaki::internal::AttackGrid;
-use sabaki::maps::{AttackGridSettings, BakedGraph, PathSettings};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 use sabaki::math::Rigid2;
 
 type Cell = [i16; 3];

@@ -9,11 +9,11 @@ use glam::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::internal::{
-    BodyTrack, Clearance, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
+    BodyTrack, ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, closest,
 };
 use sabaki::maps::{MovingSphere, SphereKey};
 use sabaki::math::{Rigid2, Sphere};
-use sabaki::query::Attack;
+use sabaki::query::{Attack, Clearance};
 
 /// A sphere on a way of some keys near a body, within a track's time.
 fn keys(rng: &mut impl Rng, evasion: &PlacedEvasion<'_>) -> Vec<SphereKey> {

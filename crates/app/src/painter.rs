@@ -2,7 +2,7 @@
 
 use crate::headless::Headless;
 use sabaki::gpu::GpuError;
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Offscreen, Picture, Stage, StageDesc};
 

@@ -16,8 +16,7 @@ use common::{device, finish};
 use glam::Vec2;
 use sabaki::archive;
 use sabaki::duel::DuelSettings;
-use sabaki::internal::AttackGrid;
-use sabaki::maps::{AttackGridSettings, Body};
+use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
 use sabaki_app::Painter;
 use sabaki_app::demo;
 use sabaki_app::live::{

@@ -6,9 +6,9 @@ use super::attacks::AttackEntry;
 use super::error::{ReadError, RecordingError};
 use super::file::read_bytes;
 use super::json;
+use sabaki::anim::Warp;
 use sabaki::archive;
 use sabaki::graph::{EdgeId, Playhead};
-use sabaki::internal::Warp;
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
     Answer, Attack, EnteredAt, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,

@@ -8,9 +8,8 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdSettings,
     Form, Layout, LevelId, Output, Placement, PoseSlice, WriteMode,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{Level, LevelMotion, Levels, rehang};
-use sabaki::math::{Isa, Rigid2};
+use sabaki::math::{F32x16, Isa, Rigid2};
 
 use super::random::Random;
 

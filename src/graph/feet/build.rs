@@ -5,6 +5,7 @@ use crate::graph::MotionGraph;
 impl MotionGraph {
     /// Legs, plants and foot blends.
     #[must_use]
+    #[doc(hidden)]
     pub fn feet(&self) -> &Feet {
         &self.feet
     }

@@ -67,6 +67,7 @@ impl Default for AttackGridSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct AttackOption {
     /// Path to the attack's start, in [`AttackGrid::paths`].
+    #[doc(hidden)]
     pub path: PathId,
     /// Index of the contact in [`AttackGrid::contacts`] of the attack.
     pub contact: u32,
@@ -133,24 +134,28 @@ impl AttackGrid {
     /// Paths to attacks. [`NodePath::evasion`](super::NodePath::evasion) holds the attack's index
     /// in [`BakedGraph::attack_moves`].
     #[must_use]
+    #[doc(hidden)]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
     /// Attack at the end of a path.
     #[must_use]
+    #[doc(hidden)]
     pub fn attack_move<'a>(&self, baked: &'a BakedGraph, path: PathId) -> &'a AttackMove {
         &baked.attack_moves()[self.paths.path(path).evasion as usize]
     }
 
     /// Contacts of an attack, by its index in [`BakedGraph::attack_moves`].
     #[must_use]
+    #[doc(hidden)]
     pub fn contacts(&self, attack: usize) -> &[Contact] {
         &self.contacts[attack]
     }
 
     /// Contact at which the attack hits.
     #[must_use]
+    #[doc(hidden)]
     pub fn contact(&self, option: AttackOption) -> Contact {
         let attack = self.paths.path(option.path).evasion as usize;
         self.contacts[attack][option.contact as usize]

@@ -138,6 +138,7 @@ impl BakedGraph {
 
     /// Allowed rate changes of an edge.
     #[must_use]
+    #[doc(hidden)]
     pub fn retimable(&self, edge: EdgeId) -> Retimable {
         self.retimable[edge.index()]
     }
@@ -170,18 +171,21 @@ impl BakedGraph {
 
     /// Paths from each node to evasions.
     #[must_use]
+    #[doc(hidden)]
     pub fn paths(&self) -> &PathTable {
         &self.paths
     }
 
     /// Paths, filed by the cells that the body leaves when it takes them.
     #[must_use]
+    #[doc(hidden)]
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
     /// Body spheres during and after an evasion, by its index in [`BakedGraph::evasions`].
     #[must_use]
+    #[doc(hidden)]
     pub fn track(&self, evasion: usize) -> &BodyTrack {
         &self.tracks[evasion]
     }
@@ -300,6 +304,7 @@ impl BakedGraph {
 
     /// Number of texels in an evasion map, which is the most that an attack can cover there.
     #[must_use]
+    #[doc(hidden)]
     pub fn evasion_texels(&self, region: RegionId, slab: Slab) -> u32 {
         let first = self.atlas.region(region).first_slab;
         let texels = &self.evasion_texels[region.index()];

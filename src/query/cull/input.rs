@@ -7,8 +7,10 @@ pub struct CullInput<'a> {
     /// Maps of all evasions.
     pub atlas: &'a RegionAtlas,
     /// Discs of the attack, in the frame in which the paths start.
+    #[doc(hidden)]
     pub attack: &'a AttackDrawing,
     /// Candidates; all are counted.
+    #[doc(hidden)]
     pub candidates: &'a [CullCandidate],
 }
 

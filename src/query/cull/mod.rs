@@ -23,7 +23,6 @@ pub(crate) use drawing::{AttackDrawing, AttackLayer, TimedDisc};
 #[cfg(feature = "vulkan")]
 pub(crate) use input::CullCandidate;
 pub use input::CullInput;
-pub(crate) use overlap::Counted;
-pub use overlap::Overlap;
+pub use overlap::{Counted, Overlap};
 pub use path::{CullPath, UnknownCullPath};
 pub(super) use query_maps::QueryMaps;

@@ -1,10 +1,10 @@
 //! Which culling paths run on this machine, and running them.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use sabaki::internal::{AttackDrawing, Counted};
+use sabaki::internal::AttackDrawing;
 use sabaki::maps::RegionAtlas;
 use sabaki::query::CullPath;
-use sabaki::query::cull::{CullInput, Overlap, cpu};
+use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 
 use super::Failure;
 

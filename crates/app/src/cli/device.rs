@@ -1,9 +1,8 @@
 //! The Vulkan device of the command: a headless one, with cullers for each graph.
 
 use sabaki::gpu::{self, CullerDesc, GpuError, PassTime, PathReport};
-use sabaki::internal::Counted;
 use sabaki::maps::RegionAtlas;
-use sabaki::query::cull::{CullInput, CullPath, Overlap, cpu};
+use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
 use sabaki_app::headless::{DeviceChoice, DeviceInfo, Headless, HeadlessDesc};
 use serde_json::{Value, json};
 

@@ -6,8 +6,7 @@ use std::time::Instant;
 use sabaki::duel::Fighter;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
 use sabaki::graph::EdgeId;
-use sabaki::internal::AttackGrid;
-use sabaki::maps::{AttackGridReport, AttackGridSettings, BakedGraph};
+use sabaki::maps::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 

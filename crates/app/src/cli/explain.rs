@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
+use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
-use sabaki::internal::Warp;
 use sabaki::maps::BakedGraph;
 use sabaki::query::RateError;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};

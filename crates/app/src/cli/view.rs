@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use sabaki::duel::DuelSettings;
 use sabaki::graph::GraphError;
-use sabaki::internal::AttackGrid;
-use sabaki::maps::{AttackGridSettings, BakedGraph, Body};
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, Body};
 use sabaki::query::{CullPath, Enumerate};
 use sabaki_app::demo;
 use sabaki_app::headless::{DeviceChoice, Message};

@@ -54,7 +54,7 @@ impl Headless {
     }
 
     /// Overlaps of any number of candidates: [`cpu::count`] on the device, as far as
-    /// the culler [counts](sabaki::internal::Counted) them.
+    /// the culler [counts](sabaki::query::cull::Counted) them.
     ///
     /// Without precise queries the device only says which candidates meet the attack: [`Overlap::body`] and
     /// [`Overlap::outer`] are 0 or not 0, and [`Overlap::evasion`] is counted on the CPU.

@@ -4,7 +4,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use sabaki::crowd::PoseError;
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Orbit, Shot};
 
 /// Path of the camera past a crowd.

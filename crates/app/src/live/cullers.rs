@@ -6,9 +6,8 @@ use super::map_choices::MapChoice;
 use super::worker_request::{QueryWorkerDesc, WorkerRequest, WorkerResponse};
 use crate::headless::{Headless, HeadlessDesc, Message};
 use sabaki::gpu::{Culler, CullerDesc, GpuError};
-use sabaki::internal::Counted;
 use sabaki::maps::BakedGraph;
-use sabaki::query::cull::{CullInput, Overlap, cpu};
+use sabaki::query::cull::{Counted, CullInput, Overlap, cpu};
 use sabaki::query::{CullPath, Query, QueryContext, Request};
 
 /// Cullers, each created when it is first needed.

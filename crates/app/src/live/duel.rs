@@ -5,8 +5,7 @@ use glam::Vec3;
 use crate::live::Event;
 use sabaki::anim::JointTransform;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
-use sabaki::internal::AttackGrid;
-use sabaki::maps::BakedGraph;
+use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Shot};
 

@@ -21,7 +21,7 @@ use image_uses::{ACQUIRED, BLENDED, PRESENTED, begin_panels};
 use overlay::Overlay;
 use sabaki::gpu::internal::DeviceMemory;
 use sabaki::gpu::{Context, GpuError};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::internal::{COPIED, DRAWN, ImageBarrier, image_barrier};
 use sabaki_draw::scene::{CrowdShot, Shot};
 use sabaki_draw::{Picture, Stage, StageDesc, Target};

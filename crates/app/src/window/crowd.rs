@@ -7,7 +7,7 @@ use super::gui::bars;
 use super::times::median;
 use super::{Seen, View, WindowError};
 use crate::live::{CameraPath, Clock, Event, LiveCrowd};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot, level_colour};
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::{Seen, View, WindowError};
 use crate::live::{Clock, Drive, Event};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 

@@ -7,7 +7,7 @@ use super::{Seen, View, WindowError};
 use crate::live::{Clock, Event, LiveDuel};
 use sabaki::anim::Clip;
 use sabaki::duel::Exchange;
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 

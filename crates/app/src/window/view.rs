@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::WindowError;
 use crate::live::{Clock, Event};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 

@@ -14,10 +14,9 @@ use sabaki::crowd::{
     self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
     CrowdSettings, Layout, LevelId, Output, Placement, WriteMode,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, LodError};
 use sabaki::maps::Body;
-use sabaki::math::Rigid2;
+use sabaki::math::{F32x16, Rigid2};
 
 /// Settings of a formation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,9 +6,8 @@ use glam::Vec3;
 use super::crowd::{Crowd, FormationError};
 use super::{Camera, CrowdMember, CrowdShot, Detail, Light, MemberGroup, Shot};
 use sabaki::crowd::{LevelId, PoseError};
-use sabaki::internal::F32x16;
 use sabaki::lod::{Measure, Rule, SwitchSettings, Switching, View};
-use sabaki::math::Sphere;
+use sabaki::math::{F32x16, Sphere};
 
 /// Heights on the screen below which figures have fewer parts, then fewer triangles, in pixels.
 const DISTANT: f32 = 26.0;

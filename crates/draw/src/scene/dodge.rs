@@ -9,9 +9,8 @@ use super::maps::{DodgeMaps, MapStyle, SlabPicture};
 use super::{Figure, Look, Shot};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};
-use sabaki::internal::Clearance;
 use sabaki::maps::{BakedGraph, MovingSphere};
-use sabaki::query::{Answer, Attack};
+use sabaki::query::{Answer, Attack, Clearance};
 
 /// Settings of the playback of a dodge.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ use mesh::Meshes;
 use pipelines::Pipelines;
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use slot::Slot;
 use targets::Targets;
 

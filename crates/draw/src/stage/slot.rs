@@ -9,7 +9,7 @@ use crate::scene::Capsule;
 use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 
 /// Buffers and descriptor set of a slot. Handles are null by default.
 #[derive(Debug, Default)]

@@ -11,9 +11,8 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame,
     LevelId, LevelView, Output, Placement,
 };
-use sabaki::internal::F32x16;
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
-use sabaki::math::Rigid2;
+use sabaki::math::{F32x16, Rigid2};
 
 use super::cases::{CUT_SECONDS, Case, Lod, Mixed, What};
 use super::row::Row;

@@ -1,7 +1,7 @@
 //! The device and the painter that draw pictures.
 
 use sabaki::gpu::GpuError;
-use sabaki::internal::F32x16;
+use sabaki::math::F32x16;
 use sabaki_app::Painter;
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 use sabaki_draw::StageDesc;
