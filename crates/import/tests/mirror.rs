@@ -1,9 +1,12 @@
-//! Promise: a mirrored clip is the reflection of the clip, with left and right exchanged; joints whose sides do not pair are named.
+//! Promise: a mirrored clip is the reflection of the clip, with left and right exchanged; both halves lie in one graph; joints whose
+//! sides do not pair are named.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::graph::{self, EdgeMotion, GraphSettings};
 use sabaki_import::{ClipSet, MirrorError};
+use sabaki_testing::captures::{captures, source_of};
 
 fn set(joints: &[(&str, Option<u16>, [f32; 3])]) -> ClipSet {
     let joints = joints.iter().map(|(name, parent, offset)| Joint {
@@ -88,4 +91,41 @@ fn joints_whose_sides_do_not_pair_are_named() {
         ("RightFoot", Some(2), [0.0, -0.4, 0.0]),
     ]);
     assert!(matches!(hung, MirrorError::Parents { .. }), "{hung}");
+}
+
+#[test]
+fn both_halves_of_real_capture_lie_in_one_graph() {
+    for folder in ["fight", "walk"] {
+        let Some(mut set) = captures(folder) else {
+            return;
+        };
+        let (count, events) = (set.clips.len(), set.events.len());
+        let seconds = |set: &ClipSet| {
+            let (graph, _) = graph::build(source_of(set), &GraphSettings::default()).unwrap();
+            let mut seconds = [0.0; 2];
+            let mut kept = 0;
+            for edge in graph.edges() {
+                let clip = graph.node(edge.from).clip.index();
+                if edge.motion == EdgeMotion::Clip {
+                    seconds[usize::from(clip >= count)] +=
+                        f64::from(edge.frames) / graph.frame_rate();
+                }
+                kept += usize::from(edge.event.is_some());
+            }
+            (seconds, kept)
+        };
+        let (alone, labelled) = seconds(&set);
+        set.add_mirrored().unwrap();
+        assert_eq!([set.clips.len(), set.events.len()], [2 * count, 2 * events]);
+        for clip in 0..count {
+            let most = difference(&set, clip);
+            assert!(most < 0.12, "{folder}, clip {clip}: {most} m");
+        }
+        let (both, doubled) = seconds(&set);
+        println!(
+            "{folder}: {alone:?} s alone, {both:?} s with the mirrored half; {labelled} and {doubled} events"
+        );
+        assert!(both[0] >= 0.95 * alone[0] && both[1] > 0.9 * alone[0]);
+        assert!(doubled >= 2 * labelled - 2, "{labelled} {doubled}");
+    }
 }

@@ -147,7 +147,7 @@ impl Dodge<'_> {
     }
 
     /// Adds the ghost of the motion without the dodge, around the time of the hit. Every shot
-    /// includes it if [`DodgeSettings::ghost`] is set.
+    /// includes it if [`DodgeSettings::ghost`](super::DodgeSettings::ghost) is set.
     pub fn add_ghost(&self, t: f32, shot: &mut Shot) {
         let from = self
             .attack
