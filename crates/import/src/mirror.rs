@@ -1,10 +1,13 @@
 //! Mirrored clips: left and right exchanged.
 //!
-//! A motion is reflected in the plane between the sides of the body, and joints exchange their motion with those of the other side,
-//! which their names tell. Reflected rotations are rotations again: `v ↦ M·R·M·v`, the reflection `M` before and after. Where the rest pose
-//! is not symmetric, as in most captures, joints are turned so that reflected bones point where the reflected motion has them.
+//! A motion is reflected in the plane x = 0, and joints exchange their motion with those of the other side, which their names tell.
+//! Reflected rotations are rotations again: `v ↦ M·R·M·v`, the reflection `M` before and after. Where the axes of two sides, or of
+//! a joint and its child, are no mirror images of each other, as in most captures, each joint is also turned so that its bones at rest point
+//! where the reflected bones of its twin do: the rotation of least squares.
+//!
+//! Source of that rotation: Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987, section 4.
 
-use glam::{Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, JointId, Skeleton};
 use thiserror::Error;
 
@@ -28,7 +31,7 @@ pub enum MirrorError {
         /// The joint of the other side.
         twin: String,
     },
-    /// The offsets of two joints, or of a joint between the sides, are no mirror images: the joints' axes differ between the sides.
+    /// The bones of two joints, or of a joint between the sides, are no mirror images, however the joints are turned.
     #[error(
         "cannot mirror: the bones of \"{joint}\" and \"{twin}\" are no mirror images, {metres:.2} m apart"
     )]
@@ -49,9 +52,7 @@ pub enum MirrorError {
 struct Mirror {
     /// Joint of the other side, by joint; a joint between the sides is its own.
     twins: Vec<JointId>,
-    /// Normal of the plane between the sides.
-    normal: Vec3,
-    /// For each joint, the rotation from its bone at rest to the reflected bone of its twin.
+    /// For each joint, the rotation from its bones at rest to the reflected bones of its twin.
     rest: Vec<Quat>,
 }
 
@@ -96,33 +97,44 @@ impl Mirror {
             let (joint, twin) = (name(id), name(twins[id.index()]));
             return Err(MirrorError::Parents { joint, twin });
         }
-        let normal = normal(skeleton, &twins).ok_or(MirrorError::NoSides)?;
-        let rest = vec![Quat::IDENTITY; twins.len()];
+        if twins
+            .iter()
+            .enumerate()
+            .all(|(id, twin)| twin.index() == id)
+        {
+            return Err(MirrorError::NoSides);
+        }
         let mut mirror = Self {
             twins,
-            normal,
-            rest,
+            rest: Vec::with_capacity(skeleton.len()),
         };
-        mirror.rest = skeleton
-            .ids()
-            .map(|id| mirror.rest_of(skeleton, id))
-            .collect();
+        for id in skeleton.ids() {
+            let rest = mirror.rest_of(skeleton, id);
+            mirror.rest.push(rest);
+        }
         mirror.check_bones(skeleton)?;
         Ok(mirror)
     }
 
-    /// The rotation of a joint with one child, whose bone has a direction; of any other joint none.
+    /// The rotation of a joint. Where its bones leave it open, it is as near to that of its parent as it can be.
     fn rest_of(&self, skeleton: &Skeleton, id: JointId) -> Quat {
-        let mut children = skeleton.children(id);
-        let (Some(child), None) = (children.next(), children.next()) else {
-            return Quat::IDENTITY;
-        };
-        let own = skeleton.joint(child).offset;
-        let reflected = self.point(skeleton.joint(self.twins[child.index()]).offset);
-        match (own.try_normalize(), reflected.try_normalize()) {
-            (Some(own), Some(reflected)) => Quat::from_rotation_arc(own, reflected),
-            _ => Quat::IDENTITY,
+        /// Weight of the parent's rotation beside that of the bones.
+        const PRIOR: f32 = 1e-3;
+        let parent = skeleton.joint(id).parent;
+        let prior = parent.map_or(Quat::IDENTITY, |parent| self.rest[parent.index()]);
+        let mut sums = Mat3::ZERO;
+        let mut weight = 0.0;
+        for child in skeleton.children(id) {
+            let own = skeleton.joint(child).offset;
+            let twin = skeleton.joint(self.twins[child.index()]).offset;
+            sums += outer(own, reflected(twin));
+            weight += own.length() * twin.length();
         }
+        let weight = if weight > 0.0 { PRIOR * weight } else { 1.0 };
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            sums += outer(axis, prior * axis) * weight;
+        }
+        nearest_rotation(sums)
     }
 
     fn check_bones(&self, skeleton: &Skeleton) -> Result<(), MirrorError> {
@@ -132,7 +144,7 @@ impl Mirror {
             let twin = self.twins[id.index()];
             let (one, other) = (skeleton.joint(id).offset, skeleton.joint(twin).offset);
             let parent = skeleton.joint(twin).parent.map_or(0, JointId::index);
-            let metres = self.point(one).distance(self.rest[parent] * other);
+            let metres = reflected(one).distance(self.rest[parent] * other);
             if metres > DIFFERENCE.0 + DIFFERENCE.1 * one.length() {
                 let name = |id: JointId| skeleton.joint(id).name.clone();
                 let (joint, twin) = (name(id), name(twin));
@@ -144,15 +156,6 @@ impl Mirror {
             }
         }
         Ok(())
-    }
-
-    fn point(&self, point: Vec3) -> Vec3 {
-        point - 2.0 * self.normal.dot(point) * self.normal
-    }
-
-    fn rotation(&self, rotation: Quat) -> Quat {
-        let axis = -self.point(Vec3::new(rotation.x, rotation.y, rotation.z));
-        Quat::from_xyzw(axis.x, axis.y, axis.z, rotation.w)
     }
 
     fn clip(&self, skeleton: &Skeleton, clip: &Clip) -> ClipDesc {
@@ -176,16 +179,16 @@ impl Mirror {
         ClipDesc {
             name: format!("{name}{ending}mirrored"),
             frame_rate: *frame_rate,
-            roots: roots.iter().map(|root| self.point(*root)).collect(),
+            roots: roots.iter().map(|root| reflected(*root)).collect(),
             rotations: (0..rotations.len())
                 .map(|index| {
                     let joint = index % joints;
-                    let reflected = self.rotation(rotations[twin(index)]);
+                    let reflected = reflected_rotation(rotations[twin(index)]);
                     (of_parent(joint) * reflected * self.rest[joint]).normalize()
                 })
                 .collect(),
             translations: (0..translations.len())
-                .map(|index| of_parent(index % joints) * self.point(translations[twin(index)]))
+                .map(|index| of_parent(index % joints) * reflected(translations[twin(index)]))
                 .collect(),
         }
     }
@@ -200,25 +203,53 @@ impl Mirror {
     }
 }
 
-/// Direction from one side to the other, along the ground, by the joints at rest; along an axis where it nearly is.
-fn normal(skeleton: &Skeleton, twins: &[JointId]) -> Option<Vec3> {
-    /// Directions within this angle of an axis are along it: its cosine.
-    const ALONG: f32 = 0.98;
-    let mut places: Vec<Vec3> = Vec::with_capacity(skeleton.len());
-    for joint in skeleton.joints() {
-        let parent = joint.parent.map(|parent| places[parent.index()]);
-        places.push(parent.map_or(Vec3::ZERO, |parent| parent + joint.offset));
+fn reflected(point: Vec3) -> Vec3 {
+    Vec3::new(-point.x, point.y, point.z)
+}
+
+fn reflected_rotation(rotation: Quat) -> Quat {
+    Quat::from_xyzw(rotation.x, -rotation.y, -rotation.z, rotation.w)
+}
+
+/// The matrix with entry `a[i] b[j]` in row i and column j.
+fn outer(a: Vec3, b: Vec3) -> Mat3 {
+    Mat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// The rotation that takes vectors a nearest to vectors b, given the sum of their [outer] products.
+fn nearest_rotation(sums: Mat3) -> Quat {
+    /// Squarings of the matrix: its greatest eigenvalue stands out by a power of 2 to this.
+    const SQUARINGS: usize = 24;
+    let [x, y, z] = sums.transpose().to_cols_array_2d();
+    let diagonal = Vec4::new(
+        x[0] + y[1] + z[2],
+        x[0] - y[1] - z[2],
+        y[1] - x[0] - z[2],
+        z[2] - x[0] - y[1],
+    );
+    let (a, b, c) = (y[2] - z[1], z[0] - x[2], x[1] - y[0]);
+    let (d, e, f) = (x[1] + y[0], z[0] + x[2], y[2] + z[1]);
+    let mut matrix = Mat4::from_cols(
+        Vec4::new(diagonal.x, a, b, c),
+        Vec4::new(a, diagonal.y, d, e),
+        Vec4::new(b, d, diagonal.z, f),
+        Vec4::new(c, e, f, diagonal.w),
+    );
+    let size = |matrix: &Mat4| matrix.to_cols_array().map(f32::abs).iter().sum::<f32>();
+    // Eigenvalues become positive, so that the greatest one is also the one of greatest size.
+    matrix += Mat4::IDENTITY * size(&matrix);
+    for _ in 0..SQUARINGS {
+        matrix *= 1.0 / size(&matrix).max(f32::MIN_POSITIVE);
+        matrix *= matrix;
     }
-    let mut sum = Vec3::ZERO;
-    for (joint, twin) in twins.iter().enumerate() {
-        if twin.index() > joint {
-            let apart = (places[twin.index()] - places[joint]).with_y(0.0);
-            sum += if apart.dot(sum) < 0.0 { -apart } else { apart };
-        }
+    let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis];
+    let longest = |one: Vec4, other: Vec4| match one.length_squared() >= other.length_squared() {
+        true => one,
+        false => other,
+    };
+    let found = columns.into_iter().fold(Vec4::ZERO, longest);
+    match found.try_normalize() {
+        Some(found) => Quat::from_xyzw(found.y, found.z, found.w, found.x),
+        None => Quat::IDENTITY,
     }
-    let normal = sum.try_normalize()?;
-    let axis = [Vec3::X, Vec3::Z]
-        .into_iter()
-        .find(|axis| axis.dot(normal).abs() > ALONG);
-    Some(axis.unwrap_or(normal))
 }
