@@ -23,6 +23,15 @@ impl Form {
             Self::Rotations => Rotations::NUMBERS,
         }
     }
+
+    /// Which numbers of a joint are the coordinates of its position.
+    #[must_use]
+    pub fn position_numbers(self) -> [usize; 3] {
+        match self {
+            Self::Matrices => [3, 7, 11],
+            Self::Rotations => [4, 5, 6],
+        }
+    }
 }
 
 /// The order of the numbers of a group of sixteen characters.

@@ -6,7 +6,8 @@ use sabaki_testing as common;
 use common::lod::{random_levels, screen_error, setting_of};
 use common::random::Random;
 use sabaki::lod::{
-    Budget, Choice, Cost, LevelId, Levels, Measure, Planner, SwitchSettings, Switching,
+    Budget, Choice, Cost, CostMonitor, LevelId, Levels, Measure, Plan, Planner, SwitchSettings,
+    Switching,
 };
 
 fn budget(milliseconds: f32) -> Budget {
@@ -170,4 +171,41 @@ fn budgets_that_make_no_sense_are_errors() {
         assert_eq!(fails(&|b| b.before = Some(wrong)), "before");
         assert_eq!(fails(&|b| b.switching.hysteresis = -1.0), "hysteresis");
     }
+}
+
+#[test]
+fn costs_follow_what_frames_take() {
+    let plan = |cost: &Cost| Plan {
+        pixels: 1.0,
+        milliseconds: cost.joint,
+        is_met: true,
+    };
+    let cost = budget(0.0).cost;
+    let mut monitor = CostMonitor::default();
+    assert_eq!(monitor.corrected(&cost), cost);
+    // Frames take twice what the given costs say.
+    for _ in 0..400 {
+        let planned = plan(&monitor.corrected(&cost));
+        monitor.observe(&planned, 2.0 * cost.joint);
+    }
+    let found = monitor.corrected(&cost);
+    for (found, given) in [(found.joint, cost.joint), (found.character, cost.character)] {
+        assert!((found / given - 2.0).abs() < 0.01, "{found} {given}");
+    }
+    // Times that vary by a fifth either way: few frames take longer than the corrected costs say.
+    let mut random = Random::new(7);
+    let mut over = 0;
+    for frame in 0..4000 {
+        let corrected = monitor.corrected(&cost);
+        let share = 0.8 + random.below(4000) as f32 * 1e-4;
+        let taken = 2.0 * share * cost.joint;
+        over += usize::from(frame >= 200 && taken > corrected.joint);
+        monitor.observe(&plan(&corrected), taken);
+    }
+    assert!(over < 40, "{over} of 3800");
+    let before = monitor;
+    for broken in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        monitor.observe(&plan(&monitor.corrected(&cost)), broken);
+    }
+    assert_eq!(monitor, before);
 }

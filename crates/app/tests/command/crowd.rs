@@ -26,10 +26,10 @@ fn crowd_json_has_its_keys() {
         assert_eq!(document["error_pixels"], 2.0);
         let levels = document["levels"].as_u64().unwrap() as usize;
         let rows = document["rows"].as_array().unwrap();
-        // Poses without levels and by distance, and frames of four cameras, on all registers and one thread or two; rows and
+        // Poses without levels and by distance, and frames of four cameras, on all registers and one thread or two; frames with hold; rows and
         // instances; 1, 8 and 200 clips; a fade and a layer; each level.
         let everywhere = 6 * 2 * Isa::available().count();
-        assert_eq!(rows.len(), everywhere + 2 + 3 + 2 + levels - 1);
+        assert_eq!(rows.len(), everywhere + 6 + 2 + 3 + 2 + levels - 1);
         for (key, values) in [
             ("what", &["pose", "frame"][..]),
             ("camera", &["still", "walk", "run", "jump"]),
@@ -39,6 +39,30 @@ fn crowd_json_has_its_keys() {
             for value in values {
                 assert!(rows.iter().any(|row| row[key] == *value), "{key} {value}");
             }
+        }
+        for row in rows {
+            let is_held = row["hold_frames"].as_u64().unwrap() > 0;
+            assert_eq!(row["hold_error_pixels"].is_null(), !is_held, "{row}");
+            if is_held {
+                let error = &row["hold_error_pixels"];
+                assert!(error["greatest"].as_f64().unwrap() > 0.0, "{row}");
+                assert!(
+                    error["mean"].as_f64() <= error["greatest"].as_f64(),
+                    "{row}"
+                );
+            }
+        }
+        let budget = &document["budget"];
+        assert_eq!(budget["frames"], 2000);
+        let share = budget["share_over_budget"].as_f64().unwrap();
+        assert!((0.0..=1.0).contains(&share));
+        for key in ["frame_ms", "plan_ms", "error_pixels"] {
+            let times = &budget[key];
+            assert!(times["median"].as_f64() <= times["p99"].as_f64(), "{times}");
+            assert!(
+                times["p99"].as_f64() <= times["greatest"].as_f64(),
+                "{times}"
+            );
         }
         for clips in [1, 8, 200] {
             assert!(

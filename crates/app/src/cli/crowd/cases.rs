@@ -27,7 +27,12 @@ pub(super) struct Case {
     /// Clips that are cut from the motions, without levels; `None`: the clips as they are.
     pub(super) cut: Option<usize>,
     pub(super) mixed: Mixed,
+    /// Frames for which the coarser half of the levels keeps a pose after its own.
+    pub(super) hold: u16,
 }
+
+/// Numbers of frames of hold that are measured.
+const HOLDS: [u16; 2] = [1, 3];
 
 /// What is mixed into the clip of each character.
 #[derive(Clone, Copy, PartialEq)]
@@ -73,15 +78,7 @@ impl Args {
         let doubled = std::iter::successors(Some(1), |&threads| Some(2 * threads));
         let mut threads: Vec<usize> = doubled.take_while(|&threads| threads < most).collect();
         threads.push(most);
-        let plain = Case {
-            what: What::Pose,
-            lod: Lod::Off,
-            layout: Layout::Blocks,
-            isa: Isa::best(),
-            threads: 1,
-            cut: None,
-            mixed: Mixed::Nothing,
-        };
+        let plain = Case::plain();
         let mut cases = Vec::new();
         let frame = |motion| (What::Frame(motion), Lod::Distance);
         for (what, lod) in [
@@ -103,6 +100,15 @@ impl Args {
                 cases.extend(all);
             }
         }
+        for motion in [Motion::Still, Motion::Walk, Motion::Run] {
+            let (what, lod) = frame(motion);
+            cases.extend(HOLDS.map(|hold| Case {
+                what,
+                lod,
+                hold,
+                ..plain
+            }));
+        }
         cases.extend([Layout::Rows, Layout::Instances].map(|layout| Case { layout, ..plain }));
         cases.extend(CUTS.map(|clips| Case {
             cut: Some(clips),
@@ -119,6 +125,22 @@ impl Args {
         });
         cases.extend(each);
         cases
+    }
+}
+
+impl Case {
+    /// Poses of all joints in blocks, on one thread and the widest registers.
+    pub(super) fn plain() -> Self {
+        Self {
+            what: What::Pose,
+            lod: Lod::Off,
+            layout: Layout::Blocks,
+            isa: Isa::best(),
+            threads: 1,
+            cut: None,
+            mixed: Mixed::Nothing,
+            hold: 0,
+        }
     }
 }
 

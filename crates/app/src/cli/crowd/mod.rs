@@ -1,7 +1,9 @@
 //! `sabaki crowd`: how long a crowd takes to be posed, before levels of detail and after, on every instruction set and
 //! number of threads, in one run.
 
+mod budget_run;
 mod cases;
+mod held;
 mod row;
 mod rows;
 mod scene;
@@ -35,6 +37,9 @@ pub(crate) struct Args {
     /// Largest error on the screen where levels depend on distance, in pixels at 1080 lines and 60 degrees.
     #[arg(long, value_name = "PIXELS", default_value_t = 2.0)]
     error: f32,
+    /// Milliseconds that a frame may take while the camera runs through the crowd. Default: 60% of the time to pose all joints.
+    #[arg(long, value_name = "MILLISECONDS")]
+    budget: Option<f32>,
     /// Writes quaternions and positions instead of matrices.
     #[arg(long)]
     rotations: bool,
@@ -61,6 +66,7 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
         };
         rows.push(scene.measure(args, case)?);
     }
+    let budget = scene.run_in_budget(args, &rows)?;
     Ok(Done::ok(if as_json {
         Done::json(&json!({
             "rows": rows.iter().map(|row| row.to_json(args, &rows)).collect::<Vec<_>>(),
@@ -68,9 +74,11 @@ pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
             "levels": scene.animations.levels(),
             "key_bytes": scene.animations.bytes(),
             "error_pixels": args.error,
+            "budget": budget.to_json(),
         }))
     } else {
-        rows::describe(args, &scene, &rows)
+        let table = rows::describe(args, &scene, &rows);
+        format!("{table}{}\n", budget.describe())
     }))
 }
 

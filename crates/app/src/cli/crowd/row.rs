@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::Args;
 use super::cases::{CUTS, Case, Lod, Mixed, What};
+use super::held::HeldError;
 
 /// The time of one case.
 pub(super) struct Row {
@@ -13,6 +14,8 @@ pub(super) struct Row {
     /// Joints of a character; the mean, where levels differ.
     pub(super) joints: f64,
     pub(super) ms: f64,
+    /// What hold costs, where there is hold.
+    pub(super) held: Option<HeldError>,
 }
 
 impl Row {
@@ -42,6 +45,7 @@ impl Row {
             layout: Layout::Blocks,
             cut: self.case.cut.map(|_| CUTS[0]),
             mixed: Mixed::Nothing,
+            hold: 0,
             ..self.case
         };
         let plain = rows.iter().find(|row| row.case == plain);
@@ -62,6 +66,11 @@ impl Row {
             "lod": self.case.lod.name(),
             "isa": self.isa(),
             "threads": self.case.threads,
+            "hold_frames": self.case.hold,
+            "hold_error_pixels": self.held.as_ref().map(|held| json!({
+                "greatest": held.greatest_pixels,
+                "mean": held.mean_pixels,
+            })),
             "count": args.count,
             "joints": self.joints,
             "ms": self.ms,

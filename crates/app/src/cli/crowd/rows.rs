@@ -15,6 +15,8 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         "clips",
         "layout",
         "mixed in",
+        "held frames",
+        "held: pixels off",
         "registers",
         "threads",
         "joints",
@@ -22,7 +24,7 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
         "ns a joint",
         "against all joints",
     ];
-    let mut table = output::table(&head, 7);
+    let mut table = output::table(&head, 9);
     for row in rows {
         table.add_row(vec![
             row.case.what.name().to_owned(),
@@ -31,6 +33,10 @@ pub(super) fn describe(args: &Args, scene: &Scene, rows: &[Row]) -> String {
             row.clips.to_string(),
             row.layout().to_owned(),
             row.case.mixed.name().to_owned(),
+            row.case.hold.to_string(),
+            row.held.as_ref().map_or_else(String::new, |held| {
+                format!("{:.2}, most {:.1}", held.mean_pixels, held.greatest_pixels)
+            }),
             row.isa(),
             row.case.threads.to_string(),
             format!("{:.2}", row.joints),

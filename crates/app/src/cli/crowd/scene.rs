@@ -8,13 +8,13 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame,
+    AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame, Hold,
     LevelId, LevelView, Output, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 
-use super::cases::{CUT_SECONDS, Case, Lod, Mixed, What};
+use super::cases::{CUT_SECONDS, Case, Lod, Mixed, Motion, What};
 use super::row::Row;
 use super::{Args, usage};
 use crate::cli::Failure;
@@ -22,8 +22,9 @@ use crate::cli::Failure;
 /// Characters, and the clips that they play.
 pub(super) struct Scene {
     pub(super) animations: Arc<AnimationSet>,
+    pub(super) levels: Levels,
     switching: Switching,
-    characters: Vec<Character>,
+    pub(super) characters: Vec<Character>,
 }
 
 /// The column: so many abreast, so far apart, metres; the camera stands before its head.
@@ -32,10 +33,10 @@ pub(super) const APART: f32 = 1.0;
 pub(super) const BEFORE: f32 = 5.0;
 
 /// Length of a frame, in seconds.
-const SECONDS: f64 = 1.0 / 60.0;
+pub(super) const SECONDS: f64 = 1.0 / 60.0;
 
 /// Frames that are not measured.
-const WARM_UP: u32 = 3;
+pub(super) const WARM_UP: u32 = 3;
 
 impl Scene {
     /// `cut`: with so many stretches of the clips, and without levels.
@@ -70,6 +71,7 @@ impl Scene {
             .collect();
         Ok(Self {
             switching: Switching::new(&levels, &settings).map_err(usage)?,
+            levels,
             animations: Arc::new(animations),
             characters,
         })
@@ -120,7 +122,8 @@ impl Scene {
         })
     }
 
-    pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
+    /// A crowd of all characters as the case says, and the number of their joints.
+    pub(super) fn crowd(&self, args: &Args, case: Case) -> Result<(Crowd, usize), Failure> {
         let output = Output {
             form: args.form(),
             layout: case.layout,
@@ -130,6 +133,10 @@ impl Scene {
             output,
             isa: case.isa,
             threads: case.threads,
+            hold: Hold {
+                from: LevelId((self.animations.levels() / 2) as u16),
+                frames: case.hold,
+            },
             ..CrowdSettings::default()
         };
         let count = self.characters.len();
@@ -139,17 +146,23 @@ impl Scene {
         for character in &self.characters {
             let (level, blend) = self.detail(character, case.lod);
             joints += self.animations.joints(level);
-            crowd
-                .add(&Character {
-                    level,
-                    blend,
-                    fade: Self::mixed(character, case.mixed == Mixed::Fade, Some(ClipId(0))),
-                    layer: Self::mixed(character, case.mixed == Mixed::Layer, layer),
-                    ..*character
-                })
-                .map_err(usage)?;
+            let fade = Self::mixed(character, case.mixed == Mixed::Fade, Some(ClipId(0)));
+            let layer = Self::mixed(character, case.mixed == Mixed::Layer, layer);
+            let character = Character {
+                level,
+                blend,
+                fade,
+                layer,
+                ..*character
+            };
+            crowd.add(&character).map_err(usage)?;
         }
-        let mut out = vec![F32x16::ZERO; crowd.max_output_len(count)];
+        Ok((crowd, joints))
+    }
+
+    pub(super) fn measure(&self, args: &Args, case: Case) -> Result<Row, Failure> {
+        let (mut crowd, joints) = self.crowd(args, case)?;
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
         let mut times = Vec::with_capacity(args.frames as usize);
         for frame in 0..args.frames + WARM_UP {
             let started = Instant::now();
@@ -159,15 +172,22 @@ impl Scene {
             }
         }
         times.sort_by(f64::total_cmp);
+        let held = (case.hold > 0).then(|| self.held_error(args, case));
         Ok(Row {
             case,
             clips: self.animations.clips(),
-            joints: joints as f64 / count as f64,
+            joints: joints as f64 / crowd.len() as f64,
             ms: times[times.len() / 2],
+            held: held.transpose()?,
         })
     }
 
-    fn step(
+    /// Where the camera is in a frame.
+    pub(super) fn eye(&self, motion: Motion, frame: u32) -> Vec3 {
+        Vec3::new(0.0, 0.0, -motion.walked(frame as f32 * SECONDS as f32))
+    }
+
+    pub(super) fn step(
         &self,
         crowd: &mut Crowd,
         (case, frame): (Case, u32),
@@ -177,10 +197,9 @@ impl Scene {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
         };
-        let walked = motion.walked(frame as f32 * SECONDS as f32);
         let view = LevelView {
             switching: &self.switching,
-            eye: Vec3::new(0.0, 0.0, -walked),
+            eye: self.eye(motion, frame),
         };
         let frame = Frame {
             seconds: SECONDS,

@@ -1,0 +1,174 @@
+//! A crowd that is kept within a budget while the camera runs through it.
+
+use std::time::Instant;
+
+use glam::Vec3;
+use sabaki::crowd::{Frame, LevelView};
+use sabaki::lod::{Budget, Cost, CostMonitor, Measure, Planner, SwitchSettings};
+use sabaki::math::F32x16;
+use sabaki_app::percentile::percentile;
+use serde_json::{Value, json};
+
+use super::cases::{Case, Lod, Motion, What};
+use super::row::Row;
+use super::scene::{SECONDS, Scene};
+use super::{Args, usage};
+use crate::cli::Failure;
+
+/// Number of frames that are measured.
+const FRAMES: u32 = 2000;
+/// Number of frames before, from which the costs are learned.
+const LEARNING: u32 = 60;
+/// The default budget as a share of the time to pose all joints.
+const SHARE: f64 = 0.6;
+
+/// What the frames took, and how far bodies were from where they should be.
+pub(super) struct BudgetRun {
+    budget: f64,
+    /// Milliseconds of each frame: distances, plan, levels and poses.
+    frames: Vec<f64>,
+    /// Milliseconds of each frame's plan alone.
+    plans: Vec<f64>,
+    /// Greatest error on the screen that each plan allows, in pixels.
+    pixels: Vec<f64>,
+}
+
+impl Scene {
+    /// Runs through the column with the budget that was asked for. `rows` tell what joints cost.
+    pub(super) fn run_in_budget(&self, args: &Args, rows: &[Row]) -> Result<BudgetRun, Failure> {
+        let plain = |lod: Lod| rows.iter().find(move |row| is_plain_pose(&row.case, lod));
+        let all = plain(Lod::Off).map_or(1.0, |row| row.ms);
+        let budget_ms = args.budget.map_or(SHARE * all, f64::from);
+        let mut budget = Budget {
+            milliseconds: budget_ms as f32,
+            cost: self.cost(args, rows),
+            switching: SwitchSettings::default(),
+            measure: Measure::Greatest,
+            before: None,
+        };
+        let cost = budget.cost;
+        let case = Case {
+            what: What::Frame(Motion::Run),
+            ..Case::plain()
+        };
+        let (mut planner, mut monitor) = (Planner::default(), CostMonitor::default());
+        let (mut crowd, _) = self.crowd(args, case)?;
+        let mut out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
+        let mut distances = Vec::with_capacity(self.characters.len());
+        let mut run = BudgetRun {
+            budget: budget_ms,
+            frames: Vec::with_capacity(FRAMES as usize),
+            plans: Vec::with_capacity(FRAMES as usize),
+            pixels: Vec::with_capacity(FRAMES as usize),
+        };
+        for frame in 0..LEARNING + FRAMES {
+            let started = Instant::now();
+            let eye = self.eye(Motion::Run, frame);
+            distances.clear();
+            distances.extend(self.characters.iter().map(|character| {
+                let place = character.placement.ground.ground();
+                eye.distance(Vec3::new(place.x, 0.0, place.y))
+            }));
+            budget.cost = monitor.corrected(&cost);
+            let plan = planner
+                .plan(&self.levels, &distances, &budget)
+                .map_err(usage)?;
+            budget.before = Some(plan.pixels);
+            let planned = started.elapsed().as_secs_f64();
+            let view = LevelView {
+                switching: planner.switching(),
+                eye,
+            };
+            let frame_input = Frame {
+                seconds: SECONDS,
+                levels: Some(view),
+                ..Frame::default()
+            };
+            crowd.frame(&frame_input, &mut out).map_err(usage)?;
+            let taken = started.elapsed().as_secs_f64();
+            monitor.observe(&plan, (taken * 1e3) as f32);
+            if frame >= LEARNING {
+                run.frames.push(taken * 1e3);
+                run.plans.push(planned * 1e3);
+                run.pixels.push(f64::from(plan.pixels));
+            }
+        }
+        Ok(run)
+    }
+
+    /// What characters and joints cost, from the times of the finest and of the coarsest level.
+    fn cost(&self, args: &Args, rows: &[Row]) -> Cost {
+        let count = f64::from(args.count);
+        let finest = rows.iter().find(|row| is_plain_pose(&row.case, Lod::Off));
+        let coarsest = self.animations.levels().saturating_sub(1) as u16;
+        let coarsest = rows
+            .iter()
+            .find(|row| is_plain_pose(&row.case, Lod::Level(coarsest)));
+        let (Some(finest), Some(coarsest)) = (finest, coarsest) else {
+            return Cost {
+                character: 0.0,
+                joint: finest.map_or(1.0, |row| row.per_joint(args)) as f32,
+                blend: 0.0,
+            };
+        };
+        let joints = (finest.joints - coarsest.joints).max(1.0);
+        let joint = ((finest.ms - coarsest.ms) / joints * 1e6 / count).max(0.0);
+        let character = coarsest.ms * 1e6 / count - joint * coarsest.joints;
+        Cost {
+            character: character.max(0.0) as f32,
+            joint: joint as f32,
+            // A joint between two levels is computed twice.
+            blend: joint as f32,
+        }
+    }
+}
+
+/// Poses of one level in blocks, on one thread and the widest registers.
+fn is_plain_pose(case: &Case, lod: Lod) -> bool {
+    let plain = Case {
+        lod,
+        ..Case::plain()
+    };
+    *case == plain
+}
+
+impl BudgetRun {
+    fn over(&self) -> f64 {
+        let over = self.frames.iter();
+        let over = over.filter(|&&ms| ms > self.budget).count();
+        over as f64 / self.frames.len().max(1) as f64
+    }
+
+    fn shares(values: &[f64]) -> Value {
+        let at = |share: f64| percentile(values.to_vec(), share);
+        json!({ "median": at(0.5), "p99": at(0.99), "greatest": at(1.0) })
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "budget_ms": self.budget,
+            "frames": self.frames.len(),
+            "share_over_budget": self.over(),
+            "frame_ms": Self::shares(&self.frames),
+            "plan_ms": Self::shares(&self.plans),
+            "error_pixels": Self::shares(&self.pixels),
+        })
+    }
+
+    pub(super) fn describe(&self) -> String {
+        let at = |values: &[f64], share: f64| percentile(values.to_vec(), share);
+        format!(
+            "budget of {:.3} ms, camera running, {} frames: {:.3} ms in the median, {:.3} at 99%, {:.3} at most (plan {:.3}); \
+             {:.1}% over the budget; error on the screen {:.1} pixels in the median, {:.1} at most",
+            self.budget,
+            self.frames.len(),
+            at(&self.frames, 0.5),
+            at(&self.frames, 0.99),
+            at(&self.frames, 1.0),
+            at(&self.plans, 0.5),
+            100.0 * self.over(),
+            at(&self.pixels, 0.5),
+            at(&self.pixels, 1.0),
+        )
+    }
+}

@@ -1,0 +1,85 @@
+//! How far held characters are from where they should be, on the screen.
+
+use glam::Vec3;
+use sabaki::crowd::{CharacterId, Crowd};
+use sabaki::lod::View;
+use sabaki::math::F32x16;
+
+use super::cases::{Case, What};
+use super::scene::{Scene, WARM_UP};
+use super::{Args, usage};
+use crate::cli::Failure;
+
+/// Number of frames that are compared.
+const FRAMES: u32 = 8;
+/// Characters that the camera is nearer to, in metres, count as if they were so far away.
+const NEAREST: f32 = 1.0;
+/// Every so many characters are compared.
+const STRIDE: usize = 7;
+
+/// Distances on the screen between the joints of held characters and where they are without hold, at 1080 lines and 60 degrees.
+pub(super) struct HeldError {
+    /// Of the joint that is furthest off.
+    pub(super) greatest_pixels: f64,
+    /// Mean over characters of each one's joint that is furthest off.
+    pub(super) mean_pixels: f64,
+}
+
+/// A crowd and the memory of its poses.
+struct Posed {
+    crowd: Crowd,
+    out: Vec<F32x16>,
+}
+
+impl Scene {
+    /// Plays the case with and without hold side by side.
+    pub(super) fn held_error(&self, args: &Args, case: Case) -> Result<HeldError, Failure> {
+        let make = |case: Case| -> Result<Posed, Failure> {
+            let (crowd, _) = self.crowd(args, case)?;
+            let out = vec![F32x16::ZERO; crowd.max_output_len(crowd.len())];
+            Ok(Posed { crowd, out })
+        };
+        let (mut held, mut free) = (make(case)?, make(Case { hold: 0, ..case })?);
+        let (mut greatest, mut sum, mut count) = (0.0f64, 0.0, 0usize);
+        for frame in 0..WARM_UP + FRAMES {
+            for posed in [&mut held, &mut free] {
+                self.step(&mut posed.crowd, (case, frame), &mut posed.out)?;
+            }
+            if frame < WARM_UP {
+                continue;
+            }
+            let eye = match case.what {
+                What::Frame(motion) => self.eye(motion, frame),
+                What::Pose => Vec3::ZERO,
+            };
+            for (index, character) in self.characters.iter().enumerate().step_by(STRIDE) {
+                let place = character.placement.ground.ground();
+                let distance = eye.distance(Vec3::new(place.x, 0.0, place.y)).max(NEAREST);
+                let metres = difference(&held, &free, CharacterId(index as u32))?;
+                let off = metres * View::default().pixels_at_one_metre() / distance;
+                greatest = greatest.max(f64::from(off));
+                sum += f64::from(off);
+                count += 1;
+            }
+        }
+        Ok(HeldError {
+            greatest_pixels: greatest,
+            mean_pixels: sum / count.max(1) as f64,
+        })
+    }
+}
+
+/// Largest distance between the same joint of the same character in two crowds, in metres.
+fn difference(held: &Posed, free: &Posed, id: CharacterId) -> Result<f32, Failure> {
+    let one = held.crowd.pose_slice(id).map_err(usage)?;
+    let other = free.crowd.pose_slice(id).map_err(usage)?;
+    let numbers = free.crowd.settings().output.form.position_numbers();
+    let mut most = 0.0f32;
+    for joint in 0..one.joints.min(other.joints) {
+        let apart = numbers.map(|number| {
+            one.number(&held.out, joint, number) - other.number(&free.out, joint, number)
+        });
+        most = most.max(Vec3::from_array(apart).length());
+    }
+    Ok(most)
+}
