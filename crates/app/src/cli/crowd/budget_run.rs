@@ -73,7 +73,6 @@ impl Scene {
             let plan = planner
                 .plan(&self.levels, &distances, &budget)
                 .map_err(usage)?;
-            budget.before = Some(plan.pixels);
             let planned = started.elapsed().as_secs_f64();
             let view = LevelView {
                 switching: planner.switching(),
