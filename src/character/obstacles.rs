@@ -135,6 +135,11 @@ impl CharacterState {
         forward_kinematics(graph.skeleton(), pose, joints);
         let body = world.baked.body();
         body.centres(joints, centres);
+        // Only a sphere that reaches as far from the root as an obstacle is can enter it.
+        let extents = { centres.iter().zip(&body.spheres) }
+            .map(|(centre, part)| centre.distance(root) + part.radius);
+        let widest = extents.fold(0.0, f32::max) + SKIN + world.settings.push * world.dt;
+        obstacles.retain(|one| one.distance(root, world.dt) < widest);
         let mut shift = Vec2::ZERO;
         for _ in 0..TURNS {
             let mut deepest = (0.0, Vec2::ZERO);

@@ -21,8 +21,9 @@ pub struct Budget {
     pub switching: SwitchSettings,
     /// Which error is made small.
     pub measure: Measure,
-    /// The error that the frame before had, pixels: the bands then move no faster than the camera of
-    /// [`super::BlendSettings`], and a budget that shrinks suddenly is met some frames later. `None`: at once.
+    /// The error of the frame before, in pixels. The bands then move no faster than the camera of
+    /// [`super::BlendSettings`], or than 1% of their distance a frame where that is more, and a budget that shrinks suddenly is met
+    /// some frames later. `None`: at once.
     pub before: Option<f32>,
 }
 
@@ -175,6 +176,9 @@ impl Planner {
 }
 
 impl Budget {
+    /// Share of its distance that a band may move in a frame.
+    const SHARE: f32 = 0.01;
+
     fn check(&self) -> Result<(), LodError> {
         let values = [
             ("milliseconds", self.milliseconds),
@@ -197,6 +201,9 @@ impl Budget {
     }
 
     /// Distances are linear in the inverse of the error: that is what must not jump.
+    ///
+    /// Where a band is far away, what moves as it passes is at most the error, a few pixels. At the camera's speed alone, the furthest
+    /// band would need minutes.
     fn slowed(&self, wanted: f32, levels: &Levels) -> f32 {
         let Some(before) = self.before.filter(|&before| before > 0.0) else {
             return wanted;
@@ -207,7 +214,7 @@ impl Budget {
             .iter()
             .map(|level| self.measure.of(&level.error));
         let worst = self.switching.view.pixels_at_one_metre() * errors.fold(0.0, f32::max);
-        let most = blend.speed / blend.frame_rate / worst;
+        let most = (blend.speed / blend.frame_rate / worst).max(Self::SHARE / before);
         let inverse = (1.0 / wanted).clamp(1.0 / before - most, 1.0 / before + most);
         if inverse > 1.0 / PIXELS.1 {
             1.0 / inverse

@@ -27,11 +27,11 @@ impl Default for CostMonitor {
 
 impl CostMonitor {
     /// Number of mean deviations above the mean that the costs allow for.
-    pub const DEVIATIONS: f32 = 3.0;
+    pub const DEVIATIONS: f32 = 2.0;
     /// Share of a new frame in the mean and in the deviation.
     const SHARE: f32 = 1.0 / 16.0;
     /// Largest ratio that one frame counts with: a frame during which another program ran says little about the next.
-    const MOST: f32 = 4.0;
+    const MOST: f32 = 2.0;
 
     /// The costs, scaled by what was learned.
     #[must_use]

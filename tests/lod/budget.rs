@@ -95,7 +95,7 @@ fn a_budget_is_kept_with_the_least_error() {
 }
 
 #[test]
-fn a_sudden_budget_does_not_move_bands_faster_than_a_camera() {
+fn a_sudden_budget_does_not_move_bands_faster_than_a_camera_or_by_a_hundredth() {
     let (_, _, levels) = random_levels(4);
     assert!(levels.levels.len() > 5);
     let distances = crowd(&mut Random::new(9), 2000);
@@ -120,7 +120,8 @@ fn a_sudden_budget_does_not_move_bands_faster_than_a_camera() {
         for (a, b) in bands.iter().zip(&now) {
             let (a, b): (&sabaki::lod::Band, &sabaki::lod::Band) = (a, b);
             for (a, b) in [(a.start, b.start), (a.full, b.full)] {
-                assert!((a - b).abs() <= 5.0 / 60.0 * 1.05 + 1e-3, "{a} {b}");
+                let most = (5.0 / 60.0 * 1.05 + 1e-3f32).max(0.0105 * a);
+                assert!((a - b).abs() <= most, "{a} {b}");
             }
         }
         (bands, pixels) = (now, plan.pixels);

@@ -49,6 +49,24 @@ impl Obstacle {
         }
     }
 
+    /// Distance of a point from the surface `seconds` from now, in metres; negative inside. The same to the bit as
+    /// [`Obstacle::nearest`], without its direction where that costs much.
+    pub(super) fn metres(&self, point: Vec3, seconds: f32) -> f32 {
+        let metres = match &self.shape {
+            Shape::HalfSpace { point: on, normal } => {
+                normal.dot(self.moved_back(point, seconds) - *on)
+            }
+            Shape::Disc { center, radius } => {
+                let point = self.moved_back(point, seconds);
+                Vec3::new(point.x - center.x, 0.0, point.z - center.y).length() - radius
+            }
+            Shape::Block { .. } | Shape::Capsule { .. } | Shape::Prism { .. } => {
+                return self.nearest(point, seconds).metres;
+            }
+        };
+        metres - self.margin
+    }
+
     /// The point where it would be if the obstacle had not moved.
     fn moved_back(&self, point: Vec3, seconds: f32) -> Vec3 {
         point - self.velocity * (self.later + seconds)
@@ -131,5 +149,42 @@ fn of_polygon(point: Vec2, corners: &[Vec2]) -> Nearest {
     Nearest {
         metres,
         normal: Vec3::new(normal.x, 0.0, normal.y),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg32;
+
+    use super::*;
+
+    #[test]
+    fn distances_are_those_of_the_nearest_points() {
+        let mut random = Pcg32::seed_from_u64(3);
+        let mut number = |most: f32| random.random_range(-most..most);
+        for _ in 0..200 {
+            let mut point = |most: f32| Vec3::new(number(most), number(most), number(most));
+            let (at, to, velocity) = (point(3.0), point(3.0), point(2.0));
+            let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE].map(|corner| corner + to.truncate());
+            for obstacle in [
+                Obstacle::half_space(at, to),
+                Obstacle::block(at, Vec3::splat(0.4), to.x),
+                Obstacle::capsule(at, to, 0.3),
+                Obstacle::polygon(&corners),
+                Obstacle::disc(at.truncate(), 0.7),
+            ] {
+                let obstacle = obstacle.unwrap().moving(velocity).unwrap().later(0.2, 0.05);
+                for _ in 0..20 {
+                    let (point, seconds) = (point(4.0), 0.7);
+                    let nearest = obstacle.nearest(point, seconds);
+                    assert_eq!(obstacle.distance(point, seconds), nearest.metres);
+                    // The surface is that far away in that direction.
+                    let surface = point - nearest.normal * nearest.metres;
+                    let off = obstacle.distance(surface, seconds);
+                    assert!(off.abs() < 1e-4 || nearest.metres < 0.0, "{off} m");
+                }
+            }
+        }
     }
 }

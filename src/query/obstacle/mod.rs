@@ -194,7 +194,7 @@ impl Obstacle {
     /// Distance of a point from its surface `seconds` from now, in metres; negative inside.
     #[must_use]
     pub fn distance(&self, point: Vec3, seconds: f32) -> f32 {
-        self.nearest(point, seconds).metres
+        self.metres(point, seconds)
     }
 
     /// The same `seconds` later, and larger by `margin` metres.

@@ -2,7 +2,8 @@
 //!
 //! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`RATE`]. An obstacle that is further from the
 //! root than the body reaches is skipped until root and obstacle have moved that far towards each other: most obstacles cost one
-//! distance. At the samples that are left, each sphere of the body is tested.
+//! distance. At the samples that are left, those spheres of the body are tested that reach as far from the root as the obstacle is
+//! (distances are 1-Lipschitz).
 
 use glam::Vec3;
 
@@ -25,6 +26,8 @@ pub(crate) struct ObstacleScratch {
     pose: Pose,
     joints: Vec<JointTransform>,
     centres: Vec<Vec3>,
+    /// How far each sphere of the posed body reaches from the root, in metres.
+    extents: Vec<f32>,
 }
 
 /// A sample at which an obstacle is within reach of the body.
@@ -98,6 +101,8 @@ impl ObstacleTest<'_> {
             pose,
             joints,
             centres,
+            extents,
+            roots,
             ..
         } = scratch;
         let graph = self.baked.graph();
@@ -105,17 +110,36 @@ impl ObstacleTest<'_> {
         motion.sample(graph, seconds, pose);
         forward_kinematics(graph.skeleton(), pose, joints);
         self.baked.body().centres(joints, centres);
+        let (root, spheres) = (roots[tick as usize], &self.baked.body().spheres);
+        extents.clear();
+        extents.extend(
+            centres
+                .iter()
+                .zip(spheres)
+                .map(|(centre, part)| centre.distance(root) + part.radius),
+        );
+        let widest = extents
+            .iter()
+            .fold(0.0, |widest: f32, &extent| widest.max(extent));
         let same = near[at..].iter().take_while(|one| one.tick == tick);
         let mut next = at;
         for one in same {
             next += 1;
             let obstacle = &self.obstacles[one.obstacle as usize];
-            for (sphere, (centre, part)) in
-                centres.iter().zip(&self.baked.body().spheres).enumerate()
+            let known = worst.map_or(0.0, |worst| worst.harm);
+            if (widest - one.metres) * obstacle.weight <= known {
+                continue;
+            }
+            for (sphere, ((centre, part), extent)) in
+                centres.iter().zip(spheres).zip(&*extents).enumerate()
             {
+                let known = worst.map_or(0.0, |worst| worst.harm);
+                if (extent - one.metres) * obstacle.weight <= known {
+                    continue;
+                }
                 let metres = obstacle.distance(*centre, seconds) - part.radius;
                 let harm = -metres * obstacle.weight;
-                if harm > worst.map_or(0.0, |worst| worst.harm) {
+                if harm > known {
                     *worst = Some(ObstacleHit {
                         harm,
                         time: seconds,

@@ -18,7 +18,7 @@ use crate::cli::Failure;
 /// Number of frames that are measured.
 const FRAMES: u32 = 2000;
 /// Number of frames before, from which the costs are learned.
-const LEARNING: u32 = 60;
+const LEARNING: u32 = 240;
 /// The default budget as a share of the time to pose all joints.
 const SHARE: f64 = 0.6;
 
@@ -73,6 +73,7 @@ impl Scene {
             let plan = planner
                 .plan(&self.levels, &distances, &budget)
                 .map_err(usage)?;
+            budget.before = Some(plan.pixels);
             let planned = started.elapsed().as_secs_f64();
             let view = LevelView {
                 switching: planner.switching(),
