@@ -1,6 +1,7 @@
 //! Promise: the command's exit codes, streams, files and keys are those that it states.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod annotate;
 mod bad_input;
 use sabaki_testing as common;
 mod crowd;

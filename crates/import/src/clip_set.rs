@@ -53,7 +53,7 @@ pub fn read_clips(
     options: &ReadOptions,
 ) -> Result<ClipSet, ReadError> {
     check(options)?;
-    let files = files(paths)?;
+    let files = motion_files(paths)?;
     check_names(&files)?;
     let (loaded, mut failed) = load_all(&files, options);
     let used = match options.keep_going {
@@ -179,8 +179,11 @@ impl ClipSet {
     }
 }
 
-/// Expands folders to the files in them.
-fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
+/// Expands folders to the motion files in them, in the order of their names. Other paths are kept as they are.
+///
+/// # Errors
+/// The first folder that cannot be read or that has no motion file.
+pub fn motion_files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, ReadError> {
     let mut files = Vec::new();
     for path in paths {
         if !path.is_dir() {

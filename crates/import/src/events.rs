@@ -36,6 +36,12 @@ pub struct EventEntry {
     /// Names of the joints that take part. An evasion may have none, which stands for all joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
+    /// Time of an attack's contact, in seconds from the clip's first frame. A bake does not use it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<f64>,
+    /// Confidence of an event that [`annotate::propose`](crate::annotate::propose) found, 0 to 1. A bake does not use it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<f64>,
 }
 
 impl EventsFile {
@@ -96,6 +102,17 @@ impl EventsFile {
             }),
             None => Ok(events),
         }
+    }
+
+    /// Events of the clip of a name, with or without its folder; none where the file does not have the clip.
+    #[must_use]
+    pub fn events_of(&self, clip: &str) -> Vec<EventEntry> {
+        let name = base_name(clip);
+        let own = self
+            .clips
+            .iter()
+            .filter(|entry| base_name(&entry.file) == name);
+        own.flat_map(|entry| &entry.events).cloned().collect()
     }
 
     /// Refuses joints by names that several joints have.
@@ -165,6 +182,8 @@ impl EventEntry {
             start: event.start,
             end: event.end,
             joints: names.map(|&id| skeleton.joint(id).name.clone()).collect(),
+            contact: None,
+            confidence: None,
         }
     }
 }

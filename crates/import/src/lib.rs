@@ -1,6 +1,7 @@
 //! Imports and exports files: motion capture, meshes, events, attacks and answers.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 
+pub mod annotate;
 pub mod asf;
 mod attacks;
 mod body;
@@ -28,7 +29,7 @@ mod warnings;
 
 pub use attacks::{AttackEntry, AttackFile};
 pub use body::{BodyEntry, BodyFile};
-pub use clip_set::{ClipSet, read_clips};
+pub use clip_set::{ClipSet, motion_files, read_clips};
 pub use error::{
     AttacksError, BodyFileError, EventsError, MassFileError, ObjError, ReadError, RecordingError,
 };

@@ -1,6 +1,7 @@
 //! Tests of `sabaki-import`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod annotate;
 mod asf;
 mod body_file;
 mod body_fit;

@@ -1,5 +1,7 @@
 //! The command line: one file for each subcommand, and what they share.
 
+mod annotate;
+mod annotate_figure;
 mod answer_files;
 mod answer_folder;
 mod bake;
@@ -76,6 +78,8 @@ struct Cli {
 enum Command {
     /// Bakes clips to a graph file and prints its statistics.
     Bake(bake::Args),
+    /// Proposes the events of clips: attacks and evasions, for `bake --events`.
+    Annotate(annotate::Args),
     /// Throws attacks at a character and answers them.
     Dodge(dodge::Args),
     /// Compares all culling paths, with and without the grid, on the same attacks.
@@ -115,6 +119,7 @@ pub(crate) fn main() -> ExitCode {
     let done = match cli.command {
         None => demo::run(&cli.device, cli.json),
         Some(Command::Bake(args)) => bake::run(&args, cli.json),
+        Some(Command::Annotate(args)) => annotate::run(&args, cli.json),
         Some(Command::Dodge(args)) => dodge::run(&args, &cli.device, cli.json),
         Some(Command::Compare(args)) => compare::run(&args, &cli.device, cli.json),
         Some(Command::Coverage(args)) => coverage::run(&args, cli.json),

@@ -15,6 +15,10 @@ fn plots() -> Vec<(Vec<&'static str>, &'static str)> {
             ],
             "distance of postures",
         ),
+        (
+            vec!["annotate", "--clips", clips, "--against", events],
+            "Proposed events",
+        ),
         (vec!["lod"], "mean energy of the joints"),
         (
             vec!["coverage", baked(), "--attacks", "1"],

@@ -1,0 +1,301 @@
+//! `sabaki annotate`.
+
+use std::path::{Path, PathBuf};
+
+use sabaki::anim::EventKind;
+use sabaki::archive;
+use sabaki_import::annotate::{Agreement, AnnotateSettings, SpeedCurves, agreement, propose};
+use sabaki_import::{ClipEvents, EventEntry, EventsFile, LoadedClip, ReadError};
+use serde_json::{Value, json};
+
+use super::annotate_figure::{Figure, Panel};
+use super::output::{check_is_no_input, table};
+use super::plot::Plot;
+use super::source::ReadArgs;
+use super::{Done, Failure};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// BVH, AMC or glTF files, or folders of them. Their skeletons may differ.
+    #[arg(long, num_args = 1.., value_name = "PATH", required = true)]
+    clips: Vec<PathBuf>,
+    /// Events file that is written, for `bake --events`. Default: the events are printed alone.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Leaves out events of less confidence, 0.5 to 1.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    min_confidence: f64,
+    /// Events file made by hand: precision and recall are printed. A clip that it does not have counts as one without events.
+    #[arg(long, value_name = "FILE")]
+    against: Option<PathBuf>,
+    /// Plots the speeds of limbs and trunk with the events to a .png or .svg file; - writes letters to stdout.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<Plot>,
+    /// Leaves out files that cannot be read and reports them (exit code 3).
+    #[arg(long)]
+    keep_going: bool,
+    #[command(flatten)]
+    read: ReadArgs,
+}
+
+/// The kinds in the order of the tables.
+const KINDS: [(EventKind, &str); 2] = [
+    (EventKind::Attack, "attack"),
+    (EventKind::Evasion, "evasion"),
+];
+
+pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    Plot::check(args.plot.as_ref(), as_json)?;
+    if let Some(out) = &args.out {
+        let inputs = args.clips.iter().chain(&args.against);
+        let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
+        check_is_no_input("--out", out, &inputs)?;
+    }
+    let against = args.against.as_deref().map(EventsFile::read).transpose()?;
+    let report = Report::new(args, against.as_ref())?;
+    if let Some(out) = &args.out {
+        report.write(out)?;
+    }
+    let mut text = if as_json {
+        Done::json(&report.document())
+    } else {
+        report.text()
+    };
+    if let Some(plot) = &args.plot {
+        text += &plot.draw(&report.figure())?;
+    }
+    let done = Done::ok(text);
+    Ok(Done {
+        incomplete: !report.left_out.is_empty(),
+        ..done
+    })
+}
+
+/// What was found in all clips.
+#[derive(Default)]
+struct Report {
+    clips: Vec<Annotated>,
+    /// Agreement by kind, if there are hand-made events.
+    agreement: Option<[Agreement; 2]>,
+    /// Errors of files that were left out.
+    left_out: Vec<String>,
+}
+
+/// A clip with its events.
+struct Annotated {
+    name: String,
+    seconds: f64,
+    frame_rate: f64,
+    curves: SpeedCurves,
+    proposed: Vec<EventEntry>,
+    by_hand: Option<Vec<EventEntry>>,
+}
+
+impl Report {
+    fn new(args: &Args, against: Option<&EventsFile>) -> Result<Self, Failure> {
+        let mut report = Self {
+            agreement: against.map(|_| Default::default()),
+            ..Self::default()
+        };
+        for path in sabaki_import::motion_files(&args.clips)? {
+            match sabaki_import::read_motions(&path, &args.read.options()) {
+                Ok(motions) => {
+                    let motions = motions.iter();
+                    let annotated = motions.map(|motion| Annotated::new(motion, args, against));
+                    report.clips.extend(annotated);
+                }
+                Err(error) if args.keep_going => report.leave_out(&error),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        report.compare();
+        Ok(report)
+    }
+
+    fn leave_out(&mut self, error: &ReadError) {
+        self.left_out.push(error.to_string());
+    }
+
+    fn compare(&mut self) {
+        let Some(sums) = &mut self.agreement else {
+            return;
+        };
+        for clip in &self.clips {
+            let by_hand = clip.by_hand.as_deref().unwrap_or_default();
+            for ((kind, _), sum) in KINDS.into_iter().zip(sums.iter_mut()) {
+                *sum += agreement(kind, &clip.proposed, by_hand);
+            }
+        }
+    }
+
+    fn write(&self, path: &Path) -> Result<(), Failure> {
+        let with_events = self.clips.iter().filter(|clip| !clip.proposed.is_empty());
+        let clips = with_events.map(|clip| ClipEvents {
+            file: clip.name.clone(),
+            events: clip.proposed.clone(),
+        });
+        let file = EventsFile {
+            clips: clips.collect(),
+        };
+        let text = format!("{:#}\n", json!(file));
+        let written = archive::write_atomically(path, |file| {
+            std::io::Write::write_all(file, text.as_bytes())
+        });
+        written.map_err(|source| Failure::Write {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Number of proposed events of a kind.
+    fn count(&self, kind: EventKind) -> usize {
+        let events = self.clips.iter().flat_map(|clip| &clip.proposed);
+        events.filter(|event| event.kind == kind).count()
+    }
+
+    fn document(&self) -> Value {
+        let of_clip = |clip: &Annotated| {
+            json!({
+                "file": clip.name,
+                "seconds": clip.seconds,
+                "events": clip.proposed,
+            })
+        };
+        let clips: Vec<Value> = self.clips.iter().map(of_clip).collect();
+        let of_kind = |agreement: &Agreement| {
+            json!({
+                "proposed": agreement.proposed,
+                "annotated": agreement.annotated,
+                "found": agreement.found,
+                "same_joints": agreement.same_joints,
+                "precision": agreement.precision(),
+                "recall": agreement.recall(),
+            })
+        };
+        let agreement = self.agreement.as_ref().map(|[attacks, evasions]| {
+            json!({ "attack": of_kind(attacks), "evasion": of_kind(evasions) })
+        });
+        json!({
+            "clips": clips,
+            "attacks": self.count(EventKind::Attack),
+            "evasions": self.count(EventKind::Evasion),
+            "agreement": agreement,
+            "left_out": self.left_out,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut rows = table(
+            &[
+                "clip",
+                "kind",
+                "joints",
+                "start, s",
+                "contact, s",
+                "end, s",
+                "confidence",
+            ],
+            3,
+        );
+        for clip in &self.clips {
+            for event in &clip.proposed {
+                let contact = event
+                    .contact
+                    .map_or(String::new(), |time| format!("{time:.2}"));
+                rows.add_row([
+                    clip.name.clone(),
+                    name(event.kind).to_owned(),
+                    event.joints.join(", "),
+                    format!("{:.2}", event.start),
+                    contact,
+                    format!("{:.2}", event.end),
+                    format!("{:.2}", event.confidence.unwrap_or(1.0)),
+                ]);
+            }
+        }
+        let (attacks, evasions) = (
+            self.count(EventKind::Attack),
+            self.count(EventKind::Evasion),
+        );
+        let clips = self.clips.len();
+        let mut text =
+            format!("{rows}\n{attacks} attacks and {evasions} evasions in {clips} clips\n");
+        if let Some(agreement) = &self.agreement {
+            text += &agreement_text(agreement);
+        }
+        for error in &self.left_out {
+            text += &format!("left out: {error}\n");
+        }
+        text
+    }
+
+    fn figure(&self) -> Figure {
+        let panel = |clip: &Annotated| Panel {
+            name: clip.name.clone(),
+            seconds: clip.seconds,
+            frame_rate: clip.frame_rate,
+            curves: clip.curves.clone(),
+            proposed: clip.proposed.clone(),
+            by_hand: clip.by_hand.clone().unwrap_or_default(),
+        };
+        let has_events = |panel: &Panel| !(panel.proposed.is_empty() && panel.by_hand.is_empty());
+        let panels: Vec<Panel> = self.clips.iter().map(panel).collect();
+        let (with, without): (Vec<Panel>, Vec<Panel>) = panels.into_iter().partition(has_events);
+        Figure::new(with, &without, self.agreement.is_some())
+    }
+}
+
+impl Annotated {
+    fn new(motion: &LoadedClip, args: &Args, against: Option<&EventsFile>) -> Self {
+        let LoadedClip { skeleton, clip, .. } = motion;
+        let mut proposed = propose(skeleton, clip, &AnnotateSettings::default());
+        proposed.retain(|event| {
+            event
+                .confidence
+                .is_none_or(|own| own >= args.min_confidence)
+        });
+        Self {
+            name: clip.name().to_owned(),
+            seconds: clip.duration(),
+            frame_rate: clip.frame_rate(),
+            curves: if args.plot.is_some() {
+                SpeedCurves::of(skeleton, clip)
+            } else {
+                SpeedCurves::default()
+            },
+            proposed,
+            by_hand: against.map(|file| file.events_of(clip.name())),
+        }
+    }
+}
+
+fn name(kind: EventKind) -> &'static str {
+    let known = KINDS.into_iter().find(|&(own, _)| own == kind);
+    known.map_or("", |(_, name)| name)
+}
+
+fn agreement_text(agreement: &[Agreement; 2]) -> String {
+    let head = [
+        "kind",
+        "proposed",
+        "by hand",
+        "found",
+        "precision",
+        "recall",
+        "same joints",
+    ];
+    let mut rows = table(&head, 1);
+    let share = |share: Option<f64>| share.map_or("-".to_owned(), |share| format!("{share:.2}"));
+    for ((_, name), own) in KINDS.into_iter().zip(agreement) {
+        rows.add_row([
+            name.to_owned(),
+            own.proposed.to_string(),
+            own.annotated.to_string(),
+            own.found.to_string(),
+            share(own.precision()),
+            share(own.recall()),
+            own.same_joints.to_string(),
+        ]);
+    }
+    format!("\nagreement with the events made by hand (overlap of 0.5 or more)\n{rows}\n")
+}

@@ -1,0 +1,130 @@
+use glam::Vec3;
+use sabaki::anim::{Clip, JointId, JointKind, Pose, Skeleton, forward_kinematics};
+use sabaki::internal::{Facing, Limbs};
+
+use super::curves::{between, least, smoothed, speeds};
+use crate::units::stature;
+
+/// Half width of the window that removes the noise of a limb's places, in seconds. It does nothing at 30 frames per second.
+const NOISE: f64 = 0.03;
+
+/// Places of the parts of a body in each frame of a clip, in statures.
+pub(super) struct Body {
+    /// Frames per second.
+    pub(super) rate: f64,
+    /// The root.
+    pub(super) root: Vec<Vec3>,
+    /// The head; the root's places where no head is known.
+    pub(super) head: Vec<Vec3>,
+    /// Direction in which the pelvis faces, along the ground.
+    pub(super) facing: Vec<Vec3>,
+    pub(super) hands: Vec<Limb>,
+    pub(super) feet: Vec<Limb>,
+    /// Height of the lowest hand or foot.
+    pub(super) lowest: Vec<f32>,
+}
+
+/// Places of a hand or foot.
+pub(super) struct Limb {
+    pub(super) joint: JointId,
+    pub(super) places: Vec<Vec3>,
+}
+
+impl Body {
+    /// The body of a clip, or `None` for fewer than three frames or a figure without height.
+    pub(super) fn of(skeleton: &Skeleton, clip: &Clip) -> Option<Self> {
+        let mut pose = Pose::default();
+        clip.pose(0, &mut pose);
+        let height = stature(skeleton, &pose);
+        if clip.frames() < 3 || !(height.is_finite() && height > 0.0) {
+            return None;
+        }
+        let limbs = Limbs::of(skeleton);
+        // Where names identify nothing, the ends of all chains stand in `feet`: they may be hands.
+        let named = !limbs.hands.is_empty();
+        let mut joints = Vec::new();
+        forward_kinematics(skeleton, &pose, &mut joints);
+        let head = head(skeleton, &limbs, |id| joints[id.index()].translation.y);
+        let limb = |&joint: &JointId| Limb {
+            joint,
+            places: Vec::with_capacity(clip.frames()),
+        };
+        let mut body = Self {
+            rate: clip.frame_rate(),
+            root: Vec::with_capacity(clip.frames()),
+            head: Vec::with_capacity(clip.frames()),
+            facing: Vec::with_capacity(clip.frames()),
+            lowest: Vec::with_capacity(clip.frames()),
+            hands: limbs.hands.iter().map(limb).collect(),
+            feet: limbs.feet.iter().filter(|_| named).map(limb).collect(),
+        };
+        let facing = Facing::of(skeleton);
+        let per_metre = (1.0 / height) as f32;
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(skeleton, &pose, &mut joints);
+            let place = |id: JointId| joints[id.index()].translation * per_metre;
+            body.root.push(place(JointId::ROOT));
+            body.head.push(place(head.unwrap_or(JointId::ROOT)));
+            body.facing.push(facing.placement(&joints).vector(Vec3::Z));
+            for limb in body.hands.iter_mut().chain(&mut body.feet) {
+                limb.places.push(place(limb.joint));
+            }
+            let heights = body.limbs().map(|limb| limb.places[frame].y);
+            let lowest = least(heights);
+            body.lowest.push(lowest);
+        }
+        body.remove_noise();
+        Some(body)
+    }
+
+    fn remove_noise(&mut self) {
+        let rate = self.rate;
+        let limbs = self.hands.iter_mut().chain(&mut self.feet);
+        for places in limbs.map(|limb| &mut limb.places).chain([&mut self.root]) {
+            *places = smoothed(places, NOISE, rate);
+        }
+    }
+
+    /// All hands, then all feet.
+    pub(super) fn limbs(&self) -> impl Iterator<Item = &Limb> {
+        self.hands.iter().chain(&self.feet)
+    }
+
+    /// Speed of the fastest of some limbs relative to the root, in statures per second; 0 without limbs.
+    pub(super) fn limb_speeds<'a>(&self, limbs: impl Iterator<Item = &'a Limb>) -> Vec<f32> {
+        let mut fastest = vec![0.0f32; self.root.len()];
+        for limb in limbs {
+            let own = speeds(&between(&limb.places, &self.root), self.rate);
+            for (fastest, own) in fastest.iter_mut().zip(own) {
+                *fastest = fastest.max(own);
+            }
+        }
+        fastest
+    }
+
+    /// Number of frames in a time of `seconds`.
+    pub(super) fn frames(&self, seconds: f32) -> usize {
+        (f64::from(seconds) * self.rate).round() as usize
+    }
+}
+
+/// The head: the joint closest to the root whose name says so, or else the highest end of a chain that belongs to no limb.
+fn head(skeleton: &Skeleton, limbs: &Limbs, height: impl Fn(JointId) -> f32) -> Option<JointId> {
+    let depth = |id: JointId| skeleton.ancestry(id).count();
+    let is_head = |&id: &JointId| {
+        let joint = skeleton.joint(id);
+        joint.kind == JointKind::Moving && joint.name.to_ascii_lowercase().contains("head")
+    };
+    let named = skeleton.ids().filter(is_head).min_by_key(|&id| depth(id));
+    let is_limb = |id: JointId| {
+        limbs
+            .all()
+            .any(|limb| skeleton.ancestry(id).any(|j| j == limb))
+    };
+    let free = |&id: &JointId| skeleton.children(id).next().is_none() && !is_limb(id);
+    named.or_else(|| {
+        let ends = skeleton.ids().filter(free);
+        ends.max_by(|&a, &b| height(a).total_cmp(&height(b)))
+    })
+}
