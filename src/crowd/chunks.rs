@@ -2,6 +2,7 @@
 
 use super::bucket::Piece;
 use super::schedule::Schedule;
+use super::settings::Hold;
 
 impl Schedule {
     /// Cuts the groups into chunks of equal lengths in the output.
@@ -45,5 +46,15 @@ impl Schedule {
     pub(super) fn part(&self, chunk: usize) -> &[Piece] {
         let start = chunk.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.pieces[start..self.ends[chunk]]
+    }
+
+    /// Whether the groups of a piece take turns to be posed: they are no finer than the hold says, none was made since the last
+    /// sorting, and none has just come into view.
+    pub(super) fn is_held(&self, piece: &Piece, hold: Hold) -> bool {
+        let is_old = |group: usize| self.visible[group] == 0 || self.was_visible[group];
+        hold.frames > 0
+            && piece.kind.level >= hold.from
+            && piece.groups.end <= self.first_late
+            && piece.groups.clone().all(is_old)
     }
 }

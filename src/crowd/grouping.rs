@@ -69,7 +69,6 @@ impl Crowd {
             schedule.move_late(&late, sorting);
             self.late = late;
             self.debt.late += moved;
-            self.is_settled = false;
         }
         for &id in &self.late {
             self.states[id as usize].is_late = false;

@@ -38,7 +38,7 @@ pub struct Crowd {
     pub(super) history: History,
     /// Number of characters that there is memory for.
     pub(super) capacity: usize,
-    /// Whether all characters have the places in the output that they had in the frame before.
+    /// Whether the groups have not been sorted since the last poses. Those that were made since stand behind the others.
     pub(super) is_settled: bool,
     pub(super) scratch_of_frames: FrameScratch,
 }

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::instances::{Crowd, MOST_CHUNKS};
 use super::output::Layout;
 use super::run::{Level, Run, RunMemory, Turn};
+use super::schedule::Schedule;
 use super::settings::PoseError;
 use crate::math::{F32x16, RowSet};
 
@@ -51,7 +52,8 @@ impl Crowd {
         let (schedule, now) = (&self.schedule, self.now());
         let (animations, settings) = (&*self.animations, &self.settings);
         let scratch = &self.scratch;
-        let (frame, is_settled) = (self.frame, self.is_settled);
+        let frame = self.frame;
+        let takes_turns = self.is_settled && !settings.keeps_previous;
         let next = AtomicUsize::new(0);
         let chunks = schedule.chunks();
         self.pool.run(&|thread: usize| {
@@ -72,18 +74,15 @@ impl Crowd {
                             number: f32::from(level.0),
                             steps: &animations.steps[level.index()],
                         },
-                        turn: match settings.hold {
-                            hold if is_settled
-                                && !settings.keeps_previous
-                                && level >= hold.from =>
-                            {
-                                let step = usize::from(hold.frames) + 1;
+                        turn: match takes_turns && schedule.is_held(piece, settings.hold) {
+                            true => {
+                                let step = usize::from(settings.hold.frames) + 1;
                                 Turn {
                                     first: (frame + step - piece.groups.start % step) % step,
                                     step,
                                 }
                             }
-                            _ => Turn { first: 0, step: 1 },
+                            false => Turn { first: 0, step: 1 },
                         },
                         near: piece.kind.near.map(|clip| animations.range(clip)),
                         mix: piece.kind.mix,
@@ -100,6 +99,14 @@ impl Crowd {
         });
         self.debt.of_a_frame(apart.into_inner());
         self.note_places();
+        let Schedule {
+            visible,
+            was_visible,
+            ..
+        } = &mut self.schedule;
+        for (was_visible, visible) in was_visible.iter_mut().zip(visible) {
+            *was_visible = *visible != 0;
+        }
         self.frame = self.frame.wrapping_add(1);
         self.is_settled = true;
         Ok(())

@@ -20,6 +20,8 @@ pub(super) struct Schedule {
     pub(super) cold: Vec<GroupCold>,
     /// Lanes of each group that are inside the frustum, a bit each. A group without any is not posed.
     pub(super) visible: Vec<u16>,
+    /// Whether each group was visible in the frame before, and so its pose is at most as old as it may be.
+    pub(super) was_visible: Vec<bool>,
     pub(super) parked: Vec<Parked>,
     pub(super) buckets: Vec<Bucket>,
     pub(super) pieces: Vec<Piece>,
@@ -93,9 +95,11 @@ impl Schedule {
         self.groups.clear();
         self.cold.clear();
         self.visible.clear();
+        self.was_visible.clear();
         self.parked.clear();
         self.buckets.clear();
         self.lines = 0;
+        self.first_late = usize::MAX;
         self.reserve(sorting.states.len(), sorting.chunks);
         self.rows.reset(sorting.states.len());
         sorting.slots.fill(NOWHERE);
@@ -127,6 +131,7 @@ impl Schedule {
         self.groups.reserve(groups);
         self.cold.reserve(groups);
         self.visible.reserve(groups);
+        self.was_visible.reserve(groups);
         self.parked.reserve(groups);
         self.buckets.reserve(groups);
         self.rows.reserve(groups * F32x16::LANES, characters);
@@ -209,7 +214,9 @@ impl Schedule {
             .output
             .group_len(sorting.animations.joints(kind.level));
         match self.buckets.last_mut() {
-            Some(bucket) if bucket.kind == kind => bucket.groups.end = index + 1,
+            Some(bucket) if bucket.kind == kind && index != self.first_late => {
+                bucket.groups.end = index + 1;
+            }
             _ => self.buckets.push(Bucket {
                 kind,
                 groups: index..index + 1,
@@ -219,6 +226,7 @@ impl Schedule {
         }
         self.groups.push(Group::EMPTY);
         self.visible.push(u16::MAX);
+        self.was_visible.push(false);
         self.cold.push(GroupCold {
             kind,
             offset: self.lines,

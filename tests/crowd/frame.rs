@@ -8,8 +8,8 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
 use sabaki::crowd::{
-    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Layout, LevelView,
-    Output, Placement, PoseSlice,
+    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout,
+    LevelView, Output, Placement, PoseSlice,
 };
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2};
@@ -356,5 +356,72 @@ fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
             }
         }
         assert!(before.iter().flatten().count() > 10);
+    }
+}
+
+#[test]
+fn held_poses_are_those_of_the_last_frames_whatever_the_camera_does() {
+    let (stage, levels) = stage();
+    let switching = switchings(&levels).swap_remove(2);
+    let characters = stage.characters(300, 8);
+    for (layout, has_frustum) in [
+        (Layout::Blocks, false),
+        (Layout::Rows, true),
+        (Layout::Instances, true),
+    ] {
+        let hold = Hold {
+            from: LevelId(1),
+            frames: 3,
+        };
+        let output = Output {
+            layout,
+            ..Output::default()
+        };
+        let base = settings(output, Isa::best(), 2);
+        let (mut held, ids) = crowd_of(&stage, &characters, CrowdSettings { hold, ..base });
+        let (mut free, _) = crowd_of(&stage, &characters, base);
+        let mut out = vec![F32x16::ZERO; held.max_output_len(ids.len())];
+        // What each character's numbers were in the last frames, the latest first.
+        let mut before: Vec<Vec<Vec<f32>>> = vec![Vec::new(); ids.len()];
+        let (mut old, mut moved) = (0, 0);
+        for index in 0..120 {
+            let frame = Frame {
+                seconds: SECONDS,
+                levels: Some(LevelView {
+                    switching: &switching,
+                    eye: eye(index),
+                }),
+                frustum: has_frustum.then(|| frustum(index)),
+                ..Frame::default()
+            };
+            let report = held.frame(&frame, &mut out).unwrap();
+            moved += usize::from(report.moved > 0 && !report.sorted);
+            let mut all = vec![F32x16::ZERO; out.len()];
+            assert_eq!(free.frame(&frame, &mut all).unwrap(), report);
+            for (&id, before) in ids.iter().zip(&mut before) {
+                assert_eq!(held.pose_slice(id), free.pose_slice(id));
+                let Ok(slice) = free.pose_slice(id) else {
+                    continue;
+                };
+                let numbers = |out: &[F32x16]| -> Vec<f32> {
+                    let joints = 0..slice.joints;
+                    let of = |joint| (0..12).map(move |number| (joint, number));
+                    joints
+                        .flat_map(of)
+                        .map(|(joint, number)| slice.number(out, joint, number))
+                        .collect()
+                };
+                before.insert(0, numbers(&all));
+                before.truncate(4);
+                if !free.is_posed(id) {
+                    continue;
+                }
+                let found = numbers(&out);
+                let behind = before.iter().position(|numbers| *numbers == found);
+                assert!(behind.is_some(), "{layout:?}, frame {index}, {id:?}");
+                old += usize::from(behind > Some(0));
+            }
+        }
+        assert!(old > 1000 && moved > 10, "{layout:?}: {old} {moved}");
     }
 }
