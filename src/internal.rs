@@ -6,9 +6,11 @@ pub use crate::anim::leg::Leg;
 pub use crate::anim::limbs::Limbs;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
+pub use crate::graph::build::GraphBuilder;
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, Plant};
+pub use crate::graph::search::{MapBand, Minimum, SearchSettings, TransitionList};
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::Contact;
 pub use crate::maps::collect::DrawnMaps;

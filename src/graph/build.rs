@@ -8,15 +8,15 @@ use std::collections::{BTreeSet, HashMap};
 use super::component::largest_component;
 use super::distance::{WindowPair, Windows};
 use super::links::{self, LinkSource};
-use super::minima::{self, MinimaSettings};
 use super::report::{BuildCounts, BuiltGraphs};
+use super::search::{MapBand, SearchSettings, TransitionList};
 use super::source::ClipSource;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, events,
 };
 use crate::anim::{Clip, Skeleton};
-use crate::math::in_parallel;
+use crate::math::{Isa, in_parallel};
 
 /// Builds a motion graph from `source`.
 ///
@@ -26,74 +26,173 @@ pub fn build(
     source: ClipSource<'_>,
     settings: &GraphSettings,
 ) -> Result<(MotionGraph, BuildReport), GraphError> {
-    if source.clips.is_empty() {
-        return Err(GraphError::NoClips);
-    }
-    let weights = settings.checked_weights(source.skeleton.len())?;
-    check_joints(source)?;
-    settings.check_size(source)?;
-    let clips: Vec<Clip> = source
-        .clips
-        .iter()
-        .map(|clip| clip.resampled(settings.frame_rate))
-        .collect::<Result<_, _>>()?;
-    let events = events::in_frames(source, &clips, settings.frame_rate)?;
-    let clouds: Vec<PointCloud> = clips
-        .iter()
-        .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
-        .collect();
-    let window = settings.frames(settings.window);
-    let windows: Vec<Windows> = clouds
-        .iter()
-        .map(|cloud| Windows::new(cloud, window))
-        .collect();
-    let mut transitions = find_transitions(&windows, settings)?;
-    let by_clip = EventsByClip::new(&events, clips.len());
-    transitions.retain(|transition| !by_clip.is_cut(transition));
-    let under_threshold = transitions.len();
-    let links = links::add(
-        LinkSource {
-            clips: &clips,
-            clouds: &clouds,
-            windows: &windows,
-            events: &events,
+    let builder = GraphBuilder::new(source, settings)?;
+    let transitions = builder.find_transitions()?;
+    builder.build(transitions)
+}
+
+/// A build in two steps: the search for transitions, which can be divided among processes, and all
+/// that follows from them.
+#[derive(Debug)]
+pub struct GraphBuilder<'a> {
+    source: ClipSource<'a>,
+    settings: &'a GraphSettings,
+    /// Clips at the graph's frame rate.
+    clips: Vec<Clip>,
+    events: Vec<GraphEvent>,
+    clouds: Vec<PointCloud>,
+    windows: Vec<Windows>,
+}
+
+impl<'a> GraphBuilder<'a> {
+    /// Checks the input and computes the points of all clips.
+    ///
+    /// # Errors
+    /// The clips, events or settings are invalid.
+    pub fn new(source: ClipSource<'a>, settings: &'a GraphSettings) -> Result<Self, GraphError> {
+        if source.clips.is_empty() {
+            return Err(GraphError::NoClips);
+        }
+        let weights = settings.checked_weights(source.skeleton.len())?;
+        check_joints(source)?;
+        settings.check_size(source)?;
+        let clips: Vec<Clip> = source
+            .clips
+            .iter()
+            .map(|clip| clip.resampled(settings.frame_rate))
+            .collect::<Result<_, _>>()?;
+        let events = events::in_frames(source, &clips, settings.frame_rate)?;
+        let clouds: Vec<PointCloud> = clips
+            .iter()
+            .map(|clip| PointCloud::new(source.skeleton, clip, &weights))
+            .collect();
+        let window = settings.frames(settings.window);
+        let windows = clouds
+            .iter()
+            .map(|cloud| Windows::new(cloud, window))
+            .collect();
+        Ok(Self {
+            source,
             settings,
-        },
-        &mut transitions,
-    );
-    let parts = Parts {
-        skeleton: source.skeleton,
-        clips,
-        events,
-        clouds: &clouds,
-        transitions: &transitions,
-        frame_rate: settings.frame_rate,
-    };
-    let full = parts.assemble();
-    let graph = largest_component(&full).ok_or_else(|| GraphError::NoCycle {
-        clips: source.clips.len(),
-        seconds: source.clips.iter().map(Clip::duration).sum(),
-        threshold: settings.threshold,
-    })?;
-    let graph = graph.with_feet(&settings.feet);
-    let report = BuildReport::new(
-        source,
-        &BuiltGraphs {
+            clips,
+            events,
+            clouds,
+            windows,
+        })
+    }
+
+    /// Points of each clip. The search needs nothing else of the clips.
+    #[must_use]
+    pub fn clouds(&self) -> &[PointCloud] {
+        &self.clouds
+    }
+
+    /// Settings of the search, in frames.
+    #[must_use]
+    pub fn search(&self) -> SearchSettings {
+        SearchSettings {
+            window: self.settings.frames(self.settings.window),
+            separation: self.settings.frames(self.settings.separation),
+            threshold: self.settings.threshold,
+        }
+    }
+
+    /// All bands of the search, in the order in which a [`TransitionList`] takes their minima.
+    pub fn bands(&self) -> impl Iterator<Item = MapBand> + use<> {
+        let frames: Vec<usize> = self.clouds.iter().map(PointCloud::frames).collect();
+        self.search().bands(&frames)
+    }
+
+    /// An empty list for the minima of all bands.
+    #[must_use]
+    pub fn transition_list(&self) -> TransitionList {
+        TransitionList::new(self.search())
+    }
+
+    /// Searches all bands in this process. The result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The graph would have too many transitions.
+    pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
+        /// Number of bands whose minima are kept until they are added to the list.
+        const PART: usize = 64;
+        let (settings, isa) = (self.search(), Isa::best());
+        let mut list = self.transition_list();
+        let bands: Vec<MapBand> = self.bands().collect();
+        for bands in bands.chunks(PART) {
+            let found = in_parallel(self.settings.threads, bands.len(), |index| {
+                let band = bands[index];
+                let windows = [band.a, band.b].map(|clip| &self.windows[clip]);
+                settings.minima(band, windows, isa)
+            });
+            for (&band, minima) in bands.iter().zip(found) {
+                list.add(band, &minima?)?;
+            }
+        }
+        Ok(list)
+    }
+
+    /// Builds the graph from the minima of all bands.
+    ///
+    /// # Errors
+    /// The graph would have too many transitions, or the clips contain no cycle.
+    pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
+        let mut transitions = found.finish()?;
+        let by_clip = EventsByClip::new(&self.events, self.clips.len());
+        transitions.retain(|transition| !by_clip.is_cut(transition));
+        let under_threshold = transitions.len();
+        let source = LinkSource {
+            clips: &self.clips,
+            clouds: &self.clouds,
+            windows: &self.windows,
+            events: &self.events,
+            settings: self.settings,
+        };
+        let links = links::add(source, &mut transitions);
+        let counts = BuildCounts {
+            transitions: under_threshold,
+            window_pairs: self.bands().map(|band| band.pairs()).sum(),
+            links,
+        };
+        self.assemble(&transitions, counts)
+    }
+
+    /// Assembles the graph, keeps its largest component and reports what was left out.
+    fn assemble(
+        self,
+        transitions: &[Transition],
+        counts: BuildCounts,
+    ) -> Result<(MotionGraph, BuildReport), GraphError> {
+        let Self {
+            source, settings, ..
+        } = self;
+        let parts = Parts {
+            skeleton: source.skeleton,
+            clips: self.clips,
+            events: self.events,
+            clouds: &self.clouds,
+            transitions,
+            frame_rate: settings.frame_rate,
+        };
+        let full = parts.assemble();
+        let graph = largest_component(&full).ok_or_else(|| GraphError::NoCycle {
+            clips: source.clips.len(),
+            seconds: source.clips.iter().map(Clip::duration).sum(),
+            threshold: settings.threshold,
+        })?;
+        let graph = graph.with_feet(&settings.feet);
+        let graphs = BuiltGraphs {
             full: &full,
             kept: &graph,
-        },
-        BuildCounts {
-            transitions: under_threshold,
-            window_pairs: window_pairs(&windows),
-            links,
-        },
-    );
-    tracing::debug!(
-        nodes = graph.nodes.len(),
-        edges = graph.edges.len(),
-        "motion graph built"
-    );
-    Ok((graph, report))
+        };
+        let report = BuildReport::new(source, &graphs, counts);
+        tracing::debug!(
+            nodes = graph.nodes.len(),
+            edges = graph.edges.len(),
+            "motion graph built"
+        );
+        Ok((graph, report))
+    }
 }
 
 fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
@@ -128,48 +227,6 @@ impl<'a> EventsByClip<'a> {
         let clips = [transition.source_clip, transition.target_clip];
         { clips.iter().flat_map(|&clip| &self.0[clip]) }.any(|event| transition.cuts(event))
     }
-}
-
-/// Number of window pairs in all distance maps. Each pair of clips counts once, and the map of a
-/// clip with itself counts in full.
-fn window_pairs(windows: &[Windows]) -> u64 {
-    let counts = || windows.iter().map(|windows| windows.count() as u64);
-    let total: u64 = counts().sum();
-    (total * total + counts().map(|w| w * w).sum::<u64>()) / 2
-}
-
-/// Finds all transitions under the threshold. The result does not depend on the number of threads.
-///
-/// # Errors
-/// The graph would have too many transitions.
-fn find_transitions(
-    windows: &[Windows],
-    settings: &GraphSettings,
-) -> Result<Vec<Transition>, GraphError> {
-    /// Number of maps between two checks of the number of transitions.
-    const PART: usize = 64;
-    let pairs: Vec<(usize, usize)> = (0..windows.len())
-        .flat_map(|a| (a..windows.len()).map(move |b| (a, b)))
-        .collect();
-    let separation = settings.frames(settings.separation);
-    let mut transitions = Vec::new();
-    for pairs in pairs.chunks(PART) {
-        let found = in_parallel(settings.threads, pairs.len(), |index| {
-            let (a, b) = pairs[index];
-            let minima = MinimaSettings {
-                threshold: settings.threshold,
-                separation,
-                only_after: (a == b).then_some(separation),
-            };
-            minima::find(&windows[a], &windows[b], &minima)
-        });
-        for (&(a, b), minima) in pairs.iter().zip(&found) {
-            let both = |minimum| Transition::both_ways(a, b, minimum, windows[a].window());
-            transitions.extend(minima.iter().flat_map(both));
-        }
-        GraphSettings::check_transitions(transitions.len())?;
-    }
-    Ok(transitions)
 }
 
 /// Data from which the graph is assembled.

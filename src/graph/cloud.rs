@@ -1,12 +1,13 @@
 use std::ops::Range;
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 
 /// The joints of a clip as points. For each joint there is one row of x, one of y and one of z
 /// coordinates over the frames, which is the layout that the distance map reads.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointCloud {
     frames: usize,
     /// Weight of each joint. Weights sum to 1.
@@ -50,6 +51,19 @@ impl PointCloud {
             }
         }
         cloud
+    }
+
+    /// Whether each point and each weight is there and finite. A cloud that comes from a file is
+    /// checked with it.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let points = self.frames.checked_mul(self.joints());
+        let all = [&self.weights, &self.x, &self.y, &self.z].into_iter();
+        [&self.x, &self.y, &self.z]
+            .iter()
+            .all(|row| Some(row.len()) == points)
+            && self.centre.is_finite()
+            && all.flatten().all(|value| value.is_finite())
     }
 
     /// Returns a range of frames as a cloud with the same centre. The range must not be empty.

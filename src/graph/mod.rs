@@ -3,7 +3,7 @@
 //! Source: Kovar, Gleicher & Pighin, "Motion Graphs" (2002), which Masaoka & Oshita use in section
 //! 4.4.
 
-mod build;
+pub(crate) mod build;
 pub(crate) mod cloud;
 mod component;
 pub(crate) mod distance;
@@ -14,7 +14,6 @@ pub(crate) mod ids;
 mod inertia;
 mod limits;
 mod links;
-mod minima;
 mod moments;
 mod motion;
 mod motion_edit;
@@ -24,6 +23,7 @@ mod prune;
 mod report;
 mod responsiveness;
 mod sample;
+pub(crate) mod search;
 mod settings;
 mod source;
 mod transition;

@@ -1,5 +1,5 @@
 use super::GraphEvent;
-use super::minima::Minimum;
+use super::search::Minimum;
 
 /// A blend from one clip to another.
 ///
@@ -50,8 +50,9 @@ impl Transition {
                 distance: minimum.distance,
             })
         };
-        let there = one_way(a, minimum.a, b, minimum.b);
-        let back = one_way(b, minimum.b, a, minimum.a);
+        let (at_a, at_b) = (minimum.a as usize, minimum.b as usize);
+        let there = one_way(a, at_a, b, at_b);
+        let back = one_way(b, at_b, a, at_a);
         there.into_iter().chain(back)
     }
 

@@ -3,3 +3,4 @@ mod build;
 mod distance_map;
 mod feet;
 mod links;
+mod search;

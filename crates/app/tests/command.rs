@@ -14,6 +14,8 @@ mod plots;
 mod refusals;
 mod render;
 mod run;
+mod shards;
+mod slurm;
 
 use std::fs;
 use std::io::{PipeWriter, pipe};

@@ -81,6 +81,10 @@ impl FigureArgs {
         self.body.iter().chain(&self.prop).map(PathBuf::as_path)
     }
 
+    pub(crate) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        self.body.iter_mut().chain(&mut self.prop)
+    }
+
     /// Reads the files and fits the meshes.
     pub(crate) fn read(&self, set: &ClipSet) -> Result<Figure, Failure> {
         if self.prop.len() != self.prop_joint.len() {

@@ -89,6 +89,12 @@ pub(crate) enum Failure {
     Cancelled,
     #[error("{0}")]
     Usage(String),
+    #[error("{} of {all} shards are lacking", lacking.len())]
+    Shards {
+        /// One line for each shard that is missing or damaged.
+        lacking: Vec<String>,
+        all: usize,
+    },
     #[error("{place}: {failure}")]
     Within {
         place: String,
@@ -114,6 +120,9 @@ impl Failure {
         };
         if let Self::Read(ReadError::Files { errors, .. }) = self {
             errors.iter().for_each(|error| line(error));
+        }
+        if let Self::Shards { lacking, .. } = self {
+            lacking.iter().for_each(|shard| line(shard));
         }
         line(self);
     }

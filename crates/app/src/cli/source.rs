@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use sabaki::anim::EventKind;
 use sabaki::archive;
-use sabaki::graph::{self, BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
+use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
+use sabaki::internal::{GraphBuilder, TransitionList};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
 use serde_json::{Value, json};
@@ -78,6 +79,40 @@ impl ClipArgs {
             .chain(self.figure.files())
             .collect()
     }
+
+    /// All files that are read, with those of the folders, sorted by name.
+    pub(crate) fn input_files(&self) -> Result<Vec<PathBuf>, Failure> {
+        let mut files = Vec::new();
+        for path in self.files() {
+            if !path.is_dir() {
+                files.push(path.to_owned());
+                continue;
+            }
+            let wrong = |source| Failure::Open {
+                path: path.to_owned(),
+                source,
+            };
+            let first = files.len();
+            for entry in std::fs::read_dir(path).map_err(wrong)? {
+                let file = entry.map_err(wrong)?.path();
+                if sabaki_import::is_motion_file(&file) && file.is_file() {
+                    files.push(file);
+                }
+            }
+            files[first..].sort();
+        }
+        Ok(files)
+    }
+
+    /// Lets relative paths start in `folder`.
+    pub(crate) fn start_in(&mut self, folder: &Path) {
+        let paths = { self.clips.iter_mut() }
+            .chain(&mut self.events)
+            .chain(self.figure.files_mut());
+        for path in paths {
+            *path = folder.join(&*path);
+        }
+    }
 }
 
 /// The graph to query.
@@ -125,47 +160,106 @@ pub(crate) struct Made {
     pub(crate) left_out: Vec<String>,
 }
 
+/// Finds the transitions of a graph: in this process, or in the shards of a plan.
+type Find<'f> = dyn Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure> + 'f;
+
+fn find_here(builder: &GraphBuilder<'_>) -> Result<TransitionList, Failure> {
+    Ok(builder.find_transitions()?)
+}
+
+/// Clips, body and props that were read from files.
+pub(crate) struct BakeInput {
+    set: sabaki_import::ClipSet,
+    figure: Figure,
+    threshold: f32,
+}
+
+impl BakeInput {
+    pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
+        let options = sabaki_import::ReadOptions {
+            keep_going: args.keep_going,
+            ..args.read.options()
+        };
+        let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;
+        if args.mirror {
+            set.add_mirrored()
+                .map_err(|error| Failure::Usage(error.to_string()))?;
+        }
+        let figure = args.figure.read(&set)?;
+        Ok(Self {
+            set,
+            figure,
+            threshold: args.threshold,
+        })
+    }
+
+    pub(crate) fn graph_settings(&self) -> GraphSettings {
+        graph_settings(self.threshold)
+    }
+
+    pub(crate) fn builder<'a>(
+        &'a self,
+        settings: &'a GraphSettings,
+    ) -> Result<GraphBuilder<'a>, Failure> {
+        Ok(GraphBuilder::new(self.source(), settings)?)
+    }
+
+    fn source(&self) -> ClipSource<'_> {
+        ClipSource {
+            skeleton: &self.set.skeleton,
+            clips: &self.set.clips,
+            events: &self.set.events,
+        }
+    }
+}
+
+fn graph_settings(threshold: f32) -> GraphSettings {
+    GraphSettings {
+        threshold,
+        ..GraphSettings::default()
+    }
+}
+
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
+    from_clips_with(args, find_here)
+}
+
+/// Bakes the clips of `args` with the transitions that `find` returns.
+pub(crate) fn from_clips_with(
+    args: &ClipArgs,
+    find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
+) -> Result<Baked, Failure> {
     let started = Instant::now();
-    let options = sabaki_import::ReadOptions {
-        keep_going: args.keep_going,
-        ..args.read.options()
-    };
-    let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;
-    if args.mirror {
-        set.add_mirrored()
-            .map_err(|error| Failure::Usage(error.to_string()))?;
-    }
-    let source = ClipSource {
-        skeleton: &set.skeleton,
-        clips: &set.clips,
-        events: &set.events,
-    };
-    let figure = args.figure.read(&set)?;
+    let input = BakeInput::read(args)?;
     let settings = BakeSettings {
-        body: figure.body.clone(),
-        props: figure.props.clone(),
+        body: input.figure.body.clone(),
+        props: input.figure.props.clone(),
         maps: args.maps.grid(),
         ..BakeSettings::default()
     };
-    let baked = bake(source, args.threshold, settings);
+    let baked = Bake {
+        source: input.source(),
+        threshold: args.threshold,
+        settings,
+    }
+    .run(&find);
     // Not one of them is at fault, but the first says which of many runs it was.
-    let mut baked = baked.map_err(|failure| match args.clips.as_slice() {
-        [] => failure,
-        [only] => failure.within(only),
-        [first, more @ ..] => failure.within(Path::new(&format!(
+    let mut baked = baked.map_err(|failure| match (failure, args.clips.as_slice()) {
+        (failure @ Failure::Shards { .. }, _) | (failure, []) => failure,
+        (failure, [only]) => failure.within(only),
+        (failure, [first, more @ ..]) => failure.within(Path::new(&format!(
             "{} and {} more",
             first.display(),
             more.len()
         ))),
     })?;
     if let Some(made) = &mut baked.made {
-        let of_figure = figure.warnings.iter().cloned();
+        let of_figure = input.figure.warnings.iter().cloned();
         made.warnings
-            .splice(..0, set.warnings.into_iter().chain(of_figure));
-        made.figure = figure;
-        made.left_out = set.left_out;
+            .splice(..0, input.set.warnings.into_iter().chain(of_figure));
+        made.figure = input.figure;
+        made.left_out = input.set.left_out;
         made.seconds = started.elapsed().as_secs_f64();
     }
     Ok(baked)
@@ -174,16 +268,16 @@ pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
 /// Bakes the embedded motions.
 pub(crate) fn embedded() -> Result<Baked, Failure> {
     let motions = demo::motions().map_err(sabaki::graph::GraphError::from)?;
-    let source = ClipSource {
-        skeleton: &motions.skeleton,
-        clips: &motions.clips,
-        events: &motions.events,
-    };
-    bake(
-        source,
-        GraphSettings::default().threshold,
-        BakeSettings::default(),
-    )
+    Bake {
+        source: ClipSource {
+            skeleton: &motions.skeleton,
+            clips: &motions.clips,
+            events: &motions.events,
+        },
+        threshold: GraphSettings::default().threshold,
+        settings: BakeSettings::default(),
+    }
+    .run(&find_here)
 }
 
 /// Reads a baked file.
@@ -194,44 +288,58 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
     })
 }
 
-fn bake(source: ClipSource<'_>, threshold: f32, settings: BakeSettings) -> Result<Baked, Failure> {
-    cancel::listen();
-    let started = Instant::now();
-    let bar = output::progress("baking", 3);
-    bar.tick();
-    let graph_settings = GraphSettings {
-        threshold,
-        ..GraphSettings::default()
-    };
-    let (graph, report) = graph::build(source, &graph_settings)?;
-    let feet = graph.foot_slide(MEASURED);
-    bar.inc(1);
-    cancel::check()?;
-    let baker = Baker::new(graph, settings)?;
-    let maps = baker.draw_on_cpu();
-    bar.inc(1);
-    cancel::check()?;
-    let graph = baker.finish(maps)?;
-    bar.finish_and_clear();
-    let mut warnings = Vec::new();
-    if graph.evasions().is_empty() {
-        let labelled = report.events.0;
-        warnings.push(match labelled {
-            0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
-            n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
-        });
+/// Input and settings of a bake.
+struct Bake<'a> {
+    source: ClipSource<'a>,
+    threshold: f32,
+    settings: BakeSettings,
+}
+
+impl Bake<'_> {
+    fn run(self, find: &Find<'_>) -> Result<Baked, Failure> {
+        cancel::listen();
+        let started = Instant::now();
+        let bar = output::progress("baking", 4);
+        bar.tick();
+        let graph_settings = graph_settings(self.threshold);
+        let builder = GraphBuilder::new(self.source, &graph_settings)?;
+        let done = |stage: &str| {
+            bar.inc(1);
+            let seconds = started.elapsed().as_secs_f64();
+            tracing::info!("{stage} after {seconds:.3} s");
+            cancel::check()
+        };
+        let transitions = find(&builder)?;
+        done("transitions found")?;
+        let (graph, report) = builder.build(transitions)?;
+        let feet = graph.foot_slide(MEASURED);
+        done("links added and graph built")?;
+        let baker = Baker::new(graph, self.settings)?;
+        let maps = baker.draw_on_cpu();
+        done("maps drawn")?;
+        let graph = baker.finish(maps)?;
+        done("paths and grid made")?;
+        bar.finish_and_clear();
+        let mut warnings = Vec::new();
+        if graph.evasions().is_empty() {
+            let labelled = report.events.0;
+            warnings.push(match labelled {
+                0 => "no clip has an evasion: attacks are avoided by whatever motion there is".to_owned(),
+                n => format!("none of the {n} evasions can be reached and left again: attacks are avoided by whatever motion there is"),
+            });
+        }
+        Ok(Baked {
+            graph,
+            made: Some(Made {
+                report,
+                feet,
+                seconds: started.elapsed().as_secs_f64(),
+                warnings,
+                figure: Figure::default(),
+                left_out: Vec::new(),
+            }),
+        })
     }
-    Ok(Baked {
-        graph,
-        made: Some(Made {
-            report,
-            feet,
-            seconds: started.elapsed().as_secs_f64(),
-            warnings,
-            figure: Figure::default(),
-            left_out: Vec::new(),
-        }),
-    })
 }
 
 fn count(graph: &MotionGraph, kind: EventKind) -> usize {

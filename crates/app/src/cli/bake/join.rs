@@ -1,0 +1,56 @@
+//! `sabaki bake join`: finishes a bake whose shards are computed.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+use super::super::source::{self, ClipArgs};
+use super::super::{Cli, Command, Done, Failure, output};
+use super::shared_bake::SharedBake;
+use super::{Report, Step};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Folder of the plan.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Graph file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    let bake = SharedBake::open(&args.folder)?;
+    let clips = planned_clips(&bake)?;
+    output::check_is_no_input("--out", &args.out, &clips.files())?;
+    bake.manifest().check_inputs()?;
+    let baked = source::from_clips_with(&clips, |builder| {
+        bake.check_points(builder)?;
+        bake.transitions(builder)
+    })?;
+    Report {
+        baked: &baked,
+        out: &args.out,
+        as_json,
+    }
+    .done(&clips, None)
+}
+
+/// The clips that the arguments of the plan name.
+fn planned_clips(bake: &SharedBake) -> Result<ClipArgs, Failure> {
+    let manifest = bake.manifest();
+    let words = { ["sabaki"].into_iter() }.chain(manifest.arguments.iter().map(String::as_str));
+    match Cli::try_parse_from(words) {
+        Ok(Cli {
+            command:
+                Some(Command::Bake(super::Args {
+                    step: Some(Step::Plan(plan)),
+                    ..
+                })),
+            ..
+        }) => Ok(plan.into_clips(&manifest.folder)),
+        _ => Err(Failure::Usage(
+            "plan.json: its arguments are not those of bake plan; run bake plan again".to_owned(),
+        )),
+    }
+}

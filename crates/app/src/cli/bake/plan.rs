@@ -1,0 +1,82 @@
+//! `sabaki bake plan`: divides the search for transitions into shards.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::super::{Done, Failure, source};
+use super::manifest::PlanInput;
+use super::shared_bake::{SharedBake, command};
+
+/// Largest number of shards.
+const MOST_SHARDS: usize = 100_000;
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    clips: source::ClipArgs,
+    /// Folder of the plan, which is created. All processes that compute shards must see it.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of shards of about equal cost.
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    shards: usize,
+}
+
+impl Args {
+    /// The clips, with paths as seen from the folder in which the plan was made.
+    pub(super) fn into_clips(mut self, folder: &Path) -> source::ClipArgs {
+        self.clips.start_in(folder);
+        self.clips
+    }
+}
+
+pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    if args.clips.clips.is_empty() {
+        return Err(Failure::Usage(
+            "bake plan needs --clips: BVH or glTF files, or folders of them".to_owned(),
+        ));
+    }
+    if !(1..=MOST_SHARDS).contains(&args.shards) {
+        return Err(Failure::Usage(format!(
+            "--shards {}: 1 to {MOST_SHARDS}",
+            args.shards
+        )));
+    }
+    let input = source::BakeInput::read(&args.clips)?;
+    let settings = input.graph_settings();
+    let builder = input.builder(&settings)?;
+    let planned = PlanInput {
+        clips: &args.clips,
+        shards: args.shards,
+    };
+    let bake = SharedBake::create(&args.out, planned, &builder)?;
+    let shards = bake.shards();
+    let pairs: Vec<u64> = (0..shards).map(|shard| bake.pairs(shard)).collect();
+    let (least, most) = (
+        pairs.iter().min().copied().unwrap_or(0),
+        pairs.iter().max().copied().unwrap_or(0),
+    );
+    let clips = builder.clouds().len();
+    if as_json {
+        let read: Vec<usize> = (0..shards)
+            .map(|shard| bake.clips_of(shard).len())
+            .collect();
+        return Ok(Done::ok(Done::json(&json!({
+            "out": args.out, "clips": clips, "shards": shards, "window_pairs": pairs, "clips_read": read,
+        }))));
+    }
+    Ok(Done::ok(format!(
+        "{clips} clips; {shards} shards of {:.1} to {:.1} million window pairs\n\
+         compute each:   {}\n\
+         then join them: {}\n",
+        least as f64 * 1e-6,
+        most as f64 * 1e-6,
+        command(
+            &["bake", "shard"],
+            &args.out,
+            &[&format!("0 (to {})", shards - 1)]
+        ),
+        command(&["bake", "join"], &args.out, &["--out", "FILE"]),
+    )))
+}

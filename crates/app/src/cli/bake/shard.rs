@@ -1,0 +1,54 @@
+//! `sabaki bake shard`: computes one shard of a plan.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::super::{Done, Failure};
+use super::shared_bake::{ShardOutcome, SharedBake};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Folder of the plan.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Number of the shard, from 0.
+    #[arg(value_name = "I")]
+    shard: usize,
+    /// Number of threads, or 0 for one thread per CPU core. The shard does not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+}
+
+pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    let started = Instant::now();
+    let bake = SharedBake::open(&args.folder)?;
+    let (shard, shards) = (args.shard, bake.shards());
+    if shard >= shards {
+        return Err(Failure::Usage(format!(
+            "shard {shard}: the plan has the shards 0 to {}",
+            shards - 1
+        )));
+    }
+    let outcome = bake.compute(shard, args.threads)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let (pairs, clips) = (bake.pairs(shard), bake.clips_of(shard).len());
+    let minima = match outcome {
+        ShardOutcome::WasThere => None,
+        ShardOutcome::Computed(minima) => Some(minima),
+    };
+    if as_json {
+        return Ok(Done::ok(Done::json(&json!({
+            "shard": shard, "was_there": minima.is_none(), "minima": minima,
+            "window_pairs": pairs, "clips_read": clips, "shard_seconds": seconds,
+        }))));
+    }
+    Ok(Done::ok(match minima {
+        None => format!("shard {shard} of {shards} is there and sound: nothing to do\n"),
+        Some(minima) => format!(
+            "shard {shard} of {shards}: {minima} minima in {:.1} million window pairs of {clips} clips, {seconds:.2} s\n",
+            pairs as f64 * 1e-6
+        ),
+    }))
+}

@@ -1,0 +1,256 @@
+//! A folder in which several processes share one bake.
+//!
+//! ```text
+//! plan.json     manifest: settings, checksums of all inputs, number of shards
+//! clips/I       points of clip I, which the search reads
+//! shards/I      number of the shard, and the minima of its bands
+//! ```
+//! Files are complete or not there, and each has a checksum. A process needs no other process: it may be killed, or run twice.
+
+use std::path::{Path, PathBuf};
+
+use sabaki::graph::GraphError;
+use sabaki::internal::{GraphBuilder, MapBand, Minimum, PointCloud, TransitionList, Windows};
+use sabaki::math::{Isa, in_parallel};
+
+use super::super::{Failure, output};
+use super::manifest::{Manifest, PlanInput};
+use super::partition::Partition;
+use super::sealed::{self, Kind, Seal, Unusable};
+
+/// Seal of the files of points.
+const POINTS: Seal = Seal {
+    kind: Kind::Points,
+    plan: 0,
+};
+
+/// The folder of a divided bake.
+pub(super) struct SharedBake {
+    folder: PathBuf,
+    manifest: Manifest,
+    /// Checksum of the manifest. Shards of another plan have another one.
+    plan: u32,
+    partition: Partition,
+}
+
+/// What was done for a shard.
+pub(super) enum ShardOutcome {
+    /// It was there, and sound.
+    WasThere,
+    /// It was computed: number of minima.
+    Computed(usize),
+}
+
+impl SharedBake {
+    /// Writes the plan and the points of all clips.
+    pub(super) fn create(
+        folder: &Path,
+        input: PlanInput<'_>,
+        builder: &GraphBuilder<'_>,
+    ) -> Result<Self, Failure> {
+        let mut manifest = Manifest::new(input, builder)?;
+        manifest.shards = manifest.shards.clamp(1, builder.bands().count().max(1));
+        for part in ["clips", "shards"] {
+            let path = folder.join(part);
+            std::fs::create_dir_all(&path).map_err(|source| Failure::Write { path, source })?;
+        }
+        let bytes = output::Done::json(&serde_json::json!(manifest)).into_bytes();
+        let bake = Self::new(folder, manifest, &bytes);
+        for (clip, cloud) in builder.clouds().iter().enumerate() {
+            sealed::write(&bake.points_file(clip), POINTS, &sealed::encode(cloud)?)?;
+        }
+        let path = folder.join("plan.json");
+        sabaki::archive::write_atomically(&path, |file| std::io::Write::write_all(file, &bytes))
+            .map_err(|source| Failure::Write { path, source })?;
+        Ok(bake)
+    }
+
+    /// Reads the plan of a folder.
+    pub(super) fn open(folder: &Path) -> Result<Self, Failure> {
+        let path = folder.join("plan.json");
+        let bytes = std::fs::read(&path).map_err(|source| Failure::Open {
+            path: path.clone(),
+            source,
+        })?;
+        Ok(Self::new(folder, Manifest::parse(&bytes, &path)?, &bytes))
+    }
+
+    fn new(folder: &Path, manifest: Manifest, bytes: &[u8]) -> Self {
+        let frames: Vec<usize> = manifest.clips.iter().map(|clip| clip.frames).collect();
+        Self {
+            folder: folder.to_owned(),
+            partition: Partition::new(
+                manifest.search.bands(&frames).collect(),
+                &frames,
+                manifest.shards,
+            ),
+            manifest,
+            plan: crc32fast::hash(bytes),
+        }
+    }
+
+    pub(super) fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Number of shards.
+    pub(super) fn shards(&self) -> usize {
+        self.manifest.shards
+    }
+
+    /// Number of window pairs of a shard.
+    pub(super) fn pairs(&self, shard: usize) -> u64 {
+        self.partition.bands(shard).map(|band| band.pairs()).sum()
+    }
+
+    /// The clips that a shard reads, sorted.
+    pub(super) fn clips_of(&self, shard: usize) -> Vec<usize> {
+        let mut clips: Vec<usize> = self
+            .partition
+            .bands(shard)
+            .flat_map(|band| [band.a, band.b])
+            .collect();
+        clips.sort_unstable();
+        clips.dedup();
+        clips
+    }
+
+    /// Computes a shard, unless it is there and sound.
+    pub(super) fn compute(&self, shard: usize, threads: usize) -> Result<ShardOutcome, Failure> {
+        if self.read_shard(shard).is_ok() {
+            return Ok(ShardOutcome::WasThere);
+        }
+        let clips = self.clips_of(shard);
+        let windows: Vec<Windows> = clips
+            .iter()
+            .map(|&clip| self.windows(clip))
+            .collect::<Result<_, _>>()?;
+        let of_clip = |clip: usize| &windows[clips.partition_point(|&other| other < clip)];
+        let bands: Vec<MapBand> = self.partition.bands(shard).collect();
+        let isa = Isa::best();
+        let found: Vec<Vec<Minimum>> = in_parallel(threads, bands.len(), |index| {
+            let band = bands[index];
+            let windows = [band.a, band.b].map(of_clip);
+            self.manifest.search.minima(band, windows, isa)
+        })
+        .into_iter()
+        .collect::<Result<_, GraphError>>()?;
+        let contents = sealed::encode(&(shard, &found))?;
+        sealed::write(&self.shard_file(shard), self.seal(), &contents)?;
+        Ok(ShardOutcome::Computed(found.iter().map(Vec::len).sum()))
+    }
+
+    /// Reads all shards.
+    ///
+    /// # Errors
+    /// All shards that are missing or damaged, each with the command that computes it.
+    pub(super) fn transitions(
+        &self,
+        builder: &GraphBuilder<'_>,
+    ) -> Result<TransitionList, Failure> {
+        let (mut found, mut lacking) = (Vec::new(), Vec::new());
+        for shard in 0..self.shards() {
+            match self.read_shard(shard) {
+                Ok(minima) => found.extend(minima),
+                Err(why) => lacking.push(format!(
+                    "shard {shard} is {why}: {}",
+                    command(&["bake", "shard"], &self.folder, &[&shard.to_string()])
+                )),
+            }
+        }
+        if !lacking.is_empty() {
+            return Err(Failure::Shards {
+                lacking,
+                all: self.shards(),
+            });
+        }
+        let mut by_band: Vec<(usize, Vec<Minimum>)> = self.partition.order().zip(found).collect();
+        by_band.sort_unstable_by_key(|&(band, _)| band);
+        let mut list = builder.transition_list();
+        for (band, (_, minima)) in builder.bands().zip(by_band) {
+            list.add(band, &minima)?;
+        }
+        Ok(list)
+    }
+
+    /// Checks that the clips that were read now have the points of the plan, to the bit.
+    pub(super) fn check_points(&self, builder: &GraphBuilder<'_>) -> Result<(), Failure> {
+        let planned = &self.manifest.clips;
+        let mut same =
+            builder.search() == self.manifest.search && builder.clouds().len() == planned.len();
+        for (cloud, planned) in builder.clouds().iter().zip(planned) {
+            same &= crc32fast::hash(&sealed::encode(cloud)?) == planned.crc32;
+        }
+        match same {
+            true => Ok(()),
+            false => Err(Failure::Usage(format!(
+                "{}: the clips are not those of the plan any more, or this machine reads them differently; run bake plan again",
+                self.folder.display()
+            ))),
+        }
+    }
+
+    fn read_shard(&self, shard: usize) -> Result<Vec<Vec<Minimum>>, Unusable> {
+        let ((of_shard, minima), _): ((usize, Vec<Vec<Minimum>>), _) =
+            sealed::read(&self.shard_file(shard), self.seal())?;
+        let bands: Vec<MapBand> = self.partition.bands(shard).collect();
+        let search = &self.manifest.search;
+        let fits =
+            of_shard == shard && minima.len() == bands.len() && { bands.iter().zip(&minima) }
+                .all(|(band, minima)| band.admits(minima, search));
+        fits.then_some(minima).ok_or(Unusable::Damaged)
+    }
+
+    fn windows(&self, clip: usize) -> Result<Windows, Failure> {
+        let (path, planned) = (self.points_file(clip), &self.manifest.clips[clip]);
+        let read = sealed::read::<PointCloud>(&path, POINTS);
+        let checked = read.and_then(|(cloud, crc32)| match crc32 == planned.crc32 {
+            true if cloud.is_sound() && cloud.frames() == planned.frames => Ok(cloud),
+            _ => Err(Unusable::OtherPlan),
+        });
+        match checked {
+            Ok(cloud) => Ok(Windows::new(&cloud, self.manifest.search.window)),
+            Err(why) => Err(Failure::Usage(format!(
+                "{}: {why}; run bake plan again",
+                path.display()
+            ))),
+        }
+    }
+
+    /// Seal of the files of shards.
+    fn seal(&self) -> Seal {
+        Seal {
+            kind: Kind::Shard,
+            plan: self.plan,
+        }
+    }
+
+    fn points_file(&self, clip: usize) -> PathBuf {
+        self.folder.join("clips").join(clip.to_string())
+    }
+
+    fn shard_file(&self, shard: usize) -> PathBuf {
+        self.folder.join("shards").join(shard.to_string())
+    }
+}
+
+/// A command of this program on a folder, to be shown or run by a shell.
+pub(super) fn command(words: &[&str], folder: &Path, more: &[&str]) -> String {
+    let folder = quoted(&folder.display().to_string());
+    let words: Vec<&str> = { ["sabaki"].iter() }
+        .chain(words)
+        .copied()
+        .chain([folder.as_str()])
+        .chain(more.iter().copied())
+        .collect();
+    words.join(" ")
+}
+
+/// A word as a shell reads it.
+pub(super) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}

@@ -1,0 +1,112 @@
+//! `sabaki bake submit`: hands the shards of a plan to a queue.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sabaki::archive::write_atomically;
+use serde_json::json;
+
+use super::super::{Done, Failure};
+use super::shared_bake::{SharedBake, quoted};
+
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Folder of the plan. All nodes must see it under the same path.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Graph file that the join writes.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Submits to Slurm: an array job whose indices are the shards, and a join that waits for all of them.
+    #[arg(long, required = true)]
+    slurm: bool,
+    /// Prints the script instead of running it.
+    #[arg(long)]
+    print: bool,
+    /// Options of `sbatch` for both jobs, after --, for example the partition or the memory.
+    #[arg(last = true, value_name = "OPTION")]
+    options: Vec<String>,
+}
+
+pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
+    let bake = SharedBake::open(&args.folder)?;
+    let script = script(args, bake.shards())?;
+    if args.print {
+        return Ok(Done::ok(script));
+    }
+    let logs = args.folder.join("logs");
+    std::fs::create_dir_all(&logs).map_err(|source| Failure::Write { path: logs, source })?;
+    let path = args.folder.join("submit.sh");
+    write_atomically(&path, |file| file.write_all(script.as_bytes())).map_err(|source| {
+        Failure::Write {
+            path: path.clone(),
+            source,
+        }
+    })?;
+    let ran = Command::new("sh")
+        .arg(&path)
+        .output()
+        .map_err(|error| Failure::Usage(format!("cannot run sh: {error}")))?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    if !ran.status.success() {
+        return Err(Failure::Usage(format!(
+            "{}: {}",
+            path.display(),
+            text(&ran.stderr)
+        )));
+    }
+    let jobs = text(&ran.stdout);
+    let Some((shards, join)) = jobs.split_once(char::is_whitespace) else {
+        return Err(Failure::Usage(format!("sbatch said: {jobs}")));
+    };
+    Ok(Done::ok(match as_json {
+        true => Done::json(&json!({ "shards_job": shards, "join_job": join, "script": path })),
+        false => format!(
+            "job {shards}: {} shards; job {join}: the join, which writes {}\n",
+            bake.shards(),
+            args.out.display()
+        ),
+    }))
+}
+
+/// The script that submits both jobs and prints their numbers.
+fn script(args: &Args, shards: usize) -> Result<String, Failure> {
+    let absolute = |path: &Path| {
+        let found = std::path::absolute(path).map_err(|source| Failure::Open {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok::<_, Failure>(found.display().to_string())
+    };
+    let program = std::env::current_exe()
+        .map_err(|error| Failure::Usage(format!("the path of this program is unknown: {error}")))?;
+    let program = quoted(&program.display().to_string());
+    let folder = absolute(&args.folder)?;
+    let out = quoted(&absolute(&args.out)?);
+    let log = |name: &str| quoted(&format!("{folder}/logs/{name}"));
+    let (shard_log, join_log) = (log("shard-%a"), log("join"));
+    let folder = quoted(&folder);
+    let options: String = { args.options.iter() }
+        .map(|option| format!(" {}", quoted(option)))
+        .collect();
+    let last = shards - 1;
+    Ok(format!(
+        r#"#!/bin/sh
+# Submits the shards of a plan of sabaki to Slurm as an array job, and the join, which waits for all of them.
+set -eu
+shards=$(sbatch --parsable --job-name=sabaki-shards --array=0-{last} --requeue --output={shard_log} --open-mode=append{options} <<'END'
+#!/bin/sh
+exec {program} bake shard {folder} "$SLURM_ARRAY_TASK_ID" --threads "${{SLURM_CPUS_PER_TASK:-1}}"
+END
+)
+shards=${{shards%%;*}}
+join=$(sbatch --parsable --job-name=sabaki-join --dependency="afterok:$shards" --kill-on-invalid-dep=yes --requeue --output={join_log}{options} <<'END'
+#!/bin/sh
+exec {program} bake join {folder} --out {out}
+END
+)
+echo "$shards ${{join%%;*}}"
+"#
+    ))
+}

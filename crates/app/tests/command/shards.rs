@@ -1,0 +1,237 @@
+//! A bake that is divided into shards writes the file of one process to the byte, whatever happens to a shard on the way.
+
+use std::fs;
+use std::path::Path;
+
+use super::run::{clips, folder, sabaki};
+use serde_json::Value;
+
+const SHARDS: usize = 5;
+
+/// A plan in the folder `plan`.
+fn plan(folder: &Path) -> Value {
+    let (clips, events) = clips();
+    let shards = SHARDS.to_string();
+    let args = [
+        "bake", "plan", "--clips", clips, "--events", events, "--out", "plan", "--shards", &shards,
+        "--json",
+    ];
+    sabaki(folder, &args).json(0)
+}
+
+fn shard(folder: &Path, index: usize, more: &[&str]) -> Value {
+    let index = index.to_string();
+    let args = ["bake", "shard", "plan", &index, "--json"];
+    sabaki(folder, &[&args[..], more].concat()).json(0)
+}
+
+/// The file that one process writes.
+fn in_one_process(folder: &Path) -> Vec<u8> {
+    let (clips, events) = clips();
+    let args = [
+        "bake",
+        "--clips",
+        clips,
+        "--events",
+        events,
+        "--out",
+        "one.sabaki",
+    ];
+    sabaki(folder, &args).is(0);
+    fs::read(folder.join("one.sabaki")).unwrap()
+}
+
+fn joined(folder: &Path) -> Vec<u8> {
+    sabaki(folder, &["bake", "join", "plan", "--out", "joined.sabaki"]).is(0);
+    fs::read(folder.join("joined.sabaki")).unwrap()
+}
+
+#[test]
+fn the_joined_file_is_that_of_one_process() {
+    let folder = folder();
+    let at = folder.path();
+    let document = plan(at);
+    assert_eq!(document["shards"], SHARDS);
+    let pairs: Vec<u64> = document["window_pairs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|pairs| pairs.as_u64().unwrap())
+        .collect();
+    let mean = pairs.iter().sum::<u64>() / SHARDS as u64;
+    assert!(
+        pairs.iter().all(|pairs| pairs.abs_diff(mean) < mean / 2),
+        "{pairs:?}"
+    );
+    // Shards are computed in any order, by any number of threads.
+    for (index, threads) in [(3, "1"), (0, "2"), (4, "3"), (1, "0"), (2, "1")] {
+        assert_eq!(
+            shard(at, index, &["--threads", threads])["was_there"],
+            false
+        );
+    }
+    // The join finds the clips from another folder, too.
+    let elsewhere = at.join("elsewhere");
+    fs::create_dir(&elsewhere).unwrap();
+    let args = [
+        "bake",
+        "join",
+        "../plan",
+        "--out",
+        "joined.sabaki",
+        "--json",
+    ];
+    let report = sabaki(&elsewhere, &args).json(0);
+    assert!(report["report"]["window_pairs"].as_u64() == Some(pairs.iter().sum()));
+    let expected = in_one_process(at);
+    assert!(fs::read(elsewhere.join("joined.sabaki")).unwrap() == expected);
+}
+
+#[test]
+fn a_shard_that_is_missing_or_damaged_is_named_with_its_command() {
+    let folder = folder();
+    let at = folder.path();
+    plan(at);
+    let file = |index: usize| at.join("plan/shards").join(index.to_string());
+    (0..SHARDS).for_each(|index| drop(shard(at, index, &[])));
+    let sound: Vec<Vec<u8>> = (0..SHARDS)
+        .map(|index| fs::read(file(index)).unwrap())
+        .collect();
+    let expected = joined(at);
+    fs::remove_file(file(1)).unwrap();
+    // A bit that changed, an end that was cut off, and another shard's file.
+    let mut bytes = sound[2].clone();
+    *bytes.last_mut().unwrap() ^= 4;
+    fs::write(file(2), bytes).unwrap();
+    fs::write(file(3), &sound[3][..sound[3].len() / 2]).unwrap();
+    fs::write(file(4), &sound[0]).unwrap();
+    let refused = sabaki(at, &["bake", "join", "plan", "--out", "never.sabaki"]);
+    assert_eq!(refused.code, 2, "{}", refused.stderr);
+    let expected_words = [
+        "shard 1 is missing: sabaki bake shard plan 1",
+        "shard 2 is damaged: sabaki bake shard plan 2",
+        "shard 3 is damaged: sabaki bake shard plan 3",
+        "shard 4 is damaged: sabaki bake shard plan 4",
+        "4 of 5 shards are lacking",
+    ];
+    for (line, words) in refused.stderr.lines().zip(expected_words) {
+        assert_eq!(line, format!("sabaki: {words}"));
+    }
+    assert!(refused.stderr.lines().count() == 5 && !at.join("never.sabaki").exists());
+    // What is sound stays; the others are computed again, to the same bytes.
+    for (index, sound) in sound.iter().enumerate() {
+        assert_eq!(shard(at, index, &[])["was_there"], index == 0);
+        assert!(fs::read(file(index)).unwrap() == *sound, "shard {index}");
+        assert_eq!(shard(at, index, &[])["was_there"], true);
+    }
+    assert!(joined(at) == expected);
+}
+
+#[test]
+fn what_a_killed_shard_leaves_changes_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    plan(at);
+    // A process that was killed while it wrote leaves a file beside the shard's.
+    fs::write(at.join("plan/shards/0.4711.part"), b"sabakis\nhalf").unwrap();
+    (0..SHARDS).for_each(|index| assert_eq!(shard(at, index, &[])["was_there"], false));
+    assert!(joined(at) == in_one_process(at));
+}
+
+#[test]
+fn shards_of_another_plan_and_changed_inputs_are_refused() {
+    let folder = folder();
+    let at = folder.path();
+    let (clips, events) = clips();
+    fs::create_dir(at.join("clips")).unwrap();
+    for file in fs::read_dir(clips).unwrap() {
+        let file = file.unwrap().path();
+        fs::copy(&file, at.join("clips").join(file.file_name().unwrap())).unwrap();
+    }
+    fs::copy(events, at.join("events.json")).unwrap();
+    let plan = |threshold: &str| {
+        let args = [
+            "bake",
+            "plan",
+            "--clips",
+            "clips",
+            "--events",
+            "events.json",
+            "--shards",
+            "1",
+        ];
+        sabaki(
+            at,
+            &[&args[..], &["--out", "plan", "--threshold", threshold]].concat(),
+        )
+        .is(0);
+    };
+    let join = ["bake", "join", "plan", "--out", "g.sabaki"];
+    plan("0.1");
+    sabaki(at, &["bake", "shard", "plan", "0"]).is(0);
+    plan("0.12");
+    let refused = sabaki(at, &join);
+    assert!(refused.code == 2 && refused.stderr.contains("shard 0 is of another plan"));
+    assert_eq!(shard(at, 0, &[])["was_there"], false);
+    sabaki(at, &join).is(0);
+    let mut text = fs::read_to_string(at.join("events.json")).unwrap();
+    text.push('\n');
+    fs::write(at.join("events.json"), text).unwrap();
+    sabaki(at, &join).is_refused(&["events.json", "changed since the plan was made"]);
+    // The points of a clip.
+    let points = at.join("plan/clips/0");
+    let mut bytes = fs::read(&points).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&points, bytes).unwrap();
+    fs::remove_file(at.join("plan/shards/0")).unwrap();
+    sabaki(at, &["bake", "shard", "plan", "0"]).is_refused(&["clips/0", "damaged", "bake plan"]);
+}
+
+#[test]
+fn steps_without_a_plan_or_a_shard_are_refused() {
+    let folder = folder();
+    let at = folder.path();
+    sabaki(at, &["bake", "shard", "plan", "0"]).is_refused(&["plan.json"]);
+    sabaki(at, &["bake", "plan", "--out", "plan"]).is_refused(&["--clips"]);
+    plan(at);
+    sabaki(at, &["bake", "shard", "plan", "5"]).is_refused(&["shard 5", "0 to 4"]);
+    let text = fs::read_to_string(at.join("plan/plan.json")).unwrap();
+    let other = text.replace(env!("CARGO_PKG_VERSION"), "0.0.1");
+    fs::write(at.join("plan/plan.json"), other).unwrap();
+    sabaki(at, &["bake", "shard", "plan", "0"]).is_refused(&["sabaki 0.0.1 made this plan"]);
+    fs::write(at.join("plan/plan.json"), "{").unwrap();
+    sabaki(at, &["bake", "join", "plan", "--out", "g.sabaki"]).is_refused(&["plan.json"]);
+}
+
+#[test]
+fn the_script_for_slurm_names_shards_and_join() {
+    let folder = folder();
+    let at = folder.path();
+    plan(at);
+    let args = [
+        "bake",
+        "submit",
+        "plan",
+        "--out",
+        "it's.sabaki",
+        "--slurm",
+        "--print",
+        "--",
+        "--mem=2G",
+        "-p",
+        "night shift",
+    ];
+    let script = sabaki(at, &args).is(0).stdout;
+    for words in [
+        "--array=0-4",
+        "--dependency=\"afterok:$shards\"",
+        "bake shard ",
+        " \"$SLURM_ARRAY_TASK_ID\"",
+        "bake join ",
+        "it'\\''s.sabaki'",
+        " --mem=2G -p 'night shift' <<'END'",
+    ] {
+        assert!(script.contains(words), "{words} in\n{script}");
+    }
+    assert!(!at.join("plan/submit.sh").exists());
+}
