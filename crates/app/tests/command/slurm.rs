@@ -1,5 +1,5 @@
 //! On a real Slurm: tasks that are killed run again, and the joined file is that of one process to the byte. Run by
-//! `tests/slurm cargo test --package sabaki-app --test main -- slurm`.
+//! `tests/slurm cargo test --test main -- slurm`.
 
 use std::fs;
 use std::path::Path;
