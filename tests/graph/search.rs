@@ -67,7 +67,7 @@ fn any_bands_find_what_the_whole_map_has() {
     for (windows, clips) in [([&a, &b], [0, 1]), ([&b, &a], [0, 1]), ([&b, &b], [1, 1])] {
         let (rows, columns) = (windows[0].count(), windows[1].count());
         let expected = naive(windows, clips[0] == clips[1]);
-        assert!(expected.len() > 5, "{} minima", expected.len());
+        assert!(!expected.is_empty());
         for height in [1, 7, 10, 64, 65, rows] {
             for isa in Isa::available() {
                 let mut found = Vec::new();
