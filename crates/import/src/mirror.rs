@@ -63,7 +63,7 @@ impl ClipSet {
     /// # Errors
     /// The first joint whose side has no other, or that is no mirror image of it.
     pub fn add_mirrored(&mut self) -> Result<(), MirrorError> {
-        let mirror = Mirror::of(&self.skeleton)?;
+        let mirror = Mirror::of(&self.skeleton, &self.clips)?;
         let count = self.clips.len();
         for index in 0..count {
             let clip = Clip::new(
@@ -81,7 +81,7 @@ impl ClipSet {
 }
 
 impl Mirror {
-    fn of(skeleton: &Skeleton) -> Result<Self, MirrorError> {
+    fn of(skeleton: &Skeleton, clips: &[Clip]) -> Result<Self, MirrorError> {
         let name = |id: JointId| skeleton.joint(id).name.clone();
         let unpaired = |&id: &JointId| skeleton.mirror(id).is_none() && skeleton.names_side(id);
         if let Some(joint) = skeleton.ids().find(unpaired) {
@@ -108,20 +108,25 @@ impl Mirror {
             twins,
             rest: Vec::with_capacity(skeleton.len()),
         };
+        let means = mean_rotations(skeleton, clips);
         for id in skeleton.ids() {
-            let rest = mirror.rest_of(skeleton, id);
+            let rest = mirror.rest_of(skeleton, &means, id);
             mirror.rest.push(rest);
         }
         mirror.check_bones(skeleton)?;
         Ok(mirror)
     }
 
-    /// The rotation of a joint. Where its bones leave it open, it is as near to that of its parent as it can be.
-    fn rest_of(&self, skeleton: &Skeleton, id: JointId) -> Quat {
-        /// Weight of the parent's rotation beside that of the bones.
+    /// The rotation of a joint. What its bones leave open, such as a turn about a single bone, is such that the mirrored motion is in the
+    /// mean turned as the motion itself: so the two can be blended.
+    fn rest_of(&self, skeleton: &Skeleton, means: &[Quat], id: JointId) -> Quat {
+        /// Weight of the mean rotations beside the bones.
         const PRIOR: f32 = 1e-3;
+        let of_parent = |parent: JointId| self.rest[parent.index()];
         let parent = skeleton.joint(id).parent;
-        let prior = parent.map_or(Quat::IDENTITY, |parent| self.rest[parent.index()]);
+        let parent = parent.map_or(Quat::IDENTITY, of_parent);
+        let twin = reflected_rotation(means[self.twins[id.index()].index()]);
+        let prior = twin.inverse() * parent * means[id.index()];
         let mut sums = Mat3::ZERO;
         let mut weight = 0.0;
         for child in skeleton.children(id) {
@@ -201,6 +206,21 @@ impl Mirror {
             ..event.clone()
         }
     }
+}
+
+/// The mean rotation of each joint relative to its parent, over all frames of all clips.
+fn mean_rotations(skeleton: &Skeleton, clips: &[Clip]) -> Vec<Quat> {
+    let mut sums = vec![Vec4::ZERO; skeleton.len()];
+    for clip in clips {
+        for frame in clip.desc().rotations.chunks_exact(skeleton.len()) {
+            for (sum, rotation) in sums.iter_mut().zip(frame) {
+                let rotation = Vec4::from(*rotation);
+                *sum += rotation * sum.dot(rotation).signum();
+            }
+        }
+    }
+    let mean = |sum: Vec4| sum.try_normalize().map_or(Quat::IDENTITY, Quat::from_vec4);
+    sums.into_iter().map(mean).collect()
 }
 
 fn reflected(point: Vec3) -> Vec3 {

@@ -93,6 +93,18 @@ fn joints_whose_sides_do_not_pair_are_named() {
     assert!(matches!(hung, MirrorError::Parents { .. }), "{hung}");
 }
 
+fn mean_rotation(clips: &[Clip], id: JointId) -> Quat {
+    let (mut sum, mut pose) = (glam::Vec4::ZERO, Pose::default());
+    for clip in clips {
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            let rotation = glam::Vec4::from(pose.rotations[id.index()]);
+            sum += rotation * sum.dot(rotation).signum();
+        }
+    }
+    Quat::from_vec4(sum.normalize())
+}
+
 #[test]
 fn both_halves_of_real_capture_lie_in_one_graph() {
     let Some(mut set) = captures("fight") else {
@@ -118,6 +130,13 @@ fn both_halves_of_real_capture_lie_in_one_graph() {
     for clip in 0..count {
         let most = difference(&set, clip);
         assert!(most < 0.12, "clip {clip}: {most} m");
+    }
+    // Joints are turned alike in the mean: a blend of the two halves does not spin them.
+    let (own, mirrored) = set.clips.split_at(count);
+    for id in set.skeleton.ids().skip(1) {
+        let apart = mean_rotation(own, id).angle_between(mean_rotation(mirrored, id));
+        let name = &set.skeleton.joint(id).name;
+        assert!(apart < 0.8, "{name}: {apart} radians");
     }
     let (both, doubled) = seconds(&set);
     println!(
