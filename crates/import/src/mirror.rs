@@ -7,7 +7,7 @@
 //!
 //! Source of that rotation: Horn, "Closed-form solution of absolute orientation using unit quaternions", 1987, section 4.
 
-use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4, Quat, Vec3, Vec4};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, JointId, Skeleton};
 use thiserror::Error;
 
@@ -121,23 +121,24 @@ impl Mirror {
     /// mean turned as the motion itself: so the two can be blended.
     fn rest_of(&self, skeleton: &Skeleton, means: &[Quat], id: JointId) -> Quat {
         /// Weight of the mean rotations beside the bones.
-        const PRIOR: f32 = 1e-3;
+        const PRIOR: f64 = 1e-6;
         let of_parent = |parent: JointId| self.rest[parent.index()];
         let parent = skeleton.joint(id).parent;
         let parent = parent.map_or(Quat::IDENTITY, of_parent);
         let twin = reflected_rotation(means[self.twins[id.index()].index()]);
         let prior = twin.inverse() * parent * means[id.index()];
-        let mut sums = Mat3::ZERO;
+        let mut sums = DMat3::ZERO;
         let mut weight = 0.0;
         for child in skeleton.children(id) {
             let own = skeleton.joint(child).offset;
             let twin = skeleton.joint(self.twins[child.index()]).offset;
-            sums += outer(own, reflected(twin));
+            let (own, twin) = (own.as_dvec3(), reflected(twin).as_dvec3());
+            sums += outer(own, twin);
             weight += own.length() * twin.length();
         }
         let weight = if weight > 0.0 { PRIOR * weight } else { 1.0 };
-        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            sums += outer(axis, prior * axis) * weight;
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            sums += outer(axis, prior.as_dquat() * axis) * weight;
         }
         nearest_rotation(sums)
     }
@@ -232,16 +233,16 @@ fn reflected_rotation(rotation: Quat) -> Quat {
 }
 
 /// The matrix with entry `a[i] b[j]` in row i and column j.
-fn outer(a: Vec3, b: Vec3) -> Mat3 {
-    Mat3::from_cols(a * b.x, a * b.y, a * b.z)
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// The rotation that takes vectors a nearest to vectors b, given the sum of their [outer] products.
-fn nearest_rotation(sums: Mat3) -> Quat {
+fn nearest_rotation(sums: DMat3) -> Quat {
     /// Squarings of the matrix: its greatest eigenvalue stands out by a power of 2 to this.
-    const SQUARINGS: usize = 24;
+    const SQUARINGS: usize = 32;
     let [x, y, z] = sums.transpose().to_cols_array_2d();
-    let diagonal = Vec4::new(
+    let diagonal = DVec4::new(
         x[0] + y[1] + z[2],
         x[0] - y[1] - z[2],
         y[1] - x[0] - z[2],
@@ -249,27 +250,27 @@ fn nearest_rotation(sums: Mat3) -> Quat {
     );
     let (a, b, c) = (y[2] - z[1], z[0] - x[2], x[1] - y[0]);
     let (d, e, f) = (x[1] + y[0], z[0] + x[2], y[2] + z[1]);
-    let mut matrix = Mat4::from_cols(
-        Vec4::new(diagonal.x, a, b, c),
-        Vec4::new(a, diagonal.y, d, e),
-        Vec4::new(b, d, diagonal.z, f),
-        Vec4::new(c, e, f, diagonal.w),
+    let mut matrix = DMat4::from_cols(
+        DVec4::new(diagonal.x, a, b, c),
+        DVec4::new(a, diagonal.y, d, e),
+        DVec4::new(b, d, diagonal.z, f),
+        DVec4::new(c, e, f, diagonal.w),
     );
-    let size = |matrix: &Mat4| matrix.to_cols_array().map(f32::abs).iter().sum::<f32>();
+    let size = |matrix: &DMat4| matrix.to_cols_array().map(f64::abs).iter().sum::<f64>();
     // Eigenvalues become positive, so that the greatest one is also the one of greatest size.
-    matrix += Mat4::IDENTITY * size(&matrix);
+    matrix += DMat4::IDENTITY * size(&matrix);
     for _ in 0..SQUARINGS {
-        matrix *= 1.0 / size(&matrix).max(f32::MIN_POSITIVE);
+        matrix *= 1.0 / size(&matrix).max(f64::MIN_POSITIVE);
         matrix *= matrix;
     }
     let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis];
-    let longest = |one: Vec4, other: Vec4| match one.length_squared() >= other.length_squared() {
+    let longest = |one: DVec4, other: DVec4| match one.length_squared() >= other.length_squared() {
         true => one,
         false => other,
     };
-    let found = columns.into_iter().fold(Vec4::ZERO, longest);
+    let found = columns.into_iter().fold(DVec4::ZERO, longest);
     match found.try_normalize() {
-        Some(found) => Quat::from_xyzw(found.y, found.z, found.w, found.x),
+        Some(found) => DQuat::from_xyzw(found.y, found.z, found.w, found.x).as_quat(),
         None => Quat::IDENTITY,
     }
 }
