@@ -1,7 +1,8 @@
 //! The joints of the trunk and the limbs, which a [`Warp`](super::Warp) may move.
 
 use super::limbs::Limbs;
-use super::{JointId, Leg, Skeleton};
+use super::{JointId, Leg, Pose, Skeleton};
+use glam::{Quat, Vec3};
 
 /// Trunk and limbs of a skeleton, identified by the names and the hierarchy of its joints. Parts that are not identified are empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +24,13 @@ pub(crate) struct Part {
     pub(crate) limb: Option<usize>,
     /// Whether the joint is the limb's foot or hand, or one of its descendants.
     pub(crate) is_end: bool,
+}
+
+impl Part {
+    /// Whether the joint belongs to the spine, the arms or the head.
+    pub(crate) fn is_above_pelvis(self) -> bool {
+        self.spine > 0 && self.limb.is_none_or(|limb| limb >= Rig::LEGS)
+    }
 }
 
 impl Rig {
@@ -81,6 +89,29 @@ impl Rig {
         self.parts[joint.index()]
     }
 
+    /// Whether the skeleton has a spine that moves arms and head but no leg.
+    #[must_use]
+    pub(crate) fn has_upper_body(&self) -> bool {
+        let carries_leg = |leg: Leg| self.part(leg.hip).spine > 0;
+        let legs = self.legs();
+        !self.spine.is_empty() && legs.is_some_and(|legs| !legs.into_iter().any(carries_leg))
+    }
+
+    /// Rotates the joints of the spine about one axis in the space of the motion, from the pelvis up. They share the rotation equally.
+    pub(crate) fn turn_spine(&self, vector: Vec3, pose: &mut Pose) {
+        if vector == Vec3::ZERO || self.spine.is_empty() {
+            return;
+        }
+        let turn = turn_by(vector / self.spine.len() as f32);
+        let mut parent = pose.rotations[JointId::ROOT.index()];
+        for joint in &self.spine {
+            let local = pose.rotations[joint.index()];
+            let turned = parent.conjugate() * turn * parent * local;
+            pose.rotations[joint.index()] = turned.normalize();
+            parent *= local;
+        }
+    }
+
     fn find_part(&self, skeleton: &Skeleton, id: JointId) -> Part {
         let carried_by = |joint: JointId| skeleton.ancestry(id).any(|above| above == joint);
         let limb = self
@@ -98,6 +129,12 @@ impl Rig {
             is_end: is_end.is_some_and(|limb| carried_by(limb.foot)),
         }
     }
+}
+
+/// Rotation by a small vector, axis times angle. The rotation angle is 2 atan(angle / 2), which is never larger than the angle.
+fn turn_by(vector: Vec3) -> Quat {
+    let half = 0.5 * vector;
+    Quat::from_xyzw(half.x, half.y, half.z, 1.0).normalize()
 }
 
 /// Joints from the root (excluded) down to the last common ancestor of both hands.

@@ -5,10 +5,10 @@
 //! around a moment. Differs: the displacement has 19 parameters (spine, pelvis, four limbs, time). Legs and arms follow by inverse
 //! kinematics ([`reach`]), so that planted feet stay planted.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Chain, JointId, JointTransform, Pose, Rig, Skeleton, reach};
+use super::{Chain, JointTransform, Pose, Rig, Skeleton, reach};
 
 /// Weight of a warp over time. It fades in and out as a fifth-degree polynomial, with zero speed and acceleration at both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -135,7 +135,7 @@ impl Bend {
     ) -> f32 {
         let feet = self.feet((skeleton, rig), pose);
         pose.root += self.pelvis * weight;
-        self.turn_spine(rig, weight, pose);
+        rig.turn_spine(self.spine * weight, pose);
         let mut missed = 0.0f32;
         for (limb, foot) in feet.into_iter().enumerate() {
             if let (Some(leg), Some(foot)) = (rig.limbs()[limb], foot) {
@@ -167,21 +167,6 @@ impl Bend {
         };
         [foot(0), foot(1)]
     }
-
-    /// Rotates the joints of the spine about one axis in the space of the motion, from the pelvis up.
-    fn turn_spine(&self, rig: &Rig, weight: f32, pose: &mut Pose) {
-        if self.spine == Vec3::ZERO || rig.spine().is_empty() {
-            return;
-        }
-        let turn = turn_by(self.spine * (weight / rig.spine().len() as f32));
-        let mut parent = pose.rotations[JointId::ROOT.index()];
-        for joint in rig.spine() {
-            let local = pose.rotations[joint.index()];
-            let turned = parent.conjugate() * turn * parent * local;
-            pose.rotations[joint.index()] = turned.normalize();
-            parent *= local;
-        }
-    }
 }
 
 fn moved(frame: JointTransform, by: Vec3) -> JointTransform {
@@ -189,10 +174,4 @@ fn moved(frame: JointTransform, by: Vec3) -> JointTransform {
         translation: frame.translation + by,
         ..frame
     }
-}
-
-/// Rotation by a small vector, axis times angle. The rotation angle is 2 atan(angle / 2), which is never larger than the angle.
-fn turn_by(vector: Vec3) -> Quat {
-    let half = 0.5 * vector;
-    Quat::from_xyzw(half.x, half.y, half.z, 1.0).normalize()
 }

@@ -131,6 +131,6 @@ impl Motion {
                 .iter()
                 .all(|one| one.is_sound(joints, graph.feet().legs().len()));
         let warp_fits = self.warp.is_none_or(|warp| warp.bend.is_finite());
-        pieces_fit && ordered && connected && blends_fit && warp_fits
+        pieces_fit && ordered && connected && blends_fit && warp_fits && self.is_layer_sound(graph)
     }
 }

@@ -7,7 +7,7 @@ use super::retime::{Rate, RateError};
 use super::score::Score;
 use super::source::Source;
 use crate::anim::Warp;
-use crate::graph::{EdgeId, Entry, Motion};
+use crate::graph::{EdgeId, Entry, Layer, Motion};
 use crate::maps::{BakedGraph, PathId};
 
 /// The answer to a query. Keep it from one query to the next: its memory is used again.
@@ -39,6 +39,8 @@ pub struct CandidateReport {
     pub evasion: Option<EdgeId>,
     /// Entry into the evasion, if no edge leads to it.
     pub entry: Option<EnteredAt>,
+    /// Layer that plays the evasion's upper body while the natural motion goes on; otherwise `None`.
+    pub layer: Option<Layer>,
     /// Rate of the retimable edges, or the reason why there is none.
     pub rate: Result<Rate, RateError>,
     /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
@@ -97,6 +99,9 @@ pub struct Counts {
     /// Candidates that enter an evasion without an edge. They count as candidates with an evasion too.
     #[serde(default)]
     pub entered: usize,
+    /// Candidates that layer the upper body of an evasion. They count as candidates with an evasion too.
+    #[serde(default)]
+    pub layered: usize,
     /// Paths to an evasion that no rate brings in time; these are no candidates.
     pub not_in_time: usize,
     /// Candidates that the maps removed.

@@ -24,14 +24,16 @@ pub(super) enum CandidateKind {
     Move(MoveId),
     /// By an evasion that is entered without an edge: a position among the query's entries.
     Entry(u32),
+    /// By the upper body of an evasion, while pelvis and legs go on: a position among the query's layers.
+    Layer(u32),
 }
 
 impl Candidate {
-    /// The path to the evasion; `None` for a move or an entry.
+    /// The path to the evasion; `None` for a move, an entry or a layer.
     pub(super) fn path(&self) -> Option<PathId> {
         match self.kind {
             CandidateKind::Evasion { path, .. } => Some(path),
-            CandidateKind::Move(_) | CandidateKind::Entry(_) => None,
+            CandidateKind::Move(_) | CandidateKind::Entry(_) | CandidateKind::Layer(_) => None,
         }
     }
 }

@@ -19,6 +19,10 @@ impl Answer {
         if let Some(EnteredAt { delay, entry }) = &report.entry {
             motion.restart(baked.graph(), playhead, []);
             motion.enter(baked.graph(), *delay, entry);
+        } else if let Some(layer) = report.layer {
+            motion.restart(baked.graph(), playhead, []);
+            motion.extend(baked.graph(), layer.end());
+            motion.set_layer(Some(layer));
         } else {
             let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
             let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });

@@ -9,6 +9,7 @@ use super::candidate::{Candidate, CandidateKind};
 use super::clearance::{ExactTest, Extent, MotionBody, SAMPLE_RATE, Sampling};
 use super::entry_candidate::EntryCandidate;
 use super::entry_use::EntryUse;
+use super::layer_ranking::LayerRanking;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate};
 use super::state::QueryState;
@@ -23,7 +24,7 @@ const DELAY_STEP: f32 = 0.1;
 /// Minimum time from the entry to the contact, in seconds.
 const SHORTEST: f32 = 0.2;
 /// Range of the contact: from this time after the evasion's start to this time after its end, in seconds.
-const USEFUL: (f32, f32) = (0.1, 0.15);
+pub(super) const USEFUL: (f32, f32) = (0.1, 0.15);
 
 /// Scratch of the stage.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +33,31 @@ pub(super) struct EntryScratch {
     body: MotionBody,
     pose: Pose,
     joints: Vec<JointTransform>,
+    /// Whether the contact is known, and the contact.
+    contact: Option<Option<f32>>,
+    ranking: LayerRanking,
+}
+
+impl EntryScratch {
+    /// Forgets the motion of an earlier query.
+    pub(super) fn start(&mut self) {
+        self.contact = None;
+    }
+
+    /// Time at which the attack hits the natural motion, in seconds.
+    pub(super) fn contact(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> Option<f32> {
+        if let Some(known) = self.contact {
+            return known;
+        }
+        let found = contact(baked, request, self);
+        self.contact = Some(found);
+        found
+    }
+
+    /// The natural motion, once [`EntryScratch::contact`] has found one, and the ranking of layers.
+    pub(super) fn layered(&mut self) -> (&Motion, &mut LayerRanking) {
+        (&self.motion, &mut self.ranking)
+    }
 }
 
 /// Adds the evasions that can be entered in time, if the natural motion is hit.
@@ -42,7 +68,7 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
     if uses.most == 0 || baked.entries().is_empty() {
         return;
     }
-    let Some(contact) = contact(baked, &state.request, scratch) else {
+    let Some(contact) = scratch.contact(baked, &state.request) else {
         return;
     };
     let longest = uses.longest_delay.min(contact - SHORTEST).max(0.0);
@@ -178,7 +204,7 @@ fn keep_even(entries: &mut Vec<EntryCandidate>, most: usize) {
     }
 }
 
-fn rate_of(rate: f32) -> Rate {
+pub(super) fn rate_of(rate: f32) -> Rate {
     let direction = match rate {
         faster if faster > 1.0 => Direction::Faster,
         slower if slower < 1.0 => Direction::Slower,

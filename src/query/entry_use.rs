@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// Settings of entries in a query.
+/// Settings of entries and layered evasions in a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EntryUse {
     /// Maximum number of candidates that enter an evasion. 0 means none, as in the paper. Default 128.
@@ -11,6 +11,10 @@ pub struct EntryUse {
     pub fastest: f32,
     /// Longest time that the natural motion continues before an entry, in seconds. Default 0.8.
     pub longest_delay: f32,
+    /// Maximum number of candidates that layer the upper body of an evasion over the motion that goes on. 0 means none, as in recordings
+    /// that do not have the setting. Default 8.
+    #[serde(default)]
+    pub layers: usize,
 }
 
 impl Default for EntryUse {
@@ -20,6 +24,7 @@ impl Default for EntryUse {
             slowest: 0.75,
             fastest: 1.5,
             longest_delay: 0.8,
+            layers: 8,
         }
     }
 }
@@ -30,6 +35,7 @@ impl EntryUse {
     pub fn none() -> Self {
         Self {
             most: 0,
+            layers: 0,
             ..Self::default()
         }
     }

@@ -27,6 +27,7 @@ pub(super) struct EvaluateScratch {
 impl EvaluateScratch {
     /// Forgets all poses and results but those of known hits.
     pub(super) fn start(&mut self, state: &QueryState) {
+        self.entries.start();
         let results = &mut self.results;
         results.workers.clear();
         results.hits.clear();

@@ -25,7 +25,7 @@ impl EvaluationInput<'_> {
     pub(super) fn move_of(&self, index: usize) -> Option<MoveId> {
         match self.state.candidates.list[index].kind {
             CandidateKind::Move(path) => Some(path),
-            CandidateKind::Evasion { .. } | CandidateKind::Entry(_) => None,
+            _ => None,
         }
     }
 
@@ -45,7 +45,7 @@ impl EvaluationInput<'_> {
     fn starts_in_blend(&self, index: usize) -> bool {
         match self.state.candidates.list[index].kind {
             CandidateKind::Evasion { start, .. } => start < self.state.request.blend.blends_until(),
-            CandidateKind::Move(_) | CandidateKind::Entry(_) => false,
+            _ => false,
         }
     }
 
@@ -60,6 +60,7 @@ impl EvaluationInput<'_> {
             covered_texels: covered,
             clearance: metres,
             rate: candidate.rate.rate,
+            is_layered: matches!(candidate.kind, CandidateKind::Layer(_)),
         };
         Score::new(facts, weights)
     }
@@ -160,7 +161,7 @@ impl EvaluationInput<'_> {
                 let evasion = request.evasion(self.query.baked, path, start);
                 self.exact_test(extent).on_track(&evasion, body, build)
             }
-            CandidateKind::Move(_) => {
+            CandidateKind::Move(_) | CandidateKind::Layer(_) => {
                 let test = ExactTest {
                     sampling: Sampling::CoarseFirst,
                     ..self.exact_test(extent)
@@ -204,6 +205,11 @@ impl EvaluationInput<'_> {
                 motion.restart(graph, request.playhead, []);
                 motion.continue_blend(&request.blend, 0.0);
                 motion.enter(graph, *delay, entry);
+            }
+            CandidateKind::Layer(layer) => {
+                motion.restart(graph, request.playhead, []);
+                motion.continue_blend(&request.blend, 0.0);
+                motion.set_layer(Some(self.state.layers[layer as usize].layer));
             }
         }
         motion.extend(graph, request.attack.end() + 2.0 / SAMPLE_RATE);

@@ -24,6 +24,8 @@ mod evaluation;
 mod evaluation_input;
 mod gather;
 mod gather_moves;
+mod layer_ranking;
+mod layers;
 pub(crate) mod moves;
 mod near_ties;
 pub(crate) mod obstacle;

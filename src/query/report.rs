@@ -49,7 +49,7 @@ impl Answer {
                 self.edges[start..].reverse();
                 Route::Edges(start as u32, self.edges.len() as u32)
             }
-            CandidateKind::Entry(_) => Route::Edges(0, 0),
+            CandidateKind::Entry(_) | CandidateKind::Layer(_) => Route::Edges(0, 0),
         }
     }
 }
@@ -71,6 +71,10 @@ impl Report<'_> {
                     let evasion = self.state.entries[entry as usize].evasion;
                     Some(self.query.baked.evasions()[evasion].edge)
                 }
+                CandidateKind::Layer(layer) => {
+                    let evasion = self.state.layers[layer as usize].evasion;
+                    Some(self.query.baked.evasions()[evasion].edge)
+                }
                 CandidateKind::Move(_) => None,
             },
             entry: match candidate.kind {
@@ -78,7 +82,11 @@ impl Report<'_> {
                     let EntryCandidate { delay, entry, .. } = self.state.entries[entry as usize];
                     Some(EnteredAt { delay, entry })
                 }
-                CandidateKind::Evasion { .. } | CandidateKind::Move(_) => None,
+                _ => None,
+            },
+            layer: match candidate.kind {
+                CandidateKind::Layer(layer) => Some(self.state.layers[layer as usize].layer),
+                _ => None,
             },
             rate: Ok(candidate.rate),
             overlap: input.overlap(index),
@@ -107,6 +115,7 @@ impl Report<'_> {
             candidates: candidates.len(),
             with_evasion: count(|report| report.evasion.is_some()),
             entered: count(|report| report.entry.is_some()),
+            layered: count(|report| report.layer.is_some()),
             not_in_time: self.state.late.count,
             culled,
             reconsidered: self.selection.reconsidered,
@@ -121,6 +130,7 @@ fn late_path(baked: &BakedGraph, path: PathId, error: RateError) -> CandidateRep
         route: Route::Table(path),
         evasion: Some(evasion_of(baked, path)),
         entry: None,
+        layer: None,
         rate: Err(error),
         overlap: None,
         clearance: None,

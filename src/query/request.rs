@@ -5,7 +5,7 @@ use super::clearance::PlacedEvasion;
 use super::evaluation::Evaluation;
 use super::obstacle::Obstacle;
 use super::retime::Durations;
-use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Playhead};
+use crate::graph::{EdgeId, Motion, MotionGraph, NodeId, Played, Playhead};
 use crate::maps::{BakedGraph, NodePath, PathId};
 use crate::math::Rigid2;
 
@@ -103,12 +103,29 @@ impl ActiveRequest {
         self.obstacles.extend_from_slice(request.obstacles);
         self.blend.clear();
         if let Some((motion, seconds)) = request.playing {
-            self.blend.continue_blend(motion, seconds);
+            self.set_blend(baked.graph(), (motion, seconds));
         }
         self.node = playhead.next_node(graph);
         self.wait = playhead.seconds_to_next_node(graph);
         self.available = self.attack.start() - self.wait;
         self.node_frame = playhead.next_clip_to_world(graph) * baked.placement(self.node);
+    }
+
+    /// Keeps the offset that fades out. A layer of the upper body becomes such an offset.
+    fn set_blend(&mut self, graph: &MotionGraph, (motion, seconds): (&Motion, f32)) {
+        /// Time in which a layer fades out, in seconds.
+        const LAYER: f32 = 0.25;
+        if !motion.is_layered(seconds) {
+            self.blend.continue_blend(motion, seconds);
+            return;
+        }
+        self.blend.restart(graph, self.playhead, []);
+        let played = Played {
+            motion,
+            seconds,
+            rate: 1.0,
+        };
+        self.blend.blend_from(graph, played, LAYER);
     }
 
     /// The durations of a path's edges at rate 1.

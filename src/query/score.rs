@@ -43,12 +43,18 @@ pub(crate) struct ScoreFacts {
     pub clearance: f32,
     /// Rate p of the retimable edges.
     pub rate: f32,
+    /// Whether only the upper body plays the evasion.
+    pub is_layered: bool,
 }
+
+/// V_a of a layered evasion: half of the body plays it.
+const LAYERED: f32 = 0.5;
 
 /// The terms of a candidate's score, and their weighted sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// V_a, 0 to 1: share of the evasion region that the attack misses, in the slabs that the attack touches. 1 for a move.
+    /// V_a, 0 to 1: share of the evasion region that the attack misses, in the slabs that the attack touches. 1 for a move, 0.5 for a layered
+    /// evasion.
     pub avoid: f32,
     /// V_d: smallest distance of body and attack, metres, 0 or more.
     pub distance: f32,
@@ -75,8 +81,10 @@ impl Score {
             covered_texels,
             clearance,
             rate,
+            is_layered,
         } = facts;
         let avoid = match region_texels {
+            _ if is_layered => LAYERED,
             0 => 1.0,
             // Rotated rasters may count more texels than the region has.
             texels => 1.0 - (covered_texels as f32 / texels as f32).min(1.0),

@@ -12,6 +12,7 @@ use super::evaluate::{EvaluateScratch, ExactEvaluator};
 use super::evaluation::Evaluation;
 use super::evaluation_input::EvaluationInput;
 use super::gather_moves::gather_moves;
+use super::layers::gather_layers;
 use super::source::Source;
 use super::state::QueryState;
 use crate::graph::Motion;
@@ -49,6 +50,7 @@ pub(super) fn select(
         }
         if !is_grid && !has_entries && !evaluator.has_clean() {
             has_entries = true;
+            gather_layers(query, state, &mut scratch.entries);
             gather_entries(query, state, &mut scratch.entries);
             continue;
         }

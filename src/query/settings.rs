@@ -134,6 +134,7 @@ impl QuerySettings {
             number("alike_angle", self.alike_angle, CELL),
             count("most_evasions", self.most_evasions, COUNT),
             ("entries.most", self.entries.most as f64, ENTRIES),
+            ("entries.layers", self.entries.layers as f64, ENTRIES),
             number("entries.slowest", self.entries.slowest, RATE),
             number("entries.fastest", self.entries.fastest, RATE),
             number("entries.longest_delay", self.entries.longest_delay, TIME),

@@ -1,6 +1,7 @@
 use super::candidate::CandidateList;
 use super::cull::QueryMaps;
 use super::entry_candidate::EntryCandidate;
+use super::layers::LayerCandidate;
 use super::moves::{MoveSearch, SearchReport};
 use super::request::ActiveRequest;
 use super::retime::RateError;
@@ -23,6 +24,8 @@ pub(super) struct QueryState {
     pub moves: MoveSearch,
     /// Those candidates that enter an evasion.
     pub entries: Vec<EntryCandidate>,
+    /// Those candidates that layer an evasion.
+    pub layers: Vec<LayerCandidate>,
     /// The maps of this round's candidates.
     pub maps: QueryMaps,
 }

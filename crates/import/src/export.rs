@@ -185,7 +185,7 @@ pub fn document(baked: &BakedGraph, question: &Question, answer: &Answer) -> Val
 }
 
 /// Character's frame at the start of a candidate's evasion, in the world of `playhead`. Returns
-/// `None` if the candidate has no evasion.
+/// `None` if the candidate has no evasion, or only its upper body plays one.
 #[must_use]
 pub fn evasion_placement(
     baked: &BakedGraph,
@@ -194,6 +194,9 @@ pub fn evasion_placement(
     candidate: &CandidateReport,
 ) -> Option<Rigid2> {
     let evasion = baked.evasion(candidate.evasion?)?;
+    if candidate.layer.is_some() {
+        return None;
+    }
     if let Some(entered) = candidate.entry {
         return Some(entered.entry.clip_to_world * evasion.placement);
     }
@@ -221,6 +224,13 @@ pub fn describe(baked: &BakedGraph, answer: &Answer, candidate: &CandidateReport
             "blend": entry.blend,
             "clip": baked.graph().clip(from.clip).name(),
             "frame": from.frame as f32 + entry.frame,
+        });
+    }
+    if let Some(layer) = candidate.layer {
+        value["layer"] = json!({
+            "clip": baked.graph().clip(layer.clip).name(),
+            "frame": layer.frame,
+            "envelope": layer.envelope,
         });
     }
     match &candidate.rate {

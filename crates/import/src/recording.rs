@@ -8,7 +8,7 @@ use super::file::read_bytes;
 use super::json;
 use sabaki::anim::Warp;
 use sabaki::archive;
-use sabaki::graph::{EdgeId, Playhead};
+use sabaki::graph::{EdgeId, Layer, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
     Answer, Attack, EnteredAt, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,
@@ -49,7 +49,10 @@ pub struct Chosen {
     /// Entry into the evasion without an edge, or `None` if edges lead to it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entry: Option<EnteredAt>,
-    /// Rate of the path's retimable edges, or of the entered evasion.
+    /// Layer of the upper body, or `None` if the whole body plays the evasion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<Layer>,
+    /// Rate of the path's retimable edges, or of the entered or layered evasion.
     pub p: f32,
     /// Clearance, in metres, negative for a hit.
     pub clearance: f32,
@@ -85,6 +88,7 @@ impl Chosen {
             edges: answer.path(baked, report).collect(),
             evasion: report.evasion,
             entry: report.entry,
+            layer: report.layer,
             p: report.rate.as_ref().map_or(1.0, |rate| rate.rate),
             clearance: answer.clearance().metres,
             avoided: answer.avoided,

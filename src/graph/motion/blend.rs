@@ -37,6 +37,7 @@ impl Motion {
         if let Some(last) = self.pieces.last_mut() {
             last.end = last.end.min(seconds.next_down());
         }
+        self.cut_layer(seconds);
         let begun = |inertia: &Inertia| inertia.start < seconds;
         self.entered = self.inertias[..self.entered].partition_point(begun);
     }
@@ -150,6 +151,7 @@ impl Motion {
         Self {
             pieces,
             warp,
+            layer: self.layer_since(seconds),
             entered: inertias.len(),
             inertias,
             scratch: EntryScratch::default(),

@@ -1,7 +1,11 @@
 mod blend;
+mod layer;
 mod sample;
 
 use serde::{Deserialize, Serialize};
+
+pub use layer::Layer;
+pub(crate) use layer::heading;
 
 use super::inertia::{EntryScratch, Inertia};
 use super::{EdgeId, EventId, MotionGraph, Playhead, Step};
@@ -13,6 +17,7 @@ use crate::anim::Warp;
 pub struct Motion {
     pub(super) pieces: Vec<Piece>,
     pub(super) warp: Option<Warp>,
+    pub(super) layer: Option<Layer>,
     /// Offsets that fade out, by start time. Only the first `entered` are in use; the others are kept as memory.
     pub(super) inertias: Vec<Inertia>,
     pub(super) entered: usize,
@@ -24,6 +29,7 @@ impl PartialEq for Motion {
     fn eq(&self, other: &Self) -> bool {
         self.pieces == other.pieces
             && self.warp == other.warp
+            && self.layer == other.layer
             && self.inertias() == other.inertias()
     }
 }
@@ -133,6 +139,7 @@ impl Motion {
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.pieces.clone_from(&other.pieces);
         self.warp = other.warp;
+        self.layer = other.layer;
         self.entered = 0;
         for inertia in other.inertias() {
             match self.inertias.get_mut(self.entered) {
@@ -158,6 +165,7 @@ impl Motion {
     pub fn clear(&mut self) {
         self.pieces.clear();
         self.warp = None;
+        self.layer = None;
         self.entered = 0;
     }
 

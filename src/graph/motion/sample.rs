@@ -42,6 +42,7 @@ impl Motion {
         if let Some(inertia) = self.inertia(self.moment(seconds)) {
             inertia.apply(graph, self.moment(seconds), out);
         }
+        self.apply_layer(graph, seconds, out);
     }
 
     /// The time that is played, where a warp shifts it.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::layers::layerable;
 use super::limits::{DEPARTURES, Examiner, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
@@ -40,6 +41,8 @@ impl EntryTable {
         let entries = Finder::new((graph, &limits), &places, frames.collect());
         let frames = natural(graph, settings.target_step);
         let exits = Finder::new((graph, &limits), &places, frames);
+        let layerable = layerable(graph, evasions);
+        let upper = (&targets[..], &layerable[..]);
         let clips = graph.clips().len();
         let moments = |clip: usize| {
             graph.clips()[clip]
@@ -57,16 +60,22 @@ impl EntryTable {
             let own = &all[number * batch..((number + 1) * batch).min(all.len())];
             own.iter()
                 .map(|&place| {
-                    let entries = entries.entries(place, settings.most as usize, &mut scratch);
-                    (entries, exits.exits(place, &mut scratch))
+                    let found = entries.entries(place, settings.most as usize, &mut scratch);
+                    let found_exits = exits.exits(place, &mut scratch);
+                    (
+                        found,
+                        found_exits,
+                        entries.layers(place, upper, &mut scratch),
+                    )
                 })
                 .collect::<Vec<_>>()
         });
-        for (entries, exits) in found.into_iter().flatten() {
+        for (entries, exits, layers) in found.into_iter().flatten() {
             table.cut += u64::from(entries.len() == settings.most as usize);
             table.entries.extend(entries);
             table.ends.push(table.entries.len() as u32);
             table.exits.push(&exits);
+            table.layers.push(&layers);
         }
         table.exits.targets = { exits.targets.iter() }
             .map(|target| (target.edge, target.edge_frame).into())
@@ -82,7 +91,7 @@ impl EntryTable {
 }
 
 /// A permutation of the numbers below `count` in which each prefix is spread evenly.
-fn spread(count: usize) -> impl Iterator<Item = usize> {
+pub(super) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let is_coprime = |step: &usize| {
         let (mut a, mut b) = (*step, count);
         while b > 0 {
@@ -116,29 +125,29 @@ impl Points {
 }
 
 #[derive(Default)]
-struct Scratch {
-    motion: Motion,
-    examiner: Examiner,
+pub(super) struct Scratch {
+    pub(super) motion: Motion,
+    pub(super) examiner: Examiner,
 }
 
 /// The search among some frames.
-struct Finder<'a> {
-    graph: &'a MotionGraph,
-    limits: &'a MotionLimits,
+pub(super) struct Finder<'a> {
+    pub(super) graph: &'a MotionGraph,
+    pub(super) limits: &'a MotionLimits,
     places: &'a ClipPlaces,
-    targets: Vec<ClipFrame>,
+    pub(super) targets: Vec<ClipFrame>,
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
 }
 
 /// A frame of a clip that is left.
-struct Departed {
-    clip: ClipId,
+pub(super) struct Departed {
+    pub(super) clip: ClipId,
     /// The frame at which the cut is made.
     now: u32,
     /// The frame before it.
-    before: Playhead,
+    pub(super) before: Playhead,
     stance: Stance,
     standing: Vec<bool>,
     ways: [Points; 2],
@@ -179,7 +188,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    fn depart(&self, (clip, frame): (usize, u32)) -> Option<Departed> {
+    pub(super) fn depart(&self, (clip, frame): (usize, u32)) -> Option<Departed> {
         let (graph, clip) = (self.graph, ClipId(clip as u32));
         let (edge, edge_frame) = self.places.find(clip, frame)?;
         let before = Playhead {

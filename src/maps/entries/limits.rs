@@ -250,6 +250,38 @@ impl Examiner {
         self::joints(samples, limits, rate)?;
         feet(&samples[1..blend + 2], limits, (rate, standing))
     }
+
+    /// Whether a motion whose upper body changes at its second frame, for so many frames, is plausible: its joints, and the departure of its
+    /// head.
+    pub(super) fn examine_upper(
+        &mut self,
+        graph: &MotionGraph,
+        limits: &MotionLimits,
+        (motion, blend): (&Motion, usize),
+    ) -> Result<(), Implausible> {
+        let rate = graph.frame_rate() as f32;
+        let head = head_of(graph);
+        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
+        let count = (blend + 3).max(after[1] + 2);
+        self.samples
+            .resize_with(count.max(self.samples.len()), Sample::default);
+        let take = |examiner: &mut Self, frame: usize| {
+            motion.sample(graph, frame as f32 / rate, &mut examiner.pose);
+            forward_kinematics(graph.skeleton(), &examiner.pose, &mut examiner.joints);
+            let posed = (&examiner.pose, &examiner.joints[..]);
+            examiner.samples[frame].take(graph, head, posed);
+        };
+        [0, 1].into_iter().for_each(|frame| take(self, frame));
+        for (which, frames) in after.into_iter().enumerate() {
+            take(self, 1 + frames);
+            let ends = [0, 1, 1 + frames].map(|frame| self.samples[frame].head);
+            if departure(ends, frames).length() > limits.head_departure[which] {
+                return Err(Implausible::Head);
+            }
+        }
+        (2..blend + 3).for_each(|frame| take(self, frame));
+        joints(&self.samples[..blend + 3], limits, rate)
+    }
 }
 
 fn head_of(graph: &MotionGraph) -> JointId {

@@ -7,6 +7,7 @@
 
 mod exits;
 mod find;
+mod layers;
 mod limits;
 mod report;
 mod stance;
@@ -15,6 +16,7 @@ mod targets;
 use serde::{Deserialize, Serialize};
 
 use exits::{ExitTable, ExitTarget};
+use layers::LayerTable;
 pub(crate) use limits::MotionLimits;
 pub use limits::PlausibilitySettings;
 pub use report::{EntryReport, Stretches};
@@ -137,6 +139,7 @@ pub(crate) struct EntryTable {
     /// Number of moments with the maximum number of entries.
     cut: u64,
     exits: ExitTable,
+    layers: LayerTable,
 }
 
 impl EntryTable {
@@ -176,6 +179,19 @@ impl EntryTable {
     pub(crate) fn exits_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
         let moment = self.moment(graph, playhead);
         moment.map_or(&[], |moment| self.exits.of(moment))
+    }
+
+    /// Whether any moment has a layered evasion.
+    #[must_use]
+    pub(crate) fn has_layers(&self) -> bool {
+        self.layers.len() > 0
+    }
+
+    /// Layered evasions of the moment that is nearest to a playhead.
+    #[must_use]
+    pub(crate) fn layers_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
+        let moment = self.moment(graph, playhead);
+        moment.map_or(&[], |moment| self.layers.of(moment))
     }
 
     /// The moment that is nearest to a playhead.
@@ -221,7 +237,8 @@ impl EntryTable {
             && self.ends.is_empty()
             && self.entries.is_empty()
             && self.targets.is_empty()
-            && self.exits == ExitTable::default();
+            && self.exits == ExitTable::default()
+            && self.layers == LayerTable::default();
         let target_fits = |target: &EntryTarget| {
             let evasion = evasions.get(usize::from(target.evasion));
             let edge = graph.edges().get(target.edge.index());
@@ -250,6 +267,7 @@ impl EntryTable {
                     .is_sorted_by_key(|target| (target.evasion, target.frame))
                 && self.entries.iter().all(entry_fits)
                 && self.exits.fits(graph, self.ends.len())
+                && self.layers.fits(self.ends.len(), self.targets.len())
                 && self.limits.is_sound(graph.skeleton());
         match fits {
             true => Ok(()),

@@ -21,6 +21,9 @@ pub struct EntryReport {
     /// Number of exits.
     #[serde(default)]
     pub exits: usize,
+    /// Number of layered evasions.
+    #[serde(default)]
+    pub layers: usize,
     /// Stretches of the clips without a branch point.
     #[serde(default)]
     pub unbranched: Stretches,
@@ -54,6 +57,7 @@ impl EntryTable {
             entries: self.entries.len(),
             cut: self.cut,
             exits: self.exits.len(),
+            layers: self.layers.len(),
             ..EntryReport::default()
         };
         let mut stretches = [Vec::new(), Vec::new()];

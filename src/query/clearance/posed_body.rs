@@ -169,8 +169,8 @@ impl PosedBody<'_> {
         if self.scratch.slots[index].is_none() {
             let seconds = tick as f32 / SAMPLE_RATE;
             let warp = self.motion.warp();
-            let is_blending = self.motion.is_blending(seconds);
-            let rows = if is_blending || warp.is_some_and(|warp| warp.acts_at(seconds)) {
+            let is_mixed = self.motion.is_blending(seconds) || self.motion.is_layered(seconds);
+            let rows = if is_mixed || warp.is_some_and(|warp| warp.acts_at(seconds)) {
                 self.scratch
                     .rows_of_warped(self.baked, self.motion, seconds)
             } else {
@@ -191,7 +191,7 @@ impl PosedBody<'_> {
     /// A vertical cylinder around the body: x, z, radius, lowest and highest y.
     fn bounding_cylinder(&self, tick: usize) -> [f32; 5] {
         let seconds = tick as f32 / SAMPLE_RATE;
-        if self.motion.is_blending(seconds) {
+        if self.motion.is_blending(seconds) || self.motion.is_layered(seconds) {
             let [x, y, z, reach] = self.bounding_sphere(tick);
             return [x, z, reach, y - reach, y + reach];
         }

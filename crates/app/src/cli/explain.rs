@@ -212,7 +212,11 @@ impl Explanation<'_> {
             Ok(rate) => {
                 let place =
                     sabaki_import::export::evasion_placement(case.baked, playhead, answer, report);
-                let place = place.map_or("no evasion".to_owned(), |at| {
+                let without = match report.layer {
+                    Some(_) => "upper body only",
+                    None => "no evasion",
+                };
+                let place = place.map_or(without.to_owned(), |at| {
                     let degrees = at.heading().to_degrees();
                     format!("{:.2}, {:.2}, {degrees:.0}°", at.x, at.z)
                 });
@@ -240,6 +244,10 @@ impl Explanation<'_> {
         if let Some(entered) = report.entry {
             let (delay, blend) = (entered.delay, entered.entry.blend);
             path = format!("entered after {delay:.1} s within {blend:.2} s: {path}");
+        }
+        if let Some(layer) = report.layer {
+            let (start, end) = (layer.envelope.start, layer.envelope.end);
+            path = format!("upper body from {start:.2} to {end:.2} s, legs go on: {path}");
         }
         let _ = writeln!(text, "         {}", shortened(&path, WIDTH - 9));
     }

@@ -427,6 +427,10 @@ pub(crate) fn describe(baked: &Baked) -> String {
         entries.entries as f64 / entries.moments.max(1) as f64,
         entries.longest_without
     ));
+    line(format!(
+        "the upper body can play an evasion over legs that go on, by {:.0} layers on average",
+        entries.layers as f64 / entries.moments.max(1) as f64,
+    ));
     let [all, events] = [entries.unbranched, entries.unbranched_in_events];
     line(format!(
         "stretches without a branch point (an entry, an exit or a choice of edges): {:.2} s in the median, {:.2} s at most; in evasions and attacks {:.2} and {:.2} s",

@@ -119,7 +119,8 @@ impl<'a> QualityMeter<'a> {
         let graph = self.baked.graph();
         let edge = graph.edge(motion.playhead(graph, seconds).edge);
         let is_warped = { motion.warp() }.is_some_and(|warp| warp.envelope.weight(seconds) > 0.0);
-        edge.motion != EdgeMotion::Clip || motion.is_blending(seconds) || is_warped
+        let is_mixed = motion.is_blending(seconds) || motion.is_layered(seconds);
+        edge.motion != EdgeMotion::Clip || is_mixed || is_warped
     }
 
     fn sample(&self, pose: &Pose, is_composed: bool) -> Sample {

@@ -1,0 +1,147 @@
+//! Layered evasions: from which moments the upper body can play which part of an evasion while the legs go on.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::find::{Departed, Finder, Scratch, spread};
+use super::limits::head;
+use super::{BLENDS, EntryTarget, KnownEntry, RATES};
+use crate::anim::{Envelope, JointId, Pose, forward_kinematics};
+use crate::graph::{ClipId, Layer, MotionGraph, heading};
+use crate::maps::Evasion;
+
+/// Layered evasions of all moments, which are those of the [`EntryTable`](super::EntryTable). Their targets are those of its entries.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LayerTable {
+    /// End of each moment's layers in `layers`.
+    ends: Vec<u32>,
+    layers: Vec<KnownEntry>,
+}
+
+impl LayerTable {
+    /// Number of layered evasions.
+    #[must_use]
+    pub(super) fn len(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// Appends the layered evasions of the next moment.
+    pub(super) fn push(&mut self, layers: &[KnownEntry]) {
+        self.layers.extend_from_slice(layers);
+        self.ends.push(self.layers.len() as u32);
+    }
+
+    /// Layered evasions of a moment.
+    pub(super) fn of(&self, moment: u32) -> &[KnownEntry] {
+        let moment = moment as usize;
+        let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.layers[start as usize..self.ends[moment] as usize]
+    }
+
+    /// Checks all indices.
+    pub(super) fn fits(&self, moments: usize, targets: usize) -> bool {
+        let is_known = |layer: &KnownEntry| usize::from(layer.target) < targets;
+        self.ends.len() == moments
+            && self.ends.is_sorted()
+            && self.ends.last().map_or(0, |&end| end as usize) == self.layers.len()
+            && self.layers.iter().all(is_known)
+    }
+}
+
+/// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
+const LEANS: f32 = 0.12;
+
+/// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
+pub(super) fn layerable(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<bool> {
+    let leans = |evasion: &Evasion| {
+        let edge = graph.edge(evasion.edge);
+        let start = graph.node(edge.from);
+        let at = |frame: u32| head_over_pelvis(graph, start.clip, start.frame + frame);
+        let first = at(0);
+        (1..=edge.frames).any(|frame| at(frame).distance(first) > LEANS)
+    };
+    let has_upper_body = graph.rig().has_upper_body();
+    { evasions.iter() }
+        .map(|evasion| has_upper_body && leans(evasion))
+        .collect()
+}
+
+/// Position of the head relative to the pelvis, turned by the pelvis' heading.
+fn head_over_pelvis(graph: &MotionGraph, clip: ClipId, frame: u32) -> Vec3 {
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    graph.clip(clip).pose(frame as usize, &mut pose);
+    forward_kinematics(graph.skeleton(), &pose, &mut joints);
+    let turn: Quat = heading(pose.rotations[JointId::ROOT.index()]);
+    let over = joints[head(graph.skeleton()).index()].translation - pose.root;
+    turn.conjugate() * over
+}
+
+/// Maximum number of layered evasions of a moment.
+const MOST: usize = 32;
+
+impl Finder<'_> {
+    /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered.
+    pub(super) fn layers(
+        &self,
+        place: (usize, u32),
+        (targets, layerable): (&[EntryTarget], &[bool]),
+        scratch: &mut Scratch,
+    ) -> Vec<KnownEntry> {
+        let mut found = Vec::new();
+        let Some(from) = self.depart(place) else {
+            return found;
+        };
+        for target in spread(targets.len()) {
+            if found.len() == MOST {
+                break;
+            }
+            let is_own = self.targets[target].clip == from.clip;
+            if is_own || !layerable[usize::from(targets[target].evasion)] {
+                continue;
+            }
+            let mut plausible = |blend: usize, rate: usize| {
+                let how = (BLENDS[blend], RATES[rate]);
+                self.is_layer_plausible(&from, target, how, scratch)
+            };
+            let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
+                continue;
+            };
+            let fastest = (1..RATES.len())
+                .take_while(|&rate| plausible(blend, rate))
+                .last();
+            found.push(KnownEntry::new(
+                target as u16,
+                (blend, None, fastest.unwrap_or(0)),
+            ));
+        }
+        found.sort_unstable_by_key(|layer| layer.target);
+        found
+    }
+
+    fn is_layer_plausible(
+        &self,
+        from: &Departed,
+        target: usize,
+        (blend, rate): (f32, f32),
+        scratch: &mut Scratch,
+    ) -> bool {
+        let (graph, at) = (self.graph, &self.targets[target]);
+        let frame_rate = graph.frame_rate() as f32;
+        let start = 1.0 / frame_rate;
+        let envelope = Envelope {
+            start,
+            full: start + blend,
+            release: 2.0,
+            end: 3.0,
+        };
+        let Scratch { motion, examiner } = scratch;
+        motion.restart(graph, from.before, []);
+        motion.extend(graph, 1.0);
+        let layer = Layer::new((at.clip, at.frame as f32), rate, envelope);
+        motion.set_layer(Some(layer));
+        let blend = (blend * frame_rate).ceil() as usize;
+        examiner
+            .examine_upper(graph, self.limits, (motion, blend))
+            .is_ok()
+    }
+}

@@ -1,0 +1,131 @@
+//! Distances of the attack from layered bodies at a few moments around the contact. They are approximate and cheap: the upper body comes
+//! from the baked track of the evasion, moved to the pelvis of the motion that goes on.
+
+use glam::{Quat, Vec3};
+
+use super::attack::Attack;
+use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
+use crate::graph::{Layer, Motion, heading};
+use crate::maps::{BakedGraph, BodyTrack, MovingSphere, SphereKey};
+
+/// Distance that the attack moves between two moments, in metres.
+const APART: f32 = 0.1;
+/// Number of moments, of which one is before the contact.
+const MOMENTS: usize = 6;
+/// Maximum number of spheres of the attack that are looked at.
+const MOST_SPHERES: usize = 32;
+
+/// The body of the motion that goes on, and the attack, at some moments.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LayerRanking {
+    moments: Vec<Moment>,
+    /// Spheres of the body that a layer moves.
+    upper: Vec<usize>,
+    pose: Pose,
+    joints: Vec<JointTransform>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Moment {
+    seconds: f32,
+    root: Vec3,
+    pelvis: Quat,
+    /// Centres of the body's spheres.
+    centres: Vec<Vec3>,
+    /// Spheres of the attack near the body.
+    attack: Vec<SphereKey>,
+}
+
+impl Moment {
+    /// Smallest distance of the attack from a sphere, in metres.
+    fn distance(&self, centre: Vec3, radius: f32) -> f32 {
+        let apart = |key: &SphereKey| key.center.distance(centre) - key.radius - radius;
+        self.attack.iter().map(apart).fold(f32::INFINITY, f32::min)
+    }
+}
+
+impl LayerRanking {
+    /// Poses the body at moments around the contact.
+    pub(super) fn look_at(
+        &mut self,
+        baked: &BakedGraph,
+        motion: &Motion,
+        (attack, contact): (&Attack, f32),
+    ) {
+        let (graph, body) = (baked.graph(), baked.body());
+        let above = |sphere: &usize| {
+            let joint = body.spheres[*sphere].joint;
+            graph.rig().part(joint).is_above_pelvis()
+        };
+        self.upper.clear();
+        self.upper.extend((0..body.spheres.len()).filter(above));
+        let step = APART / fastest(attack, contact).clamp(1.0, 20.0);
+        self.moments.resize_with(MOMENTS, Moment::default);
+        for (number, moment) in self.moments.iter_mut().enumerate() {
+            moment.seconds = (contact + (number as f32 - 1.0) * step).max(0.0);
+            motion.sample(graph, moment.seconds, &mut self.pose);
+            forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+            body.centres(&self.joints, &mut moment.centres);
+            moment.root = self.pose.root;
+            moment.pelvis = self.pose.rotations[JointId::ROOT.index()];
+            let flies =
+                |sphere: &&MovingSphere| (sphere.start()..=sphere.end()).contains(&moment.seconds);
+            let keys = attack.spheres().iter().filter(flies);
+            let keys = keys.map(|sphere| sphere.at(moment.seconds));
+            let near = |key: &SphereKey| {
+                key.center.distance(moment.root) < 2.0 * baked.reach() + key.radius
+            };
+            moment.attack.clear();
+            moment.attack.extend(keys.filter(near).take(MOST_SPHERES));
+        }
+    }
+
+    /// Smallest distance of the attack from pelvis and legs, which no layer moves, in metres.
+    pub(super) fn below_waist(&self, baked: &BakedGraph) -> f32 {
+        let spheres = &baked.body().spheres;
+        let lower = (0..spheres.len()).filter(|index| self.upper.binary_search(index).is_err());
+        let distance = |index: usize| {
+            let moments = self.moments.iter();
+            let of =
+                |moment: &Moment| moment.distance(moment.centres[index], spheres[index].radius);
+            moments.map(of).fold(f32::INFINITY, f32::min)
+        };
+        lower.map(distance).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Smallest distance of the attack from the upper body if the upper body of an evasion is layered, in metres.
+    pub(super) fn distance(&self, baked: &BakedGraph, (layer, evasion): (&Layer, usize)) -> f32 {
+        let Some(entered) = baked.entry_track(evasion) else {
+            return f32::NEG_INFINITY;
+        };
+        let (graph, spheres) = (baked.graph(), &baked.body().spheres);
+        let mut least = f32::INFINITY;
+        for moment in &self.moments {
+            let weight = layer.weight(moment.seconds);
+            let frame = layer.frame_at(graph, moment.seconds);
+            let seconds = (f64::from(frame) - f64::from(entered.first)) / graph.frame_rate();
+            let tick = (seconds as f32 * BodyTrack::RATE).round().max(0.0) as usize;
+            let tick = tick.min(entered.track.ticks().saturating_sub(1));
+            let there = graph.clip(layer.clip).at(frame);
+            let turn = heading(moment.pelvis * there.rotation(0).conjugate());
+            for &sphere in &self.upper {
+                let centre = entered.placement.point(entered.track.centre(tick, sphere));
+                let layered = moment.root + turn * (centre - there.root());
+                let centre = moment.centres[sphere].lerp(layered, weight);
+                least = least.min(moment.distance(centre, spheres[sphere].radius));
+            }
+        }
+        least
+    }
+}
+
+/// Speed of the fastest sphere of the attack at a time, in metres per second.
+fn fastest(attack: &Attack, seconds: f32) -> f32 {
+    /// Time over which it is measured, in seconds.
+    const STEP: f32 = 0.01;
+    let speed = |sphere: &MovingSphere| {
+        let way = sphere.at(seconds + STEP).center - sphere.at(seconds).center;
+        way.length() / STEP
+    };
+    attack.spheres().iter().map(speed).fold(0.0, f32::max)
+}
