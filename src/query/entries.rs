@@ -35,29 +35,9 @@ pub(super) struct EntryScratch {
     joints: Vec<JointTransform>,
     /// Whether the contact is known, and the contact.
     contact: Option<Option<f32>>,
+    /// Whether `motion` is that of this query.
+    has_motion: bool,
     ranking: LayerRanking,
-}
-
-impl EntryScratch {
-    /// Forgets the motion of an earlier query.
-    pub(super) fn start(&mut self) {
-        self.contact = None;
-    }
-
-    /// Time at which the attack hits the natural motion, in seconds.
-    pub(super) fn contact(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> Option<f32> {
-        if let Some(known) = self.contact {
-            return known;
-        }
-        let found = contact(baked, request, self);
-        self.contact = Some(found);
-        found
-    }
-
-    /// The natural motion, once [`EntryScratch::contact`] has found one, and the ranking of layers.
-    pub(super) fn layered(&mut self) -> (&Motion, &mut LayerRanking) {
-        (&self.motion, &mut self.ranking)
-    }
 }
 
 /// Adds the evasions that can be entered in time, if the natural motion is hit.
@@ -99,19 +79,57 @@ pub(super) fn gather_entries(query: Query<'_>, state: &mut QueryState, scratch: 
     state.search.followed += state.entries.len();
 }
 
-/// Time at which the attack hits the natural motion, in seconds. Leaves that motion in `scratch`.
-fn contact(baked: &BakedGraph, request: &ActiveRequest, scratch: &mut EntryScratch) -> Option<f32> {
-    let EntryScratch { motion, body, .. } = scratch;
-    motion.restart(baked.graph(), request.playhead, []);
-    motion.continue_blend(&request.blend, 0.0);
-    motion.extend(baked.graph(), request.attack.end() + 0.1);
-    let test = ExactTest {
-        extent: Extent::UNTIL_HIT,
-        sampling: Sampling::CoarseFirst,
-        ..ExactTest::new(baked, &request.attack)
-    };
-    let found = test.on_motion(motion, body);
-    (!found.is_clean()).then_some(found.time)
+impl EntryScratch {
+    /// Forgets the motion of an earlier query.
+    pub(super) fn start(&mut self) {
+        (self.contact, self.has_motion) = (None, false);
+    }
+
+    /// Whether layers are asked for and the root of the natural motion moves on over the ground, as it does in a walk.
+    pub(super) fn walks(&mut self, query: Query<'_>, request: &ActiveRequest) -> bool {
+        /// Time over which the speed is measured, in seconds, and the lowest speed of a walk, in metres per second.
+        const WALK: (f32, f32) = (0.3, 0.4);
+        let Query { baked, settings } = query;
+        if settings.entries.layers == 0 || !baked.entries().has_layers() {
+            return false;
+        }
+        let motion = self.natural(baked, request);
+        let [now, then] = [0.0, WALK.0].map(|seconds| motion.root(baked.graph(), seconds));
+        (then - now).with_y(0.0).length() > WALK.0 * WALK.1
+    }
+
+    /// Time at which the attack hits the natural motion, in seconds.
+    pub(super) fn contact(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> Option<f32> {
+        if let Some(known) = self.contact {
+            return known;
+        }
+        self.natural(baked, request);
+        let test = ExactTest {
+            extent: Extent::UNTIL_HIT,
+            sampling: Sampling::CoarseFirst,
+            ..ExactTest::new(baked, &request.attack)
+        };
+        let found = test.on_motion(&self.motion, &mut self.body);
+        let found = (!found.is_clean()).then_some(found.time);
+        self.contact = Some(found);
+        found
+    }
+
+    /// The natural motion of the request.
+    fn natural(&mut self, baked: &BakedGraph, request: &ActiveRequest) -> &Motion {
+        if !std::mem::replace(&mut self.has_motion, true) {
+            self.motion.restart(baked.graph(), request.playhead, []);
+            self.motion.continue_blend(&request.blend, 0.0);
+            self.motion
+                .extend(baked.graph(), request.attack.end() + 0.5);
+        }
+        &self.motion
+    }
+
+    /// The natural motion, once [`EntryScratch::contact`] has found one, and the ranking of layers.
+    pub(super) fn layered(&mut self) -> (&Motion, &mut LayerRanking) {
+        (&self.motion, &mut self.ranking)
+    }
 }
 
 fn stance(baked: &BakedGraph, seconds: f32, scratch: &mut EntryScratch) -> Stance {

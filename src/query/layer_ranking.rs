@@ -10,7 +10,7 @@ use crate::maps::{BakedGraph, BodyTrack, MovingSphere, SphereKey};
 
 /// Distance that the attack moves between two moments, in metres.
 const APART: f32 = 0.1;
-/// Number of moments, of which one is before the contact.
+/// Number of moments, of which one is before the contact. Those just after it come first: most layers are hit there.
 const MOMENTS: usize = 6;
 /// Maximum number of spheres of the attack that are looked at.
 const MOST_SPHERES: usize = 32;
@@ -62,7 +62,8 @@ impl LayerRanking {
         let step = APART / fastest(attack, contact).clamp(1.0, 20.0);
         self.moments.resize_with(MOMENTS, Moment::default);
         for (number, moment) in self.moments.iter_mut().enumerate() {
-            moment.seconds = (contact + (number as f32 - 1.0) * step).max(0.0);
+            let steps = ((number + 2) % MOMENTS) as f32 - 1.0;
+            moment.seconds = (contact + steps * step).max(0.0);
             motion.sample(graph, moment.seconds, &mut self.pose);
             forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
             body.centres(&self.joints, &mut moment.centres);
@@ -93,13 +94,17 @@ impl LayerRanking {
         lower.map(distance).fold(f32::INFINITY, f32::min)
     }
 
-    /// Smallest distance of the attack from the upper body if the upper body of an evasion is layered, in metres.
-    pub(super) fn distance(&self, baked: &BakedGraph, (layer, evasion): (&Layer, usize)) -> f32 {
-        let Some(entered) = baked.entry_track(evasion) else {
-            return f32::NEG_INFINITY;
-        };
+    /// Smallest distance of the attack from the upper body if the upper body of an evasion is layered, in metres; `None` if it is below
+    /// `least`.
+    pub(super) fn distance(
+        &self,
+        baked: &BakedGraph,
+        (layer, evasion): (&Layer, usize),
+        least: f32,
+    ) -> Option<f32> {
+        let entered = baked.entry_track(evasion)?;
         let (graph, spheres) = (baked.graph(), &baked.body().spheres);
-        let mut least = f32::INFINITY;
+        let mut found = f32::INFINITY;
         for moment in &self.moments {
             let weight = layer.weight(moment.seconds);
             let frame = layer.frame_at(graph, moment.seconds);
@@ -112,10 +117,13 @@ impl LayerRanking {
                 let centre = entered.placement.point(entered.track.centre(tick, sphere));
                 let layered = moment.root + turn * (centre - there.root());
                 let centre = moment.centres[sphere].lerp(layered, weight);
-                least = least.min(moment.distance(centre, spheres[sphere].radius));
+                found = found.min(moment.distance(centre, spheres[sphere].radius));
+            }
+            if found < least {
+                return None;
             }
         }
-        least
+        Some(found)
     }
 }
 

@@ -24,6 +24,9 @@ const WAY_OUT: f32 = 0.4;
 /// Distance that is wanted at the moments of the ranking, in metres. Between them the attack comes nearer.
 const WANTED: f32 = 0.06;
 
+/// Distance below which a layer is no candidate, in metres. A warp may bend away what is less deep.
+const DEEPEST: f32 = -0.05;
+
 /// An evasion whose upper body is layered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LayerCandidate {
@@ -48,7 +51,7 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
     let (motion, ranking) = scratch.layered();
     ranking.look_at(baked, motion, (&state.request.attack, contact));
     // What hits pelvis or legs, no layer avoids.
-    if ranking.below_waist(baked) < -settings.warp.deepest {
+    if ranking.below_waist(baked) < DEEPEST {
         return;
     }
     for left in LEFT {
@@ -134,11 +137,12 @@ impl Start {
                 end: release + WAY_OUT,
             };
             let layer = Layer::new((start.clip, target.frame as f32), rate, envelope);
-            layers.push(LayerCandidate {
-                metres: ranking.distance(baked, (&layer, evasion)),
+            let metres = ranking.distance(baked, (&layer, evasion), DEEPEST);
+            layers.extend(metres.map(|metres| LayerCandidate {
                 layer,
                 evasion,
-            });
+                metres,
+            }));
         }
     }
 }

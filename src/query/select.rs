@@ -34,8 +34,10 @@ pub(super) fn select(
     motion: &mut Motion,
 ) -> Option<Selection> {
     let is_grid = state.source == Source::Grid;
-    let (mut has_moves, mut has_entries, mut reconsidered) = (false, false, 0);
+    let (mut has_layers, mut has_entries, mut has_moves) = (false, false, false);
+    let mut reconsidered = 0;
     scratch.start(state);
+    let walks = scratch.entries.walks(query, &state.request);
     loop {
         let input = EvaluationInput { query, state };
         let all = 0..input.state.candidates.list.len();
@@ -48,9 +50,17 @@ pub(super) fn select(
             }
             return None;
         }
-        if !is_grid && !has_entries && !evaluator.has_clean() {
-            has_entries = true;
+        // A body that walks may walk on, even where it could stop for another evasion.
+        if !has_layers && walks && evaluator.has_clean() {
+            has_layers = true;
             gather_layers(query, state, &mut scratch.entries);
+            continue;
+        }
+        if !is_grid && !has_entries && !evaluator.has_clean() {
+            if !std::mem::replace(&mut has_layers, true) {
+                gather_layers(query, state, &mut scratch.entries);
+            }
+            has_entries = true;
             gather_entries(query, state, &mut scratch.entries);
             continue;
         }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::layers::layerable;
+use super::layers::LayerSource;
 use super::limits::{DEPARTURES, Examiner, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
@@ -41,8 +41,7 @@ impl EntryTable {
         let entries = Finder::new((graph, &limits), &places, frames.collect());
         let frames = natural(graph, settings.target_step);
         let exits = Finder::new((graph, &limits), &places, frames);
-        let layerable = layerable(graph, evasions);
-        let upper = (&targets[..], &layerable[..]);
+        let layers = LayerSource::new((graph, evasions), &targets, &limits);
         let clips = graph.clips().len();
         let moments = |clip: usize| {
             graph.clips()[clip]
@@ -65,7 +64,7 @@ impl EntryTable {
                     (
                         found,
                         found_exits,
-                        entries.layers(place, upper, &mut scratch),
+                        entries.layers(place, &layers, &mut scratch),
                     )
                 })
                 .collect::<Vec<_>>()

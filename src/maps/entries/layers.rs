@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::find::{Departed, Finder, Scratch, spread};
-use super::limits::head;
+use super::limits::{MotionLimits, head};
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
 use crate::anim::{Envelope, JointId, Pose, forward_kinematics};
 use crate::graph::{ClipId, Layer, MotionGraph, heading};
@@ -51,19 +51,44 @@ impl LayerTable {
 /// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;
 
-/// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
-pub(super) fn layerable(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<bool> {
-    let leans = |evasion: &Evasion| {
-        let edge = graph.edge(evasion.edge);
-        let start = graph.node(edge.from);
-        let at = |frame: u32| head_over_pelvis(graph, start.clip, start.frame + frame);
-        let first = at(0);
-        (1..=edge.frames).any(|frame| at(frame).distance(first) > LEANS)
-    };
-    let has_upper_body = graph.rig().has_upper_body();
-    { evasions.iter() }
-        .map(|evasion| has_upper_body && leans(evasion))
-        .collect()
+/// What can be layered, and within which limits.
+pub(super) struct LayerSource<'a> {
+    targets: &'a [EntryTarget],
+    /// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
+    layerable: Vec<bool>,
+    limits: MotionLimits,
+}
+
+impl<'a> LayerSource<'a> {
+    pub(super) fn new(
+        (graph, evasions): (&MotionGraph, &[Evasion]),
+        targets: &'a [EntryTarget],
+        limits: &MotionLimits,
+    ) -> Self {
+        let leans = |evasion: &Evasion| {
+            let edge = graph.edge(evasion.edge);
+            let start = graph.node(edge.from);
+            let at = |frame: u32| head_over_pelvis(graph, start.clip, start.frame + frame);
+            let first = at(0);
+            (1..=edge.frames).any(|frame| at(frame).distance(first) > LEANS)
+        };
+        let has_upper_body = graph.rig().has_upper_body();
+        // The joints of the spine share a tilt, also those that the clips do not move.
+        let mut limits = limits.clone();
+        for values in [&mut limits.joint_speed, &mut limits.joint_acceleration] {
+            let spine = graph.rig().spine();
+            let most = { spine.iter() }.map(|joint| values[joint.index()]);
+            let most = most.fold(0.0, f32::max);
+            spine.iter().for_each(|joint| values[joint.index()] = most);
+        }
+        Self {
+            targets,
+            layerable: { evasions.iter() }
+                .map(|evasion| has_upper_body && leans(evasion))
+                .collect(),
+            limits,
+        }
+    }
 }
 
 /// Position of the head relative to the pelvis, turned by the pelvis' heading.
@@ -84,24 +109,25 @@ impl Finder<'_> {
     pub(super) fn layers(
         &self,
         place: (usize, u32),
-        (targets, layerable): (&[EntryTarget], &[bool]),
+        source: &LayerSource<'_>,
         scratch: &mut Scratch,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         let Some(from) = self.depart(place) else {
             return found;
         };
-        for target in spread(targets.len()) {
+        for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
             }
             let is_own = self.targets[target].clip == from.clip;
-            if is_own || !layerable[usize::from(targets[target].evasion)] {
+            let evasion = usize::from(source.targets[target].evasion);
+            if is_own || !source.layerable[evasion] {
                 continue;
             }
             let mut plausible = |blend: usize, rate: usize| {
                 let how = (BLENDS[blend], RATES[rate]);
-                self.is_layer_plausible(&from, target, how, scratch)
+                self.is_layer_plausible(&from, (target, &source.limits), how, scratch)
             };
             let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
                 continue;
@@ -121,7 +147,7 @@ impl Finder<'_> {
     fn is_layer_plausible(
         &self,
         from: &Departed,
-        target: usize,
+        (target, limits): (usize, &MotionLimits),
         (blend, rate): (f32, f32),
         scratch: &mut Scratch,
     ) -> bool {
@@ -141,7 +167,7 @@ impl Finder<'_> {
         motion.set_layer(Some(layer));
         let blend = (blend * frame_rate).ceil() as usize;
         examiner
-            .examine_upper(graph, self.limits, (motion, blend))
+            .examine_upper(graph, limits, (motion, blend))
             .is_ok()
     }
 }

@@ -91,6 +91,7 @@ pub(super) fn document(rows: &[TimeRow]) -> Value {
                 "avoided": round(walking.value()),
                 "low": round(walking_low),
                 "high": round(walking_high),
+                "walks_on": round(row.walking_on.value()),
             },
             "hits": Cause::ALL.into_iter().zip(row.causes.counts)
                 .map(|(cause, count)| (cause.name().replace(' ', "_"), json!(count)))
@@ -106,7 +107,7 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
     let head = ["contact after", "attacks", "avoided", "95% interval"];
     let head: Vec<&str> = { head.into_iter() }
         .chain(names)
-        .chain(["walking"])
+        .chain(["walking", "walks on"])
         .chain(Cause::ALL.map(Cause::name))
         .chain(["short by"])
         .collect();
@@ -127,7 +128,9 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
         let counts = row.causes.counts.map(|count| count.to_string());
         let short = row.causes.short_by();
         let short = short.map_or("-".to_owned(), |metres| format!("{:.1} cm", 100.0 * metres));
-        let shares = parts.into_iter().chain([percent(row.walking)]);
+        let shares = parts
+            .into_iter()
+            .chain([row.walking, row.walking_on].map(percent));
         table.add_row(
             { first.into_iter().chain(shares) }
                 .chain(counts)

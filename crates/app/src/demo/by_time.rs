@@ -315,6 +315,8 @@ pub struct TimeRow {
     pub parts: [Share; 4],
     /// Those that come while the character walks.
     pub walking: Share,
+    /// Those that come while the character walks and that it avoids by a layered evasion, so that it walks on.
+    pub walking_on: Share,
     /// Why the others hit.
     pub causes: Causes,
 }
@@ -331,6 +333,8 @@ impl TimeRow {
         self.parts[throw.part as usize].add(avoided);
         if throw.walks {
             self.walking.add(avoided);
+            let is_layered = answer.chosen().layer.is_some();
+            self.walking_on.add(avoided && is_layered);
         }
     }
 }
@@ -346,6 +350,7 @@ impl std::ops::AddAssign for TimeRow {
     fn add_assign(&mut self, other: Self) {
         self.all += other.all;
         self.walking += other.walking;
+        self.walking_on += other.walking_on;
         self.causes += other.causes;
         for (mine, theirs) in self.parts.iter_mut().zip(other.parts) {
             *mine += theirs;
