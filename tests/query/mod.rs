@@ -8,6 +8,7 @@ mod determinism;
 mod entries;
 mod exits;
 mod feet;
+mod layers;
 mod pause;
 mod query_alloc;
 mod tracks;
