@@ -6,7 +6,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::component::largest_component;
-use super::distance::{WindowPair, Windows};
+use super::distance::Windows;
+use super::feet::DartTest;
 use super::links::{self, LinkSource};
 use super::report::{BuildCounts, BuiltGraphs};
 use super::search::{MapBand, SearchSettings, TransitionList};
@@ -141,6 +142,11 @@ impl<'a> GraphBuilder<'a> {
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
         transitions.retain(|transition| !by_clip.is_cut(transition));
         let under_threshold = transitions.len();
+        let mut darts = self.dart_test();
+        let darting = match &darts {
+            Some(test) => self.leave_out_darts(test, &mut transitions),
+            None => 0,
+        };
         let source = LinkSource {
             clips: &self.clips,
             clouds: &self.clouds,
@@ -148,13 +154,39 @@ impl<'a> GraphBuilder<'a> {
             events: &self.events,
             settings: self.settings,
         };
-        let links = links::add(source, &mut transitions);
+        let links = links::add((source, &mut darts), &mut transitions);
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
+            darting: darting + links.darting,
             links,
         };
         self.assemble(&transitions, counts)
+    }
+
+    fn dart_test(&self) -> Option<DartTest> {
+        let clips = (self.source.skeleton, &self.clips[..]);
+        DartTest::new(clips, self.settings.frame_rate, &self.settings.feet)
+    }
+
+    /// Removes the transitions in which a foot darts, and returns how many there are.
+    fn leave_out_darts(&self, test: &DartTest, transitions: &mut Vec<Transition>) -> usize {
+        /// Number of transitions that one job tests.
+        const BATCH: usize = 512;
+        let jobs = transitions.len().div_ceil(BATCH);
+        let darts = in_parallel(self.settings.threads, jobs, |job| {
+            let mut test = test.clone();
+            let all = transitions.len();
+            let own = &transitions[job * BATCH..((job + 1) * BATCH).min(all)];
+            let align = |t: &Transition| t.windows(&self.clouds).alignment();
+            own.iter()
+                .map(|transition| test.darts(transition, align(transition)))
+                .collect::<Vec<bool>>()
+        });
+        let before = transitions.len();
+        let mut darts = darts.into_iter().flatten();
+        transitions.retain(|_| !darts.next().unwrap_or(false));
+        before - transitions.len()
     }
 
     /// Assembles the graph, keeps its largest component and reports what was left out.
@@ -296,19 +328,12 @@ impl Parts<'_> {
 
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
         let id = |place: Node| NodeId(nodes.partition_point(|other| *other < place) as u32);
-        let windows = WindowPair {
-            a: &self.clouds[t.source_clip],
-            start_a: t.source_frame + 1,
-            b: &self.clouds[t.target_clip],
-            start_b: t.target_frame + 1 - t.frames,
-            frames: t.frames,
-        };
         Edge {
             from: id(node(t.source_clip, t.source_frame)),
             to: id(node(t.target_clip, t.target_frame)),
             frames: t.frames as u32,
             motion: EdgeMotion::Transition {
-                align: windows.alignment(),
+                align: t.windows(self.clouds).alignment(),
                 distance: t.distance,
             },
             event: None,

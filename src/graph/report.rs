@@ -16,6 +16,9 @@ pub struct BuildReport {
     pub events: (usize, usize),
     /// Number of transitions under the threshold, before pruning.
     pub transitions: usize,
+    /// Number of transitions that were left out because a foot darts in them.
+    #[serde(default)]
+    pub darting: usize,
     /// Number of window pairs that were compared.
     pub window_pairs: u64,
     /// Statistics of the links that were added for events.
@@ -49,6 +52,7 @@ pub(super) struct BuiltGraphs<'a> {
 /// Counts of a build.
 pub(super) struct BuildCounts {
     pub(super) transitions: usize,
+    pub(super) darting: usize,
     pub(super) window_pairs: u64,
     pub(super) links: LinkReport,
 }
@@ -75,6 +79,7 @@ impl BuildReport {
             seconds: source.clips.iter().map(Clip::duration).sum(),
             events: (count(EventKind::Evasion), count(EventKind::Attack)),
             transitions: counts.transitions,
+            darting: counts.darting,
             window_pairs: counts.window_pairs,
             links: counts.links,
             responsiveness: Self::SOON

@@ -1,5 +1,6 @@
-use super::GraphEvent;
+use super::distance::WindowPair;
 use super::search::Minimum;
+use super::{GraphEvent, PointCloud};
 
 /// A blend from one clip to another.
 ///
@@ -54,6 +55,17 @@ impl Transition {
         let there = one_way(a, at_a, b, at_b);
         let back = one_way(b, at_b, a, at_a);
         there.into_iter().chain(back)
+    }
+
+    /// The frames of both clips that the blend plays, without the frame before it.
+    pub(super) fn windows<'a>(&self, clouds: &'a [PointCloud]) -> WindowPair<'a> {
+        WindowPair {
+            a: &clouds[self.source_clip],
+            start_a: self.source_frame + 1,
+            b: &clouds[self.target_clip],
+            start_b: self.target_frame + 1 - self.frames,
+            frames: self.frames,
+        }
     }
 
     /// Whether the blend would play a part of an event with a weight between 0 and 1.

@@ -10,6 +10,7 @@
 
 mod blend;
 mod build;
+mod darts;
 mod keep;
 mod plan;
 mod plants;
@@ -20,6 +21,7 @@ mod standing;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use blend::LegBlend;
+pub(super) use darts::DartTest;
 pub use settings::FeetSettings;
 pub use slide::FootSlide;
 

@@ -29,6 +29,9 @@ pub struct FeetSettings {
     /// Gap between two plants below which they are merged, in seconds. Default 0.07: two frames at
     /// 30 frames per second.
     pub gap: f64,
+    /// Speed of a toe, in metres per second, above which a transition is left out if the toe is also faster than 1.3 times the faster
+    /// clip. `None` keeps all transitions. Default 5.
+    pub fastest_step: Option<f32>,
 }
 
 impl Default for FeetSettings {
@@ -41,6 +44,7 @@ impl Default for FeetSettings {
             high: 0.11,
             shortest: 0.1,
             gap: 0.07,
+            fastest_step: Some(5.0),
         }
     }
 }
@@ -54,7 +58,7 @@ impl FeetSettings {
         f64,
         std::ops::RangeInclusive<f64>,
         &'static str,
-    ); 6] {
+    ); 7] {
         let legs = |name, value: f32| (name, f64::from(value), 0.0..=1e3, "0 to 1000 legs");
         let seconds = |name, value| (name, value, 0.0..=10.0, "0 to 10 s");
         [
@@ -64,6 +68,12 @@ impl FeetSettings {
             legs("feet.high", self.high),
             seconds("feet.shortest", self.shortest),
             seconds("feet.gap", self.gap),
+            (
+                "feet.fastest_step",
+                f64::from(self.fastest_step.unwrap_or(0.0)),
+                0.0..=1e3,
+                "0 to 1000 m/s",
+            ),
         ]
     }
 }

@@ -5,7 +5,7 @@ use super::lengths::Lengths;
 use super::source::LinkSource;
 use std::borrow::Cow;
 
-use crate::graph::distance::{DistanceMap, WindowPair, Windows};
+use crate::graph::distance::{DistanceMap, Windows};
 use crate::graph::moments::Moments;
 use crate::graph::{GraphEvent, PointCloud, Transition};
 use crate::math::in_parallel;
@@ -211,14 +211,7 @@ impl<'a> Candidates<'a> {
     fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
         let link = &mut candidate.link;
         if link.frames != compared {
-            link.distance = WindowPair {
-                a: &self.source.clouds[link.source_clip],
-                start_a: link.source_frame + 1,
-                b: &self.source.clouds[link.target_clip],
-                start_b: link.target_frame + 1 - link.frames,
-                frames: link.frames,
-            }
-            .distance();
+            link.distance = link.windows(self.source.clouds).distance();
             candidate.cost = self.lengths.cost(link.distance, link.frames);
         }
         (candidate.cost <= self.lengths.loosest).then_some(candidate)

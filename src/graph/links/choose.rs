@@ -34,13 +34,13 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
             candidates.retain(|candidate| {
                 let enough =
                     progress.share(index) >= goal.share || search.links.len() >= search.most();
-                let taken =
+                let helps =
                     !enough && progress.gain(search, index, candidate) >= progress.least_gain;
-                if taken {
+                if helps && !search.darts(&candidate.link) {
                     progress.take(search, candidate);
                     search.take(candidate.link);
                 }
-                !taken
+                !helps
             });
         }
         if search.links.len() == links {

@@ -54,13 +54,21 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
 fn to_core(search: &mut LinkSearch<'_>, open: &[usize], core: &[bool]) {
     let links_in = search.candidates.find(open, Side::Before, Some(core));
     let links_out = search.candidates.find(open, Side::After, Some(core));
-    let best = |ways: &[Candidate], event| ways.iter().find(|way| way.event == event).copied();
     for &event in open {
-        if let (Some(link_in), Some(link_out)) = (best(&links_in, event), best(&links_out, event)) {
+        let ends = [&links_in, &links_out].map(|ways| best(search, ways, event));
+        if let [Some(link_in), Some(link_out)] = ends {
             search.take(link_in.link);
             search.take(link_out.link);
         }
     }
+}
+
+/// The closest link of an event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
+fn best(search: &mut LinkSearch<'_>, ways: &[Candidate], event: usize) -> Option<Candidate> {
+    let own = || ways.iter().filter(|way| way.event == event).copied();
+    own()
+        .find(|way| !search.darts(&way.link))
+        .or_else(|| own().next())
 }
 
 fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {

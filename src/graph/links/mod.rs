@@ -28,11 +28,17 @@ use lengths::Lengths;
 use search::LinkSearch;
 pub(super) use source::LinkSource;
 
+use super::feet::DartTest;
 use super::moments::{Jump, Moments};
 use super::{PointCloud, Transition};
 
 /// Adds links to the transitions of a graph. It does nothing if the settings disable links.
-pub(super) fn add(source: LinkSource<'_>, transitions: &mut Vec<Transition>) -> LinkReport {
+///
+/// Links in which a foot darts are avoided.
+pub(super) fn add(
+    (source, darts): (LinkSource<'_>, &mut Option<DartTest>),
+    transitions: &mut Vec<Transition>,
+) -> LinkReport {
     let Some(settings) = &source.settings.links else {
         return LinkReport::default();
     };
@@ -45,6 +51,8 @@ pub(super) fn add(source: LinkSource<'_>, transitions: &mut Vec<Transition>) -> 
         moments,
         jumps,
         links: Vec::new(),
+        darts,
+        darting: 0,
     };
     let unlinked = join::join(&mut search);
     let joins = search.links.len();
@@ -53,6 +61,7 @@ pub(super) fn add(source: LinkSource<'_>, transitions: &mut Vec<Transition>) -> 
     let report = LinkReport {
         joins,
         links: search.links.len(),
+        darting: search.darting,
         loosest: search.links.iter().map(|t| t.distance).fold(0.0, f32::max),
         longest: search.longest() as f64 / frame_rate,
         goals,

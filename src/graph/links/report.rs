@@ -8,6 +8,9 @@ use super::LinkGoal;
 pub struct LinkReport {
     /// Number of links.
     pub links: usize,
+    /// Number of links that were not added because a foot darts in them.
+    #[serde(default)]
+    pub darting: usize,
     /// Number of links that keep an event in the graph.
     pub joins: usize,
     /// Maximum distance of a link, in metres.

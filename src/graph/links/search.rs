@@ -2,6 +2,7 @@ use super::candidates::Candidates;
 use super::settings::LinkSettings;
 use super::source::LinkSource;
 use crate::anim::Clip;
+use crate::graph::feet::DartTest;
 use crate::graph::moments::{Jump, Moments};
 use crate::graph::{GraphEvent, Transition};
 
@@ -15,12 +16,23 @@ pub(super) struct LinkSearch<'a> {
     pub(super) jumps: Vec<Jump>,
     /// All links so far.
     pub(super) links: Vec<Transition>,
+    pub(super) darts: &'a mut Option<DartTest>,
+    /// Number of links that were not taken because a foot darts.
+    pub(super) darting: usize,
 }
 
 impl LinkSearch<'_> {
     pub(super) fn take(&mut self, link: Transition) {
         self.jumps.push(self.moments.jump(&link));
         self.links.push(link);
+    }
+
+    /// Whether a foot darts in a link. Counts those in which one does.
+    pub(super) fn darts(&mut self, link: &Transition) -> bool {
+        let align = || link.windows(self.source.clouds).alignment();
+        let darts = { self.darts.as_mut() }.is_some_and(|test| test.darts(link, align()));
+        self.darting += usize::from(darts);
+        darts
     }
 
     /// First and last moment of an event.
