@@ -413,6 +413,12 @@ pub(crate) fn describe(baked: &Baked) -> String {
         count(graph, EventKind::Evasion),
         count(graph, EventKind::Attack)
     ));
+    if let Some(made) = &baked.made {
+        line(format!(
+            "{} transitions left out because a foot darts in them",
+            made.report.darting
+        ));
+    }
     let share = |seconds| 100.0 * baked.graph.responsive_share(seconds);
     line(format!(
         "an evasion can start within 0.5 s from {:.0}% of all moments, within 1.0 s from {:.0}%, within 1.5 s from {:.0}%",

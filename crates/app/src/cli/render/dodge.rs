@@ -9,7 +9,8 @@ use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings};
-use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
+use sabaki_app::demo::by_time::{BallSettings, BallThrower};
+use sabaki_app::demo::throw::{RandomDraw, Throw, ThrowSettings, throw};
 use sabaki_app::film::Film;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{AnsweredAttack, Camera, Dodge, DodgeSettings, MapStyle};
@@ -33,6 +34,9 @@ pub(crate) struct DodgeArgs {
     /// Index of the attack.
     #[arg(long, value_name = "INDEX", default_value_t = 2)]
     index: u64,
+    /// Throws the balls of `sabaki coverage --by-time` instead, which hit so long after the query.
+    #[arg(long, value_name = "SECONDS", value_parser = contact_parser, conflicts_with = "attack")]
+    contact: Option<f32>,
     /// Attack file (JSON) instead of random attacks; the character stands in the graph's first pose.
     #[arg(long, value_name = "FILE", conflicts_with = "seed")]
     attack: Option<PathBuf>,
@@ -51,6 +55,14 @@ pub(crate) struct DodgeArgs {
     /// Leaves out the ghost of the character that does not dodge.
     #[arg(long)]
     no_ghost: bool,
+}
+
+fn contact_parser(text: &str) -> Result<f32, String> {
+    let seconds: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match (0.1..=10.0).contains(&seconds) {
+        true => Ok(seconds),
+        false => Err("must be 0.1 to 10 s".to_owned()),
+    }
 }
 
 /// Moments in a row of a storyboard.
@@ -120,6 +132,16 @@ impl DodgeArgs {
     fn throw(&self, baked: &BakedGraph) -> Result<Throw, Failure> {
         let index = self.index as usize;
         let wrong = |error| Failure::Attack { index, error };
+        if let Some(contact) = self.contact {
+            let draw = RandomDraw {
+                seed: self.seed,
+                index: self.index,
+            };
+            let thrower = BallThrower::new(baked, BallSettings::default());
+            let thrown = thrower.throw(contact, draw).map_err(wrong)?;
+            let none = || Failure::Usage(format!("no ball {index} would hit"));
+            return thrown.map(|thrown| thrown.throw).ok_or_else(none);
+        }
         let Some(path) = &self.attack else {
             let settings = ThrowSettings::default();
             return throw(baked, &settings, self.seed, self.index).map_err(wrong);
