@@ -209,7 +209,9 @@ impl EvaluationInput<'_> {
             CandidateKind::Layer(layer) => {
                 motion.restart(graph, request.playhead, []);
                 motion.continue_blend(&request.blend, 0.0);
-                motion.set_layer(Some(self.state.layers[layer as usize].layer));
+                let layer = self.state.layers[layer as usize].layer;
+                motion.set_layer(Some(layer));
+                motion.extend(graph, layer.end());
             }
         }
         motion.extend(graph, request.attack.end() + 2.0 / SAMPLE_RATE);

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use sabaki_testing as common;
+mod darts;
 mod legs;
 mod walker;
 
