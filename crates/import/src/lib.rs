@@ -39,7 +39,7 @@ pub use loaded_clip::LoadedClip;
 pub use masses::MassFile;
 pub use mesh_scale::{body_scale, held_scale};
 pub use mirror::MirrorError;
-pub use motion_file::{is_gltf, is_motion_file, read_bvh, read_gltf};
+pub use motion_file::{is_gltf, is_motion_file, read_bvh, read_gltf, read_mesh};
 pub use obj::{parse_obj, read_obj};
 pub use options::{LONGEST_CLIP, ReadOptions, SCALES};
 pub use read::{read_clip, read_motions};

@@ -6,7 +6,7 @@ use glam::Quat;
 use super::asf::{AmcClipDesc, AmcFile, AsfFile};
 use super::bvh::{BvhFile, MotionError};
 use super::file::{clip_name, read_bytes};
-use super::gltf::GltfFile;
+use super::gltf::{GltfFile, SkinnedMesh};
 use super::{
     LONGEST_CLIP, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale, ScaleSource, Up, stature,
 };
@@ -61,6 +61,19 @@ pub fn read_gltf(path: &Path) -> Result<GltfFile, ReadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
     GltfFile::parse(&read_bytes(path)?, load).map_err(|error| ReadError::Gltf {
+        path: path.to_owned(),
+        error: Box::new(error),
+    })
+}
+
+/// Reads the skinned mesh of a glTF file in its own unit. External files are read from its folder.
+///
+/// # Errors
+/// The first error, with the file and the position in it.
+pub fn read_mesh(path: &Path) -> Result<SkinnedMesh, ReadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load = |file: &Path| read_bytes(&folder.join(file)).map_err(|error| error.to_string());
+    SkinnedMesh::parse(&read_bytes(path)?, load).map_err(|error| ReadError::Gltf {
         path: path.to_owned(),
         error: Box::new(error),
     })

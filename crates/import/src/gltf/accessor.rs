@@ -12,13 +12,42 @@ use super::GltfError;
 use super::container::Container;
 
 impl Container {
-    /// Elements of an accessor, with `N` floats each. Integers are normalised, as animations
-    /// require.
+    /// Elements of an accessor, with `N` floats each. Integers must be normalised.
     pub(super) fn floats<const N: usize>(
         &self,
         index: usize,
         from: impl Fn() -> String,
     ) -> Result<Vec<[f32; N]>, GltfError> {
+        self.elements(index, from, |component, is_normalised| match component {
+            ComponentType::F32 => Ok(number),
+            _ if is_normalised => Ok(number),
+            _ => Err("its integers are not normalised"),
+        })
+    }
+
+    /// Elements of an accessor, with `N` unsigned integers each.
+    pub(super) fn integers<const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+    ) -> Result<Vec<[u32; N]>, GltfError> {
+        use ComponentType::{U8, U16, U32};
+        self.elements(index, from, |component, is_normalised| match component {
+            U8 | U16 | U32 if !is_normalised => {
+                Ok(|component, bytes| little_endian(&bytes[..component.size()]) as u32)
+            }
+            _ => Err("its elements are not unsigned integers"),
+        })
+    }
+
+    /// Elements of an accessor. `decoder` returns a function for one component, by its type and
+    /// whether it is normalised.
+    fn elements<T: Copy + Default, const N: usize>(
+        &self,
+        index: usize,
+        from: impl Fn() -> String,
+        decoder: impl Fn(ComponentType, bool) -> Result<Decode<T>, &'static str>,
+    ) -> Result<Vec<[T; N]>, GltfError> {
         let accessors = &self.root.accessors;
         let accessor = accessors.get(index).ok_or_else(|| GltfError::Index {
             from: from(),
@@ -33,13 +62,13 @@ impl Container {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return Err(wrong("it has no known component type")),
         };
-        if component != ComponentType::F32 && !accessor.normalized {
-            return Err(wrong("its integers are not normalised"));
-        }
+        let decode = decoder(component, accessor.normalized).map_err(wrong)?;
         let width = match accessor.type_ {
             Checked::Valid(Type::Scalar) => 1,
+            Checked::Valid(Type::Vec2) => 2,
             Checked::Valid(Type::Vec3) => 3,
             Checked::Valid(Type::Vec4) => 4,
+            Checked::Valid(Type::Mat4) => 16,
             _ => 0,
         };
         if width != N {
@@ -49,6 +78,8 @@ impl Container {
             container: self,
             accessor: index,
             from: &from,
+            component,
+            decode,
         };
         let elements = Elements {
             offset: accessor.byte_offset.unwrap_or_default().0,
@@ -56,23 +87,28 @@ impl Container {
             size: component.size() * N,
         };
         let mut values = match (accessor.buffer_view, &accessor.sparse) {
-            (Some(view), _) => reader.values(view.value(), elements, component)?,
+            (Some(view), _) => reader.values(view.value(), elements)?,
             (None, Some(_)) => reader.zeros(elements.count)?,
             (None, None) => return Err(wrong("it has no buffer view")),
         };
         if let Some(sparse) = &accessor.sparse {
-            reader.replace(&mut values, sparse, component)?;
+            reader.replace(&mut values, sparse)?;
         }
         Ok(values)
     }
 }
 
+/// Decodes the component at the start of bytes, which must be long enough.
+type Decode<T> = fn(ComponentType, &[u8]) -> T;
+
 /// Reader of one accessor.
-struct Reader<'a, F> {
+struct Reader<'a, F, T> {
     container: &'a Container,
     accessor: usize,
     /// Returns the name of the object that refers to the accessor.
     from: &'a F,
+    component: ComponentType,
+    decode: Decode<T>,
 }
 
 /// Range of elements in a buffer view.
@@ -85,7 +121,7 @@ struct Elements {
     size: usize,
 }
 
-impl<F: Fn() -> String> Reader<'_, F> {
+impl<F: Fn() -> String, T: Copy + Default> Reader<'_, F, T> {
     fn wrong(&self, problem: &'static str) -> GltfError {
         GltfError::Accessor {
             accessor: self.accessor,
@@ -132,22 +168,22 @@ impl<F: Fn() -> String> Reader<'_, F> {
         &self,
         view: usize,
         elements: Elements,
-        component: ComponentType,
-    ) -> Result<Vec<[f32; N]>, GltfError> {
-        let value = |bytes: &[u8]| -> [f32; N] {
-            std::array::from_fn(|part| number(component, &bytes[part * component.size()..]))
+    ) -> Result<Vec<[T; N]>, GltfError> {
+        let (component, decode) = (self.component, self.decode);
+        let value = |bytes: &[u8]| -> [T; N] {
+            std::array::from_fn(|part| decode(component, &bytes[part * component.size()..]))
         };
         Ok(self.bytes(view, elements)?.map(value).collect())
     }
 
     /// Initial values of a sparse accessor without a view.
-    fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[f32; N]>, GltfError> {
+    fn zeros<const N: usize>(&self, count: u64) -> Result<Vec<[T; N]>, GltfError> {
         // Key times increase, so all but one are stored in a buffer, and other accessors have at
         // most three elements for each key.
         let buffers = self.container.buffers.iter().flatten();
         let most: usize = buffers.map(Vec::len).sum();
         match usize::try_from(count) {
-            Ok(count) if count <= most => Ok(vec![[0.0; N]; count]),
+            Ok(count) if count <= most => Ok(vec![[T::default(); N]; count]),
             _ => Err(self.wrong("it has more elements than the buffers have bytes")),
         }
     }
@@ -155,9 +191,8 @@ impl<F: Fn() -> String> Reader<'_, F> {
     /// Replaces the elements of a sparse accessor.
     fn replace<const N: usize>(
         &self,
-        values: &mut [[f32; N]],
+        values: &mut [[T; N]],
         sparse: &Sparse,
-        component: ComponentType,
     ) -> Result<(), GltfError> {
         let kind = match sparse.indices.component_type {
             Checked::Valid(kind) => kind.0,
@@ -170,8 +205,8 @@ impl<F: Fn() -> String> Reader<'_, F> {
         };
         let indices = elements(sparse.indices.byte_offset.0, kind.size());
         let indices = self.bytes(sparse.indices.buffer_view.value(), indices)?;
-        let own = elements(sparse.values.byte_offset.0, component.size() * N);
-        let own = self.values::<N>(sparse.values.buffer_view.value(), own, component)?;
+        let own = elements(sparse.values.byte_offset.0, self.component.size() * N);
+        let own = self.values::<N>(sparse.values.buffer_view.value(), own)?;
         let mut next = 0;
         for (bytes, value) in indices.zip(own) {
             let index = little_endian(bytes);

@@ -12,6 +12,15 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BINARY: &[u8] = b"BIN\0";
 
+/// What a file is read for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Needs {
+    /// Skeleton and animations.
+    Motion,
+    /// Skin and mesh.
+    Mesh,
+}
+
 /// Parsed JSON and buffers of a file.
 pub(super) struct Container {
     pub(super) root: Root,
@@ -21,9 +30,10 @@ pub(super) struct Container {
 
 impl Container {
     /// `load` reads an external buffer. It is called only for files in the same folder or below,
-    /// and only for buffers that animations use.
+    /// and only for the buffers that are needed.
     pub(super) fn parse(
         bytes: &[u8],
+        needs: Needs,
         mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
         let (json, mut binary) = split(bytes)?;
@@ -31,7 +41,10 @@ impl Container {
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version(root.asset.version.clone()));
         }
-        let needed = needed_buffers(&root);
+        let needed = match needs {
+            Needs::Motion => motion_buffers(&root),
+            Needs::Mesh => (0..root.buffers.len()).collect(),
+        };
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (index, buffer) in root.buffers.iter().enumerate() {
             let failed = |problem: String| GltfError::Buffer {
@@ -57,10 +70,19 @@ impl Container {
         }
         Ok(Self { root, buffers })
     }
+
+    /// Bytes of a buffer view, or `None` if they are not there.
+    pub(super) fn view(&self, index: usize) -> Option<&[u8]> {
+        let view = self.root.buffer_views.get(index)?;
+        let buffer = self.buffers.get(view.buffer.value())?.as_ref()?;
+        let start = usize::try_from(view.byte_offset.unwrap_or_default().0).ok()?;
+        let length = usize::try_from(view.byte_length.0).ok()?;
+        buffer.get(start..start.checked_add(length)?)
+    }
 }
 
 /// Buffers that animations use. Invalid indices are reported later.
-fn needed_buffers(root: &Root) -> Vec<usize> {
+fn motion_buffers(root: &Root) -> Vec<usize> {
     let samplers = root
         .animations
         .iter()
@@ -117,7 +139,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), GltfError> {
 }
 
 /// Bytes of a URI, which may be a data URI or a file.
-fn fetch(
+pub(super) fn fetch(
     uri: &str,
     load: &mut impl FnMut(&Path) -> Result<Vec<u8>, String>,
 ) -> Result<Vec<u8>, String> {

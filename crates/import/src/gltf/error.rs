@@ -43,6 +43,28 @@ pub enum GltfError {
         /// Description of the problem.
         problem: &'static str,
     },
+    /// No triangles belong to a skin.
+    #[error("the file has no skinned mesh")]
+    NoMesh,
+    /// The mesh is invalid.
+    #[error("the skinned mesh: {0}")]
+    Mesh(&'static str),
+    /// The bind matrix of a joint is missing or invalid.
+    #[error("joint {joint} of the largest skin: {problem}")]
+    Skin {
+        /// Index of the joint in the skin.
+        joint: usize,
+        /// Description of the problem.
+        problem: &'static str,
+    },
+    /// An image cannot be read.
+    #[error("image {image}: {problem}")]
+    Image {
+        /// Index of the image.
+        image: usize,
+        /// Description of the problem.
+        problem: String,
+    },
     /// No skin and no animation refers to a node.
     #[error("the file has no skin and no animated node")]
     NoJoints,

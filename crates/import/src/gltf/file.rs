@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use serde::Deserialize;
 
 use super::animation::{Tracks, node_name};
-use super::container::Container;
+use super::container::{Container, Needs};
 use super::nodes::{Local, Nodes, World};
 use super::times::Frames;
 use super::{GltfError, MOST_ENTRIES};
@@ -52,7 +52,7 @@ impl GltfFile {
         bytes: &[u8],
         load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
     ) -> Result<Self, GltfError> {
-        let container = Container::parse(bytes, load)?;
+        let container = Container::parse(bytes, Needs::Motion, load)?;
         let nodes = Nodes::of(&container.root)?;
         let rig = Rig::new(&container, &nodes);
         let of_rig: HashSet<usize> = rig.chain.iter().map(|link| link.node).collect();

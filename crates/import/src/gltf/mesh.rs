@@ -1,0 +1,334 @@
+//! Reads the skinned mesh of a glTF file.
+//!
+//! Source: Khronos, "glTF 2.0 Specification", 3.7.2 (meshes), 3.7.3 (skins), 3.9 (materials).
+//!
+//! The mesh belongs to the file's largest skin, like the skeleton of [`GltfFile`](super::GltfFile), and its joints have the same names.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+
+use super::GltfError;
+use super::animation::node_name;
+use super::container::{Container, Needs};
+use super::nodes::Nodes;
+use super::texture::{Material, Materials, Texture};
+use crate::bvh::Taken;
+
+/// Maximum number of vertices, and of triangles, of a mesh. It limits memory.
+pub const MOST_VERTICES: usize = 1 << 20;
+
+/// A vertex in the bind pose, in the mesh's space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinVertex {
+    /// Position, in the file's unit.
+    pub position: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Texture coordinates, or `None` for a vertex without texture.
+    pub uv: Option<Vec2>,
+    /// Linear red, green, blue and alpha, from 0 to 1, which the texture is multiplied with.
+    pub colour: [f32; 4],
+    /// Indices in [`SkinnedMesh::joints`].
+    pub joints: [u16; 4],
+    /// Weights of the joints. Their sum is 1.
+    pub weights: [f32; 4],
+}
+
+/// A joint of a mesh's skin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkinJoint {
+    /// Name, unique in the mesh.
+    pub name: String,
+    /// Index of the nearest joint above it, which comes before it.
+    pub parent: Option<usize>,
+    /// Rotation of the joint in the bind pose, in the mesh's space.
+    pub rotation: Quat,
+    /// Position of the joint in the bind pose, in the mesh's space.
+    pub position: Vec3,
+}
+
+/// A skinned mesh in its bind pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkinnedMesh {
+    /// Vertices.
+    pub vertices: Vec<SkinVertex>,
+    /// Triangles, as indices of vertices, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Joints, parents before children.
+    pub joints: Vec<SkinJoint>,
+    /// Base colour of the vertices with texture coordinates.
+    pub texture: Option<Texture>,
+}
+
+impl SkinnedMesh {
+    /// Parses a GLB or JSON file. `load` reads an external file, by its path relative to the file's folder.
+    ///
+    /// All triangles that the largest skin moves become one mesh. Colours of materials, and textures other than the first, become colours of
+    /// vertices.
+    ///
+    /// # Errors
+    /// The first error, with its position.
+    pub fn parse(
+        bytes: &[u8],
+        mut load: impl FnMut(&Path) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, GltfError> {
+        let container = Container::parse(bytes, Needs::Mesh, &mut load)?;
+        let skin = Skin::of(&container)?;
+        let mut builder = Builder {
+            container: &container,
+            skin: &skin,
+            materials: Materials::new(&container, &mut load),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+        };
+        for (node, of_mesh) in container.root.nodes.iter().enumerate() {
+            let (Some(mesh), Some(with)) = (of_mesh.mesh, of_mesh.skin) else {
+                continue;
+            };
+            if with.value() != skin.index {
+                continue;
+            }
+            let from = || format!("node {node}");
+            let meshes = &container.root.meshes;
+            let mesh = meshes.get(mesh.value()).ok_or_else(|| GltfError::Index {
+                from: from(),
+                what: "mesh",
+                index: mesh.value(),
+            })?;
+            for primitive in &mesh.primitives {
+                builder.add(primitive)?;
+            }
+        }
+        if builder.triangles.is_empty() {
+            return Err(GltfError::NoMesh);
+        }
+        Ok(Self {
+            vertices: builder.vertices,
+            triangles: builder.triangles,
+            texture: builder.materials.into_texture(),
+            joints: skin.joints,
+        })
+    }
+}
+
+/// The skin of the mesh.
+struct Skin {
+    index: usize,
+    joints: Vec<SkinJoint>,
+    /// Index in `joints` of each joint of the skin in the file.
+    order: Vec<u16>,
+}
+
+impl Skin {
+    fn of(container: &Container) -> Result<Self, GltfError> {
+        let root = &container.root;
+        let largest = { root.skins.iter().enumerate().rev() }
+            .max_by_key(|(_, skin)| skin.joints.len())
+            .filter(|(_, skin)| !skin.joints.is_empty());
+        let (index, skin) = largest.ok_or(GltfError::NoMesh)?;
+        let nodes = Nodes::of(root)?;
+        let binds = match skin.inverse_bind_matrices {
+            Some(accessor) => {
+                let from = || format!("skin {index}");
+                container.floats::<16>(accessor.value(), from)?
+            }
+            None => vec![Mat4::IDENTITY.to_cols_array(); skin.joints.len()],
+        };
+        let mut of_node = HashMap::new();
+        for (joint, node) in skin.joints.iter().enumerate() {
+            of_node.entry(node.value()).or_insert(joint);
+        }
+        let (mut joints, mut places) = (Vec::new(), HashMap::new());
+        let mut order = vec![0; skin.joints.len()];
+        let mut taken = Taken::default();
+        for &node in &nodes.joints {
+            let name = taken.first_free(&node_name(container, node), "_");
+            let Some(&joint) = of_node.get(&node) else {
+                continue;
+            };
+            let wrong = |problem| GltfError::Skin { joint, problem };
+            let inverse = binds.get(joint).ok_or(wrong("it has no bind matrix"))?;
+            let inverse = Affine3A::from_mat4(Mat4::from_cols_array(inverse));
+            let bind = inverse.inverse();
+            let (_, rotation, position) = bind.to_scale_rotation_translation();
+            if !rotation.is_normalized() || !position.is_finite() {
+                return Err(wrong("its bind matrix has no inverse"));
+            }
+            let above = std::iter::successors(nodes.parent(node), |&node| nodes.parent(node));
+            let parent = { above }.find_map(|node| places.get(&node).copied());
+            places.insert(node, joints.len());
+            order[joint] = joints.len() as u16;
+            joints.push(SkinJoint {
+                name,
+                parent,
+                rotation,
+                position,
+            });
+        }
+        // A node that a skin names twice is one joint.
+        for (joint, node) in skin.joints.iter().enumerate() {
+            order[joint] = places[&node.value()] as u16;
+        }
+        Ok(Self {
+            index,
+            joints,
+            order,
+        })
+    }
+}
+
+struct Builder<'a, 'l> {
+    container: &'a Container,
+    skin: &'a Skin,
+    materials: Materials<'a, 'l>,
+    vertices: Vec<SkinVertex>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Builder<'_, '_> {
+    /// Adds the triangles of a primitive. Points, lines, strips and fans are left out, as are triangles without joints.
+    fn add(&mut self, primitive: &Primitive) -> Result<(), GltfError> {
+        if primitive.mode != Checked::Valid(Mode::Triangles) {
+            return Ok(());
+        }
+        let find = |wanted: Semantic| {
+            let wanted = Checked::Valid(wanted);
+            primitive.attributes.get(&wanted).map(|index| index.value())
+        };
+        let (Some(positions), Some(joints), Some(weights)) = (
+            find(Semantic::Positions),
+            find(Semantic::Joints(0)),
+            find(Semantic::Weights(0)),
+        ) else {
+            return Ok(());
+        };
+        let container = self.container;
+        let from = || "a primitive".to_owned();
+        let positions = container.floats::<3>(positions, from)?;
+        let joints = container.integers::<4>(joints, from)?;
+        let weights = container.floats::<4>(weights, from)?;
+        let material = self.materials.get(primitive)?;
+        let uvs = match (material.texture_set, &material) {
+            (Some(set), _) => find(Semantic::TexCoords(set)),
+            _ => None,
+        };
+        let uvs = uvs.map(|index| container.floats::<2>(index, from));
+        let uvs = uvs.transpose()?;
+        let normals = find(Semantic::Normals).map(|index| container.floats::<3>(index, from));
+        let normals = normals.transpose()?;
+        let first = self.vertices.len() as u32;
+        let triangles = self.triangles_of(primitive, positions.len())?;
+        let alike = |length: usize| length == positions.len();
+        if !alike(joints.len())
+            || !alike(weights.len())
+            || uvs.as_ref().is_some_and(|uvs| !alike(uvs.len()))
+            || normals.as_ref().is_some_and(|all| !alike(all.len()))
+        {
+            return Err(GltfError::Mesh("attributes have different numbers of elements"));
+        }
+        let enough = |held: usize, more: usize| held + more <= MOST_VERTICES;
+        if !enough(self.vertices.len(), positions.len())
+            || !enough(self.triangles.len(), triangles.len())
+        {
+            return Err(GltfError::Mesh("it has more than 1,048,576 vertices or triangles"));
+        }
+        for (index, &position) in positions.iter().enumerate() {
+            let uv = uvs.as_ref().map(|uvs| Vec2::from(uvs[index]));
+            let (joints, weights) = self.influences(joints[index], weights[index])?;
+            let normal = normals.as_ref().map_or(Vec3::ZERO, |all| all[index].into());
+            let vertex = SkinVertex {
+                position: position.into(),
+                normal: normal.normalize_or_zero(),
+                uv: uv.filter(|_| material.is_first),
+                colour: material.colour(uv),
+                joints,
+                weights,
+            };
+            if !vertex.position.is_finite() || uv.is_some_and(|uv| !uv.is_finite()) {
+                return Err(GltfError::Mesh("a position or a texture coordinate is not finite"));
+            }
+            self.vertices.push(vertex);
+        }
+        let shifted = triangles.iter().map(|corners| corners.map(|corner| corner + first));
+        self.triangles.extend(shifted);
+        if normals.is_none() {
+            self.smooth_normals(first as usize, &triangles);
+        }
+        Ok(())
+    }
+
+    fn triangles_of(
+        &self,
+        primitive: &Primitive,
+        vertices: usize,
+    ) -> Result<Vec<[u32; 3]>, GltfError> {
+        let indices: Vec<u32> = match primitive.indices {
+            Some(accessor) => {
+                let from = || "a primitive".to_owned();
+                let indices = self.container.integers::<1>(accessor.value(), from)?;
+                indices.as_flattened().to_vec()
+            }
+            None => (0..vertices as u32).collect(),
+        };
+        if indices.iter().any(|&index| index as usize >= vertices) {
+            return Err(GltfError::Mesh("an index is beyond its vertices"));
+        }
+        let (triangles, _) = indices.as_chunks::<3>();
+        Ok(triangles.to_vec())
+    }
+
+    /// Joints of the mesh and their weights with a sum of 1.
+    fn influences(
+        &self,
+        joints: [u32; 4],
+        weights: [f32; 4],
+    ) -> Result<([u16; 4], [f32; 4]), GltfError> {
+        let weights = weights.map(|weight| weight.max(0.0));
+        let sum: f32 = weights.iter().sum();
+        if !(1e-6..=1e6).contains(&sum) {
+            return Err(GltfError::Mesh("the weights of a vertex have no sum"));
+        }
+        let mut of_mesh = [0; 4];
+        for influence in 0..4 {
+            if weights[influence] > 0.0 {
+                let joint = self.skin.order.get(joints[influence] as usize);
+                let joint = joint.ok_or(GltfError::Mesh("a vertex has a joint beyond its skin"))?;
+                of_mesh[influence] = *joint;
+            }
+        }
+        Ok((of_mesh, weights.map(|weight| weight / sum)))
+    }
+
+    /// Computes normals from triangles. Vertices with the same position share a normal.
+    fn smooth_normals(&mut self, first: usize, triangles: &[[u32; 3]]) {
+        let vertices = &mut self.vertices[first..];
+        let key = |position: Vec3| position.to_array().map(f32::to_bits);
+        let mut sums: HashMap<[u32; 3], Vec3> = HashMap::new();
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|corner| vertices[corner as usize].position);
+            let area = (b - a).cross(c - a);
+            for corner in [a, b, c] {
+                *sums.entry(key(corner)).or_default() += area;
+            }
+        }
+        for vertex in vertices {
+            let sum = sums.get(&key(vertex.position)).copied();
+            vertex.normal = sum.unwrap_or_default().normalize_or(Vec3::Y);
+        }
+    }
+}
+
+impl Material {
+    /// Colour of a vertex. A texture that is not the mesh's own is sampled.
+    fn colour(&self, uv: Option<Vec2>) -> [f32; 4] {
+        let sampled = match (&self.own, uv) {
+            (Some(texture), Some(uv)) => texture.nearest(uv),
+            _ => [1.0; 4],
+        };
+        std::array::from_fn(|channel| self.factor[channel] * sampled[channel])
+    }
+}
