@@ -13,7 +13,7 @@ pub(crate) const VIEW_BODY_FRAG: Shader = Shader {
         Binding { set: 0, binding: 0, stride: 352 },
         Binding { set: 0, binding: 1, stride: 0 },
     ],
-    words: &words::<3308>(include_bytes!("spirv/view_body.frag.spv")),
+    words: &words::<3546>(include_bytes!("spirv/view_body.frag.spv")),
 };
 
 pub(crate) const VIEW_BODY_VERT: Shader = Shader {
@@ -101,6 +101,37 @@ pub(crate) const VIEW_LAYER_VERT: Shader = Shader {
     words: &words::<951>(include_bytes!("spirv/view_layer.vert.spv")),
 };
 
+pub(crate) const VIEW_SKIN_FRAG: Shader = Shader {
+    name: "view_skin.frag",
+    stage: Stage::Fragment,
+    push_constants: 32,
+    shared: 0,
+    group: [0, 0, 0],
+    storage_buffers: 1,
+    bindings: &[
+        Binding { set: 0, binding: 0, stride: 352 },
+        Binding { set: 0, binding: 1, stride: 0 },
+        Binding { set: 0, binding: 7, stride: 4 },
+    ],
+    words: &words::<5155>(include_bytes!("spirv/view_skin.frag.spv")),
+};
+
+pub(crate) const VIEW_SKIN_VERT: Shader = Shader {
+    name: "view_skin.vert",
+    stage: Stage::Vertex,
+    push_constants: 32,
+    shared: 0,
+    group: [0, 0, 0],
+    storage_buffers: 3,
+    bindings: &[
+        Binding { set: 0, binding: 4, stride: 4 },
+        Binding { set: 0, binding: 5, stride: 32 },
+        Binding { set: 0, binding: 6, stride: 64 },
+        Binding { set: 0, binding: 0, stride: 352 },
+    ],
+    words: &words::<4119>(include_bytes!("spirv/view_skin.vert.spv")),
+};
+
 pub(crate) const VIEW_SKY_FRAG: Shader = Shader {
     name: "view_sky.frag",
     stage: Stage::Fragment,
@@ -124,6 +155,15 @@ pub(crate) const VIEW_SKY_VERT: Shader = Shader {
     bindings: &[],
     words: &words::<299>(include_bytes!("spirv/view_sky.vert.spv")),
 };
+
+#[allow(non_snake_case)]
+pub(crate) mod Bone {
+    pub(crate) const SIZE: usize = 64;
+    pub(crate) const JOINT: usize = 0;
+    pub(crate) const ROTATION: usize = 16;
+    pub(crate) const TRANSLATION: usize = 32;
+    pub(crate) const UNUSED: usize = 48;
+}
 
 #[allow(non_snake_case)]
 pub(crate) mod Capsule {
@@ -158,6 +198,16 @@ pub(crate) mod DrawLayer {
     pub(crate) const GRID: usize = 16;
     pub(crate) const COLOUR: usize = 32;
     pub(crate) const EXTENT: usize = 48;
+}
+
+#[allow(non_snake_case)]
+pub(crate) mod DrawSkin {
+    pub(crate) const SIZE: usize = 32;
+    pub(crate) const SUN: usize = 0;
+    pub(crate) const FIRST_CHARACTER: usize = 4;
+    pub(crate) const FIRST_BONE: usize = 8;
+    pub(crate) const DUAL: usize = 12;
+    pub(crate) const TEXTURE_PLACE: usize = 16;
 }
 
 #[allow(non_snake_case)]

@@ -12,7 +12,7 @@ mod table;
 
 pub(super) use table::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
-    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
 
 /// Uniform buffer with camera and light.
@@ -74,10 +74,45 @@ pub(super) struct CrowdPart {
     pub(super) colour: [f32; 4],
 }
 
-const _: () = {
-    use table::{Capsule as C, Character, DrawBodies as B, DrawLayer as L, FrameData as F, Part};
+/// A bone of a skin in the layout of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct SkinBone {
+    pub(super) joint: [u32; 4],
+    pub(super) rotation: [f32; 4],
+    pub(super) translation: [f32; 4],
+    pub(super) unused: [f32; 4],
+}
 
-    let shaders: [&Shader; 9] = [
+/// Arguments of an indirect draw: `VkDrawIndexedIndirectCommand`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct DrawCommand {
+    pub(super) index_count: u32,
+    pub(super) instance_count: u32,
+    pub(super) first_index: u32,
+    pub(super) vertex_offset: i32,
+    pub(super) first_instance: u32,
+}
+
+/// Push constants for skinned meshes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct DrawSkin {
+    pub(super) sun: u32,
+    pub(super) first_character: u32,
+    pub(super) first_bone: u32,
+    pub(super) dual: u32,
+    pub(super) texture_place: [u32; 4],
+}
+
+const _: () = {
+    use table::{
+        Bone, Capsule as C, Character, DrawBodies as B, DrawLayer as L, DrawSkin as S,
+        FrameData as F, Part,
+    };
+
+    let shaders: [&Shader; 11] = [
         &VIEW_BODY_FRAG,
         &VIEW_BODY_VERT,
         &VIEW_CROWD_VERT,
@@ -85,6 +120,8 @@ const _: () = {
         &VIEW_FLOOR_VERT,
         &VIEW_LAYER_FRAG,
         &VIEW_LAYER_VERT,
+        &VIEW_SKIN_FRAG,
+        &VIEW_SKIN_VERT,
         &VIEW_SKY_FRAG,
         &VIEW_SKY_VERT,
     ];
@@ -95,7 +132,9 @@ const _: () = {
     }
     // The stage's descriptor set contains all storage buffers, for all shaders.
     assert!(VIEW_BODY_VERT.storage_buffers + VIEW_CROWD_VERT.storage_buffers <= 4);
-    assert!(VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers <= 4);
+    assert!(VIEW_SKIN_VERT.storage_buffers == VIEW_CROWD_VERT.storage_buffers);
+    let fragments = VIEW_FLOOR_FRAG.storage_buffers + VIEW_LAYER_FRAG.storage_buffers;
+    assert!(fragments + VIEW_SKIN_FRAG.storage_buffers <= 4);
 
     assert!(stride(&VIEW_BODY_FRAG, 0) == size_of::<FrameData>());
     assert!(stride(&VIEW_BODY_VERT, 2) == size_of::<Capsule>());
@@ -104,6 +143,8 @@ const _: () = {
     assert!(stride(&VIEW_CROWD_VERT, 4) == size_of::<f32>());
     assert!(stride(&VIEW_CROWD_VERT, 5) == size_of::<CrowdCharacter>());
     assert!(stride(&VIEW_CROWD_VERT, 6) == size_of::<CrowdPart>());
+    assert!(stride(&VIEW_SKIN_VERT, 6) == size_of::<SkinBone>());
+    assert!(stride(&VIEW_SKIN_FRAG, 7) == size_of::<[u8; 4]>());
 
     assert!(size_of::<Capsule>() == C::SIZE && offset_of!(Capsule, a) == C::A);
     assert!(offset_of!(Capsule, b) == C::B && offset_of!(Capsule, colour) == C::COLOUR);
@@ -141,4 +182,17 @@ const _: () = {
     assert!(size_of::<CrowdPart>() == Part::SIZE && offset_of!(CrowdPart, joints) == Part::JOINTS);
     assert!(offset_of!(CrowdPart, a) == Part::A && offset_of!(CrowdPart, b) == Part::B);
     assert!(offset_of!(CrowdPart, colour) == Part::COLOUR);
+
+    // Parts of figures and bones of skins share a buffer.
+    assert!(size_of::<SkinBone>() == size_of::<CrowdPart>() && size_of::<SkinBone>() == Bone::SIZE);
+    assert!(offset_of!(SkinBone, joint) == Bone::JOINT);
+    assert!(offset_of!(SkinBone, rotation) == Bone::ROTATION);
+    assert!(offset_of!(SkinBone, translation) == Bone::TRANSLATION);
+    assert!(offset_of!(SkinBone, unused) == Bone::UNUSED);
+
+    assert!(size_of::<DrawSkin>() == S::SIZE && offset_of!(DrawSkin, sun) == S::SUN);
+    assert!(offset_of!(DrawSkin, first_character) == S::FIRST_CHARACTER);
+    assert!(offset_of!(DrawSkin, first_bone) == S::FIRST_BONE);
+    assert!(offset_of!(DrawSkin, dual) == S::DUAL);
+    assert!(offset_of!(DrawSkin, texture_place) == S::TEXTURE_PLACE);
 };

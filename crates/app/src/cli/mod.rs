@@ -28,6 +28,7 @@ mod lod_report;
 mod map_quality;
 mod map_settings;
 mod maps;
+mod mesh;
 mod method;
 mod output;
 mod pass_times;

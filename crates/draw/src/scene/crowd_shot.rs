@@ -1,4 +1,6 @@
-use super::Figure;
+use std::sync::Arc;
+
+use super::{Figure, Skin};
 
 /// Mesh resolution of a crowd's bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,6 +11,8 @@ pub enum Detail {
     Medium,
     /// Resolution for a few pixels.
     Coarse,
+    /// Resolution of meshes for fewer pixels.
+    Tiny,
 }
 
 /// A character of a crowd.
@@ -22,10 +26,10 @@ pub struct CrowdMember {
     pub tint: [f32; 4],
 }
 
-/// Members of a crowd that are drawn with the same figure and mesh.
+/// Members of a crowd that one draw call draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MemberGroup {
-    /// Index of the figure in [`CrowdShot::figures`].
+    /// Index in [`CrowdShot::skins`] if there are skins, otherwise in [`CrowdShot::figures`].
     pub figure: usize,
     /// Range of the members.
     pub members: std::ops::Range<u32>,
@@ -40,6 +44,8 @@ pub struct MemberGroup {
 pub struct CrowdShot {
     /// Figures, one for each level of detail.
     pub figures: Vec<Figure>,
+    /// Meshes that are drawn in place of figures, one for each level of detail. Empty for figures.
+    pub skins: Vec<Arc<Skin>>,
     /// All members.
     pub members: Vec<CrowdMember>,
     /// Groups of members that are drawn.

@@ -1,12 +1,14 @@
 //! Plays back a dodge: a fighter walks the graph, an attack is thrown at a given time, and the
 //! answer follows.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use super::dodge_shot::smooth;
 use super::lead_in::lead_in;
 use super::maps::{DodgeMaps, MapStyle, SlabPicture};
-use super::{Figure, Look, Shot};
+use super::{Figure, Look, Shot, Skin};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MovingSphere};
@@ -57,6 +59,8 @@ pub struct Dodge<'a> {
     pub(super) settings: DodgeSettings,
     pub(super) figure: Figure,
     pub(super) ghost: Figure,
+    /// Mesh that is drawn in place of the figures.
+    pub(super) skin: Option<Arc<Skin>>,
     /// Motion before the query, and its duration in seconds.
     before: (Motion, f32),
     /// Motion from the query on.
@@ -81,7 +85,7 @@ pub struct Nearest {
 }
 
 /// Colour of the ghost.
-const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
+pub(super) const GHOST: Vec3 = Vec3::new(0.16, 0.33, 0.62);
 
 impl<'a> Dodge<'a> {
     /// Creates the playback of an attack and its answer.
@@ -109,12 +113,19 @@ impl<'a> Dodge<'a> {
             settings: *settings,
             ghost: figure.clone().coloured(GHOST),
             figure,
+            skin: None,
             before: lead_in(graph, playhead, settings.before),
             answer: motion,
             idle,
             attack: attack.clone(),
             clearance: answer.clearance(),
         }
+    }
+
+    /// Draws the fighter and its ghost with a mesh that is bound to the graph's skeleton.
+    #[must_use]
+    pub fn with_skin(self, skin: Option<Arc<Skin>>) -> Self {
+        Self { skin, ..self }
     }
 
     /// First and last time that can be shown, in seconds.

@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
-use super::dodge::Dodge;
-use super::{Camera, Capsule, Light, Orbit, Shot};
+use super::dodge::{Dodge, GHOST};
+use super::{Camera, Capsule, Light, Orbit, Shot, SkinnedBody};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::maps::MovingSphere;
 use sabaki::math::Sphere;
@@ -104,7 +104,13 @@ impl Dodge<'_> {
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);
-        self.figure.capsules(&joints, 1.0, &mut shot.solids);
+        match &self.skin {
+            Some(skin) => {
+                shot.skinned.push(SkinnedBody::new(skin, &joints));
+                self.figure.capsules(&joints, 1.0, &mut shot.occluders);
+            }
+            None => self.figure.capsules(&joints, 1.0, &mut shot.solids),
+        }
         for sphere in self.attack.spheres() {
             self.add_ball(sphere, t, &mut shot);
         }
@@ -162,7 +168,15 @@ impl Dodge<'_> {
         let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
         self.idle.sample(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        self.ghost.capsules(&joints, 0.34 * shown, &mut shot.ghosts);
+        let alpha = 0.34 * shown;
+        match &self.skin {
+            Some(skin) => shot.skinned.push(SkinnedBody {
+                tint: GHOST.extend(1.0).to_array(),
+                alpha,
+                ..SkinnedBody::new(skin, &joints)
+            }),
+            None => self.ghost.capsules(&joints, alpha, &mut shot.ghosts),
+        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Plays back a duel: the attack and the answer of each exchange, from a separate camera.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
-use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot};
+use super::{Camera, Capsule, Figure, Light, Look, Orbit, Shot, Skin, SkinnedBody};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::duel::{Exchange, Fighter, Side};
 use sabaki::maps::{BakedGraph, MovingSphere, SphereKey};
@@ -43,6 +45,8 @@ pub struct Bout<'a> {
     fighters: &'a [Fighter; 2],
     exchanges: &'a [Exchange],
     figures: [Figure; 2],
+    /// Meshes that are drawn in place of the figures.
+    skins: Option<[Arc<Skin>; 2]>,
     settings: BoutSettings,
 }
 
@@ -75,8 +79,15 @@ impl<'a> Bout<'a> {
             fighters,
             exchanges,
             figures: [0, 1].map(|side| figure(&settings.looks[side])),
+            skins: None,
             settings: *settings,
         }
+    }
+
+    /// Draws the fighters with meshes that are bound to the graph's skeleton.
+    #[must_use]
+    pub fn with_skins(self, skins: Option<[Arc<Skin>; 2]>) -> Self {
+        Self { skins, ..self }
     }
 
     /// One cut for each exchange. Cuts do not overlap.
@@ -196,7 +207,15 @@ impl<'a> Bout<'a> {
             self.joints(side, t, &mut joints);
             middle += 0.5 * joints[0].translation;
             let figure = &self.figures[side.index()];
-            if side == exchange.attacker {
+            if let Some(skins) = &self.skins {
+                let mut body = SkinnedBody::new(&skins[side.index()], &joints);
+                if side == exchange.attacker {
+                    body.tint = ATTACK.extend(heat(exchange, local)).to_array();
+                    body.tinted = self.attacking(exchange);
+                }
+                shot.skinned.push(body);
+                figure.capsules(&joints, 1.0, &mut shot.occluders);
+            } else if side == exchange.attacker {
                 let heat = heat(exchange, local);
                 let figure = self.with_attack_colour(figure, exchange, heat);
                 figure.capsules(&joints, 1.0, &mut shot.solids);
@@ -209,8 +228,8 @@ impl<'a> Bout<'a> {
         shot
     }
 
-    /// Returns the figure with the attacking limb in the attack's colour.
-    fn with_attack_colour(&self, figure: &Figure, exchange: &Exchange, heat: f32) -> Figure {
+    /// For each joint 1 if it belongs to the attacking limb, otherwise 0.
+    fn attacking(&self, exchange: &Exchange) -> Vec<f32> {
         let graph = self.baked.graph();
         let joints: &[JointId] = match graph.edge(exchange.strike).event {
             Some(event) => &graph.event(event).joints,
@@ -218,13 +237,19 @@ impl<'a> Bout<'a> {
         };
         let skeleton = graph.skeleton();
         let attacks = |joint: JointId| {
-            skeleton
-                .ancestry(joint)
-                .any(|above| joints.contains(&above))
+            let mut above = skeleton.ancestry(joint);
+            above.any(|above| joints.contains(&above))
         };
+        let weight = |joint| f32::from(u8::from(attacks(joint)));
+        skeleton.ids().map(weight).collect()
+    }
+
+    /// Returns the figure with the attacking limb in the attack's colour.
+    fn with_attack_colour(&self, figure: &Figure, exchange: &Exchange, heat: f32) -> Figure {
+        let attacking = self.attacking(exchange);
         let mut figure = figure.clone();
         let parts = figure.parts.iter_mut();
-        for part in parts.filter(|part| attacks(part.joints[0])) {
+        for part in parts.filter(|part| attacking[part.joints[0].index()] > 0.0) {
             part.colour = part.colour.lerp(ATTACK, heat);
         }
         figure

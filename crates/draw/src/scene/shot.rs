@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::Camera;
+use super::{Camera, SkinnedBody};
 use sabaki::internal::BitMap;
 use sabaki::math::{Rigid2, Sphere};
 
@@ -98,6 +98,10 @@ pub struct Shot {
     pub light: Light,
     /// Opaque bodies and balls.
     pub solids: Vec<Capsule>,
+    /// Capsules that only darken the floor beneath them, like the bones of a skinned body.
+    pub occluders: Vec<Capsule>,
+    /// Skinned bodies.
+    pub skinned: Vec<SkinnedBody>,
     /// Translucent bodies. Only the front surface of ghosts is visible.
     pub ghosts: Vec<Capsule>,
     /// Maps, lowest first.
@@ -112,6 +116,8 @@ impl Shot {
             camera,
             light,
             solids: Vec::new(),
+            occluders: Vec::new(),
+            skinned: Vec::new(),
             ghosts: Vec::new(),
             layers: Vec::new(),
         }

@@ -1,5 +1,7 @@
 use ash::vk;
 
+use crate::scene::Mesh;
+
 /// Settings of a [`Stage`](super::Stage).
 #[derive(Clone, Copy, Debug)]
 pub struct StageDesc<'a> {
@@ -27,8 +29,14 @@ pub struct StageDesc<'a> {
     /// Maximum size of their poses, in lines
     /// ([`crowd::Crowd::output_len`](sabaki::crowd::Crowd::output_len)). Default 0.
     pub max_crowd_lines: u32,
-    /// Maximum number of parts of a crowd's figures. Default 4,096.
+    /// Maximum number of parts of a crowd's figures, and of bones of all skins. Default 4,096.
     pub max_parts: u32,
+    /// Meshes that skins refer to by index. They are copied to the device. Default: none.
+    pub meshes: &'a [Mesh],
+    /// Maximum number of skinned bodies in a shot. Default 8.
+    pub max_skinned: u32,
+    /// Maximum number of joints of all skinned bodies in a shot. Default 2,048.
+    pub max_skinned_joints: u32,
     /// Cache that pipelines are created with: the host's, or that of a
     /// [`PipelineCache`](sabaki::gpu::PipelineCache). Default: none.
     pub pipeline_cache: vk::PipelineCache,
@@ -48,6 +56,9 @@ impl Default for StageDesc<'_> {
             max_members: 0,
             max_crowd_lines: 0,
             max_parts: 4096,
+            meshes: &[],
+            max_skinned: 8,
+            max_skinned_joints: 2048,
             pipeline_cache: vk::PipelineCache::null(),
         }
     }

@@ -7,10 +7,10 @@ use ash::vk;
 use super::image_use::{ImageBarrier, ImageUse, image_barrier};
 use super::pipelines::{Draw, PUSHED};
 use super::slot::Slot;
-use super::upload::{CrowdDraw, Draws};
+use super::upload::{CrowdDraw, Draws, SkinDraw};
 use super::{Stage, Target};
 use crate::scene::Detail;
-use crate::shaders::{DrawBodies, DrawLayer};
+use crate::shaders::{DrawBodies, DrawCommand, DrawLayer, DrawSkin};
 use sabaki::gpu::internal::Image;
 
 impl Stage {
@@ -19,28 +19,37 @@ impl Stage {
     pub(super) unsafe fn draw(&self, cmd: vk::CommandBuffer, slot: &Slot, draws: &Draws) {
         let device = self.context.device();
         let solids = 0..draws.solids;
-        let ghosts = solids.end..solids.end + draws.ghosts;
+        let first_ghost = solids.end + draws.occluders;
+        let ghosts = first_ghost..first_ghost + draws.ghosts;
+        let skins = |is_ghost: bool| draws.skins.iter().filter(move |draw| draw.is_ghost == is_ghost);
         // SAFETY: the caller vouches for `cmd`, slot and target; all other handles are the stage's.
         unsafe {
             let graphics = vk::PipelineBindPoint::GRAPHICS;
             let (layout, sets) = (self.parts.pipelines.layout, [slot.set]);
             device.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &sets, &[]);
-            device.cmd_bind_index_buffer(cmd, self.parts.indices.handle, 0, vk::IndexType::UINT16);
             self.context.begin_label(cmd, c"sabaki: shadows");
             self.begin_shadows(cmd);
+            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::BodyShadow, solids.clone());
             self.crowd(cmd, Draw::CrowdShadow, &draws.crowd);
+            let casting = skins(false).filter(|draw| draw.casts);
+            self.skins(cmd, (Draw::SkinShadow, slot), casting);
             device.cmd_end_rendering(cmd);
             self.context.end_label(cmd);
             self.context.begin_label(cmd, c"sabaki: picture");
             self.begin_picture(cmd, &draws.target);
+            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::Body, solids);
             self.crowd(cmd, Draw::Crowd, &draws.crowd);
+            self.skins(cmd, (Draw::Skin, slot), skins(false));
             self.bind(cmd, Draw::Floor);
             device.cmd_draw(cmd, 4, 1, 0, 0);
             self.bind(cmd, Draw::Sky);
             device.cmd_draw(cmd, 3, 1, 0, 0);
             self.layers(cmd, &draws.layers);
+            self.skins(cmd, (Draw::SkinGhostDepth, slot), skins(true));
+            self.skins(cmd, (Draw::SkinGhost, slot), skins(true));
+            self.bind_capsules(cmd);
             self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
             self.bodies(cmd, Draw::Ghost, ghosts);
             device.cmd_end_rendering(cmd);
@@ -226,6 +235,47 @@ impl Stage {
                 self.push(cmd, &constants);
                 let device = self.context.device();
                 device.cmd_draw_indexed(cmd, mesh.indices, count, mesh.first_index, 0, 0);
+            }
+        }
+    }
+
+    /// # Safety
+    /// As for [`Stage::record`].
+    unsafe fn bind_capsules(&self, cmd: vk::CommandBuffer) {
+        let (device, indices) = (self.context.device(), self.parts.indices.handle);
+        // SAFETY: the caller vouches for `cmd`; the buffer is the stage's.
+        unsafe { device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16) };
+    }
+
+    /// Draws skinned meshes: one indirect draw for each mesh, level and resolution.
+    ///
+    /// # Safety
+    /// As for [`Stage::record`], inside of rendering.
+    unsafe fn skins<'d>(
+        &self,
+        cmd: vk::CommandBuffer,
+        (draw, slot): (Draw, &Slot),
+        skins: impl Iterator<Item = &'d SkinDraw>,
+    ) {
+        let (device, meshes) = (self.context.device(), &self.parts.skins);
+        let stride = size_of::<DrawCommand>() as u32;
+        let mut is_bound = false;
+        for skin in skins {
+            let constants = DrawSkin {
+                sun: u32::from(matches!(draw, Draw::SkinShadow)),
+                ..skin.constants
+            };
+            let offset = u64::from(skin.command) * u64::from(stride);
+            // SAFETY: the caller vouches for `cmd`; the buffers are the stage's, and the commands were written.
+            unsafe {
+                if !std::mem::replace(&mut is_bound, true) {
+                    self.bind(cmd, draw);
+                    device.cmd_bind_vertex_buffers(cmd, 0, &[meshes.vertices.handle], &[0]);
+                    let indices = meshes.indices.handle;
+                    device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT32);
+                }
+                self.push(cmd, &constants);
+                device.cmd_draw_indexed_indirect(cmd, slot.commands.handle, offset, 1, stride);
             }
         }
     }

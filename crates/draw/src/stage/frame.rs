@@ -27,7 +27,7 @@ pub(super) fn frame_data(shot: &Shot, settings: FrameSettings) -> FrameData {
     let sunward = shot.light.sunward.normalize_or(Vec3::Y);
     let texel = 2.0 * shadow.radius / settings.shadow_side as f32;
     let colour = |colour: Vec3, w: f32| colour.extend(w).to_array();
-    let occluders = match shot.solids.len() {
+    let occluders = match shot.solids.len() + shot.occluders.len() {
         count if count <= MOST_OCCLUDERS => count,
         _ => 0,
     };

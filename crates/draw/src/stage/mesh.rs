@@ -13,7 +13,7 @@ pub(super) struct Mesh {
 }
 
 /// Segments and rings for each [`Detail`].
-const SIZES: [(u32, u32); 3] = [(24, 7), (10, 3), (5, 1)];
+const SIZES: [(u32, u32); 4] = [(24, 7), (10, 3), (5, 1), (5, 1)];
 
 /// All meshes and their shared index buffer.
 #[derive(Clone, Debug, Default)]

@@ -6,6 +6,7 @@ mod frame;
 pub(crate) mod image_use;
 mod mesh;
 mod pipelines;
+mod skins;
 mod slot;
 mod targets;
 mod upload;
@@ -18,6 +19,7 @@ use pipelines::Pipelines;
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
 use sabaki::math::F32x16;
+use skins::Skins;
 use slot::Slot;
 use targets::Targets;
 
@@ -59,6 +61,7 @@ struct Parts {
     targets: Targets,
     meshes: Meshes,
     indices: Buffer,
+    skins: Skins,
     slots: Vec<Slot>,
     pool: vk::DescriptorPool,
     live: bool,
@@ -93,6 +96,7 @@ impl Stage {
             context: context.clone(),
             desc: StageDesc {
                 name: "view",
+                meshes: &[],
                 ..*desc
             },
             samples: samples(context, desc.samples),
@@ -123,6 +127,7 @@ impl Stage {
             memory: MemoryUse::Upload,
         })?;
         parts.indices.write(context, 0, indices)?;
+        parts.skins.fill(&mut device, desc)?;
         for number in 0..desc.frames_in_flight.max(1) {
             parts.slots.push(Slot::default());
             if let Some(slot) = parts.slots.last_mut() {
@@ -131,7 +136,7 @@ impl Stage {
         }
         parts.pool = slot::sets(context, parts.pipelines.set_layout, &mut parts.slots)?;
         for slot in &parts.slots {
-            slot.point(context, parts.targets.shadow.view);
+            slot.point(context, parts.targets.shadow.view, &parts.skins.texels);
         }
         Ok(())
     }
@@ -218,6 +223,7 @@ impl Stage {
             slot.destroy(context, memory);
         }
         parts.indices.destroy(context, memory);
+        parts.skins.destroy(context, memory);
         parts.targets.destroy(context, memory);
         parts.pipelines.destroy(context);
         parts.live = false;

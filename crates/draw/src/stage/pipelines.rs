@@ -1,12 +1,15 @@
 //! Pipelines of a stage.
 
+use std::mem::offset_of;
+
 use ash::vk;
 
 use super::StageDesc;
 use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
-    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
+    VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
+use crate::scene::MeshVertex;
 use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage};
 use sabaki::gpu::{Context, GpuError};
 
@@ -26,14 +29,24 @@ enum Writes {
     Shadow,
 }
 
+/// Kind of the vertices of a draw.
+#[derive(Clone, Copy, PartialEq)]
+enum Geometry {
+    /// Two-sided strip of four vertices.
+    Strip,
+    /// Triangles whose vertices the shader computes from their numbers.
+    Computed,
+    /// Triangles with a vertex buffer of [`MeshVertex`].
+    Mesh,
+}
+
 #[derive(Clone, Copy)]
 struct Desc {
     name: &'static str,
     vertex: &'static Shader,
     fragment: Option<&'static Shader>,
     writes: Writes,
-    /// Whether the draw is a mesh. Otherwise it is a two-sided strip of four vertices.
-    is_mesh: bool,
+    geometry: Geometry,
 }
 
 /// Kind of a draw.
@@ -48,17 +61,28 @@ pub(super) enum Draw {
     Ghost,
     BodyShadow,
     CrowdShadow,
+    Skin,
+    SkinGhostDepth,
+    SkinGhost,
+    SkinShadow,
 }
 
 /// Descriptions, in the order of [`Draw`].
-const ALL: [Desc; 9] = {
+const ALL: [Desc; 13] = {
     use Writes::{Blended, Depth, Shadow, Solid};
     let body = Desc {
         name: "view: body",
         vertex: &VIEW_BODY_VERT,
         fragment: Some(&VIEW_BODY_FRAG),
         writes: Solid,
-        is_mesh: true,
+        geometry: Geometry::Computed,
+    };
+    let skin = Desc {
+        name: "view: skin",
+        vertex: &VIEW_SKIN_VERT,
+        fragment: Some(&VIEW_SKIN_FRAG),
+        writes: Solid,
+        geometry: Geometry::Mesh,
     };
     [
         body,
@@ -72,21 +96,21 @@ const ALL: [Desc; 9] = {
             vertex: &VIEW_FLOOR_VERT,
             fragment: Some(&VIEW_FLOOR_FRAG),
             writes: Solid,
-            is_mesh: false,
+            geometry: Geometry::Strip,
         },
         Desc {
             name: "view: sky",
             vertex: &VIEW_SKY_VERT,
             fragment: Some(&VIEW_SKY_FRAG),
             writes: Solid,
-            is_mesh: false,
+            geometry: Geometry::Strip,
         },
         Desc {
             name: "view: layer",
             vertex: &VIEW_LAYER_VERT,
             fragment: Some(&VIEW_LAYER_FRAG),
             writes: Blended,
-            is_mesh: false,
+            geometry: Geometry::Strip,
         },
         Desc {
             name: "view: ghosts' depth",
@@ -111,6 +135,23 @@ const ALL: [Desc; 9] = {
             writes: Shadow,
             ..body
         },
+        skin,
+        Desc {
+            name: "view: skinned ghosts' depth",
+            writes: Depth,
+            ..skin
+        },
+        Desc {
+            name: "view: skinned ghosts",
+            writes: Blended,
+            ..skin
+        },
+        Desc {
+            name: "view: skin's shadow",
+            fragment: None,
+            writes: Shadow,
+            ..skin
+        },
     ]
 };
 
@@ -130,7 +171,7 @@ pub(super) const PUSHED: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
 const MOST_PUSHED: u32 = 64;
 
 /// Type and stages of each binding, by number.
-pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 7] = {
+pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 8] = {
     use vk::{DescriptorType as Type, ShaderStageFlags as Stages};
     [
         (Type::UNIFORM_BUFFER, PUSHED),
@@ -140,6 +181,7 @@ pub(super) const BINDINGS: [(vk::DescriptorType, vk::ShaderStageFlags); 7] = {
         (Type::STORAGE_BUFFER, Stages::VERTEX),
         (Type::STORAGE_BUFFER, Stages::VERTEX),
         (Type::STORAGE_BUFFER, Stages::VERTEX),
+        (Type::STORAGE_BUFFER, Stages::FRAGMENT),
     ]
 };
 
@@ -262,17 +304,22 @@ impl Builder<'_> {
             })
             .collect();
         let is_shadow = desc.writes == Writes::Shadow;
-        let inputs = vk::PipelineVertexInputStateCreateInfo::default();
-        let (topology, cull) = if desc.is_mesh {
-            (
-                vk::PrimitiveTopology::TRIANGLE_LIST,
-                vk::CullModeFlags::BACK,
-            )
-        } else {
-            (
+        let (buffers, attributes) = vertex_input();
+        let mut inputs = vk::PipelineVertexInputStateCreateInfo::default();
+        if desc.geometry == Geometry::Mesh {
+            inputs = inputs
+                .vertex_binding_descriptions(&buffers)
+                .vertex_attribute_descriptions(&attributes);
+        }
+        let (topology, cull) = match desc.geometry {
+            Geometry::Strip => (
                 vk::PrimitiveTopology::TRIANGLE_STRIP,
                 vk::CullModeFlags::NONE,
-            )
+            ),
+            Geometry::Computed | Geometry::Mesh => (
+                vk::PrimitiveTopology::TRIANGLE_LIST,
+                vk::CullModeFlags::BACK,
+            ),
         };
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
         let viewport = vk::PipelineViewportStateCreateInfo::default()
@@ -344,4 +391,30 @@ impl Builder<'_> {
             Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
         }
     }
+}
+
+/// The vertex buffer of meshes, and its attributes by location.
+fn vertex_input() -> (
+    [vk::VertexInputBindingDescription; 1],
+    [vk::VertexInputAttributeDescription; 6],
+) {
+    let buffer = vk::VertexInputBindingDescription::default()
+        .stride(size_of::<MeshVertex>() as u32)
+        .input_rate(vk::VertexInputRate::VERTEX);
+    let attribute = |location, format, offset: usize| {
+        vk::VertexInputAttributeDescription::default()
+            .location(location)
+            .format(format)
+            .offset(offset as u32)
+    };
+    use vk::Format as F;
+    let attributes = [
+        attribute(0, F::R32G32B32_SFLOAT, offset_of!(MeshVertex, position)),
+        attribute(1, F::R32G32B32_SFLOAT, offset_of!(MeshVertex, normal)),
+        attribute(2, F::R32G32_SFLOAT, offset_of!(MeshVertex, uv)),
+        attribute(3, F::R16G16B16A16_UNORM, offset_of!(MeshVertex, colour)),
+        attribute(4, F::R16G16B16A16_UINT, offset_of!(MeshVertex, bones)),
+        attribute(5, F::R16G16B16A16_UNORM, offset_of!(MeshVertex, weights)),
+    ];
+    ([buffer], attributes)
 }

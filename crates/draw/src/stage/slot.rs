@@ -1,4 +1,4 @@
-//! Buffers of one frame in flight: camera and light, capsules, maps and the crowd.
+//! Buffers of one frame in flight: camera and light, capsules, maps, skinned bodies and the crowd.
 
 use ash::vk;
 use bytemuck::Pod;
@@ -6,10 +6,15 @@ use bytemuck::Pod;
 use super::StageDesc;
 use super::pipelines::BINDINGS;
 use crate::scene::Capsule;
-use crate::shaders::{CrowdCharacter, CrowdPart, FrameData};
+use crate::shaders::{CrowdCharacter, CrowdPart, DrawCommand, FrameData};
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, Named};
 use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
+
+/// Numbers of a joint of a skinned body: three rows of its frame, and the weight of its tint.
+pub(super) const POSE_NUMBERS: usize = 13;
+/// Maximum number of groups of a crowd that are drawn with a mesh.
+pub(super) const MOST_SKINNED_GROUPS: u32 = 1024;
 
 /// Buffers and descriptor set of a slot. Handles are null by default.
 #[derive(Debug, Default)]
@@ -20,6 +25,7 @@ pub(super) struct Slot {
     poses: Buffer,
     pub(super) members: Buffer,
     pub(super) parts: Buffer,
+    pub(super) commands: Buffer,
     pub(super) set: vk::DescriptorSet,
     /// Index of the first number of the first aligned line in the crowd's memory.
     pub(super) first_number: u32,
@@ -59,11 +65,24 @@ impl Slot {
         self.words = buffer("maps", bytes(desc.max_map_words, size_of::<u32>()), storage)?;
         // One additional line, because the memory may start within a line.
         let lines = desc.max_crowd_lines + u32::from(desc.max_crowd_lines > 0);
-        self.poses = buffer("poses", bytes(lines, size_of::<F32x16>()), storage)?;
+        let crowd = bytes(lines, size_of::<F32x16>());
+        let skinned = bytes(desc.max_skinned_joints, POSE_NUMBERS * size_of::<f32>());
+        self.poses = buffer("poses", crowd + skinned, storage)?;
         self.members = buffer(
             "crowd",
-            bytes(desc.max_members, size_of::<CrowdCharacter>()),
+            bytes(
+                desc.max_members + desc.max_skinned,
+                size_of::<CrowdCharacter>(),
+            ),
             storage,
+        )?;
+        self.commands = buffer(
+            "draw commands",
+            bytes(
+                desc.max_skinned + MOST_SKINNED_GROUPS,
+                size_of::<DrawCommand>(),
+            ),
+            Usage::INDIRECT_BUFFER,
         )?;
         self.parts = buffer(
             "parts",
@@ -91,13 +110,29 @@ impl Slot {
         Ok(bytemuck::try_cast_slice_mut(&mut bytes[start..end]).unwrap_or(&mut []))
     }
 
+    /// Index of the first number of skinned bodies' poses, which follow the crowd's.
+    pub(super) fn first_skinned_number(&self) -> u32 {
+        self.first_number + (self.lines * F32x16::LANES) as u32
+    }
+
+    /// Writes the poses of skinned bodies.
+    pub(super) fn write_skinned(
+        &self,
+        context: &Context,
+        numbers: &[f32],
+    ) -> Result<(), GpuError> {
+        let offset = u64::from(self.first_skinned_number()) * size_of::<f32>() as u64;
+        self.poses
+            .write(context, offset, bytemuck::cast_slice(numbers))
+    }
+
     /// Flushes the crowd's memory.
     pub(super) fn flush_poses(&self, context: &Context) -> Result<(), GpuError> {
         self.poses.flush(context)
     }
 
     /// Writes the buffers and the shadow map to the descriptor set.
-    pub(super) fn point(&self, context: &Context, shadow: vk::ImageView) {
+    pub(super) fn point(&self, context: &Context, shadow: vk::ImageView, texels: &Buffer) {
         let buffer = |buffer: &Buffer| {
             [vk::DescriptorBufferInfo::default()
                 .buffer(buffer.handle)
@@ -113,6 +148,7 @@ impl Slot {
             &self.poses,
             &self.members,
             &self.parts,
+            texels,
         ];
         let infos = all.map(buffer);
         let writes: Vec<_> = (0..)
@@ -143,6 +179,7 @@ impl Slot {
             &mut self.poses,
             &mut self.members,
             &mut self.parts,
+            &mut self.commands,
         ] {
             buffer.destroy(context, memory);
         }

@@ -1,13 +1,17 @@
 //! Writes a shot into the buffers of a slot.
 
 use ash::vk;
+use glam::Mat3;
 
 use super::frame::{FrameSettings, frame_data};
-use super::slot::write;
+use super::skins::bones;
+use super::slot::{MOST_SKINNED_GROUPS, POSE_NUMBERS, Slot, write};
 use super::{Picture, Stage, Target};
-use crate::scene::{Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer};
-use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer};
-use sabaki::gpu::GpuError;
+use crate::scene::{
+    Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, MemberGroup, Mesh, Skin, SkinnedBody,
+};
+use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer, DrawSkin};
+use sabaki::gpu::{Context, GpuError};
 use sabaki::gpu::internal::within;
 
 /// Contents of a slot's buffers.
@@ -15,9 +19,20 @@ pub(super) struct Draws {
     /// Image that is drawn into.
     pub(super) target: Target,
     pub(super) solids: u32,
+    pub(super) occluders: u32,
     pub(super) ghosts: u32,
     pub(super) layers: Vec<DrawLayer>,
     pub(super) crowd: Vec<CrowdDraw>,
+    pub(super) skins: Vec<SkinDraw>,
+}
+
+/// Skinned bodies that one draw call draws.
+pub(super) struct SkinDraw {
+    /// Index of the command.
+    pub(super) command: u32,
+    pub(super) constants: DrawSkin,
+    pub(super) is_ghost: bool,
+    pub(super) casts: bool,
 }
 
 /// A group of crowd members that one draw call draws.
@@ -39,6 +54,7 @@ impl Stage {
             crowd,
             target,
         } = *picture;
+        let number = slot as usize;
         let slot = self.slot_mut(slot)?;
         let settings = FrameSettings {
             side: target.size,
@@ -47,7 +63,8 @@ impl Stage {
         };
         let fits = |name, needed: usize, most: u32| within(name, needed as u64, most.into());
         write(&context, &slot.frame, &[frame_data(shot, settings)])?;
-        let capsules: Vec<Capsule> = shot.solids.iter().chain(&shot.ghosts).copied().collect();
+        let capsules = shot.solids.iter().chain(&shot.occluders);
+        let capsules: Vec<Capsule> = capsules.chain(&shot.ghosts).copied().collect();
         fits("StageDesc::max_capsules", capsules.len(), desc.max_capsules)?;
         write(&context, &slot.capsules, &capsules)?;
         let (layers, words) = layers(&shot.layers);
@@ -56,21 +73,34 @@ impl Stage {
         let mut draws = Draws {
             target,
             solids: shot.solids.len() as u32,
+            occluders: shot.occluders.len() as u32,
             ghosts: shot.ghosts.len() as u32,
             layers,
             crowd: Vec::new(),
+            skins: Vec::new(),
         };
+        let mut skinned = Skinned::default();
         if let Some(crowd) = crowd {
-            let members = members(crowd, slot.first_number);
-            fits("StageDesc::max_members", members.len(), desc.max_members)?;
-            write(&context, &slot.members, &members)?;
+            skinned.members = members(crowd, slot.first_number);
+            let members = skinned.members.len();
+            fits("StageDesc::max_members", members, desc.max_members)?;
             let (parts, ranges) = parts(&crowd.figures);
-            fits("StageDesc::max_parts", parts.len(), desc.max_parts)?;
-            write(&context, &slot.parts, &parts)?;
+            skinned.parts = parts;
             slot.flush_poses(&context)?;
+            let groups = crowd.groups.len();
+            fits("groups of a CrowdShot", groups, MOST_SKINNED_GROUPS)?;
+            let skins: Vec<u32> = { crowd.skins.iter() }
+                .map(|skin| skinned.add_bones(skin))
+                .collect();
             for group in &crowd.groups {
-                let (end, all) = (u64::from(group.members.end), members.len() as u64);
+                let (end, all) = (u64::from(group.members.end), members as u64);
                 within("members of a CrowdShot", end, all)?;
+                if !crowd.skins.is_empty() {
+                    let last = group.figure as u64 + 1;
+                    within("skins of a CrowdShot", last, skins.len() as u64)?;
+                    skinned.add_group(&crowd.skins[group.figure], group, skins[group.figure]);
+                    continue;
+                }
                 within(
                     "figures of a CrowdShot",
                     group.figure as u64 + 1,
@@ -87,7 +117,118 @@ impl Stage {
                 });
             }
         }
+        for body in &shot.skinned {
+            skinned.add_body(body, slot.first_skinned_number());
+        }
+        let (bodies, joints) = (shot.skinned.len(), skinned.numbers.len() / POSE_NUMBERS);
+        fits("StageDesc::max_skinned", bodies, desc.max_skinned)?;
+        fits("StageDesc::max_skinned_joints", joints, desc.max_skinned_joints)?;
+        fits("StageDesc::max_parts", skinned.parts.len(), desc.max_parts)?;
+        skinned.write(&context, slot)?;
+        let meshes = &self.parts.skins;
+        let mut commands = Vec::with_capacity(skinned.draws.len());
+        for draw in skinned.draws {
+            within("StageDesc::meshes", draw.mesh as u64 + 1, meshes.len() as u64)?;
+            let mut constants = draw.constants;
+            constants.texture_place = meshes.texture(draw.mesh);
+            draws.skins.push(SkinDraw {
+                command: commands.len() as u32,
+                constants,
+                is_ghost: draw.is_ghost,
+                casts: draw.casts,
+            });
+            commands.push(meshes.command(draw.mesh, draw.detail, draw.instances));
+        }
+        write(&context, &self.parts.slots[number].commands, &commands)?;
         Ok(draws)
+    }
+}
+
+/// What is written for skinned bodies and a crowd.
+#[derive(Default)]
+struct Skinned {
+    members: Vec<CrowdCharacter>,
+    /// Parts of figures, then bones of skins.
+    parts: Vec<CrowdPart>,
+    /// Poses of single bodies.
+    numbers: Vec<f32>,
+    draws: Vec<MeshDraw>,
+}
+
+/// Instances of a mesh.
+struct MeshDraw {
+    mesh: usize,
+    detail: usize,
+    instances: u32,
+    constants: DrawSkin,
+    is_ghost: bool,
+    casts: bool,
+}
+
+impl Skinned {
+    /// Adds the bones of a skin and returns the index of the first.
+    fn add_bones(&mut self, skin: &Skin) -> u32 {
+        let first = self.parts.len() as u32;
+        self.parts.extend(bones(skin).map(bytemuck::cast::<_, CrowdPart>));
+        first
+    }
+
+    fn add_group(&mut self, skin: &Skin, group: &MemberGroup, first_bone: u32) {
+        let detail = (group.detail as usize).min(Mesh::DETAILS - 1);
+        self.draws.push(MeshDraw {
+            mesh: skin.mesh,
+            detail,
+            instances: group.members.len() as u32,
+            constants: DrawSkin {
+                sun: 0,
+                first_character: group.members.start,
+                first_bone,
+                dual: u32::from(group.detail == Detail::Fine),
+                texture_place: [0; 4],
+            },
+            is_ghost: false,
+            casts: group.casts,
+        });
+    }
+
+    fn add_body(&mut self, body: &SkinnedBody, first_number: u32) {
+        let first = first_number + self.numbers.len() as u32;
+        for joint in &body.joints {
+            let (turn, at) = (Mat3::from_quat(joint.rotation), joint.translation);
+            for row in 0..3 {
+                self.numbers.extend(turn.row(row).extend(at[row]).to_array());
+            }
+        }
+        let weights = first_number + self.numbers.len() as u32;
+        let tinted = |joint: usize| body.tinted.get(joint).copied();
+        let all = if body.tinted.is_empty() { 1.0 } else { 0.0 };
+        let tints = (0..body.joints.len()).map(|joint| tinted(joint).unwrap_or(all));
+        self.numbers.extend(tints);
+        let first_bone = self.add_bones(&body.skin);
+        self.draws.push(MeshDraw {
+            mesh: body.skin.mesh,
+            detail: 0,
+            instances: 1,
+            constants: DrawSkin {
+                sun: 0,
+                first_character: self.members.len() as u32,
+                first_bone,
+                dual: 1,
+                texture_place: [0; 4],
+            },
+            is_ghost: body.alpha < 1.0,
+            casts: true,
+        });
+        self.members.push(CrowdCharacter {
+            place: [first, 1, weights, body.alpha.to_bits()],
+            tint: body.tint,
+        });
+    }
+
+    fn write(&self, context: &Context, slot: &Slot) -> Result<(), GpuError> {
+        write(context, &slot.members, &self.members)?;
+        write(context, &slot.parts, &self.parts)?;
+        slot.write_skinned(context, &self.numbers)
     }
 }
 
@@ -133,7 +274,12 @@ fn layers(layers: &[Layer]) -> (Vec<DrawLayer>, Vec<u32>) {
 /// Members in the layout of the shaders. `first` is the index of the first number of their poses.
 fn members(crowd: &CrowdShot, first: u32) -> Vec<CrowdCharacter> {
     let member = |member: &CrowdMember| CrowdCharacter {
-        place: [first + member.first, member.stride, 0, 0],
+        place: [
+            first + member.first,
+            member.stride,
+            u32::MAX,
+            1f32.to_bits(),
+        ],
         tint: member.tint,
     };
     crowd.members.iter().map(member).collect()

@@ -14,7 +14,7 @@ use gltf_json::validation::Checked;
 use super::GltfError;
 use super::animation::node_name;
 use super::container::{Container, Needs};
-use super::nodes::Nodes;
+use super::nodes::{Local, Nodes, World};
 use super::texture::{Material, Materials, Texture};
 use crate::bvh::Taken;
 
@@ -45,7 +45,7 @@ pub struct SkinJoint {
     pub name: String,
     /// Index of the nearest joint above it, which comes before it.
     pub parent: Option<usize>,
-    /// Rotation of the joint in the bind pose, in the mesh's space.
+    /// Rotation of the joint in the bind pose. Positions and rotations are in a space in which the mesh stands as the file's nodes do.
     pub rotation: Quat,
     /// Position of the joint in the bind pose, in the mesh's space.
     pub position: Vec3,
@@ -121,6 +121,8 @@ struct Skin {
     joints: Vec<SkinJoint>,
     /// Index in `joints` of each joint of the skin in the file.
     order: Vec<u16>,
+    /// Rotation from the mesh's space to one in which it stands as the nodes do.
+    turn: Quat,
 }
 
 impl Skin {
@@ -169,6 +171,21 @@ impl Skin {
                 position,
             });
         }
+        // The skin may be stored lying down, and stand up by the nodes above it.
+        let turn = match (nodes.joints.first(), joints.first()) {
+            (Some(&node), Some(first)) => {
+                let path: Vec<usize> = std::iter::successors(Some(node), |&node| nodes.parent(node)).collect();
+                let world = path.iter().rev().fold(World::ORIGIN, |above, &node| {
+                    above.below(&Local::of(&root.nodes[node]))
+                });
+                (world.rotation.as_quat() * first.rotation.conjugate()).normalize()
+            }
+            _ => Quat::IDENTITY,
+        };
+        for joint in &mut joints {
+            joint.rotation = (turn * joint.rotation).normalize();
+            joint.position = turn * joint.position;
+        }
         // A node that a skin names twice is one joint.
         for (joint, node) in skin.joints.iter().enumerate() {
             order[joint] = places[&node.value()] as u16;
@@ -177,6 +194,7 @@ impl Skin {
             index,
             joints,
             order,
+            turn,
         })
     }
 }
@@ -212,10 +230,8 @@ impl Builder<'_, '_> {
         let joints = container.integers::<4>(joints, from)?;
         let weights = container.floats::<4>(weights, from)?;
         let material = self.materials.get(primitive)?;
-        let uvs = match (material.texture_set, &material) {
-            (Some(set), _) => find(Semantic::TexCoords(set)),
-            _ => None,
-        };
+        let set = material.texture_set;
+        let uvs = set.and_then(|set| find(Semantic::TexCoords(set)));
         let uvs = uvs.map(|index| container.floats::<2>(index, from));
         let uvs = uvs.transpose()?;
         let normals = find(Semantic::Normals).map(|index| container.floats::<3>(index, from));
@@ -241,8 +257,8 @@ impl Builder<'_, '_> {
             let (joints, weights) = self.influences(joints[index], weights[index])?;
             let normal = normals.as_ref().map_or(Vec3::ZERO, |all| all[index].into());
             let vertex = SkinVertex {
-                position: position.into(),
-                normal: normal.normalize_or_zero(),
+                position: self.skin.turn * Vec3::from(position),
+                normal: self.skin.turn * normal.normalize_or_zero(),
                 uv: uv.filter(|_| material.is_first),
                 colour: material.colour(uv),
                 joints,

@@ -88,14 +88,21 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         attack: &thrown.attack,
         answer: &answer,
     };
-    let dodge = Dodge::new(&baked.graph, answered, &settings);
+    let graph = baked.graph.graph();
+    let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
+    let skin = wardrobe.as_ref().map(|wardrobe| wardrobe.skins[0].clone());
+    let dodge = Dodge::new(&baked.graph, answered, &settings).with_skin(skin);
     let [width, height] = args.size;
     let show = Show {
         camera: dodge.camera(width as f32 / height as f32),
         dodge,
         args,
     };
-    let mut canvas = Canvas::new(device, args.size, &StageDesc::default())?;
+    let desc = StageDesc {
+        meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
+        ..StageDesc::default()
+    };
+    let mut canvas = Canvas::new(device, args.size, &desc)?;
     let film = match kind.is_film() {
         true => show.film(&mut canvas)?,
         false if args.dodge.storyboard => show.storyboard(&mut canvas)?,
@@ -104,7 +111,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
     let clearance = show.dodge.clearance();
-    let mut text = String::new();
+    let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
     let _ = writeln!(
         text,
         "the attack is {}; nearest at {:.2} s: {:.1} cm",

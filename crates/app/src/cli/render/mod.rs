@@ -13,6 +13,7 @@ pub(crate) use duel::DuelArgs;
 use serde_json::json;
 
 use super::culling::DeviceArgs;
+use super::mesh::MeshArgs;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel};
 
@@ -35,6 +36,8 @@ pub(crate) struct Args {
     /// Leaves out the text.
     #[arg(long)]
     plain: bool,
+    #[command(flatten)]
+    mesh: MeshArgs,
     #[command(flatten)]
     dodge: dodge::DodgeArgs,
     #[command(flatten)]

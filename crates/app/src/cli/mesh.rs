@@ -1,0 +1,159 @@
+//! Meshes that characters are drawn with: `--mesh` and `--map`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use sabaki::anim::{Clip, JointTransform, Skeleton};
+use sabaki_draw::scene::{
+    BindTarget, BoundMesh, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex, RiggedMesh, Skin,
+    standing_pose,
+};
+use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
+
+use super::Failure;
+
+/// Options of the mesh.
+#[derive(Clone, Debug, Default, clap::Args)]
+#[command(next_help_heading = "Mesh")]
+pub(crate) struct MeshArgs {
+    /// Skinned mesh of the characters (.glb, .gltf). Default: capsules.
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Names of the graph's joints by names of the mesh's joints (JSON). Joints that are not in the file are bound by their names.
+    #[arg(long, value_name = "FILE", requires = "mesh")]
+    map: Option<PathBuf>,
+}
+
+/// Meshes of one or two characters.
+pub(crate) struct Wardrobe {
+    /// Meshes of the stage: in the mesh's own colours, and bluish.
+    pub(crate) meshes: Vec<Mesh>,
+    /// The same, bound to the skeleton.
+    pub(crate) skins: [Arc<Skin>; 2],
+    /// Lines on what is bound.
+    pub(crate) report: String,
+}
+
+/// Colour of the second character.
+const BLUE: Vec3 = Vec3::new(0.35, 0.5, 1.0);
+
+impl MeshArgs {
+    /// Reads the mesh and binds it to a skeleton. `None` if no mesh is asked for.
+    pub(crate) fn load(
+        &self,
+        skeleton: &Skeleton,
+        clips: &[Clip],
+    ) -> Result<Option<Wardrobe>, Failure> {
+        let Some(path) = &self.mesh else {
+            return Ok(None);
+        };
+        let rigged = rigged(sabaki_import::read_mesh(path)?);
+        let names = match &self.map {
+            Some(map) => read_names(map)?,
+            None => JointNames::new(),
+        };
+        if let Some(map) = &self.map {
+            check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
+        }
+        let target = BindTarget {
+            skeleton,
+            standing: &standing_pose(skeleton, clips),
+        };
+        let bound = rigged.bind(target, &names);
+        let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
+        Ok(Some(Wardrobe::of(bound, path)))
+    }
+}
+
+impl Wardrobe {
+    fn of(bound: BoundMesh, path: &Path) -> Self {
+        let mut report = format!(
+            "{}: {} vertices, {} of {} joints bound{}\n",
+            path.display(),
+            bound.mesh.vertices.len(),
+            bound.bones.len() - bound.unbound.len(),
+            bound.bones.len(),
+            if bound.is_exact { "" } else { " by their bones' directions" },
+        );
+        if !bound.unbound.is_empty() {
+            let unbound = bound.unbound.join(", ");
+            report.push_str(&format!("not bound: {unbound}\n"));
+        }
+        let skin = |mesh| {
+            Arc::new(Skin {
+                mesh,
+                bones: bound.bones.clone(),
+            })
+        };
+        let skins = [skin(0), skin(1)];
+        let bluish = bound.mesh.clone().tinted(BLUE);
+        Self {
+            meshes: vec![bound.mesh, bluish],
+            skins,
+            report,
+        }
+    }
+}
+
+fn read_names(path: &Path) -> Result<JointNames, Failure> {
+    let wrong = |error: String| Failure::Usage(error).within(path);
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))
+}
+
+/// A name that neither side has is a mistake.
+fn check_names(
+    names: &JointNames,
+    rigged: &RiggedMesh,
+    skeleton: &Skeleton,
+) -> Result<(), Failure> {
+    for (own, of_graph) in names {
+        if !rigged.joints.iter().any(|joint| joint.name == *own) {
+            let all: Vec<&str> = rigged.joints.iter().map(|joint| &joint.name[..]).collect();
+            let all = all.join(", ");
+            return Err(Failure::Usage(format!("the mesh has no joint {own:?} among {all}")));
+        }
+        if skeleton.find(of_graph).is_none() {
+            let all: Vec<&str> = skeleton.joints().iter().map(|joint| &joint.name[..]).collect();
+            let all = all.join(", ");
+            return Err(Failure::Usage(format!("the graph has no joint {of_graph:?} among {all}")));
+        }
+    }
+    Ok(())
+}
+
+/// The mesh of a file in the form that is drawn.
+fn rigged(file: SkinnedMesh) -> RiggedMesh {
+    let whole = |share: f32| (share.clamp(0.0, 1.0) * 65_535.0).round() as u16;
+    let vertex = |vertex: &SkinVertex| {
+        let [red, green, blue, _] = vertex.colour;
+        let textured = if vertex.uv.is_some() { 1.0 } else { 0.0 };
+        MeshVertex {
+            position: vertex.position.to_array(),
+            normal: vertex.normal.to_array(),
+            uv: vertex.uv.unwrap_or_default().to_array(),
+            colour: [red, green, blue, textured].map(whole),
+            bones: vertex.joints,
+            weights: vertex.weights.map(whole),
+        }
+    };
+    let texture = file.texture.map(|texture| MeshTexture {
+        width: texture.width,
+        height: texture.height,
+        texels: texture.texels,
+    });
+    let joints = file.joints.into_iter().map(|joint| MeshJoint {
+        name: joint.name,
+        parent: joint.parent,
+        bind: JointTransform {
+            rotation: joint.rotation,
+            translation: joint.position,
+        },
+    });
+    let vertices = file.vertices.iter().map(vertex).collect();
+    RiggedMesh {
+        mesh: Mesh::new(vertices, file.triangles, texture),
+        joints: joints.collect(),
+    }
+}

@@ -1,0 +1,170 @@
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::simplify::simplified;
+use sabaki::anim::{JointId, JointTransform};
+use sabaki::lod::Level;
+
+/// A vertex of a skinned mesh, in the bind pose.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct MeshVertex {
+    /// Position in the mesh's space, in metres.
+    pub position: [f32; 3],
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Texture coordinates. Textures repeat.
+    pub uv: [f32; 2],
+    /// Linear red, green and blue, and the weight of the texture: 0 for none, 1 for colour times texture. 65,535 is 1.
+    pub colour: [u16; 4],
+    /// Indices of the bones that move the vertex.
+    pub bones: [u16; 4],
+    /// Weights of the bones. 65,535 is 1.
+    pub weights: [u16; 4],
+}
+
+/// Base colours of a mesh.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MeshTexture {
+    /// Width, in texels.
+    pub width: u32,
+    /// Height, in texels.
+    pub height: u32,
+    /// Red, green, blue (sRGB) and alpha, row by row from the top left.
+    pub texels: Vec<[u8; 4]>,
+}
+
+/// Vertices and triangles of a skinned mesh, for a [`Stage`](crate::Stage).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Vertices.
+    pub vertices: Vec<MeshVertex>,
+    /// Triangles for each [`Detail`](super::Detail), as indices of vertices, counter-clockwise seen from outside.
+    pub details: [Vec<[u32; 3]>; Self::DETAILS],
+    /// Texture, if there is one.
+    pub texture: Option<MeshTexture>,
+}
+
+impl Mesh {
+    /// Number of resolutions.
+    pub const DETAILS: usize = 4;
+    /// Triangles of the resolutions after the first.
+    const TRIANGLES: [usize; Self::DETAILS - 1] = [800, 260, 80];
+
+    /// Creates a mesh and its coarser resolutions.
+    #[must_use]
+    pub fn new(
+        vertices: Vec<MeshVertex>,
+        triangles: Vec<[u32; 3]>,
+        texture: Option<MeshTexture>,
+    ) -> Self {
+        let mut details = [triangles, Vec::new(), Vec::new(), Vec::new()];
+        for (detail, count) in (1..).zip(Self::TRIANGLES) {
+            details[detail] = simplified(&vertices, &details[detail - 1], count);
+        }
+        Self {
+            vertices,
+            details,
+            texture,
+        }
+    }
+}
+
+impl Mesh {
+    /// Returns the mesh with all colours multiplied by a linear colour.
+    #[must_use]
+    pub fn tinted(mut self, tint: Vec3) -> Self {
+        for vertex in &mut self.vertices {
+            for (channel, share) in vertex.colour.iter_mut().zip(tint.to_array()) {
+                *channel = (f32::from(*channel) * share) as u16;
+            }
+        }
+        self
+    }
+}
+
+/// A bone of a mesh on a skeleton: a rigid transform from the mesh's space to the frame of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshBone {
+    /// Joint that moves the bone.
+    pub joint: JointId,
+    /// Transform from the mesh's space in the bind pose to the joint's frame.
+    pub bind: JointTransform,
+}
+
+/// A mesh that is bound to a skeleton.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skin {
+    /// Index in [`StageDesc::meshes`](crate::StageDesc::meshes).
+    pub mesh: usize,
+    /// Bones of the mesh.
+    pub bones: Vec<MeshBone>,
+}
+
+impl Skin {
+    /// Returns the skin for poses of a level of detail: bones of removed joints ride on kept ones.
+    #[must_use]
+    pub fn attached(&self, level: &Level) -> Self {
+        let bones = self.bones.iter().map(|bone| {
+            let seat = &level.seats[bone.joint.index()];
+            MeshBone {
+                joint: JointId(seat.carrier),
+                bind: JointTransform {
+                    rotation: (seat.offset.rotation * bone.bind.rotation).normalize(),
+                    translation: seat.offset.point(bone.bind.translation),
+                },
+            }
+        });
+        Self {
+            mesh: self.mesh,
+            bones: bones.collect(),
+        }
+    }
+}
+
+/// A skinned mesh in a pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkinnedBody {
+    /// Mesh, bound to the skeleton of the pose.
+    pub skin: Arc<Skin>,
+    /// Frames of the joints, in the world.
+    pub joints: Vec<JointTransform>,
+    /// Tint colour, and its weight from 0 to 1.
+    pub tint: [f32; 4],
+    /// Weight of the tint for each joint, from 0 to 1. Empty for 1 everywhere.
+    pub tinted: Vec<f32>,
+    /// Opacity. Below 1 the body is a ghost, of which only the front surface is visible.
+    pub alpha: f32,
+}
+
+impl SkinnedBody {
+    /// An opaque body in the mesh's own colours.
+    #[must_use]
+    pub fn new(skin: &Arc<Skin>, joints: &[JointTransform]) -> Self {
+        Self {
+            skin: Arc::clone(skin),
+            joints: joints.to_vec(),
+            tint: [0.0; 4],
+            tinted: Vec::new(),
+            alpha: 1.0,
+        }
+    }
+}
+
+/// The inverse of a rigid transform.
+pub(super) fn inverse(of: &JointTransform) -> JointTransform {
+    let rotation = of.rotation.conjugate();
+    JointTransform {
+        rotation,
+        translation: rotation * -of.translation,
+    }
+}
+
+/// `a` after `b`.
+pub(super) fn after(a: &JointTransform, b: &JointTransform) -> JointTransform {
+    JointTransform {
+        rotation: (a.rotation * b.rotation).normalize(),
+        translation: a.point(b.translation),
+    }
+}

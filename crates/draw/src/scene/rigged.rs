@@ -1,0 +1,265 @@
+//! Binds a mesh with joints of its own to a skeleton.
+
+use std::collections::BTreeMap;
+
+use glam::{Quat, Vec3};
+
+use super::mesh::{after, inverse};
+use super::pose_fit::{is_last, straightened};
+use super::{Mesh, MeshBone};
+use sabaki::anim::{JointId, JointTransform, Skeleton};
+
+/// A joint of a [`RiggedMesh`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshJoint {
+    /// Name.
+    pub name: String,
+    /// Index of its parent, which comes before it.
+    pub parent: Option<usize>,
+    /// Frame in the bind pose, in the mesh's space.
+    pub bind: JointTransform,
+}
+
+/// A mesh with a skeleton of its own. Its vertices' bones are its joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RiggedMesh {
+    /// The mesh, in any unit.
+    pub mesh: Mesh,
+    /// Joints, parents before children.
+    pub joints: Vec<MeshJoint>,
+}
+
+/// Names of a skeleton's joints, by names of a mesh's joints.
+pub type JointNames = BTreeMap<String, String>;
+
+/// A skeleton that meshes are bound to.
+#[derive(Clone, Copy, Debug)]
+pub struct BindTarget<'a> {
+    /// The skeleton.
+    pub skeleton: &'a Skeleton,
+    /// A pose of it in which it stands ([`standing_pose`](super::standing_pose)): the joints' frames.
+    pub standing: &'a [JointTransform],
+}
+
+/// A mesh that is bound to a skeleton.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoundMesh {
+    /// The mesh, in metres.
+    pub mesh: Mesh,
+    /// A bone for each joint of the mesh.
+    pub bones: Vec<MeshBone>,
+    /// Names of the mesh's joints that are not bound to a joint of their own. They move with the nearest joint above them that is bound.
+    pub unbound: Vec<String>,
+    /// Whether the joints' frames are those of the skeleton, so that the mesh moves as its own file does. Otherwise the bones are bound by
+    /// their directions.
+    pub is_exact: bool,
+}
+
+/// Difference of a mesh's bone from the skeleton's up to which they are the same, as a share of the longest bone.
+const SAME: f32 = 0.01;
+
+impl RiggedMesh {
+    /// Binds the mesh to a skeleton: joints by `names`, then those with the same name, then those whose names differ in case, digits,
+    /// punctuation and prefixes alone. The mesh is scaled to the skeleton's size.
+    ///
+    /// # Errors
+    /// Fewer than two joints of the mesh are bound.
+    pub fn bind(
+        &self,
+        target: BindTarget<'_>,
+        names: &JointNames,
+    ) -> Result<BoundMesh, NotBound> {
+        let matches = self.matches(target.skeleton, names);
+        let bound = matches.iter().flatten().count();
+        if bound < 2 {
+            return Err(NotBound { bound });
+        }
+        let binding = Binding {
+            rigged: self,
+            target,
+            above: self.above(&matches),
+            matches,
+        };
+        let scale = binding.scale();
+        let frames = binding.frames(scale);
+        let is_exact = frames.is_none();
+        let bones = binding.bones(scale, frames.as_deref());
+        let mut mesh = self.mesh.clone();
+        for vertex in &mut mesh.vertices {
+            vertex.position = vertex.position.map(|part| part * scale);
+        }
+        let unbound = self.joints.iter().zip(&binding.matches);
+        let unbound = unbound.filter(|(_, found)| found.is_none());
+        Ok(BoundMesh {
+            mesh,
+            bones,
+            unbound: unbound.map(|(joint, _)| joint.name.clone()).collect(),
+            is_exact,
+        })
+    }
+
+    /// The skeleton's joint of each of the mesh's joints.
+    fn matches(&self, skeleton: &Skeleton, names: &JointNames) -> Vec<Option<JointId>> {
+        let mut taken = vec![false; skeleton.len()];
+        let mut take = |found: Option<JointId>| {
+            let found = found.filter(|id| !taken[id.index()])?;
+            taken[found.index()] = true;
+            Some(found)
+        };
+        let mut matches: Vec<Option<JointId>> = { self.joints.iter() }
+            .map(|joint| take(names.get(&joint.name).and_then(|name| skeleton.find(name))))
+            .collect();
+        let mut fill = |alike: &dyn Fn(&str, &str) -> bool| {
+            for (joint, found) in self.joints.iter().zip(&mut matches) {
+                if found.is_none() && !names.contains_key(&joint.name) {
+                    let mut ids = skeleton.ids();
+                    *found = take(ids.find(|&id| alike(&joint.name, &skeleton.joint(id).name)));
+                }
+            }
+        };
+        fill(&|own, other| own == other);
+        fill(&|own, other| plain(own) == plain(other));
+        matches
+    }
+
+    /// The nearest bound joint at or above each joint or, for joints above all bound ones, the first bound joint.
+    fn above(&self, matches: &[Option<JointId>]) -> Vec<usize> {
+        let first = matches.iter().position(Option::is_some).unwrap_or_default();
+        let mut above = Vec::with_capacity(self.joints.len());
+        for (index, joint) in self.joints.iter().enumerate() {
+            above.push(match (matches[index], joint.parent) {
+                (Some(_), _) => index,
+                (None, Some(parent)) => above[parent],
+                (None, None) => first,
+            });
+        }
+        above
+    }
+}
+
+/// Too few joints of a mesh are bound to a skeleton.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{bound} of the mesh's joints have names of the skeleton's joints; at least 2 must")]
+pub struct NotBound {
+    /// Number of joints that are bound.
+    pub bound: usize,
+}
+
+/// A name without case, digits, punctuation and the prefixes of some programs.
+fn plain(name: &str) -> String {
+    let name = name.rsplit(':').next().unwrap_or(name).to_ascii_lowercase();
+    let name = name.strip_prefix("b_").unwrap_or(&name);
+    let name = name.strip_prefix("mixamorig").unwrap_or(name);
+    name.chars().filter(char::is_ascii_alphabetic).collect()
+}
+
+struct Binding<'a> {
+    rigged: &'a RiggedMesh,
+    target: BindTarget<'a>,
+    matches: Vec<Option<JointId>>,
+    above: Vec<usize>,
+}
+
+impl Binding<'_> {
+    /// Pairs of bound joints, the second below the first with no bound joint between.
+    fn bones_between(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let joints = self.rigged.joints.iter().enumerate();
+        joints.filter_map(|(child, joint)| {
+            self.matches[child]?;
+            let parent = self.above[joint.parent?];
+            self.matches[parent].map(|_| (parent, child))
+        })
+    }
+
+    fn bind(&self, joint: usize) -> &JointTransform {
+        &self.rigged.joints[joint].bind
+    }
+
+    fn standing(&self, joint: usize) -> Option<&JointTransform> {
+        Some(&self.target.standing[self.matches[joint]?.index()])
+    }
+
+    /// Metres for each unit of the mesh: the ratio of the lengths of all bones.
+    fn scale(&self) -> f32 {
+        let (mut own, mut wanted) = (0.0, 0.0);
+        for (parent, child) in self.bones_between() {
+            let (Some(a), Some(b)) = (self.standing(parent), self.standing(child)) else {
+                continue;
+            };
+            own += self.bind(parent).translation.distance(self.bind(child).translation);
+            wanted += a.translation.distance(b.translation);
+        }
+        if own > 0.0 && wanted > 0.0 { wanted / own } else { 1.0 }
+    }
+
+    /// The skeleton's frames in the mesh's bind pose, or `None` if the mesh's frames are the same.
+    fn frames(&self, scale: f32) -> Option<Vec<JointTransform>> {
+        let skeleton = self.target.skeleton;
+        let offsets = skeleton.joints().iter().skip(1).map(|joint| joint.offset);
+        let longest = offsets.map(Vec3::length).fold(0.0, f32::max);
+        let mut wanted = vec![None; skeleton.len()];
+        let mut is_exact = true;
+        for (parent, child) in self.bones_between() {
+            let (Some(above), Some(below)) = (self.matches[parent], self.matches[child]) else {
+                continue;
+            };
+            let frame = self.bind(parent);
+            let away = (self.bind(child).translation - frame.translation) * scale;
+            let own = frame.rotation.conjugate() * away;
+            let joint = skeleton.joint(below);
+            is_exact &= joint.parent == Some(above) && own.distance(joint.offset) < SAME * longest;
+            // All bones on the way to a joint point to it.
+            for id in skeleton.ancestry(below).take_while(|&id| id != above) {
+                wanted[id.index()] = away.try_normalize();
+            }
+        }
+        if is_exact {
+            return None;
+        }
+        self.extend_ends(&mut wanted);
+        Some(straightened(skeleton, self.target.standing, &wanted))
+    }
+
+    /// The tips of hands and head go on in the direction of the bone before them.
+    fn extend_ends(&self, wanted: &mut [Option<Vec3>]) {
+        let skeleton = self.target.skeleton;
+        let feet = sabaki::internal::Limbs::of(skeleton).feet;
+        for id in skeleton.ids().filter(|&id| is_last(skeleton, id)) {
+            if feet.iter().any(|&foot| skeleton.ancestry(id).any(|above| above == foot)) {
+                continue;
+            }
+            let direction = wanted[id.index()];
+            for child in skeleton.children(id) {
+                wanted[child.index()] = wanted[child.index()].or(direction);
+            }
+        }
+    }
+
+    fn bones(&self, scale: f32, frames: Option<&[JointTransform]>) -> Vec<MeshBone> {
+        let scaled = |joint: usize| JointTransform {
+            translation: self.bind(joint).translation * scale,
+            ..*self.bind(joint)
+        };
+        let joints = 0..self.rigged.joints.len();
+        joints
+            .map(|joint| {
+                let carrier = self.above[joint];
+                let id = self.matches[carrier].unwrap_or(JointId::ROOT);
+                let own = scaled(carrier);
+                let bind = match frames {
+                    None => inverse(&own),
+                    Some(frames) => {
+                        // The mesh is moved, but not turned, so that the joint is at the skeleton's.
+                        let frame = frames[id.index()];
+                        let here = JointTransform {
+                            rotation: Quat::IDENTITY,
+                            translation: frame.translation - own.translation,
+                        };
+                        after(&inverse(&frame), &here)
+                    }
+                };
+                MeshBone { joint: id, bind }
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,181 @@
+//! Coarser triangles for a mesh, by collapsing edges.
+//!
+//! Source: Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics", SIGGRAPH 1997. It differs in that an edge collapses
+//! to one of its ends, so that all resolutions share the vertices; that the quadrics of all planes are weighted by area; and that a collapse that
+//! turns a triangle over is not made.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+
+use glam::{DMat4, DVec3, DVec4, Vec3};
+
+use super::MeshVertex;
+
+/// At most `count` triangles of the same surface, if it can be simplified that far.
+pub(super) fn simplified(
+    vertices: &[MeshVertex],
+    triangles: &[[u32; 3]],
+    count: usize,
+) -> Vec<[u32; 3]> {
+    let mut mesh = Collapsing::new(vertices, triangles);
+    while mesh.left > count {
+        let Some(Reverse(candidate)) = mesh.candidates.pop() else {
+            break;
+        };
+        mesh.try_collapse(&candidate);
+    }
+    mesh.triangles.into_iter().flatten().collect()
+}
+
+/// An edge that may collapse.
+#[derive(Clone, Copy, PartialEq)]
+struct Candidate {
+    cost: f64,
+    from: u32,
+    to: u32,
+    /// Versions of both ends when the cost was computed.
+    versions: [u32; 2],
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let ends = (self.from, self.to).cmp(&(other.from, other.to));
+        self.cost.total_cmp(&other.cost).then(ends)
+    }
+}
+
+struct Collapsing {
+    positions: Vec<DVec3>,
+    /// `None` for a triangle that has collapsed.
+    triangles: Vec<Option<[u32; 3]>>,
+    /// Triangles of each vertex. Some may have collapsed.
+    around: Vec<Vec<u32>>,
+    quadrics: Vec<DMat4>,
+    versions: Vec<u32>,
+    candidates: BinaryHeap<Reverse<Candidate>>,
+    left: usize,
+}
+
+impl Collapsing {
+    fn new(vertices: &[MeshVertex], triangles: &[[u32; 3]]) -> Self {
+        // Vertices at one place, as at the seams of a texture, are one.
+        let mut firsts = HashMap::new();
+        let one: Vec<u32> = { (0..).zip(vertices) }
+            .map(|(index, vertex)| {
+                let key = vertex.position.map(f32::to_bits);
+                *firsts.entry(key).or_insert(index)
+            })
+            .collect();
+        let merged = { triangles.iter() }.map(|corners| corners.map(|at| one[at as usize]));
+        let merged = merged.filter(|[a, b, c]| a != b && b != c && c != a);
+        let place = |vertex: &MeshVertex| Vec3::from(vertex.position).as_dvec3();
+        let mut mesh = Self {
+            positions: vertices.iter().map(place).collect(),
+            triangles: merged.map(Some).collect(),
+            around: vec![Vec::new(); vertices.len()],
+            quadrics: vec![DMat4::ZERO; vertices.len()],
+            versions: vec![0; vertices.len()],
+            candidates: BinaryHeap::new(),
+            left: 0,
+        };
+        mesh.left = mesh.triangles.len();
+        for index in 0..mesh.triangles.len() {
+            let Some(corners) = mesh.triangles[index] else {
+                continue;
+            };
+            let [a, b, c] = corners.map(|at| mesh.positions[at as usize]);
+            let area = (b - a).cross(c - a);
+            let normal = area.normalize_or_zero();
+            let plane: DVec4 = normal.extend(-normal.dot(a));
+            let quadric = DMat4::from_cols(
+                plane * plane.x,
+                plane * plane.y,
+                plane * plane.z,
+                plane * plane.w,
+            );
+            for corner in corners {
+                mesh.quadrics[corner as usize] += quadric * area.length();
+                mesh.around[corner as usize].push(index as u32);
+            }
+        }
+        for index in 0..mesh.triangles.len() {
+            mesh.add_edges(index);
+        }
+        mesh
+    }
+
+    /// Adds the edges of a triangle as candidates.
+    fn add_edges(&mut self, triangle: usize) {
+        let Some([a, b, c]) = self.triangles[triangle] else {
+            return;
+        };
+        for (from, to) in [(a, b), (b, c), (c, a), (b, a), (c, b), (a, c)] {
+            let both = self.quadrics[from as usize] + self.quadrics[to as usize];
+            let place = self.positions[to as usize].extend(1.0);
+            // Flat surfaces cost nothing; among them short edges go first.
+            let length = self.positions[from as usize].distance(self.positions[to as usize]);
+            let cost = place.dot(both * place).max(0.0) + 1e-9 * length;
+            self.candidates.push(Reverse(Candidate {
+                cost,
+                from,
+                to,
+                versions: [from, to].map(|end| self.versions[end as usize]),
+            }));
+        }
+    }
+
+    fn try_collapse(&mut self, candidate: &Candidate) {
+        let Candidate { from, to, .. } = *candidate;
+        let current = [from, to].map(|end| self.versions[end as usize]);
+        if current != candidate.versions || self.turns_over(from, to) {
+            return;
+        }
+        let moved = std::mem::take(&mut self.around[from as usize]);
+        for index in moved {
+            let Some(corners) = &mut self.triangles[index as usize] else {
+                continue;
+            };
+            if corners.contains(&to) {
+                self.triangles[index as usize] = None;
+                self.left -= 1;
+                continue;
+            }
+            *corners = corners.map(|corner| if corner == from { to } else { corner });
+            self.around[to as usize].push(index);
+        }
+        let quadric = self.quadrics[from as usize];
+        self.quadrics[to as usize] += quadric;
+        self.versions[from as usize] += 1;
+        self.versions[to as usize] += 1;
+        let triangles = &self.triangles;
+        self.around[to as usize].retain(|&index| triangles[index as usize].is_some());
+        for index in self.around[to as usize].clone() {
+            self.add_edges(index as usize);
+        }
+    }
+
+    /// Whether a triangle would face another way after a collapse.
+    fn turns_over(&self, from: u32, to: u32) -> bool {
+        let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+        self.around[from as usize].iter().any(|&index| {
+            let Some(corners) = self.triangles[index as usize] else {
+                return false;
+            };
+            if corners.contains(&to) {
+                return false;
+            }
+            let place = |corner: u32| self.positions[corner as usize];
+            let moved = |corner: u32| place(if corner == from { to } else { corner });
+            let (before, after) = (area(corners.map(place)), area(corners.map(moved)));
+            before.dot(after) < 0.2 * before.length() * after.length()
+        })
+    }
+}

@@ -1,0 +1,151 @@
+//! Meshes on the device, and the commands that draw them.
+
+use ash::vk;
+
+use super::StageDesc;
+use crate::scene::{Mesh, MeshTexture, MeshVertex, Skin};
+use crate::shaders::{DrawCommand, SkinBone};
+use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory};
+use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
+
+/// Place of a mesh in the buffers.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    first_vertex: i32,
+    /// First index and number of indices of each resolution.
+    details: [(u32, u32); Mesh::DETAILS],
+    /// First texel, width, height and number of levels.
+    texture: [u32; 4],
+}
+
+/// All meshes of a stage. Handles are null by default.
+#[derive(Debug, Default)]
+pub(super) struct Skins {
+    pub(super) vertices: Buffer,
+    pub(super) indices: Buffer,
+    pub(super) texels: Buffer,
+    places: Vec<Place>,
+}
+
+impl Skins {
+    /// Creates the buffers. After a failure, [`Skins::destroy`] frees what was created.
+    pub(super) fn fill(
+        &mut self,
+        device: &mut DeviceMemory<'_>,
+        desc: &StageDesc<'_>,
+    ) -> Result<(), GpuError> {
+        let (mut vertices, mut indices): (Vec<MeshVertex>, Vec<u32>) = Default::default();
+        let mut texels = Vec::new();
+        for mesh in desc.meshes {
+            let first_vertex = vertices.len() as i32;
+            vertices.extend(&mesh.vertices);
+            let details = std::array::from_fn(|detail| {
+                let first = indices.len() as u32;
+                indices.extend(mesh.details[detail].as_flattened());
+                (first, indices.len() as u32 - first)
+            });
+            self.places.push(Place {
+                first_vertex,
+                details,
+                texture: add_texture(mesh.texture.as_ref(), &mut texels),
+            });
+        }
+        use vk::BufferUsageFlags as Usage;
+        let mut buffer = |what: &str, bytes: &[u8], usage| {
+            let made = device.buffer(BufferDesc {
+                name: &format!("{}: {what}", desc.name),
+                size: bytes.len() as u64,
+                usage,
+                memory: MemoryUse::Upload,
+            })?;
+            match made.write(device.context, 0, bytes) {
+                Ok(()) => Ok(made),
+                Err(error) => {
+                    let mut made = made;
+                    made.destroy(device.context, device.memory);
+                    Err(error)
+                }
+            }
+        };
+        let vertices = bytemuck::cast_slice(&vertices);
+        self.vertices = buffer("meshes' vertices", vertices, Usage::VERTEX_BUFFER)?;
+        let indices = bytemuck::cast_slice(&indices);
+        self.indices = buffer("meshes' indices", indices, Usage::INDEX_BUFFER)?;
+        let texels = bytemuck::cast_slice(&texels);
+        self.texels = buffer("meshes' texels", texels, Usage::STORAGE_BUFFER)?;
+        Ok(())
+    }
+
+    /// Number of meshes.
+    pub(super) fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Command that draws instances of a mesh.
+    pub(super) fn command(
+        &self,
+        mesh: usize,
+        detail: usize,
+        instances: u32,
+    ) -> DrawCommand {
+        let place = &self.places[mesh];
+        let (first_index, index_count) = place.details[detail];
+        DrawCommand {
+            index_count,
+            instance_count: instances,
+            first_index,
+            vertex_offset: place.first_vertex,
+            first_instance: 0,
+        }
+    }
+
+    /// Place of a mesh's texture in the layout of the shaders.
+    pub(super) fn texture(&self, mesh: usize) -> [u32; 4] {
+        self.places[mesh].texture
+    }
+
+    /// Frees all buffers. The device must not use them any more.
+    pub(super) fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
+        for buffer in [&mut self.vertices, &mut self.indices, &mut self.texels] {
+            buffer.destroy(context, memory);
+        }
+    }
+}
+
+/// Appends a texture and its coarser levels. Each texel of a level is the mean of four finer ones.
+fn add_texture(texture: Option<&MeshTexture>, out: &mut Vec<[u8; 4]>) -> [u32; 4] {
+    let Some(texture) = texture.filter(|texture| !texture.texels.is_empty()) else {
+        return [0; 4];
+    };
+    let first = out.len() as u32;
+    let (mut width, mut height) = (texture.width, texture.height);
+    let mut texels = texture.texels.clone();
+    let mut levels = 1;
+    out.extend(&texels);
+    while width > 1 || height > 1 {
+        let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+        let at = |x: u32, y: u32| texels[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+        let coarser = (0..w * h).map(|index| {
+            let (x, y) = (2 * (index % w), 2 * (index / w));
+            let four = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
+            std::array::from_fn(|channel| {
+                let sum: u32 = four.iter().map(|texel| u32::from(texel[channel])).sum();
+                ((sum + 2) / 4) as u8
+            })
+        });
+        texels = coarser.collect();
+        (width, height, levels) = (w, h, levels + 1);
+        out.extend(&texels);
+    }
+    [first, texture.width, texture.height, levels]
+}
+
+/// The bones of a skin in the layout of the shaders.
+pub(super) fn bones(skin: &Skin) -> impl Iterator<Item = SkinBone> + '_ {
+    skin.bones.iter().map(|bone| SkinBone {
+        joint: [u32::from(bone.joint.0), 0, 0, 0],
+        rotation: bone.bind.rotation.to_array(),
+        translation: bone.bind.translation.extend(0.0).to_array(),
+        unused: [0.0; 4],
+    })
+}
