@@ -15,6 +15,7 @@ mod export;
 mod gltf;
 mod gltf_bad_input;
 mod gltf_events;
+mod gltf_mesh;
 mod mirror;
 mod props;
 mod readme;

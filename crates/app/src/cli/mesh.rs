@@ -74,7 +74,11 @@ impl Wardrobe {
             bound.mesh.vertices.len(),
             bound.bones.len() - bound.unbound.len(),
             bound.bones.len(),
-            if bound.is_exact { "" } else { " by their bones' directions" },
+            if bound.is_exact {
+                ""
+            } else {
+                " by their bones' directions"
+            },
         );
         if !bound.unbound.is_empty() {
             let unbound = bound.unbound.join(", ");
@@ -112,12 +116,20 @@ fn check_names(
         if !rigged.joints.iter().any(|joint| joint.name == *own) {
             let all: Vec<&str> = rigged.joints.iter().map(|joint| &joint.name[..]).collect();
             let all = all.join(", ");
-            return Err(Failure::Usage(format!("the mesh has no joint {own:?} among {all}")));
+            return Err(Failure::Usage(format!(
+                "the mesh has no joint {own:?} among {all}"
+            )));
         }
         if skeleton.find(of_graph).is_none() {
-            let all: Vec<&str> = skeleton.joints().iter().map(|joint| &joint.name[..]).collect();
+            let all: Vec<&str> = skeleton
+                .joints()
+                .iter()
+                .map(|joint| &joint.name[..])
+                .collect();
             let all = all.join(", ");
-            return Err(Failure::Usage(format!("the graph has no joint {of_graph:?} among {all}")));
+            return Err(Failure::Usage(format!(
+                "the graph has no joint {of_graph:?} among {all}"
+            )));
         }
     }
     Ok(())

@@ -13,9 +13,13 @@ const FRAMES: usize = 64;
 /// rest pose.
 #[must_use]
 pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform> {
-    let head = skeleton
-        .ids()
-        .find(|&id| skeleton.joint(id).name.to_ascii_lowercase().contains("head"));
+    let head = skeleton.ids().find(|&id| {
+        skeleton
+            .joint(id)
+            .name
+            .to_ascii_lowercase()
+            .contains("head")
+    });
     let height = |joints: &[JointTransform]| {
         let heights = joints.iter().map(|joint| joint.translation.y);
         let top = match head {
@@ -49,7 +53,9 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
         rotation: back.rotation(),
         translation: back.point(Vec3::ZERO),
     };
-    { best.1.iter() }.map(|joint| after(&upright, joint)).collect()
+    { best.1.iter() }
+        .map(|joint| after(&upright, joint))
+        .collect()
 }
 
 /// Turns the bones of a pose to wanted directions, joint after joint, and keeps what directions leave open.
@@ -75,8 +81,8 @@ pub(super) fn straightened(
         };
         let pairs: Vec<(Vec3, Vec3)> = { skeleton.children(id) }
             .filter_map(|child| {
-                let away = old.rotation.conjugate()
-                    * (pose[child.index()].translation - old.translation);
+                let away =
+                    old.rotation.conjugate() * (pose[child.index()].translation - old.translation);
                 Some((away.try_normalize()?, wanted[child.index()]?))
             })
             .collect();
@@ -95,7 +101,9 @@ pub(super) fn straightened(
 fn turned(start: Quat, pairs: &[(Vec3, Vec3)], anew: bool) -> Quat {
     let miss = |rotation: Quat| -> f32 {
         let pairs = pairs.iter();
-        pairs.map(|&(own, wanted)| (rotation * own).distance_squared(wanted)).sum()
+        pairs
+            .map(|&(own, wanted)| (rotation * own).distance_squared(wanted))
+            .sum()
     };
     if let [(own, wanted)] = *pairs
         && !anew
@@ -104,7 +112,8 @@ fn turned(start: Quat, pairs: &[(Vec3, Vec3)], anew: bool) -> Quat {
     }
     let mut best = start;
     for quarter in 0..if anew { 4 } else { 1 } {
-        let mut rotation = Quat::from_rotation_y(quarter as f32 * std::f32::consts::FRAC_PI_2) * start;
+        let mut rotation =
+            Quat::from_rotation_y(quarter as f32 * std::f32::consts::FRAC_PI_2) * start;
         for _ in 0..200 {
             let torque: Vec3 = { pairs.iter() }
                 .map(|&(own, wanted)| (rotation * own).cross(wanted))

@@ -64,11 +64,7 @@ impl RiggedMesh {
     ///
     /// # Errors
     /// Fewer than two joints of the mesh are bound.
-    pub fn bind(
-        &self,
-        target: BindTarget<'_>,
-        names: &JointNames,
-    ) -> Result<BoundMesh, NotBound> {
+    pub fn bind(&self, target: BindTarget<'_>, names: &JointNames) -> Result<BoundMesh, NotBound> {
         let matches = self.matches(target.skeleton, names);
         let bound = matches.iter().flatten().count();
         if bound < 2 {
@@ -186,10 +182,17 @@ impl Binding<'_> {
             let (Some(a), Some(b)) = (self.standing(parent), self.standing(child)) else {
                 continue;
             };
-            own += self.bind(parent).translation.distance(self.bind(child).translation);
+            own += self
+                .bind(parent)
+                .translation
+                .distance(self.bind(child).translation);
             wanted += a.translation.distance(b.translation);
         }
-        if own > 0.0 && wanted > 0.0 { wanted / own } else { 1.0 }
+        if own > 0.0 && wanted > 0.0 {
+            wanted / own
+        } else {
+            1.0
+        }
     }
 
     /// The skeleton's frames in the mesh's bind pose, or `None` if the mesh's frames are the same.
@@ -225,7 +228,10 @@ impl Binding<'_> {
         let skeleton = self.target.skeleton;
         let feet = sabaki::internal::Limbs::of(skeleton).feet;
         for id in skeleton.ids().filter(|&id| is_last(skeleton, id)) {
-            if feet.iter().any(|&foot| skeleton.ancestry(id).any(|above| above == foot)) {
+            if feet
+                .iter()
+                .any(|&foot| skeleton.ancestry(id).any(|above| above == foot))
+            {
                 continue;
             }
             let direction = wanted[id.index()];

@@ -21,7 +21,12 @@ impl Stage {
         let solids = 0..draws.solids;
         let first_ghost = solids.end + draws.occluders;
         let ghosts = first_ghost..first_ghost + draws.ghosts;
-        let skins = |is_ghost: bool| draws.skins.iter().filter(move |draw| draw.is_ghost == is_ghost);
+        let skins = |is_ghost: bool| {
+            draws
+                .skins
+                .iter()
+                .filter(move |draw| draw.is_ghost == is_ghost)
+        };
         // SAFETY: the caller vouches for `cmd`, slot and target; all other handles are the stage's.
         unsafe {
             let graphics = vk::PipelineBindPoint::GRAPHICS;

@@ -5,11 +5,11 @@ use std::mem::offset_of;
 use ash::vk;
 
 use super::StageDesc;
+use crate::scene::MeshVertex;
 use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
     VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use crate::scene::MeshVertex;
 use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage};
 use sabaki::gpu::{Context, GpuError};
 

@@ -82,12 +82,7 @@ impl Skins {
     }
 
     /// Command that draws instances of a mesh.
-    pub(super) fn command(
-        &self,
-        mesh: usize,
-        detail: usize,
-        instances: u32,
-    ) -> DrawCommand {
+    pub(super) fn command(&self, mesh: usize, detail: usize, instances: u32) -> DrawCommand {
         let place = &self.places[mesh];
         let (first_index, index_count) = place.details[detail];
         DrawCommand {

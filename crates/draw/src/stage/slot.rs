@@ -116,11 +116,7 @@ impl Slot {
     }
 
     /// Writes the poses of skinned bodies.
-    pub(super) fn write_skinned(
-        &self,
-        context: &Context,
-        numbers: &[f32],
-    ) -> Result<(), GpuError> {
+    pub(super) fn write_skinned(&self, context: &Context, numbers: &[f32]) -> Result<(), GpuError> {
         let offset = u64::from(self.first_skinned_number()) * size_of::<f32>() as u64;
         self.poses
             .write(context, offset, bytemuck::cast_slice(numbers))

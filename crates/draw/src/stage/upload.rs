@@ -8,11 +8,12 @@ use super::skins::bones;
 use super::slot::{MOST_SKINNED_GROUPS, POSE_NUMBERS, Slot, write};
 use super::{Picture, Stage, Target};
 use crate::scene::{
-    Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, MemberGroup, Mesh, Skin, SkinnedBody,
+    Capsule, CrowdMember, CrowdShot, Detail, Figure, FigurePart, Layer, MemberGroup, Mesh, Skin,
+    SkinnedBody,
 };
 use crate::shaders::{CrowdCharacter, CrowdPart, DrawLayer, DrawSkin};
-use sabaki::gpu::{Context, GpuError};
 use sabaki::gpu::internal::within;
+use sabaki::gpu::{Context, GpuError};
 
 /// Contents of a slot's buffers.
 pub(super) struct Draws {
@@ -122,13 +123,21 @@ impl Stage {
         }
         let (bodies, joints) = (shot.skinned.len(), skinned.numbers.len() / POSE_NUMBERS);
         fits("StageDesc::max_skinned", bodies, desc.max_skinned)?;
-        fits("StageDesc::max_skinned_joints", joints, desc.max_skinned_joints)?;
+        fits(
+            "StageDesc::max_skinned_joints",
+            joints,
+            desc.max_skinned_joints,
+        )?;
         fits("StageDesc::max_parts", skinned.parts.len(), desc.max_parts)?;
         skinned.write(&context, slot)?;
         let meshes = &self.parts.skins;
         let mut commands = Vec::with_capacity(skinned.draws.len());
         for draw in skinned.draws {
-            within("StageDesc::meshes", draw.mesh as u64 + 1, meshes.len() as u64)?;
+            within(
+                "StageDesc::meshes",
+                draw.mesh as u64 + 1,
+                meshes.len() as u64,
+            )?;
             let mut constants = draw.constants;
             constants.texture_place = meshes.texture(draw.mesh);
             draws.skins.push(SkinDraw {
@@ -169,7 +178,8 @@ impl Skinned {
     /// Adds the bones of a skin and returns the index of the first.
     fn add_bones(&mut self, skin: &Skin) -> u32 {
         let first = self.parts.len() as u32;
-        self.parts.extend(bones(skin).map(bytemuck::cast::<_, CrowdPart>));
+        self.parts
+            .extend(bones(skin).map(bytemuck::cast::<_, CrowdPart>));
         first
     }
 
@@ -196,7 +206,8 @@ impl Skinned {
         for joint in &body.joints {
             let (turn, at) = (Mat3::from_quat(joint.rotation), joint.translation);
             for row in 0..3 {
-                self.numbers.extend(turn.row(row).extend(at[row]).to_array());
+                self.numbers
+                    .extend(turn.row(row).extend(at[row]).to_array());
             }
         }
         let weights = first_number + self.numbers.len() as u32;

@@ -174,7 +174,8 @@ impl Skin {
         // The skin may be stored lying down, and stand up by the nodes above it.
         let turn = match (nodes.joints.first(), joints.first()) {
             (Some(&node), Some(first)) => {
-                let path: Vec<usize> = std::iter::successors(Some(node), |&node| nodes.parent(node)).collect();
+                let path: Vec<usize> =
+                    std::iter::successors(Some(node), |&node| nodes.parent(node)).collect();
                 let world = path.iter().rev().fold(World::ORIGIN, |above, &node| {
                     above.below(&Local::of(&root.nodes[node]))
                 });
@@ -244,13 +245,17 @@ impl Builder<'_, '_> {
             || uvs.as_ref().is_some_and(|uvs| !alike(uvs.len()))
             || normals.as_ref().is_some_and(|all| !alike(all.len()))
         {
-            return Err(GltfError::Mesh("attributes have different numbers of elements"));
+            return Err(GltfError::Mesh(
+                "attributes have different numbers of elements",
+            ));
         }
         let enough = |held: usize, more: usize| held + more <= MOST_VERTICES;
         if !enough(self.vertices.len(), positions.len())
             || !enough(self.triangles.len(), triangles.len())
         {
-            return Err(GltfError::Mesh("it has more than 1,048,576 vertices or triangles"));
+            return Err(GltfError::Mesh(
+                "it has more than 1,048,576 vertices or triangles",
+            ));
         }
         for (index, &position) in positions.iter().enumerate() {
             let uv = uvs.as_ref().map(|uvs| Vec2::from(uvs[index]));
@@ -265,11 +270,15 @@ impl Builder<'_, '_> {
                 weights,
             };
             if !vertex.position.is_finite() || uv.is_some_and(|uv| !uv.is_finite()) {
-                return Err(GltfError::Mesh("a position or a texture coordinate is not finite"));
+                return Err(GltfError::Mesh(
+                    "a position or a texture coordinate is not finite",
+                ));
             }
             self.vertices.push(vertex);
         }
-        let shifted = triangles.iter().map(|corners| corners.map(|corner| corner + first));
+        let shifted = triangles
+            .iter()
+            .map(|corners| corners.map(|corner| corner + first));
         self.triangles.extend(shifted);
         if normals.is_none() {
             self.smooth_normals(first as usize, &triangles);

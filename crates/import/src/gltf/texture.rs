@@ -31,9 +31,8 @@ pub struct Texture {
 impl Texture {
     /// Linear colour of the texel at texture coordinates, which repeat.
     pub(super) fn nearest(&self, uv: Vec2) -> [f32; 4] {
-        let at = |share: f32, side: u32| {
-            ((share.rem_euclid(1.0) * side as f32) as u32).min(side - 1)
-        };
+        let at =
+            |share: f32, side: u32| ((share.rem_euclid(1.0) * side as f32) as u32).min(side - 1);
         let (column, row) = (at(uv.x, self.width), at(uv.y, self.height));
         let texel = self.texels[(row * self.width + column) as usize];
         let [red, green, blue] = [0, 1, 2].map(|channel| linear(texel[channel]));
@@ -65,7 +64,9 @@ fn linear(value: u8) -> f32 {
 fn check(width: u32, height: u32) -> Result<(), String> {
     match width.max(height) <= MOST_TEXELS {
         true => Ok(()),
-        false => Err(format!("{width} x {height} texels; {MOST_TEXELS} a side are the most")),
+        false => Err(format!(
+            "{width} x {height} texels; {MOST_TEXELS} a side are the most"
+        )),
     }
 }
 

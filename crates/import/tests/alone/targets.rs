@@ -11,7 +11,7 @@ use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
 use sabaki_import::asf::{AmcClipDesc, AmcFile, AsfFile};
 use sabaki_import::bvh::{self, BvhFile};
-use sabaki_import::gltf::GltfFile;
+use sabaki_import::gltf::{GltfFile, SkinnedMesh};
 use sabaki_import::{AttackFile, EventsFile, Scale, parse_obj};
 
 use super::common::clips::{small_skeleton, swinging_clip};
@@ -84,6 +84,20 @@ pub fn asf_file(bytes: &[u8]) {
 }
 
 pub fn gltf_file(bytes: &[u8]) {
+    if let Ok(mesh) = SkinnedMesh::parse(bytes, |_| Err("there is none".to_owned())) {
+        let corners = mesh.triangles.as_flattened();
+        assert!(
+            corners
+                .iter()
+                .all(|&corner| (corner as usize) < mesh.vertices.len())
+        );
+        let known = |joint: &u16| usize::from(*joint) < mesh.joints.len();
+        assert!(
+            mesh.vertices
+                .iter()
+                .all(|vertex| vertex.joints.iter().all(known))
+        );
+    }
     let Ok(file) = GltfFile::parse(bytes, |_| Err("there is none".to_owned())) else {
         return;
     };

@@ -1,0 +1,162 @@
+//! Skinned meshes are read as they were written, and damaged ones are refused.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+
+use std::path::PathBuf;
+
+use common::clips::{small_skeleton, swinging_clip};
+use glam::Vec3;
+use sabaki::anim::JointId;
+use sabaki_import::gltf::{self, GltfError, SkinnedMesh};
+use sabaki_import::read_mesh;
+use serde_json::{Value, json};
+
+fn parse(bytes: &[u8]) -> Result<SkinnedMesh, GltfError> {
+    SkinnedMesh::parse(bytes, |file| panic!("{} is not asked for", file.display()))
+}
+
+/// A file of a skeleton whose figure is a mesh of thin bones.
+fn written() -> Vec<u8> {
+    let skeleton = small_skeleton();
+    let clip = swinging_clip(&skeleton, 3, 0.0);
+    let mut bytes = Vec::new();
+    gltf::write(&mut bytes, &skeleton, &[clip]).unwrap();
+    bytes
+}
+
+/// The file with its JSON changed.
+fn changed(change: impl FnOnce(&mut Value)) -> Vec<u8> {
+    let bytes = written();
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let length = word(12);
+    let mut root: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    change(&mut root);
+    let mut text = serde_json::to_vec(&root).unwrap();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let rest = &bytes[20 + length..];
+    let mut out = b"glTF".to_vec();
+    out.extend(2u32.to_le_bytes());
+    out.extend(((20 + text.len() + rest.len()) as u32).to_le_bytes());
+    out.extend((text.len() as u32).to_le_bytes());
+    out.extend(b"JSON");
+    out.extend(text);
+    out.extend(rest);
+    out
+}
+
+#[test]
+fn the_figure_of_a_written_file_is_on_its_bones() {
+    let skeleton = small_skeleton();
+    let mesh = parse(&written()).unwrap();
+    let bones = skeleton.joints().iter().skip(1);
+    let bones = bones.filter(|joint| joint.offset.length() > 0.0).count();
+    assert_eq!(mesh.triangles.len(), 8 * bones);
+    assert_eq!(mesh.joints.len(), skeleton.len());
+    for (index, joint) in mesh.joints.iter().enumerate() {
+        let id = skeleton.find(&joint.name).unwrap();
+        let chain: Vec3 = { skeleton.ancestry(id) }
+            .filter(|&above| above != JointId::ROOT)
+            .map(|above| skeleton.joint(above).offset)
+            .sum();
+        assert!(joint.position.distance(chain) < 1e-5, "{}", joint.name);
+        let parent = skeleton
+            .joint(id)
+            .parent
+            .map(|parent| &skeleton.joint(parent).name);
+        let found = joint.parent.map(|parent| &mesh.joints[parent].name);
+        assert_eq!(found, parent);
+        assert!(joint.parent.is_none_or(|parent| parent < index));
+    }
+    let longest = skeleton.joints().iter().map(|joint| joint.offset.length());
+    let longest = longest.fold(0.0, f32::max);
+    for vertex in &mesh.vertices {
+        assert!((vertex.weights.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+        assert!(
+            (vertex.normal.length() - 1.0).abs() < 1e-5,
+            "made from the triangles"
+        );
+        assert!(vertex.uv.is_none() && vertex.colour == [1.0; 4]);
+        let joint = &mesh.joints[usize::from(vertex.joints[0])];
+        assert!(vertex.position.distance(joint.position) < 1.1 * longest);
+    }
+}
+
+#[test]
+fn damaged_meshes_are_refused() {
+    let attribute = |root: &Value, name: &str| {
+        let primitive = &root["meshes"][0]["primitives"][0];
+        primitive["attributes"][name].as_u64().unwrap() as usize
+    };
+    let refused = |change: &dyn Fn(&mut Value)| parse(&changed(change)).unwrap_err();
+    let error = refused(&|root| {
+        root.as_object_mut().unwrap().remove("skins");
+        root["nodes"]
+            .as_array_mut()
+            .unwrap()
+            .iter_mut()
+            .for_each(|node| {
+                node.as_object_mut().unwrap().remove("skin");
+            });
+    });
+    assert_eq!(error, GltfError::NoMesh);
+    let error = refused(&|root| {
+        let weights = attribute(root, "WEIGHTS_0");
+        root["accessors"][weights]["count"] = json!(1);
+    });
+    assert!(error.to_string().contains("different numbers"), "{error}");
+    let error = refused(&|root| {
+        let joints = attribute(root, "JOINTS_0");
+        root["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(joints);
+    });
+    assert!(error.to_string().contains("not normalised"), "{error}");
+    let error = refused(&|root| {
+        let weights = attribute(root, "WEIGHTS_0");
+        root["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(weights);
+    });
+    assert!(error.to_string().contains("unsigned integers"), "{error}");
+    let error = refused(&|root| {
+        let joints = attribute(root, "JOINTS_0");
+        root["accessors"][joints]["count"] = json!(1 << 40);
+    });
+    assert!(error.to_string().contains("within its buffer"), "{error}");
+    let error = refused(&|root| {
+        root["materials"] =
+            json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+        root["textures"] = json!([{ "source": 0 }]);
+        root["images"] = json!([{ "bufferView": 0, "mimeType": "image/png" }]);
+        root["meshes"][0]["primitives"][0]["material"] = json!(0);
+    });
+    assert!(
+        matches!(error, GltfError::Image { image: 0, .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn meshes_of_other_programs_are_read_with_their_textures() {
+    let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
+        eprintln!("skipped: SABAKI_MOCAP names no folder with motion capture");
+        return;
+    };
+    let read = |name: &str| read_mesh(&PathBuf::from(&root).join("gltf").join(name)).unwrap();
+    let fox = read("Fox.glb");
+    assert_eq!((fox.vertices.len(), fox.triangles.len()), (1728, 576));
+    assert_eq!(fox.joints.len(), 24);
+    let man = read("CesiumMan.glb");
+    assert_eq!((man.vertices.len(), man.triangles.len()), (3273, 4672));
+    assert_eq!(man.joints.len(), 19);
+    for mesh in [fox, man] {
+        let texture = mesh.texture.unwrap();
+        assert_eq!(texture.texels.len() as u32, texture.width * texture.height);
+        assert!(mesh.vertices.iter().all(|vertex| vertex.uv.is_some()));
+        // Figures stand upright: their heads are above their feet.
+        let height = |part: &str| {
+            let joints = mesh.joints.iter();
+            let of = joints.filter(|joint| joint.name.to_lowercase().contains(part));
+            of.map(|joint| joint.position.y).fold(f32::MIN, f32::max)
+        };
+        let (head, foot) = (height("neck"), height("foot").max(height("leg_joint_r_5")));
+        assert!(head > foot + 0.1, "{head} {foot}");
+    }
+}
