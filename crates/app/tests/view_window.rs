@@ -251,6 +251,7 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         skeleton: &motions.skeleton,
         body: &body,
         clip: clip.unwrap(),
+        skin: None,
     };
     let crowd = Crowd::new(performer, &settings).unwrap();
     let mut device = device();

@@ -19,11 +19,13 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used))]
 #![warn(unreachable_pub)]
 
+mod body;
 mod offscreen;
 pub mod scene;
 mod shaders;
 mod stage;
 
+pub use body::human_body;
 pub use offscreen::Offscreen;
 pub use stage::{Picture, Stage, StageDesc, Target};
 

@@ -227,6 +227,7 @@ fn a_crowd_stands_where_it_was_posed_with_levels_and_without() {
         skeleton: &motions.skeleton,
         body: &body,
         clip: &motions.clips[0],
+        skin: None,
     };
     let mut crowd = Crowd::new(performer, &settings).unwrap();
     let desc = StageDesc {

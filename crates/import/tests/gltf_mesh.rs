@@ -117,7 +117,7 @@ fn damaged_meshes_are_refused() {
     assert!(error.to_string().contains("unsigned integers"), "{error}");
     let error = refused(&|root| {
         let joints = attribute(root, "JOINTS_0");
-        root["accessors"][joints]["count"] = json!(1 << 40);
+        root["accessors"][joints]["count"] = json!(1u64 << 40);
     });
     assert!(error.to_string().contains("within its buffer"), "{error}");
     let error = refused(&|root| {

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use sabaki::anim::{Clip, JointTransform, Skeleton};
+use sabaki_draw::human_body;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex, RiggedMesh, Skin,
-    standing_pose,
+    BindTarget, BoundMesh, BoutSettings, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex,
+    RiggedMesh, Skin, standing_pose,
 };
 use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
 
@@ -17,7 +18,7 @@ use super::Failure;
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Mesh")]
 pub(crate) struct MeshArgs {
-    /// Skinned mesh of the characters (.glb, .gltf). Default: capsules.
+    /// Skinned mesh of the characters (.glb, .gltf), `body` for a human body made for the skeleton, or `capsules`. Default: `body`; capsules for a skeleton that is not a human's by its names.
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Names of the graph's joints by names of the mesh's joints (JSON). Joints that are not in the file are bound by their names.
@@ -39,14 +40,28 @@ pub(crate) struct Wardrobe {
 const BLUE: Vec3 = Vec3::new(0.35, 0.5, 1.0);
 
 impl MeshArgs {
-    /// Reads the mesh and binds it to a skeleton. `None` if no mesh is asked for.
+    /// Reads or makes the mesh and binds it to a skeleton. `None` for capsules.
     pub(crate) fn load(
         &self,
         skeleton: &Skeleton,
         clips: &[Clip],
     ) -> Result<Option<Wardrobe>, Failure> {
-        let Some(path) = &self.mesh else {
-            return Ok(None);
+        let standing = standing_pose(skeleton, clips);
+        let target = BindTarget {
+            skeleton,
+            standing: &standing,
+        };
+        let path = match &self.mesh {
+            None => return Ok(Wardrobe::human(target)),
+            Some(path) if path.as_os_str() == CAPSULES => return Ok(None),
+            Some(path) if path.as_os_str() == BODY => {
+                let what = "a body needs a skeleton whose joints' names tell two legs, two arms and a head";
+                let human = Wardrobe::human(target);
+                return human
+                    .ok_or_else(|| Failure::Usage(what.to_owned()))
+                    .map(Some);
+            }
+            Some(path) => path,
         };
         let rigged = rigged(sabaki_import::read_mesh(path)?);
         let names = match &self.map {
@@ -56,17 +71,35 @@ impl MeshArgs {
         if let Some(map) = &self.map {
             check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
         }
-        let target = BindTarget {
-            skeleton,
-            standing: &standing_pose(skeleton, clips),
-        };
         let bound = rigged.bind(target, &names);
         let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
         Ok(Some(Wardrobe::of(bound, path)))
     }
 }
 
+/// Name of the body made by code.
+const BODY: &str = "body";
+/// Name of the capsules that are drawn without a mesh.
+const CAPSULES: &str = "capsules";
+
 impl Wardrobe {
+    fn human(target: BindTarget<'_>) -> Option<Self> {
+        let [white, blue] = BoutSettings::default().looks;
+        let body = human_body(target, &white)?;
+        let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
+        let skin = |mesh| {
+            Arc::new(Skin {
+                mesh,
+                bones: body.bones.clone(),
+            })
+        };
+        Some(Self {
+            skins: [skin(0), skin(1)],
+            meshes: vec![body.mesh, other],
+            report: String::new(),
+        })
+    }
+
     fn of(bound: BoundMesh, path: &Path) -> Self {
         let mut report = format!(
             "{}: {} vertices, {} of {} joints bound{}\n",

@@ -252,6 +252,7 @@ impl CrowdArgs {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
+            skin: None,
         };
         let crowd = Crowd::new(performer, &settings);
         let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);

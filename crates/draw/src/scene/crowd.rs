@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use thiserror::Error;
 
-use super::{Figure, Look};
+use super::{Figure, Look, Skin};
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{
     self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
@@ -73,6 +73,8 @@ pub struct Crowd {
     pub(super) characters: Vec<Standing>,
     /// For each level a complete figure, then figures of its [`DISTANT_PARTS`] and [`TINY_PARTS`] largest parts.
     pub(super) figures: Vec<Figure>,
+    /// For each level the mesh that is drawn in place of figures, if there is one.
+    pub(super) skins: Vec<Arc<Skin>>,
     /// Duration of the clip, in seconds.
     period: f32,
     most_lines: usize,
@@ -101,6 +103,8 @@ pub struct Performer<'a> {
     pub body: &'a Body,
     /// Motion that is repeated.
     pub clip: &'a Clip,
+    /// Mesh that is drawn in place of the figure.
+    pub skin: Option<&'a Skin>,
 }
 
 impl Crowd {
@@ -116,6 +120,7 @@ impl Crowd {
             skeleton,
             body,
             clip,
+            skin,
         } = performer;
         let clips = std::slice::from_ref(clip);
         let levels = Levels::build(skeleton, clips, &LevelSettings::default())?;
@@ -135,6 +140,9 @@ impl Crowd {
         let period = animations.duration(ClipId(0)).unwrap_or(1.0).max(1e-3);
         let mut formation = Self {
             figures: figures.collect(),
+            skins: { levels.levels.iter() }
+                .filter_map(|level| Some(Arc::new(skin?.attached(level))))
+                .collect(),
             crowd: crowd::Crowd::new(
                 Arc::clone(&animations),
                 CrowdSettings {
@@ -229,10 +237,12 @@ impl Crowd {
         self.most_lines.max(groups * group)
     }
 
-    /// Number of parts of all figures.
+    /// Number of parts of all figures, and of bones of all skins.
     #[must_use]
     pub fn parts(&self) -> usize {
-        self.figures.iter().map(|figure| figure.parts.len()).sum()
+        let bones: usize = self.skins.iter().map(|skin| skin.bones.len()).sum();
+        let parts: usize = self.figures.iter().map(|figure| figure.parts.len()).sum();
+        parts + bones
     }
 
     /// Selects levels by distance, or all joints for every character.

@@ -117,11 +117,16 @@ impl Crowd {
                 tint: self.tint(usize::from(character.level.0)),
             };
             let casts = character.place.distance(middle) < SHADOWS + HEIGHT;
-            seen.push(((3 * level + afar, detail, casts), member));
+            let key = match self.skins.is_empty() {
+                true => (3 * level + afar, detail, casts),
+                false => (level, mesh_detail(pixels), casts),
+            };
+            seen.push((key, member));
         }
         seen.sort_by_key(|((figure, detail, casts), _)| (*figure, *detail as u8, *casts));
         let mut shown = CrowdShot {
             figures: self.figures.clone(),
+            skins: self.skins.clone(),
             ..CrowdShot::default()
         };
         for alike in seen.chunk_by(|a, b| a.0 == b.0) {
@@ -161,6 +166,16 @@ pub fn level_colour(level: usize, levels: usize) -> Vec3 {
     let along = 3.0 * level as f32 / levels.saturating_sub(1).max(1) as f32;
     let stop = (along as usize).min(2);
     STOPS[stop].lerp(STOPS[stop + 1], along - stop as f32)
+}
+
+/// Resolution of a mesh of some height on the screen, in pixels.
+fn mesh_detail(pixels: f32) -> Detail {
+    match pixels {
+        few if few < DISTANT => Detail::Tiny,
+        few if few < MIDDLE => Detail::Coarse,
+        many if many > NEAR => Detail::Fine,
+        _ => Detail::Medium,
+    }
 }
 
 /// Whether a character at a place may be visible.

@@ -72,6 +72,18 @@ impl Mesh {
 }
 
 impl Mesh {
+    /// Returns the mesh with one linear colour in place of another.
+    #[must_use]
+    pub fn recoloured(mut self, from: Vec3, to: Vec3) -> Self {
+        let (from, to) = (whole(from), whole(to));
+        for vertex in &mut self.vertices {
+            if vertex.colour[..3] == from {
+                vertex.colour[..3].copy_from_slice(&to);
+            }
+        }
+        self
+    }
+
     /// Returns the mesh with all colours multiplied by a linear colour.
     #[must_use]
     pub fn tinted(mut self, tint: Vec3) -> Self {
@@ -82,6 +94,12 @@ impl Mesh {
         }
         self
     }
+}
+
+/// A linear colour as vertices have it.
+pub(crate) fn whole(colour: Vec3) -> [u16; 3] {
+    let part = |part: f32| (part.clamp(0.0, 1.0) * 65_535.0) as u16;
+    colour.to_array().map(part)
 }
 
 /// A bone of a mesh on a skeleton: a rigid transform from the mesh's space to the frame of a joint.
@@ -153,7 +171,7 @@ impl SkinnedBody {
 }
 
 /// The inverse of a rigid transform.
-pub(super) fn inverse(of: &JointTransform) -> JointTransform {
+pub(crate) fn inverse(of: &JointTransform) -> JointTransform {
     let rotation = of.rotation.conjugate();
     JointTransform {
         rotation,

@@ -18,6 +18,13 @@ mod rigged;
 mod shot;
 mod simplify;
 
+/// What bodies made by code need of poses and meshes.
+pub(crate) mod internal {
+    pub(crate) use super::mesh::{inverse, whole};
+    pub(crate) use super::pose_fit::straightened;
+    pub(crate) use super::simplify::simplified;
+}
+
 pub use camera::{Camera, Orbit};
 pub use crowd::{Crowd, FormationError, FormationSettings, Performer};
 pub use crowd_shot::{CrowdMember, CrowdShot, Detail, MemberGroup};

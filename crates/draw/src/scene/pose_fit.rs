@@ -9,8 +9,8 @@ use sabaki::internal::{Facing, Limbs};
 /// Frames of a clip that are looked at, at most.
 const FRAMES: usize = 64;
 
-/// The pose of the clips in which the head is highest above the lowest joint, at the origin, facing +Z: the joints' frames. With no clips, the
-/// rest pose.
+/// The pose of the clips in which the head is highest and the feet are lowest above the lowest joint, at the origin, facing +Z: the joints'
+/// frames. With no clips, the rest pose.
 #[must_use]
 pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform> {
     let head = skeleton.ids().find(|&id| {
@@ -20,13 +20,16 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
             .to_ascii_lowercase()
             .contains("head")
     });
+    let feet = Limbs::of(skeleton).feet;
     let height = |joints: &[JointTransform]| {
         let heights = joints.iter().map(|joint| joint.translation.y);
         let top = match head {
             Some(head) => joints[head.index()].translation.y,
             None => heights.clone().fold(f32::MIN, f32::max),
         };
-        top - heights.fold(f32::MAX, f32::min)
+        let lowest = heights.fold(f32::MAX, f32::min);
+        let lifted = { feet.iter() }.map(|&foot| joints[foot.index()].translation.y - lowest);
+        top - lowest - lifted.sum::<f32>()
     };
     let mut joints = Vec::new();
     let mut pose = Pose {
@@ -62,7 +65,7 @@ pub fn standing_pose(skeleton: &Skeleton, clips: &[Clip]) -> Vec<JointTransform>
 ///
 /// `wanted` has the direction from a joint's parent to the joint. The root stays where it is. Joints that no direction turns keep their
 /// rotation relative to their parents; feet keep theirs relative to the ground, pointing ahead.
-pub(super) fn straightened(
+pub(crate) fn straightened(
     skeleton: &Skeleton,
     pose: &[JointTransform],
     wanted: &[Option<Vec3>],

@@ -12,7 +12,7 @@ use glam::{DMat4, DVec3, DVec4, Vec3};
 use super::MeshVertex;
 
 /// At most `count` triangles of the same surface, if it can be simplified that far.
-pub(super) fn simplified(
+pub(crate) fn simplified(
     vertices: &[MeshVertex],
     triangles: &[[u32; 3]],
     count: usize,
@@ -60,6 +60,8 @@ struct Collapsing {
     around: Vec<Vec<u32>>,
     quadrics: Vec<DMat4>,
     versions: Vec<u32>,
+    /// For each vertex a number of its colour, and whether it has a neighbour of another colour.
+    colours: Vec<(u32, bool)>,
     candidates: BinaryHeap<Reverse<Candidate>>,
     left: usize,
 }
@@ -83,10 +85,12 @@ impl Collapsing {
             around: vec![Vec::new(); vertices.len()],
             quadrics: vec![DMat4::ZERO; vertices.len()],
             versions: vec![0; vertices.len()],
+            colours: vec![(0, false); vertices.len()],
             candidates: BinaryHeap::new(),
             left: 0,
         };
         mesh.left = mesh.triangles.len();
+        mesh.mark_borders(vertices);
         for index in 0..mesh.triangles.len() {
             let Some(corners) = mesh.triangles[index] else {
                 continue;
@@ -122,13 +126,38 @@ impl Collapsing {
             let place = self.positions[to as usize].extend(1.0);
             // Flat surfaces cost nothing; among them short edges go first.
             let length = self.positions[from as usize].distance(self.positions[to as usize]);
-            let cost = place.dot(both * place).max(0.0) + 1e-9 * length;
+            let cost =
+                place.dot(both * place).max(0.0) + 1e-9 * length + self.border_cost(from, to);
             self.candidates.push(Reverse(Candidate {
                 cost,
                 from,
                 to,
                 versions: [from, to].map(|end| self.versions[end as usize]),
             }));
+        }
+    }
+
+    fn mark_borders(&mut self, vertices: &[MeshVertex]) {
+        let mut numbers = HashMap::new();
+        for (vertex, colour) in vertices.iter().zip(&mut self.colours) {
+            let next = numbers.len() as u32;
+            colour.0 = *numbers.entry(vertex.colour).or_insert(next);
+        }
+        for corners in self.triangles.iter().flatten() {
+            let [a, b, c] = corners.map(|corner| self.colours[corner as usize].0);
+            for corner in *corners {
+                self.colours[corner as usize].1 |= a != b || b != c;
+            }
+        }
+    }
+
+    /// Cost of moving a border between colours: the area that would change its colour, times a height.
+    fn border_cost(&self, from: u32, to: u32) -> f64 {
+        let [a, b] = [from, to].map(|end| self.colours[end as usize]);
+        let length = self.positions[from as usize].distance(self.positions[to as usize]);
+        match a.1 && (a.0 != b.0 || !b.1) {
+            true => 0.05 * length.powi(3),
+            false => 0.0,
         }
     }
 

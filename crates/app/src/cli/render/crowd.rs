@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use sabaki::graph::GraphError;
 use sabaki::maps::Body;
-use sabaki_app::demo;
+use sabaki_app::demo::{self, Motions};
 use sabaki_app::film::Film;
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
@@ -14,6 +14,7 @@ use super::canvas::Canvas;
 use super::file::{self, Kind};
 use super::{Args, Written, text_height};
 use crate::cli::culling::DeviceArgs;
+use crate::cli::mesh::Wardrobe;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
@@ -41,8 +42,11 @@ fn usage(error: impl std::fmt::Display) -> Failure {
 }
 
 pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Written, Failure> {
-    let mut crowd = args.crowd.formation()?;
+    let motions = demo::motions().map_err(GraphError::from)?;
+    let wardrobe = args.mesh.load(&motions.skeleton, &motions.clips)?;
+    let mut crowd = args.crowd.formation(&motions, wardrobe.as_ref())?;
     let desc = StageDesc {
+        meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
         shadow_side: 4096,
         max_members: args.crowd.count,
         max_crowd_lines: crowd.most_lines() as u32,
@@ -72,7 +76,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
     let census = crowd.census();
-    let mut text = String::new();
+    let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
     let _ = writeln!(
         text,
         "{} characters; on each of {} levels: {census:?}",
@@ -91,8 +95,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
 }
 
 impl CrowdArgs {
-    fn formation(&self) -> Result<Crowd, Failure> {
-        let motions = demo::motions().map_err(GraphError::from)?;
+    fn formation(&self, motions: &Motions, wardrobe: Option<&Wardrobe>) -> Result<Crowd, Failure> {
         let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
         let clip = clip.ok_or_else(|| {
             let names: Vec<_> = motions.clips.iter().map(|clip| clip.name()).collect();
@@ -111,6 +114,7 @@ impl CrowdArgs {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
+            skin: wardrobe.map(|wardrobe| &*wardrobe.skins[0]),
         };
         let mut crowd = Crowd::new(performer, &settings).map_err(usage)?;
         crowd.use_levels(!self.no_levels);

@@ -16,6 +16,7 @@ use super::file::{self, Kind};
 use super::{Written, size, text_height};
 use crate::cli::culling::DeviceArgs;
 use crate::cli::duel::{Fought, clip_of};
+use crate::cli::mesh::MeshArgs;
 use crate::cli::picture::{Picture, TextLook};
 use crate::cli::plot::INK;
 use crate::cli::{Failure, cancel, output};
@@ -39,6 +40,8 @@ pub(crate) struct DuelArgs {
     /// Leaves out the text.
     #[arg(long, requires = "out")]
     plain: bool,
+    #[command(flatten)]
+    mesh: MeshArgs,
 }
 
 const STRUCK: RGBColor = RGBColor(176, 34, 18);
@@ -71,7 +74,10 @@ impl DuelArgs {
         let kind = Kind::of(path)?;
         let settings = BoutSettings::default();
         let exchanges = &fought.exchanges;
-        let bout = Bout::new(baked, &fought.fighters, exchanges, &settings);
+        let graph = baked.graph();
+        let wardrobe = self.mesh.load(graph.skeleton(), graph.clips())?;
+        let skins = wardrobe.as_ref().map(|wardrobe| wardrobe.skins.clone());
+        let bout = Bout::new(baked, &fought.fighters, exchanges, &settings).with_skins(skins);
         let mut cuts = bout.cuts(self.size[0] as f32 / self.size[1] as f32);
         cuts.drain(..cuts.len().min(self.from as usize - 1));
         if cuts.is_empty() {
@@ -85,7 +91,11 @@ impl DuelArgs {
             bout,
             cuts,
         };
-        let mut canvas = Canvas::new(device, self.size, &StageDesc::default())?;
+        let desc = StageDesc {
+            meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
+            ..StageDesc::default()
+        };
+        let mut canvas = Canvas::new(device, self.size, &desc)?;
         let film = match kind.is_film() {
             true => show.film(&mut canvas)?,
             false => show.sheet(&mut canvas)?,
@@ -101,7 +111,11 @@ impl DuelArgs {
         let document = json!({ "file": file.to_string(), "bytes": written.bytes, "pictures": written.pictures });
         Ok(Some((
             document,
-            format!("{file}: {}\n", written.describe()),
+            format!(
+                "{}{file}: {}\n",
+                wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report),
+                written.describe()
+            ),
         )))
     }
 }

@@ -1,5 +1,6 @@
 //! `sabaki render`: draws scenes to files, without a window.
 
+mod body;
 mod canvas;
 mod crowd;
 mod dodge;
@@ -50,6 +51,8 @@ enum Scene {
     Dodge,
     /// A column of ten thousand characters.
     Crowd,
+    /// The mesh of the characters from four sides, in three poses of the clips.
+    Body,
 }
 
 /// Largest width and height of a picture, in pixels.
@@ -75,6 +78,7 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     let written = match args.scene {
         Scene::Dodge => dodge::run(args, kind, device)?,
         Scene::Crowd => crowd::run(args, kind, device)?,
+        Scene::Body => body::run(args, kind, device)?,
     };
     let path = args.out.display().to_string();
     Ok(Done::ok(if as_json {

@@ -1,0 +1,219 @@
+//! The parts of a skeleton that a body is made around, in the pose that it is made in.
+
+use glam::Vec3;
+
+use crate::scene::BindTarget;
+use crate::scene::internal::straightened;
+use sabaki::anim::{JointId, JointTransform, Skeleton};
+use sabaki::internal::Leg;
+
+/// Left, as an index of the sides; +X.
+pub(super) const LEFT: usize = 0;
+
+/// A skeleton in the pose that the body is made in: upright, facing +Z, arms and legs spread.
+pub(super) struct Anatomy {
+    /// Frames of the joints.
+    pub(super) frames: Vec<JointTransform>,
+    /// Joints from the pelvis up to the joint that carries both arms.
+    pub(super) trunk: Vec<JointId>,
+    /// Joint at which the neck starts.
+    pub(super) neck: JointId,
+    pub(super) head: JointId,
+    /// Left and right leg.
+    pub(super) legs: [Leg; 2],
+    /// Left and right arm: shoulder, elbow, hand and its tip.
+    pub(super) arms: [Leg; 2],
+    /// Joint that carries the shoulder.
+    pub(super) girdles: [JointId; 2],
+    /// Ends of the toes, as joints.
+    pub(super) toes: [JointId; 2],
+    /// Height of the soles.
+    pub(super) sole: f32,
+    /// Height of the body, in metres.
+    pub(super) height: f32,
+}
+
+impl Anatomy {
+    pub(super) fn of(target: BindTarget<'_>) -> Option<Self> {
+        let (skeleton, standing) = (target.skeleton, target.standing);
+        let x = |id: JointId| standing[id.index()].translation.x;
+        let sided = |limbs: Vec<Leg>| -> Option<[Leg; 2]> {
+            let mut pair = <[Leg; 2]>::try_from(limbs).ok()?;
+            // Left is +X. The first joints do not cross over.
+            pair.sort_by(|a, b| x(b.hip).total_cmp(&x(a.hip)));
+            Some(pair)
+        };
+        let legs = sided(Leg::all(skeleton))?;
+        let arms = sided(Leg::arms(skeleton))?;
+        let pelvis = common(skeleton, legs[0].hip, legs[1].hip)?;
+        let chest = common(skeleton, arms[0].hip, arms[1].hip)?;
+        let mut trunk: Vec<JointId> = { skeleton.ancestry(chest) }
+            .take_while(|&id| id != pelvis)
+            .collect();
+        trunk.push(pelvis);
+        trunk.reverse();
+        let head = head(skeleton, chest)?;
+        let neck = { skeleton.ancestry(head) }
+            .take_while(|&id| id != chest)
+            .last()
+            .unwrap_or(head);
+        let toes = legs.map(|leg| furthest(skeleton, leg.foot));
+        let wanted = Wanted {
+            skeleton,
+            standing,
+            directions: vec![None; skeleton.len()],
+        }
+        .fill(&trunk, head, legs, arms);
+        let frames = straightened(skeleton, standing, &wanted);
+        let at = |id: JointId| frames[id.index()].translation;
+        let lowest = { toes.iter() }
+            .map(|&toe| at(toe).y)
+            .fold(f32::MAX, f32::min);
+        let top = at(furthest(skeleton, head)).y.max(at(head).y + 0.1);
+        let height = top - lowest;
+        let girdles = arms.map(|arm| skeleton.joint(arm.hip).parent.unwrap_or(chest));
+        Some(Self {
+            sole: lowest - 0.009 * height,
+            height,
+            trunk,
+            neck,
+            head,
+            legs,
+            arms,
+            girdles,
+            toes,
+            frames,
+        })
+    }
+
+    /// Position of a joint.
+    pub(super) fn at(&self, id: JointId) -> Vec3 {
+        self.frames[id.index()].translation
+    }
+
+    /// Joint of the trunk that moves a place: the last one that is not above it.
+    pub(super) fn of_trunk(&self, place: Vec3) -> JointId {
+        let below = self
+            .trunk
+            .iter()
+            .rev()
+            .find(|&&id| self.at(id).y <= place.y);
+        *below.unwrap_or(&self.trunk[0])
+    }
+}
+
+/// The nearest joint that is above both or one of them.
+fn common(skeleton: &Skeleton, a: JointId, b: JointId) -> Option<JointId> {
+    let of_b: Vec<JointId> = skeleton.ancestry(b).collect();
+    skeleton.ancestry(a).find(|id| of_b.contains(id))
+}
+
+/// The joint named so or, without one, the joint of the trunk's other children that is furthest from the chest.
+fn head(skeleton: &Skeleton, chest: JointId) -> Option<JointId> {
+    let below = |id: JointId| skeleton.ancestry(id).any(|above| above == chest);
+    let named = |id: &JointId| {
+        let name = skeleton.joint(*id).name.to_ascii_lowercase();
+        name.contains("head") && !name.ends_with("_end")
+    };
+    let mut candidates = skeleton.ids().filter(|&id| below(id));
+    candidates.find(named)
+}
+
+/// The descendant that the longest chain of bones leads to.
+fn furthest(skeleton: &Skeleton, from: JointId) -> JointId {
+    let below = |id: JointId| skeleton.ancestry(id).any(|above| above == from);
+    let length = |id: JointId| skeleton.chain_length(id);
+    let all = skeleton.ids().filter(|&id| below(id));
+    all.max_by(|&a, &b| length(a).total_cmp(&length(b)))
+        .unwrap_or(from)
+}
+
+/// Directions of the bones in the pose that the body is made in.
+struct Wanted<'a> {
+    skeleton: &'a Skeleton,
+    standing: &'a [JointTransform],
+    directions: Vec<Option<Vec3>>,
+}
+
+impl Wanted<'_> {
+    fn fill(
+        mut self,
+        trunk: &[JointId],
+        head: JointId,
+        legs: [Leg; 2],
+        arms: [Leg; 2],
+    ) -> Vec<Option<Vec3>> {
+        let (pelvis, chest) = (trunk[0], trunk[trunk.len() - 1]);
+        self.path(pelvis, chest, Vec3::Y);
+        self.path(chest, head, Vec3::new(0.0, 1.0, 0.08));
+        let tip = furthest(self.skeleton, head);
+        self.path(head, tip, Vec3::new(0.0, 1.0, 0.05));
+        let at = |id: JointId| self.standing[id.index()].translation;
+        let upright = |a: JointId, b: JointId| (at(b) - at(a)).normalize_or(Vec3::Y);
+        let (low, high) = (upright(pelvis, chest), upright(chest, head));
+        self.rigid(pelvis, legs.map(|leg| leg.hip), low);
+        self.rigid(chest, arms.map(|arm| arm.hip), high);
+        for side in 0..2 {
+            let sign = if side == LEFT { 1.0 } else { -1.0 };
+            let aside = |x: f32, y: f32, z: f32| Vec3::new(sign * x, y, z);
+            let Leg {
+                hip, knee, foot, ..
+            } = legs[side];
+            self.sideways(pelvis, hip, (low, sign));
+            self.path(hip, knee, aside(0.06, -1.0, 0.02));
+            self.path(knee, foot, aside(0.04, -1.0, -0.03));
+            let arm = arms[side];
+            self.sideways(chest, arm.hip, (high, sign));
+            self.path(arm.hip, arm.knee, aside(0.82, -0.57, 0.0));
+            self.path(arm.knee, arm.foot, aside(0.80, -0.59, 0.08));
+            if let Some(tip) = arm.toe {
+                self.path(arm.foot, tip, aside(0.80, -0.59, 0.08));
+            }
+        }
+        self.directions
+    }
+
+    /// Bones from one joint down to another.
+    fn bones(&self, from: JointId, to: JointId) -> Vec<JointId> {
+        let bones = self.skeleton.ancestry(to);
+        bones.take_while(|&id| id != from).collect()
+    }
+
+    fn path(&mut self, from: JointId, to: JointId, direction: Vec3) {
+        for bone in self.bones(from, to) {
+            self.directions[bone.index()] = direction.try_normalize();
+        }
+    }
+
+    /// The bones of a joint that carries a pair of limbs, as they stand to each other: their sides level, `up` upright.
+    fn rigid(&mut self, joint: JointId, limbs: [JointId; 2], up: Vec3) {
+        let at = |id: JointId| self.standing[id.index()].translation;
+        let left = (at(limbs[0]) - at(limbs[1])).normalize_or(Vec3::X);
+        let up = (up - left * up.dot(left)).normalize_or(Vec3::Y);
+        let ahead = left.cross(up);
+        for child in self.skeleton.children(joint) {
+            let away = at(child) - at(joint);
+            let own = Vec3::new(away.dot(left), away.dot(up), away.dot(ahead));
+            self.directions[child.index()] = own.try_normalize();
+        }
+    }
+
+    /// Bones that lead to the side as far as they do while standing, and straight up or down.
+    fn sideways(&mut self, from: JointId, to: JointId, (up, sign): (Vec3, f32)) {
+        for bone in self.bones(from, to) {
+            let Some(parent) = self
+                .skeleton
+                .joint(bone)
+                .parent
+                .filter(|&parent| parent != from)
+            else {
+                continue;
+            };
+            let at = |id: JointId| self.standing[id.index()].translation;
+            let away = at(bone) - at(parent);
+            let rise = away.dot(up);
+            let aside = (away - up * rise).length();
+            self.directions[bone.index()] = Vec3::new(sign * aside, rise, 0.0).try_normalize();
+        }
+    }
+}

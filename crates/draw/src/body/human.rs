@@ -1,0 +1,318 @@
+//! The shapes of a clothed person. Lengths are of a body 1.75 m tall.
+
+use glam::{Quat, Vec3};
+
+use super::anatomy::{Anatomy, LEFT};
+use super::shapes::{Carrier, Form, Shape, Shapes};
+use crate::scene::Look;
+use sabaki::anim::JointId;
+
+/// Height that lengths are given for, in metres.
+const HEIGHT: f32 = 1.75;
+/// Width over which shapes blend, and over which the hems of clothes do, in metres.
+const SOFT: f32 = 0.035;
+const HEM: f32 = 0.006;
+
+pub(super) fn shapes(anatomy: &Anatomy, look: &Look) -> Shapes {
+    let mut tailor = Tailor {
+        anatomy,
+        look,
+        scale: anatomy.height / HEIGHT,
+        all: Vec::new(),
+    };
+    tailor.trunk();
+    for side in 0..2 {
+        tailor.leg(side);
+        tailor.foot(side);
+        tailor.arm(side);
+    }
+    tailor.head();
+    Shapes {
+        all: tailor.all,
+        sole: anatomy.sole,
+    }
+}
+
+/// Makes the shapes, part after part.
+struct Tailor<'a> {
+    anatomy: &'a Anatomy,
+    look: &'a Look,
+    scale: f32,
+    all: Vec<Shape>,
+}
+
+/// Whose shapes are added: what moves them, and their colour.
+#[derive(Clone, Copy)]
+struct Part {
+    carrier: Carrier,
+    colour: Vec3,
+    blend: f32,
+}
+
+impl Part {
+    fn of(joint: JointId, colour: Vec3) -> Self {
+        Self {
+            carrier: Carrier::Joint(joint),
+            colour,
+            blend: SOFT,
+        }
+    }
+
+    fn blend(self, blend: f32) -> Self {
+        Self { blend, ..self }
+    }
+}
+
+impl Tailor<'_> {
+    fn add(&mut self, part: Part, form: Form) -> &mut Shape {
+        let index = self.all.len();
+        self.all.push(Shape {
+            form,
+            carrier: part.carrier,
+            colour: part.colour,
+            blend: part.blend * self.scale,
+            depth: 1.0,
+        });
+        &mut self.all[index]
+    }
+
+    fn cone(&mut self, part: Part, ends: [Vec3; 2], radii: [f32; 2]) -> &mut Shape {
+        let radii = radii.map(|radius| radius * self.scale);
+        self.add(part, Form::Cone { ends, radii })
+    }
+
+    fn ball(&mut self, part: Part, centre: Vec3, radii: Vec3) -> &mut Shape {
+        self.turned_ball(part, (centre, Quat::IDENTITY), radii)
+    }
+
+    fn turned_ball(
+        &mut self,
+        part: Part,
+        (centre, rotation): (Vec3, Quat),
+        radii: Vec3,
+    ) -> &mut Shape {
+        let radii = radii * self.scale;
+        let form = Form::Ellipsoid {
+            centre,
+            radii,
+            rotation,
+        };
+        self.add(part, form)
+    }
+
+    /// A vector of a body 1.75 m tall.
+    fn by(&self, x: f32, y: f32, z: f32) -> Vec3 {
+        Vec3::new(x, y, z) * self.scale
+    }
+
+    fn trunk(&mut self) {
+        let Anatomy {
+            legs, arms, neck, ..
+        } = self.anatomy;
+        let at = |id: JointId| self.anatomy.at(id);
+        let hips = 0.5 * (at(legs[0].hip) + at(legs[1].hip));
+        let shoulders = 0.5 * (at(arms[0].hip) + at(arms[1].hip));
+        let half = |limbs: &[sabaki::internal::Leg; 2]| {
+            0.5 * at(limbs[0].hip).distance(at(limbs[1].hip)) / self.scale
+        };
+        let (hip, shoulder) = (half(legs), half(arms));
+        let neck = at(*neck);
+        let rise = shoulders - hips;
+        let long = rise.length() / self.scale;
+        let cloth = Part {
+            carrier: Carrier::Trunk,
+            colour: self.look.clothes,
+            blend: SOFT,
+        };
+        let pelvis = hips + self.by(0.0, 0.03, -0.005);
+        self.ball(cloth, pelvis, Vec3::new(hip + 0.075, 0.125, 0.108));
+        for side in [1.0, -1.0] {
+            let seat = hips + self.by(side * (hip - 0.018), -0.015, -0.052);
+            self.ball(cloth, seat, Vec3::new(0.078, 0.085, 0.075));
+        }
+        let (low, high) = (hips + rise * 0.20, hips + rise * 0.62);
+        self.cone(cloth, [low, high], [0.130, 0.142]).depth = 0.74;
+        let ribs = hips + rise * 0.70 + self.by(0.0, 0.0, -0.004);
+        let broad = (shoulder - 0.018).max(0.11);
+        self.ball(cloth, ribs, Vec3::new(broad, 0.40 * long, 0.112));
+        let breast = hips + rise * 0.80 + self.by(0.0, 0.0, 0.036);
+        for side in [1.0, -1.0] {
+            let breast = breast + self.by(side * 0.45 * shoulder, 0.0, 0.0);
+            self.ball(cloth, breast, Vec3::new(0.085, 0.075, 0.065));
+        }
+        for arm in arms {
+            let across = at(arm.hip) - neck;
+            let ends = [neck + self.by(0.0, -0.005, -0.012), neck + across * 0.62];
+            self.cone(cloth, ends, [0.052, 0.044]);
+        }
+        let belt = cloth.blend(HEM);
+        let belt = Part {
+            colour: self.look.dark,
+            ..belt
+        };
+        let waist = hips + rise * 0.24;
+        let radii = Vec3::new(0.146, 0.024, 0.112) * self.scale;
+        self.add(
+            belt,
+            Form::Belt {
+                centre: waist,
+                radii,
+            },
+        );
+        let knot = waist + self.by(0.0, 0.0, 0.112);
+        self.ball(belt, knot, Vec3::new(0.026, 0.026, 0.018));
+        for side in [1.0, -1.0] {
+            let ends = [knot, knot + self.by(side * 0.03, -0.085, 0.0)];
+            self.cone(belt, ends, [0.014, 0.017]).depth = 0.6;
+        }
+    }
+
+    fn leg(&mut self, side: usize) {
+        let leg = self.anatomy.legs[side];
+        let [hip, knee, ankle] = [leg.hip, leg.knee, leg.foot].map(|id| self.anatomy.at(id));
+        let thigh = Part::of(leg.hip, self.look.clothes);
+        let shin = Part::of(leg.knee, self.look.clothes);
+        self.cone(thigh, [hip, knee], [0.092, 0.060]);
+        let front = hip.lerp(knee, 0.42) + self.by(0.0, 0.0, 0.014);
+        let along = Quat::from_rotation_arc(Vec3::NEG_Y, (knee - hip).normalize_or(Vec3::NEG_Y));
+        self.turned_ball(thigh, (front, along), Vec3::new(0.074, 0.17, 0.076));
+        self.cone(shin, [knee, knee.lerp(ankle, 0.76)], [0.059, 0.058]);
+        let back = knee.lerp(ankle, 0.30) + self.by(0.0, 0.0, -0.020);
+        let along = Quat::from_rotation_arc(Vec3::NEG_Y, (ankle - knee).normalize_or(Vec3::NEG_Y));
+        self.turned_ball(shin, (back, along), Vec3::new(0.056, 0.12, 0.056));
+        let skin = Part::of(leg.knee, self.look.skin);
+        self.cone(
+            skin.blend(HEM),
+            [knee.lerp(ankle, 0.6), ankle],
+            [0.040, 0.034],
+        );
+    }
+
+    fn foot(&mut self, side: usize) {
+        let leg = self.anatomy.legs[side];
+        let (ankle, tip) = (
+            self.anatomy.at(leg.foot),
+            self.anatomy.at(self.anatomy.toes[side]),
+        );
+        let (sole, scale) = (self.anatomy.sole, self.scale);
+        let skin = Part::of(leg.foot, self.look.skin).blend(0.022);
+        let toe = leg.toe.filter(|&toe| toe != self.anatomy.toes[side]);
+        let tips = Part::of(toe.unwrap_or(leg.foot), self.look.skin).blend(0.022);
+        let above = |place: Vec3, height: f32| Vec3::new(place.x, sole + height * scale, place.z);
+        let ahead = Vec3::new(tip.x - ankle.x, 0.0, tip.z - ankle.z).normalize_or(Vec3::Z);
+        let heel = above(ankle - ahead * (0.026 * self.scale), 0.030);
+        let ball = match toe {
+            Some(toe) => self.anatomy.at(toe),
+            None => ankle.lerp(tip, 0.62),
+        };
+        let aside = ahead.cross(Vec3::Y) * (0.014 * self.scale);
+        self.cone(skin, [ankle, heel], [0.035, 0.035]);
+        self.cone(skin, [ankle, above(ball, 0.036)], [0.035, 0.026]);
+        for shift in [aside, -aside] {
+            let back = heel + 0.3 * shift;
+            self.cone(skin, [back, above(ball, 0.024) + shift], [0.028, 0.029]);
+            let tip = above(tip - ahead * (0.012 * self.scale), 0.017) + 0.8 * shift;
+            self.cone(tips, [above(ball, 0.024) + shift, tip], [0.029, 0.018]);
+        }
+    }
+
+    fn arm(&mut self, side: usize) {
+        let arm = self.anatomy.arms[side];
+        let [shoulder, elbow, wrist] = [arm.hip, arm.knee, arm.foot].map(|id| self.anatomy.at(id));
+        let girdle = Part::of(self.anatomy.girdles[side], self.look.clothes);
+        let sign = if side == LEFT { 1.0 } else { -1.0 };
+        let inner = shoulder - self.by(sign * 0.075, 0.004, 0.0);
+        self.cone(girdle, [inner, shoulder], [0.066, 0.058]);
+        let upper = Part::of(arm.hip, self.look.clothes);
+        let along = (elbow - shoulder).normalize_or(Vec3::NEG_Y);
+        self.cone(
+            upper,
+            [shoulder + along * (0.01 * self.scale), elbow],
+            [0.060, 0.046],
+        );
+        let lower = Part::of(arm.knee, self.look.clothes);
+        self.cone(lower, [elbow, elbow.lerp(wrist, 0.60)], [0.046, 0.048]);
+        let skin = Part::of(arm.knee, self.look.skin).blend(HEM);
+        self.cone(skin, [elbow.lerp(wrist, 0.4), wrist], [0.036, 0.027])
+            .blend = HEM * self.scale;
+        self.fist(side);
+    }
+
+    fn fist(&mut self, side: usize) {
+        let arm = self.anatomy.arms[side];
+        let [elbow, wrist] = [arm.knee, arm.foot].map(|id| self.anatomy.at(id));
+        let along = (wrist - elbow).normalize_or(Vec3::NEG_Y);
+        let tip = arm.toe.map_or(wrist + along, |tip| self.anatomy.at(tip));
+        let along = (tip - wrist).normalize_or(along);
+        let skin = Part::of(arm.foot, self.look.skin).blend(0.018);
+        let turn = Quat::from_rotation_arc(Vec3::Y, along);
+        let middle = wrist + along * (0.058 * self.scale);
+        self.cone(skin, [wrist, middle], [0.028, 0.030]);
+        self.turned_ball(skin, (middle, turn), Vec3::new(0.036, 0.048, 0.041));
+        let front = (Vec3::Z - along * along.z).normalize_or(Vec3::X) * self.scale;
+        let thumb = [
+            wrist + along * (0.030 * self.scale) + front * 0.026,
+            wrist + along * (0.074 * self.scale) + front * 0.037,
+        ];
+        self.cone(skin.blend(0.008), thumb, [0.014, 0.013]);
+    }
+
+    fn head(&mut self) {
+        let (neck, head) = (
+            self.anatomy.at(self.anatomy.neck),
+            self.anatomy.at(self.anatomy.head),
+        );
+        let joint = self.anatomy.head;
+        let throat = Part::of(self.anatomy.neck, self.look.skin).blend(0.012);
+        let skin = Part::of(joint, self.look.skin).blend(0.02);
+        let dark = Part::of(joint, self.look.dark).blend(HEM);
+        // From the head's joint, at the height of the jaw.
+        let crown = self.anatomy.sole + self.anatomy.height;
+        let centre = Vec3::new(
+            head.x,
+            crown - 0.105 * self.scale,
+            head.z + 0.012 * self.scale,
+        );
+        let top = head.lerp(centre, 0.4);
+        self.cone(
+            throat,
+            [neck + self.by(0.0, -0.02, -0.006), top],
+            [0.056, 0.052],
+        );
+        self.ball(
+            skin,
+            centre + self.by(0.0, 0.008, -0.004),
+            Vec3::new(0.073, 0.094, 0.092),
+        );
+        self.ball(
+            skin,
+            centre + self.by(0.0, -0.050, 0.024),
+            Vec3::new(0.053, 0.062, 0.060),
+        );
+        self.ball(
+            skin,
+            centre + self.by(0.0, -0.096, 0.052),
+            Vec3::splat(0.020),
+        );
+        let fine = skin.blend(0.010);
+        let nose = [
+            centre + self.by(0.0, -0.004, 0.084),
+            centre + self.by(0.0, -0.034, 0.097),
+        ];
+        self.cone(fine, nose, [0.007, 0.012]);
+        for side in [1.0, -1.0] {
+            let ear = centre + self.by(side * 0.074, -0.012, -0.004);
+            self.ball(fine, ear, Vec3::new(0.010, 0.027, 0.017));
+        }
+        self.ball(
+            dark,
+            centre + self.by(0.0, 0.030, -0.017),
+            Vec3::new(0.081, 0.086, 0.091),
+        );
+        self.ball(
+            dark,
+            centre + self.by(0.0, -0.020, -0.040),
+            Vec3::new(0.068, 0.060, 0.062),
+        );
+    }
+}

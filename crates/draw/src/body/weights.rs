@@ -1,0 +1,75 @@
+//! Weights of a body's joints: each vertex starts with the joint of its nearest shape, then weights spread along the surface.
+//!
+//! Source: the diffusion of Baran and Popovic, "Automatic Rigging and Animation of 3D Characters", SIGGRAPH 2007, section 4, in explicit steps on
+//! the surface's edges.
+
+use std::collections::BTreeMap;
+
+use super::anatomy::Anatomy;
+use super::shapes::{Carrier, Shapes};
+use super::surface_net::Net;
+
+/// Distance that weights spread over, as a share of the height.
+const SPREAD: f32 = 0.022;
+
+/// Four bones and their weights for each vertex.
+pub(super) fn weights(
+    anatomy: &Anatomy,
+    human: &Shapes,
+    net: &Net,
+    cell: f32,
+) -> Vec<([u16; 4], [u16; 4])> {
+    let mut neighbours = vec![Vec::new(); net.places.len()];
+    for &[a, b, c] in &net.triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            neighbours[from as usize].push(to as usize);
+            neighbours[to as usize].push(from as usize);
+        }
+    }
+    let start = |place| match human.nearest(place).carrier {
+        Carrier::Joint(joint) => joint,
+        Carrier::Trunk => anatomy.of_trunk(place),
+    };
+    let mut all: Vec<BTreeMap<u16, f32>> = { net.places.iter() }
+        .map(|&place| BTreeMap::from([(start(place).0, 1.0)]))
+        .collect();
+    // Each step spreads by about 0.8 cells.
+    let steps = (SPREAD * anatomy.height / (0.8 * cell)).powi(2).ceil() as usize;
+    for _ in 0..steps {
+        let next = neighbours.iter().enumerate().map(|(vertex, around)| {
+            let share = 0.75 / around.len().max(1) as f32;
+            let mut mixed: BTreeMap<u16, f32> = BTreeMap::new();
+            for (&joint, &weight) in &all[vertex] {
+                *mixed.entry(joint).or_default() += 0.25 * weight;
+            }
+            for &other in around {
+                for (&joint, &weight) in &all[other] {
+                    *mixed.entry(joint).or_default() += share * weight;
+                }
+            }
+            mixed.retain(|_, weight| *weight > 1e-3);
+            mixed
+        });
+        all = next.collect();
+    }
+    all.iter().map(four).collect()
+}
+
+/// The four largest weights with a sum of 65,535.
+fn four(weights: &BTreeMap<u16, f32>) -> ([u16; 4], [u16; 4]) {
+    let mut sorted: Vec<(u16, f32)> = weights
+        .iter()
+        .map(|(&joint, &weight)| (joint, weight))
+        .collect();
+    sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sorted.truncate(4);
+    let sum: f32 = sorted.iter().map(|(_, weight)| weight).sum();
+    let (mut joints, mut whole) = ([0; 4], [0u16; 4]);
+    for (slot, (joint, weight)) in sorted.into_iter().enumerate() {
+        joints[slot] = joint;
+        whole[slot] = (weight / sum * 65_535.0) as u16;
+    }
+    let rest = u32::from(u16::MAX) - whole.iter().map(|&part| u32::from(part)).sum::<u32>();
+    whole[0] += rest as u16;
+    (joints, whole)
+}
