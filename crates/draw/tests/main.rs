@@ -2,6 +2,8 @@
 //! messages.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod skins;
+
 use sabaki_testing as common;
 
 use common::{device, finish, shim};

@@ -145,6 +145,12 @@ impl Tailor<'_> {
             let ends = [neck + self.by(0.0, -0.005, -0.012), neck + across * 0.62];
             self.cone(cloth, ends, [0.052, 0.044]);
         }
+        let head = at(self.anatomy.head);
+        let collar = [
+            neck - rise.normalize_or(Vec3::Y) * (0.03 * self.scale),
+            neck.lerp(head, 0.40),
+        ];
+        self.cone(cloth, collar, [0.068, 0.060]);
         let belt = cloth.blend(HEM);
         let belt = Part {
             colour: self.look.dark,

@@ -17,6 +17,7 @@ mod pose_fit;
 mod rigged;
 mod shot;
 mod simplify;
+mod skinning;
 
 /// What bodies made by code need of poses and meshes.
 pub(crate) mod internal {
@@ -37,3 +38,4 @@ pub use mesh::{Mesh, MeshBone, MeshTexture, MeshVertex, Skin, SkinnedBody};
 pub use pose_fit::standing_pose;
 pub use rigged::{BindTarget, BoundMesh, JointNames, MeshJoint, NotBound, RiggedMesh};
 pub use shot::{Capsule, Layer, Light, Shot};
+pub use skinning::skinned_positions;

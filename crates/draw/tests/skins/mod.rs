@@ -1,0 +1,367 @@
+//! Skinned meshes are drawn where their joints are, and the body made by code holds together.
+
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+use sabaki::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
+use sabaki::lod::{LevelSettings, Levels};
+use sabaki::maps::Body;
+use sabaki_app::Painter;
+use sabaki_app::demo;
+use sabaki_draw::scene::{
+    BindTarget, BoundMesh, Crowd, FormationSettings, JointNames, Look, Mesh, MeshBone, MeshJoint,
+    MeshTexture, MeshVertex, Performer, RiggedMesh, Skin, SkinnedBody, skinned_positions,
+    standing_pose,
+};
+use sabaki_draw::{StageDesc, human_body};
+
+use super::common::{device, finish};
+use super::{SIZE, camera, empty, is_red, paint};
+
+/// A box of half a metre around the origin, moved by bone 0.
+fn cube(colour: [u16; 4], texture: Option<MeshTexture>) -> Mesh {
+    let corner = |index: u32| {
+        let part = |bit: u32| if index >> bit & 1 == 1 { 0.25 } else { -0.25 };
+        let position = Vec3::new(part(0), part(1), part(2));
+        MeshVertex {
+            position: position.to_array(),
+            normal: position.normalize().to_array(),
+            uv: [position.x, position.y],
+            colour,
+            bones: [0; 4],
+            weights: [u16::MAX, 0, 0, 0],
+        }
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = quads
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    Mesh::new((0..8).map(corner).collect(), triangles.collect(), texture)
+}
+
+fn skin_of(bones: Vec<MeshBone>) -> Arc<Skin> {
+    Arc::new(Skin { mesh: 0, bones })
+}
+
+/// A skin of one bone, the joint 1.
+fn one_bone() -> Arc<Skin> {
+    skin_of(vec![MeshBone {
+        joint: JointId(1),
+        bind: JointTransform::IDENTITY,
+    }])
+}
+
+fn at(translation: Vec3) -> JointTransform {
+    JointTransform {
+        rotation: Quat::from_rotation_y(0.7),
+        translation,
+    }
+}
+
+#[test]
+fn skinned_meshes_are_where_their_joints_are() {
+    let mut device = device();
+    let red = [60_000, 3000, 2000, 0];
+    let texel = [20, 240, 30, 255];
+    let texture = MeshTexture {
+        width: 2,
+        height: 2,
+        texels: vec![texel; 4],
+    };
+    let white = [u16::MAX; 4];
+    let meshes = [cube(red, None), cube(white, Some(texture))];
+    let desc = StageDesc {
+        meshes: &meshes,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let floor = paint(&mut device, &mut painter, &empty());
+    let (a, b) = (Vec3::new(0.8, 1.2, 0.0), Vec3::new(-0.8, 0.9, 0.0));
+    let seen = |place| camera().pixel(place, SIZE).unwrap();
+    let skin = one_bone();
+    let mut shot = empty();
+    let mut body = SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(a)]);
+    shot.skinned.push(body.clone());
+    let picture = paint(&mut device, &mut painter, &shot);
+    assert!(is_red(picture.at(seen(a))), "{:?}", picture.at(seen(a)));
+    assert!(!picture.differs(&floor, seen(b)));
+    // Of two bodies the second is a ghost: red and floor are mixed.
+    let ghost = SkinnedBody {
+        alpha: 0.4,
+        ..SkinnedBody::new(&skin, &[at(Vec3::ZERO), at(b)])
+    };
+    shot.skinned.push(ghost);
+    let both = paint(&mut device, &mut painter, &shot);
+    let (solid, thin, ground) = (both.at(seen(a)), both.at(seen(b)), floor.at(seen(b)));
+    assert!(
+        is_red(solid) && !is_red(thin) && thin[1] < ground[1] - 10,
+        "{thin:?}"
+    );
+    // The tint of joint 1 alone.
+    shot.skinned.clear();
+    body.tint = [0.0, 0.0, 1.0, 1.0];
+    for (tinted, is_blue) in [
+        (vec![1.0, 0.0], false),
+        (vec![0.0, 1.0], true),
+        (vec![], true),
+    ] {
+        body.tinted = tinted;
+        shot.skinned = vec![body.clone()];
+        let [red, _, blue] = paint(&mut device, &mut painter, &shot).at(seen(a));
+        assert_eq!(blue > red, is_blue);
+    }
+    // The second mesh has a green texture.
+    let textured = Arc::new(Skin {
+        mesh: 1,
+        ..(*skin).clone()
+    });
+    shot.skinned = vec![SkinnedBody::new(&textured, &[at(Vec3::ZERO), at(a)])];
+    let [red, green, blue] = paint(&mut device, &mut painter, &shot).at(seen(a));
+    assert!(green > 2 * red && green > 2 * blue);
+    // A mesh that the stage does not have is an error.
+    let missing = Arc::new(Skin {
+        mesh: 2,
+        ..(*skin).clone()
+    });
+    shot.skinned = vec![SkinnedBody::new(&missing, &[at(Vec3::ZERO), at(a)])];
+    assert!(painter.paint(&mut device, &shot, None).is_err());
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+/// The embedded skeleton's body and standing pose.
+fn human() -> (demo::Motions, BoundMesh, Vec<JointTransform>) {
+    let motions = demo::motions().unwrap();
+    let standing = standing_pose(&motions.skeleton, &motions.clips);
+    let target = BindTarget {
+        skeleton: &motions.skeleton,
+        standing: &standing,
+    };
+    let body = human_body(target, &Look::default()).unwrap();
+    (motions, body, standing)
+}
+
+/// Vertices whose largest weight is that of a joint.
+fn mainly<'a>(mesh: &'a Mesh, joint: JointId) -> impl Iterator<Item = usize> + 'a {
+    let vertices = mesh.vertices.iter().enumerate();
+    let own = vertices.filter(move |(_, vertex)| vertex.bones[0] == joint.0);
+    own.map(|(index, _)| index)
+}
+
+#[test]
+fn the_body_stands_on_the_floor_and_does_not_collapse_where_it_twists() {
+    let (motions, body, standing) = human();
+    let skeleton = &motions.skeleton;
+    let counts = body.mesh.details.each_ref().map(Vec::len);
+    assert!(counts[0] <= 7000 && counts[1] <= 800 && counts[2] <= 260 && counts[3] <= 80);
+    assert!(counts[0] > 4000 && counts[3] > 30, "{counts:?}");
+    let skin = skin_of(body.bones.clone());
+    let places = skinned_positions(&body.mesh, &skin, &standing);
+    let lowest = places.iter().map(|place| place.y).fold(f32::MAX, f32::min);
+    assert!(lowest.abs() < 0.03, "{lowest}");
+    // The hand turned by 120 degrees about the forearm: the wrist keeps its width.
+    let find = |name: &str| skeleton.find(name).unwrap();
+    for name in ["LeftHand", "RightHand"] {
+        let hand = find(name);
+        let elbow = skeleton.joint(hand).parent.unwrap();
+        let [from, to] = [elbow, hand].map(|id| standing[id.index()].translation);
+        let axis = (to - from).normalize();
+        let mut twisted = standing.clone();
+        for id in skeleton.ids() {
+            if skeleton.ancestry(id).any(|above| above == hand) {
+                let joint = &mut twisted[id.index()];
+                let turn = Quat::from_axis_angle(axis, 2.1);
+                joint.rotation = turn * joint.rotation;
+                joint.translation = to + turn * (joint.translation - to);
+            }
+        }
+        let turned = skinned_positions(&body.mesh, &skin, &twisted);
+        let aside = |place: Vec3| (place - to).reject_from(axis).length();
+        let near = |index: &usize| (places[*index] - to).dot(axis).abs() < 0.04;
+        let ring: Vec<usize> = { mainly(&body.mesh, hand).chain(mainly(&body.mesh, elbow)) }
+            .filter(near)
+            .collect();
+        assert!(ring.len() > 10, "{name}: {}", ring.len());
+        for index in ring {
+            let (before, after) = (aside(places[index]), aside(turned[index]));
+            assert!(after > 0.85 * before, "{name}: {before} {after}");
+        }
+    }
+}
+
+#[test]
+fn the_body_is_drawn_where_its_positions_are_computed() {
+    let (motions, body, _) = human();
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    motions.clips[0].pose(10, &mut pose);
+    forward_kinematics(&motions.skeleton, &pose, &mut joints);
+    let skin = skin_of(body.bones);
+    let places = skinned_positions(&body.mesh, &skin, &joints);
+    let mut device = device();
+    let meshes = [body.mesh];
+    let desc = StageDesc {
+        meshes: &meshes,
+        ..StageDesc::default()
+    };
+    let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+    let floor = paint(&mut device, &mut painter, &empty());
+    let mut shot = empty();
+    let red = [1.0, 0.0, 0.0, 1.0];
+    shot.skinned.push(SkinnedBody {
+        tint: red,
+        ..SkinnedBody::new(&skin, &joints)
+    });
+    let picture = paint(&mut device, &mut painter, &shot);
+    let pixels = places
+        .iter()
+        .map(|&place| camera().pixel(place, SIZE).unwrap());
+    let hit = pixels
+        .filter(|&pixel| picture.differs(&floor, pixel))
+        .count();
+    // Vertices on the silhouette may lie in the pixel beside it.
+    assert!(hit * 100 > places.len() * 95, "{hit} of {}", places.len());
+    painter.destroy(&mut device).unwrap();
+    finish(device);
+}
+
+#[test]
+fn bones_of_removed_joints_ride_on_kept_ones() {
+    let (motions, body, _) = human();
+    let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
+    let levels = Levels::build(skeleton, clips, &LevelSettings::default()).unwrap();
+    let skin = skin_of(body.bones);
+    let rest = Pose {
+        root: Vec3::Y,
+        rotations: vec![Quat::IDENTITY; skeleton.len()],
+        translations: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    forward_kinematics(skeleton, &rest, &mut joints);
+    let whole = skinned_positions(&body.mesh, &skin, &joints);
+    for level in &levels.levels {
+        let kept: Vec<JointTransform> = { level.kept.iter() }
+            .map(|joint| joints[joint.index()])
+            .collect();
+        let attached = skinned_positions(&body.mesh, &skin.attached(level), &kept);
+        let apart = { whole.iter().zip(&attached) }.map(|(a, b)| a.distance(*b));
+        let most = apart.fold(0.0, f32::max);
+        assert!(
+            most < 0.02,
+            "{} joints: {most} m in the rest pose",
+            level.kept.len()
+        );
+    }
+}
+
+#[test]
+fn a_crowd_is_drawn_with_a_mesh() {
+    let (motions, body, _) = human();
+    let spheres = Body::from_bones(&motions.skeleton);
+    let skin = skin_of(body.bones);
+    let meshes = [body.mesh];
+    let settings = FormationSettings {
+        count: 300,
+        ..FormationSettings::default()
+    };
+    let mut device = device();
+    let mut pictures = Vec::new();
+    for skin in [None, Some(&*skin)] {
+        let performer = Performer {
+            skeleton: &motions.skeleton,
+            body: &spheres,
+            clip: &motions.clips[0],
+            skin,
+        };
+        let mut crowd = Crowd::new(performer, &settings).unwrap();
+        let desc = StageDesc {
+            max_members: 300,
+            max_crowd_lines: crowd.most_lines() as u32,
+            max_parts: crowd.parts() as u32,
+            meshes: &meshes,
+            ..StageDesc::default()
+        };
+        let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
+        let camera = crowd.camera();
+        crowd.look_from(&camera, SIZE).unwrap();
+        crowd.pose(painter.poses().unwrap()).unwrap();
+        let (shot, shown) = crowd.shot(camera, SIZE).unwrap();
+        let groups = shown.groups.len();
+        assert!(
+            groups > 3,
+            "one draw for each level and resolution: {groups}"
+        );
+        let empty = painter.paint(&mut device, &shot, None).unwrap();
+        let full = painter.paint(&mut device, &shot, Some(&shown)).unwrap();
+        let pairs = empty.chunks_exact(4).zip(full.chunks_exact(4));
+        let covered: Vec<bool> = pairs.map(|(a, b)| a != b).collect();
+        pictures.push(covered);
+        painter.destroy(&mut device).unwrap();
+    }
+    finish(device);
+    // The mesh covers about the pixels that the capsules cover.
+    let count = |of: &dyn Fn(bool, bool) -> bool| {
+        let pairs = pictures[0].iter().zip(&pictures[1]);
+        pairs.filter(|&(&a, &b)| of(a, b)).count()
+    };
+    let (both, either) = (count(&|a, b| a && b), count(&|a, b| a || b));
+    assert!(both > 1000 && 2 * both > either, "{both} of {either}");
+}
+
+/// A mesh of two boxes in centimetres, with joints of other names than the skeleton's.
+fn foreign(skeleton: &Skeleton) -> RiggedMesh {
+    let bind = |place: Vec3| JointTransform {
+        rotation: Quat::from_rotation_x(0.4),
+        translation: place * 100.0,
+    };
+    let joint = |name: &str, parent, place| MeshJoint {
+        name: name.to_owned(),
+        parent,
+        bind: bind(place),
+    };
+    let offset = skeleton.joint(skeleton.find("LeftForeArm").unwrap()).offset;
+    let mut mesh = cube([u16::MAX; 4], None);
+    for vertex in &mut mesh.vertices {
+        vertex.position = vertex.position.map(|part| 100.0 * part);
+    }
+    RiggedMesh {
+        mesh,
+        joints: vec![
+            joint("mixamorig:LeftArm", None, Vec3::Y),
+            joint("elbow", Some(0), Vec3::Y + offset.length() * Vec3::NEG_Y),
+            joint("sleeve", Some(1), Vec3::ZERO),
+        ],
+    }
+}
+
+#[test]
+fn meshes_are_bound_by_names_and_what_is_not_bound_is_said() {
+    let motions = demo::motions().unwrap();
+    let skeleton = &motions.skeleton;
+    let standing = standing_pose(skeleton, &motions.clips);
+    let target = BindTarget {
+        skeleton,
+        standing: &standing,
+    };
+    let rigged = foreign(skeleton);
+    let error = rigged.bind(target, &JointNames::new()).unwrap_err();
+    assert_eq!(error.bound, 1);
+    let names = JointNames::from([("elbow".to_owned(), "LeftForeArm".to_owned())]);
+    let bound = rigged.bind(target, &names).unwrap();
+    assert_eq!(bound.unbound, ["sleeve"]);
+    assert!(!bound.is_exact);
+    let find = |name: &str| skeleton.find(name).unwrap();
+    assert_eq!(bound.bones[0].joint, find("LeftArm"));
+    assert_eq!(bound.bones[1], bound.bones[2], "it rides on the elbow");
+    // In metres, and the elbow of the mesh is at the skeleton's.
+    let side = bound.mesh.vertices[1].position[0] - bound.mesh.vertices[0].position[0];
+    assert!((side - 0.5).abs() < 1e-3, "{side}");
+    let elbow = rigged.joints[1].bind.translation / 100.0;
+    assert!(bound.bones[1].bind.point(elbow).length() < 1e-3);
+}
