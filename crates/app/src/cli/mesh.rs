@@ -8,7 +8,7 @@ use sabaki::anim::{Clip, JointTransform, Skeleton};
 use sabaki_draw::human_body;
 use sabaki_draw::scene::{
     BindTarget, BoundMesh, BoutSettings, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex,
-    RiggedMesh, Skin, standing_pose,
+    Outfit, RiggedMesh, standing_pose,
 };
 use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
 
@@ -26,12 +26,9 @@ pub(crate) struct MeshArgs {
     map: Option<PathBuf>,
 }
 
-/// Meshes of one or two characters.
+/// Meshes of one or two characters: in the mesh's own colours, and bluish.
 pub(crate) struct Wardrobe {
-    /// Meshes of the stage: in the mesh's own colours, and bluish.
-    pub(crate) meshes: Vec<Mesh>,
-    /// The same, bound to the skeleton.
-    pub(crate) skins: [Arc<Skin>; 2],
+    pub(crate) outfit: Arc<Outfit>,
     /// Lines on what is bound.
     pub(crate) report: String,
 }
@@ -87,15 +84,8 @@ impl Wardrobe {
         let [white, blue] = BoutSettings::default().looks;
         let body = human_body(target, &white)?;
         let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
-        let skin = |mesh| {
-            Arc::new(Skin {
-                mesh,
-                bones: body.bones.clone(),
-            })
-        };
         Some(Self {
-            skins: [skin(0), skin(1)],
-            meshes: vec![body.mesh, other],
+            outfit: Arc::new(Outfit::new([body.mesh, other], body.bones)),
             report: String::new(),
         })
     }
@@ -117,17 +107,9 @@ impl Wardrobe {
             let unbound = bound.unbound.join(", ");
             report.push_str(&format!("not bound: {unbound}\n"));
         }
-        let skin = |mesh| {
-            Arc::new(Skin {
-                mesh,
-                bones: bound.bones.clone(),
-            })
-        };
-        let skins = [skin(0), skin(1)];
         let bluish = bound.mesh.clone().tinted(BLUE);
         Self {
-            meshes: vec![bound.mesh, bluish],
-            skins,
+            outfit: Arc::new(Outfit::new([bound.mesh, bluish], bound.bones)),
             report,
         }
     }

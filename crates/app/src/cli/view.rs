@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use sabaki::duel::DuelSettings;
@@ -17,9 +18,10 @@ use sabaki_app::live::{
 use sabaki_app::window::{
     Click, CrowdView, DriveView, DuelView, FighterView, View, WindowDesc, WindowError, run as open,
 };
-use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
+use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
 
 use super::culling::{DeviceArgs, path_parser};
+use super::mesh::MeshArgs;
 use super::source::GraphArgs;
 use super::{Done, Failure, cancel};
 
@@ -71,6 +73,8 @@ pub(crate) struct Args {
     /// Shows two characters that attack and avoid in turn.
     #[arg(long, conflicts_with = "crowd")]
     duel: bool,
+    #[command(flatten)]
+    mesh: MeshArgs,
     #[command(flatten)]
     crowd: CrowdArgs,
 }
@@ -135,19 +139,26 @@ impl From<WindowError> for Failure {
 pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Done, Failure> {
     cancel::listen();
     if args.crowd.crowd {
-        let mut view = CrowdView::new(args.crowd.live_crowd()?);
+        let mut view = CrowdView::new(args.crowd.live_crowd(&args.mesh)?);
         args.show(&mut view, device, as_json)?;
         return Ok(Done::ok(String::new()));
     }
     let baked = args.graph.load()?.graph;
+    let graph = baked.graph();
+    let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
+    let outfit = wardrobe.map(|wardrobe| {
+        eprint!("{}", wardrobe.report);
+        wardrobe.outfit
+    });
     if args.drive {
         let drive = Drive::new(&baked, args.seed);
-        let drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut drive = drive.map_err(|error| Failure::Usage(error.to_string()))?;
+        drive.wear(outfit);
         args.show(&mut DriveView::new(drive), device, as_json)?;
         return Ok(Done::ok(String::new()));
     }
     if args.duel {
-        return args.duel(&baked, device, as_json);
+        return args.duel((&baked, outfit), device, as_json);
     }
     let mut settings = FighterSettings {
         culling: args.cull,
@@ -164,7 +175,8 @@ pub(crate) fn run(args: &Args, device: &DeviceArgs, as_json: bool) -> Result<Don
     };
     let maps = MapChoices::slabs(&baked);
     let (shown, heard) = with_query_worker(&maps, &desc, |worker| {
-        let fighter = Fighter::new(&maps, worker, (settings, args.seed));
+        let mut fighter = Fighter::new(&maps, worker, (settings, args.seed));
+        fighter.wear(outfit);
         args.show(&mut FighterView::new(fighter), device, as_json)
     });
     heard.iter().for_each(complain);
@@ -184,7 +196,7 @@ fn complain(message: &Message) {
 impl Args {
     fn duel(
         &self,
-        baked: &BakedGraph,
+        (baked, outfit): (&BakedGraph, Option<Arc<Outfit>>),
         device: &DeviceArgs,
         as_json: bool,
     ) -> Result<Done, Failure> {
@@ -194,7 +206,8 @@ impl Args {
             ..DuelSettings::default()
         };
         let live_duel = LiveDuel::new((baked, &grid), &settings);
-        let live_duel = live_duel.map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut live_duel = live_duel.map_err(|error| Failure::Usage(error.to_string()))?;
+        live_duel.wear(outfit);
         self.show(&mut DuelView::new(live_duel), device, as_json)?;
         Ok(Done::ok(String::new()))
     }
@@ -234,7 +247,7 @@ fn hear(event: &Event, as_json: bool) {
 }
 
 impl CrowdArgs {
-    fn live_crowd(&self) -> Result<LiveCrowd, Failure> {
+    fn live_crowd(&self, mesh: &MeshArgs) -> Result<LiveCrowd, Failure> {
         let motions = demo::motions().map_err(GraphError::from)?;
         let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
         let clip = motions.clips.iter().find(|clip| clip.name() == self.motion);
@@ -248,14 +261,17 @@ impl CrowdArgs {
             ..FormationSettings::default()
         };
         let body = Body::from_bones(&motions.skeleton);
+        let wardrobe = mesh.load(&motions.skeleton, &motions.clips)?;
+        let outfit = wardrobe.map(|wardrobe| wardrobe.outfit);
         let performer = Performer {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
-            skin: None,
+            skin: outfit.as_ref().map(|outfit| &*outfit.skins[0]),
         };
         let crowd = Crowd::new(performer, &settings);
         let mut live_crowd = LiveCrowd::new(crowd.map_err(|error| usage(&error))?);
+        live_crowd.wear(outfit);
         (live_crowd.levels, live_crowd.tinted) = (!self.no_levels, self.levels);
         Ok(live_crowd)
     }

@@ -1,11 +1,12 @@
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
 
 use sabaki::crowd::PoseError;
 use sabaki::math::F32x16;
-use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Orbit, Shot};
+use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Mesh, Orbit, Outfit, Shot};
 
 /// Path of the camera past a crowd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,6 +81,7 @@ pub struct LiveCrowd {
     pub tinted: bool,
     /// Path of the camera.
     pub path: CameraPath,
+    outfit: Option<Arc<Outfit>>,
     seconds: f32,
     pose_ms: VecDeque<f32>,
 }
@@ -96,9 +98,21 @@ impl LiveCrowd {
             levels: true,
             tinted: false,
             path: CameraPath::default(),
+            outfit: None,
             seconds: 0.0,
             pose_ms: VecDeque::new(),
         }
+    }
+
+    /// Keeps the meshes that the crowd's members are drawn with: the skins of its [`Performer`](sabaki_draw::scene::Performer).
+    pub fn wear(&mut self, outfit: Option<Arc<Outfit>>) {
+        self.outfit = outfit;
+    }
+
+    /// Meshes of the crowd's members.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
     }
 
     /// Advances the simulation by some seconds.

@@ -14,7 +14,7 @@ use sabaki::internal::closest;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Obstacle, ObstacleError};
-use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Shot};
+use sabaki_draw::scene::{Camera, Capsule, Figure, Light, Look, Mesh, Outfit, Shot, SkinnedBody};
 
 use super::Event;
 use crate::demo::throw::random_of;
@@ -73,6 +73,7 @@ pub struct Drive {
     opponents: Vec<CharacterId>,
     obstacles: Vec<Obstacle>,
     figures: [Figure; 2],
+    outfit: Option<Arc<Outfit>>,
     random: Pcg64Mcg,
     /// Keys that are down: forwards, backwards, left, right, run, turn left, turn right.
     held: [bool; 7],
@@ -124,6 +125,7 @@ impl Drive {
             opponents,
             obstacles,
             figures: [figure, other],
+            outfit: None,
             random: random_of(seed, 0),
             held: [false; 7],
             ahead: Vec2::Y,
@@ -397,6 +399,27 @@ impl Drive {
         Vec3::new(root.x, 0.92, root.z)
     }
 
+    /// Draws the characters with meshes that are bound to the graph's skeleton.
+    pub fn wear(&mut self, outfit: Option<Arc<Outfit>>) {
+        self.outfit = outfit;
+    }
+
+    /// Meshes of the characters.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
+    }
+
+    fn add_body(&self, which: usize, joints: &[JointTransform], shot: &mut Shot) {
+        match &self.outfit {
+            Some(outfit) => {
+                let body = SkinnedBody::new(&outfit.skins[which], joints);
+                shot.skinned.push(body);
+            }
+            None => self.figures[which].capsules(joints, 1.0, &mut shot.solids),
+        }
+    }
+
     /// The picture that `camera` sees.
     ///
     /// # Errors
@@ -410,10 +433,10 @@ impl Drive {
         let mut shot = Shot::new(camera, light);
         let mut joints = self.joints_of_size();
         self.characters.pose(self.me, &mut joints)?;
-        self.figures[0].capsules(&joints, 1.0, &mut shot.solids);
+        self.add_body(0, &joints, &mut shot);
         for &id in &self.opponents {
             self.characters.pose(id, &mut joints)?;
-            self.figures[1].capsules(&joints, 1.0, &mut shot.solids);
+            self.add_body(1, &joints, &mut shot);
         }
         let now = self.characters.now();
         for ball in &self.balls {

@@ -1,5 +1,7 @@
 //! An endless duel, simulated a little ahead of what is shown.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::live::Event;
@@ -7,7 +9,7 @@ use sabaki::anim::JointTransform;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
-use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Shot};
+use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Mesh, Outfit, Shot};
 
 /// Time that the duel is simulated ahead, in seconds.
 const AHEAD: f32 = 0.25;
@@ -17,6 +19,7 @@ pub struct LiveDuel<'a> {
     baked: &'a BakedGraph,
     duel: Duel<'a>,
     settings: BoutSettings,
+    outfit: Option<Arc<Outfit>>,
     context: QueryContext,
     answer: Answer,
     /// Time that is shown, in seconds since the duel's start.
@@ -44,6 +47,7 @@ impl<'a> LiveDuel<'a> {
             baked,
             duel: Duel::new(baked, grid, settings)?,
             settings: BoutSettings::default(),
+            outfit: None,
             context: QueryContext::default(),
             answer: Answer::default(),
             t: 0.0,
@@ -125,7 +129,19 @@ impl<'a> LiveDuel<'a> {
     fn bout(&self, exchange: usize) -> Bout<'_> {
         let exchanges = self.duel.exchanges();
         let one = exchanges.get(exchange..=exchange).unwrap_or(&[]);
-        Bout::new(self.baked, self.duel.fighters(), one, &self.settings)
+        let skins = self.outfit.as_ref().map(|outfit| outfit.skins.clone());
+        Bout::new(self.baked, self.duel.fighters(), one, &self.settings).with_skins(skins)
+    }
+
+    /// Draws the fighters with meshes that are bound to the graph's skeleton.
+    pub fn wear(&mut self, outfit: Option<Arc<Outfit>>) {
+        self.outfit = outfit;
+    }
+
+    /// Meshes of the fighters.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
     }
 
     /// The cut within the scene of its exchange.

@@ -3,6 +3,7 @@
 //! Source: Masaoka & Oshita, section 5: their test program.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -18,7 +19,10 @@ use sabaki::graph::{EdgeId, Motion, Playhead};
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{AttackError, CullPath, QuerySettings};
-use sabaki_draw::scene::{Camera, DodgeSettings, Figure, Light, Look, MapStyle, Nearest, Shot};
+use sabaki_draw::scene::{
+    Camera, DodgeSettings, Figure, Light, Look, MapStyle, Mesh, Nearest, Outfit, Shot, Skin,
+    SkinnedBody,
+};
 
 /// Settings that may change while the simulation runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +98,7 @@ pub struct Fighter<'a> {
     worker: QueryWorker,
     figure: Figure,
     other: Figure,
+    outfit: Option<Arc<Outfit>>,
     walker: Walker,
     playhead: Playhead,
     act: Act,
@@ -132,6 +137,7 @@ impl<'a> Fighter<'a> {
             worker,
             other: figure.clone().coloured(OTHER),
             figure,
+            outfit: None,
             walker: Walker::new(seed),
             playhead: Playhead::at(graph, EdgeId(0), 0.0, Rigid2::IDENTITY),
             act: Act::Walks,
@@ -377,7 +383,8 @@ impl<'a> Fighter<'a> {
         let case = (open.ball.clone(), open.playhead);
         // The baked maps, if the chosen ones cannot be drawn.
         let baked = self.choices.get(response.maps).unwrap_or(self.baked);
-        let throw = Throw::new(baked, case, (response, open.settings), &shown);
+        let mut throw = Throw::new(baked, case, (response, open.settings), &shown);
+        throw.dodge = throw.dodge.with_skin(self.skin().cloned());
         let t = *since;
         self.events.push(throw.event());
         self.last = Some(throw);
@@ -451,14 +458,42 @@ impl<'a> Fighter<'a> {
             ..Light::default()
         };
         let mut shot = Shot::new(camera, light);
-        self.figure.capsules(&joints, 1.0, &mut shot.solids);
+        match self.skin() {
+            Some(skin) => {
+                shot.skinned.push(SkinnedBody::new(skin, &joints));
+                self.figure.capsules(&joints, 1.0, &mut shot.occluders);
+            }
+            None => self.figure.capsules(&joints, 1.0, &mut shot.solids),
+        }
         shot
+    }
+
+    /// Draws the fighter with a mesh that is bound to the graph's skeleton.
+    pub fn wear(&mut self, outfit: Option<Arc<Outfit>>) {
+        self.outfit = outfit;
+    }
+
+    /// Meshes of the fighter.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        self.outfit.as_ref().map_or(&[], |outfit| &outfit.meshes)
+    }
+
+    fn skin(&self) -> Option<&Arc<Skin>> {
+        Some(&self.outfit.as_ref()?.skins[0])
     }
 
     fn add_picked(&self, (motion, t): (&Motion, f32), shot: &mut Shot) {
         let (graph, mut pose, mut joints) = (self.baked.graph(), Pose::default(), Vec::new());
         motion.sample(graph, t, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        self.other.capsules(&joints, 0.45, &mut shot.ghosts);
+        match self.skin() {
+            Some(skin) => shot.skinned.push(SkinnedBody {
+                tint: OTHER.extend(1.0).to_array(),
+                alpha: 0.45,
+                ..SkinnedBody::new(skin, &joints)
+            }),
+            None => self.other.capsules(&joints, 0.45, &mut shot.ghosts),
+        }
     }
 }

@@ -31,13 +31,14 @@ impl CrowdView {
 }
 
 impl View for CrowdView {
-    fn stage(&self) -> StageDesc<'static> {
+    fn stage(&self) -> StageDesc<'_> {
         let crowd = &self.live_crowd.crowd;
         StageDesc {
             shadow_side: 4096,
             max_members: crowd.len() as u32,
             max_crowd_lines: crowd.most_lines() as u32,
             max_parts: crowd.parts() as u32,
+            meshes: self.live_crowd.meshes(),
             ..StageDesc::default()
         }
     }

@@ -51,8 +51,11 @@ impl DriveView {
 }
 
 impl View for DriveView {
-    fn stage(&self) -> StageDesc<'static> {
-        StageDesc::default()
+    fn stage(&self) -> StageDesc<'_> {
+        StageDesc {
+            meshes: self.drive.meshes(),
+            ..StageDesc::default()
+        }
     }
 
     fn advance(&mut self, seconds: f32) {

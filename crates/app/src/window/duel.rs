@@ -36,8 +36,11 @@ impl<'a> DuelView<'a> {
 }
 
 impl View for DuelView<'_> {
-    fn stage(&self) -> StageDesc<'static> {
-        StageDesc::default()
+    fn stage(&self) -> StageDesc<'_> {
+        StageDesc {
+            meshes: self.live_duel.meshes(),
+            ..StageDesc::default()
+        }
     }
 
     fn advance(&mut self, seconds: f32) {

@@ -41,8 +41,11 @@ impl<'a> FighterView<'a> {
 }
 
 impl View for FighterView<'_> {
-    fn stage(&self) -> StageDesc<'static> {
-        StageDesc::default()
+    fn stage(&self) -> StageDesc<'_> {
+        StageDesc {
+            meshes: self.fighter.meshes(),
+            ..StageDesc::default()
+        }
     }
 
     fn advance(&mut self, seconds: f32) {

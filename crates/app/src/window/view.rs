@@ -9,7 +9,7 @@ use sabaki_draw::scene::{Camera, CrowdShot, Shot};
 /// The contents of a window.
 pub trait View {
     /// Settings of the stage. The window sets format, size, samples and frames in flight.
-    fn stage(&self) -> StageDesc<'static>;
+    fn stage(&self) -> StageDesc<'_>;
 
     /// Advances the simulation by some seconds.
     fn advance(&mut self, seconds: f32);

@@ -141,6 +141,32 @@ impl Skin {
     }
 }
 
+/// Meshes of one or two characters of a skeleton.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outfit {
+    /// Meshes for [`StageDesc::meshes`](crate::StageDesc::meshes).
+    pub meshes: Vec<Mesh>,
+    /// The meshes on the skeleton: of the first character, and of the others.
+    pub skins: [Arc<Skin>; 2],
+}
+
+impl Outfit {
+    /// Two characters with the same bones and meshes of different colours.
+    #[must_use]
+    pub fn new(meshes: [Mesh; 2], bones: Vec<MeshBone>) -> Self {
+        let skin = |mesh| {
+            Arc::new(Skin {
+                mesh,
+                bones: bones.clone(),
+            })
+        };
+        Self {
+            skins: [skin(0), skin(1)],
+            meshes: meshes.into(),
+        }
+    }
+}
+
 /// A skinned mesh in a pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkinnedBody {

@@ -34,7 +34,7 @@ pub use dodge::{AnsweredAttack, Dodge, DodgeSettings, Nearest};
 pub use duel::{Bout, BoutSettings, Cut};
 pub use figure::{Figure, FigurePart, Look};
 pub use maps::{MapStyle, SlabPicture};
-pub use mesh::{Mesh, MeshBone, MeshTexture, MeshVertex, Skin, SkinnedBody};
+pub use mesh::{Mesh, MeshBone, MeshTexture, MeshVertex, Outfit, Skin, SkinnedBody};
 pub use pose_fit::standing_pose;
 pub use rigged::{BindTarget, BoundMesh, JointNames, MeshJoint, NotBound, RiggedMesh};
 pub use shot::{Capsule, Layer, Light, Shot};

@@ -55,7 +55,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let poses = [standing_pose(skeleton, clips), best(&low), best(&raised)];
     let desc = StageDesc {
-        meshes: &wardrobe.meshes,
+        meshes: &wardrobe.outfit.meshes,
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;
@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
             cancel::check()?;
             let mut shot = shot(skeleton, joints, column);
             shot.skinned
-                .push(SkinnedBody::new(&wardrobe.skins[0], joints));
+                .push(SkinnedBody::new(&wardrobe.outfit.skins[0], joints));
             let picture = canvas.paint(&shot, None)?;
             sheet.place(
                 [GAP + column * (size[0] + GAP), GAP + row * (size[1] + GAP)],

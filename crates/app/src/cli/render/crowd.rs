@@ -46,7 +46,9 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     let wardrobe = args.mesh.load(&motions.skeleton, &motions.clips)?;
     let mut crowd = args.crowd.formation(&motions, wardrobe.as_ref())?;
     let desc = StageDesc {
-        meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
+        meshes: wardrobe
+            .as_ref()
+            .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
         shadow_side: 4096,
         max_members: args.crowd.count,
         max_crowd_lines: crowd.most_lines() as u32,
@@ -114,7 +116,7 @@ impl CrowdArgs {
             skeleton: &motions.skeleton,
             body: &body,
             clip,
-            skin: wardrobe.map(|wardrobe| &*wardrobe.skins[0]),
+            skin: wardrobe.map(|wardrobe| &*wardrobe.outfit.skins[0]),
         };
         let mut crowd = Crowd::new(performer, &settings).map_err(usage)?;
         crowd.use_levels(!self.no_levels);

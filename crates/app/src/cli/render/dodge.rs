@@ -90,7 +90,9 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     };
     let graph = baked.graph.graph();
     let wardrobe = args.mesh.load(graph.skeleton(), graph.clips())?;
-    let skin = wardrobe.as_ref().map(|wardrobe| wardrobe.skins[0].clone());
+    let skin = wardrobe
+        .as_ref()
+        .map(|wardrobe| wardrobe.outfit.skins[0].clone());
     let dodge = Dodge::new(&baked.graph, answered, &settings).with_skin(skin);
     let [width, height] = args.size;
     let show = Show {
@@ -99,7 +101,9 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         args,
     };
     let desc = StageDesc {
-        meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
+        meshes: wardrobe
+            .as_ref()
+            .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
         ..StageDesc::default()
     };
     let mut canvas = Canvas::new(device, args.size, &desc)?;

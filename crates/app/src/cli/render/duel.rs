@@ -76,7 +76,9 @@ impl DuelArgs {
         let exchanges = &fought.exchanges;
         let graph = baked.graph();
         let wardrobe = self.mesh.load(graph.skeleton(), graph.clips())?;
-        let skins = wardrobe.as_ref().map(|wardrobe| wardrobe.skins.clone());
+        let skins = wardrobe
+            .as_ref()
+            .map(|wardrobe| wardrobe.outfit.skins.clone());
         let bout = Bout::new(baked, &fought.fighters, exchanges, &settings).with_skins(skins);
         let mut cuts = bout.cuts(self.size[0] as f32 / self.size[1] as f32);
         cuts.drain(..cuts.len().min(self.from as usize - 1));
@@ -92,7 +94,9 @@ impl DuelArgs {
             cuts,
         };
         let desc = StageDesc {
-            meshes: wardrobe.as_ref().map_or(&[], |wardrobe| &wardrobe.meshes),
+            meshes: wardrobe
+                .as_ref()
+                .map_or(&[], |wardrobe| &wardrobe.outfit.meshes),
             ..StageDesc::default()
         };
         let mut canvas = Canvas::new(device, self.size, &desc)?;
