@@ -148,9 +148,9 @@ impl Tailor<'_> {
         let head = at(self.anatomy.head);
         let collar = [
             neck - rise.normalize_or(Vec3::Y) * (0.03 * self.scale),
-            neck.lerp(head, 0.40),
+            neck.lerp(head, 0.16),
         ];
-        self.cone(cloth, collar, [0.068, 0.060]);
+        self.cone(cloth, collar, [0.066, 0.061]);
         let belt = cloth.blend(HEM);
         let belt = Part {
             colour: self.look.dark,

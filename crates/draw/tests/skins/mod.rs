@@ -237,26 +237,28 @@ fn bones_of_removed_joints_ride_on_kept_ones() {
     let (skeleton, clips) = (&motions.skeleton, &motions.clips[..1]);
     let levels = Levels::build(skeleton, clips, &LevelSettings::default()).unwrap();
     let skin = skin_of(body.bones);
-    let rest = Pose {
-        root: Vec3::Y,
-        rotations: vec![Quat::IDENTITY; skeleton.len()],
-        translations: Vec::new(),
-    };
-    let mut joints = Vec::new();
-    forward_kinematics(skeleton, &rest, &mut joints);
-    let whole = skinned_positions(&body.mesh, &skin, &joints);
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    motions.clips[0].pose(5, &mut pose);
+    forward_kinematics(skeleton, &pose, &mut joints);
     for level in &levels.levels {
         let kept: Vec<JointTransform> = { level.kept.iter() }
             .map(|joint| joints[joint.index()])
             .collect();
+        // Removed joints where they sit on the kept ones.
+        let seated: Vec<JointTransform> = { level.seats.iter() }
+            .map(|seat| {
+                let carrier = &kept[usize::from(seat.carrier)];
+                JointTransform {
+                    rotation: carrier.rotation * seat.offset.rotation,
+                    translation: carrier.point(seat.offset.translation),
+                }
+            })
+            .collect();
+        let whole = skinned_positions(&body.mesh, &skin, &seated);
         let attached = skinned_positions(&body.mesh, &skin.attached(level), &kept);
         let apart = { whole.iter().zip(&attached) }.map(|(a, b)| a.distance(*b));
         let most = apart.fold(0.0, f32::max);
-        assert!(
-            most < 0.02,
-            "{} joints: {most} m in the rest pose",
-            level.kept.len()
-        );
+        assert!(most < 1e-4, "{} joints: {most} m", level.kept.len());
     }
 }
 
@@ -294,7 +296,7 @@ fn a_crowd_is_drawn_with_a_mesh() {
         let (shot, shown) = crowd.shot(camera, SIZE).unwrap();
         let groups = shown.groups.len();
         assert!(
-            groups > 3,
+            groups >= 3,
             "one draw for each level and resolution: {groups}"
         );
         let empty = painter.paint(&mut device, &shot, None).unwrap();
