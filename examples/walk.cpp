@@ -2,6 +2,8 @@
 //
 //     cargo rustc --release --lib --no-default-features --features capi --crate-type staticlib
 //     c++ -std=c++17 examples/walk.cpp -I src/capi target/release/libsabaki.a -lm -lpthread -ldl -o walk
+//
+// or with CMake, by find_package(sabaki): examples/CMakeLists.txt.
 //     ./walk fight.sabaki
 //
 // Without a terminal the keys are read from the input, each for half a second: echo "wwdd  aa" | ./walk fight.sabaki

@@ -3,7 +3,8 @@
  *     cargo rustc --release --lib --no-default-features --features capi --crate-type staticlib
  *     cc renderer.c -I src/capi target/release/libsabaki.a -lm -lpthread -ldl
  *
- * (--crate-type cdylib makes a shared library.) This header needs no Vulkan header: VkInstance, VkPhysicalDevice,
+ * (--crate-type cdylib makes a shared library.) With CMake: src/capi/CMakeLists.txt builds and installs a package for
+ * find_package(sabaki), whose target is sabaki::sabaki. This header needs no Vulkan header: VkInstance, VkPhysicalDevice,
  * VkDevice and VkCommandBuffer are pointers, and are passed as such. No Vulkan library is linked: functions are looked up with
  * the vkGetInstanceProcAddr that you pass.
  *
@@ -16,6 +17,8 @@
  */
 #ifndef SABAKI_H
 #define SABAKI_H
+
+#define SABAKI_VERSION "0.2.0"
 
 #include <stddef.h>
 #include <stdint.h>

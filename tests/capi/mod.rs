@@ -114,6 +114,63 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     assert!(said.contains("entered the walls by 0.000 m"), "{said}");
 }
 
+/// The package is installed by CMake, found by `find_package`, and the example is built with it.
+#[test]
+fn cmake_installs_a_package_that_the_example_finds() {
+    let library = static_library();
+    let target = library.parent().and_then(Path::parent).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let run = |arguments: &[&str], paths: &[(&str, &Path)]| {
+        let mut cmake = Command::new("cmake");
+        cmake.args(arguments);
+        for (option, path) in paths {
+            cmake.arg(format!("{option}{}", path.display()));
+        }
+        output_of(&mut cmake)
+    };
+    // The library that Cargo has built already.
+    let arguments = "--offline;--locked;--config=profile.dev.opt-level=2";
+    let (sources, package) = (root().join("src/capi"), at("package"));
+    run(
+        &["-DSABAKI_PROFILE=dev", &format!("-DSABAKI_CARGO_ARGUMENTS={arguments}")],
+        &[("-S", &sources), ("-B", &package), ("-DSABAKI_TARGET_DIRECTORY=", target)],
+    );
+    run(&["--build", &package.display().to_string()], &[]);
+    let prefix = at("prefix").display().to_string();
+    run(&["--install", &package.display().to_string(), "--prefix", &prefix], &[]);
+    let (sources, example) = (root().join("examples"), at("example"));
+    run(
+        &[&format!("-DCMAKE_PREFIX_PATH={prefix}")],
+        &[("-S", &sources), ("-B", &example)],
+    );
+    run(&["--build", &example.display().to_string()], &[]);
+    let file = at("baked.sabaki");
+    archive::write(&file, embedded()).unwrap();
+    let keys = at("keys");
+    fs::write(&keys, "wwwwdddd ").unwrap();
+    let keys = fs::File::open(keys).unwrap();
+    let said = output_of(Command::new(example.join("walk")).arg(&file).stdin(keys));
+    assert!(said.contains("walked") || said.contains("entered the walls"), "{said}");
+    // A version that is not installed is not found.
+    let wanted = at("wanted");
+    fs::create_dir(&wanted).unwrap();
+    let project = "cmake_minimum_required(VERSION 3.16)\nproject(wanted NONE)\nfind_package(sabaki 0.9)\nmessage(STATUS \"found: ${sabaki_FOUND}\")\n";
+    fs::write(wanted.join("CMakeLists.txt"), project).unwrap();
+    let said = run(
+        &[&format!("-DCMAKE_PREFIX_PATH={prefix}")],
+        &[("-S", &wanted), ("-B", &at("wanted/build"))],
+    );
+    assert!(said.contains("found: 0"), "{said}");
+}
+
+#[test]
+fn the_header_has_the_version_of_the_package() {
+    let header = fs::read_to_string(root().join("src/capi/sabaki.h")).unwrap();
+    let line = format!("#define SABAKI_VERSION \"{}\"\n", env!("CARGO_PKG_VERSION"));
+    assert!(header.contains(&line));
+}
+
 /// Every function that the header declares is in the library, and no other.
 #[test]
 fn the_header_declares_what_there_is() {
