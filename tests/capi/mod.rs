@@ -133,12 +133,27 @@ fn cmake_installs_a_package_that_the_example_finds() {
     let arguments = "--offline;--locked;--config=profile.dev.opt-level=2";
     let (sources, package) = (root().join("src/capi"), at("package"));
     run(
-        &["-DSABAKI_PROFILE=dev", &format!("-DSABAKI_CARGO_ARGUMENTS={arguments}")],
-        &[("-S", &sources), ("-B", &package), ("-DSABAKI_TARGET_DIRECTORY=", target)],
+        &[
+            "-DSABAKI_PROFILE=dev",
+            &format!("-DSABAKI_CARGO_ARGUMENTS={arguments}"),
+        ],
+        &[
+            ("-S", &sources),
+            ("-B", &package),
+            ("-DSABAKI_TARGET_DIRECTORY=", target),
+        ],
     );
     run(&["--build", &package.display().to_string()], &[]);
     let prefix = at("prefix").display().to_string();
-    run(&["--install", &package.display().to_string(), "--prefix", &prefix], &[]);
+    run(
+        &[
+            "--install",
+            &package.display().to_string(),
+            "--prefix",
+            &prefix,
+        ],
+        &[],
+    );
     let (sources, example) = (root().join("examples"), at("example"));
     run(
         &[&format!("-DCMAKE_PREFIX_PATH={prefix}")],
@@ -151,7 +166,10 @@ fn cmake_installs_a_package_that_the_example_finds() {
     fs::write(&keys, "wwwwdddd ").unwrap();
     let keys = fs::File::open(keys).unwrap();
     let said = output_of(Command::new(example.join("walk")).arg(&file).stdin(keys));
-    assert!(said.contains("walked") || said.contains("entered the walls"), "{said}");
+    assert!(
+        said.contains("walked") || said.contains("entered the walls"),
+        "{said}"
+    );
     // A version that is not installed is not found.
     let wanted = at("wanted");
     fs::create_dir(&wanted).unwrap();

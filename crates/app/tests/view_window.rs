@@ -10,12 +10,14 @@ use sabaki_testing::screen;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 use common::baked::embedded;
 use common::{device, finish};
 use glam::Vec2;
 use sabaki::archive;
 use sabaki::duel::DuelSettings;
+use sabaki::graph::MotionGraph;
 use sabaki::maps::{AttackGrid, AttackGridSettings, Body};
 use sabaki_app::Painter;
 use sabaki_app::demo;
@@ -24,7 +26,7 @@ use sabaki_app::live::{
     with_query_worker,
 };
 use sabaki_draw::StageDesc;
-use sabaki_draw::scene::{Crowd, FormationSettings, Performer};
+use sabaki_draw::scene::{Crowd, FormationSettings, Outfit, Performer};
 use screen::{Screen, Shown};
 use serde_json::Value;
 
@@ -145,6 +147,11 @@ fn a_window_manager_minimises_the_window_and_closes_it_while_a_query_is_open() {
     closes_while_asked(&screen, shown, "alt+F4");
 }
 
+/// The bodies that the command draws fighters with.
+fn outfit(graph: &MotionGraph) -> Arc<Outfit> {
+    Arc::new(Outfit::human(graph.skeleton(), graph.clips()).unwrap())
+}
+
 #[test]
 fn what_the_window_shows_is_what_is_drawn_without_one() {
     const STEP: f32 = 0.03125;
@@ -154,8 +161,10 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
     let file = path("a.sabaki");
     archive::write(&file, baked).unwrap();
     let mut painted_on = device();
+    let outfit = outfit(baked.graph());
     let desc = StageDesc {
         samples: 1,
+        meshes: &outfit.meshes,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut painted_on, SIZE, &desc).unwrap();
@@ -190,6 +199,7 @@ fn what_the_window_shows_is_what_is_drawn_without_one() {
         let maps = MapChoices::slabs(baked);
         let (shot, _) = with_query_worker(&maps, &QueryWorkerDesc::default(), |worker| {
             let mut fighter = Fighter::new(&maps, worker, (settings, 1));
+            fighter.wear(Some(outfit.clone()));
             let mut orbit = Orbit::around_fighter(fighter.focus());
             let mut thrown = false;
             for picture in 1..=pictures {
@@ -247,11 +257,12 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         ..FormationSettings::default()
     };
     let body = Body::from_bones(&motions.skeleton);
+    let outfit = Outfit::human(&motions.skeleton, &motions.clips).unwrap();
     let performer = Performer {
         skeleton: &motions.skeleton,
         body: &body,
         clip: clip.unwrap(),
-        skin: None,
+        skin: Some(&outfit.skins[0]),
     };
     let crowd = Crowd::new(performer, &settings).unwrap();
     let mut device = device();
@@ -261,6 +272,7 @@ fn a_crowd_marches_past_cameras_posed_into_the_memory_that_is_drawn() {
         max_members: 400,
         max_crowd_lines: crowd.most_lines() as u32,
         max_parts: crowd.parts() as u32,
+        meshes: &outfit.meshes,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();
@@ -327,6 +339,8 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
         ..DuelSettings::default()
     };
     let mut live_duel = LiveDuel::new((embedded(), &grid), &settings).unwrap();
+    let outfit = outfit(embedded().graph());
+    live_duel.wear(Some(outfit.clone()));
     let mut last = None;
     for _ in 0..120 {
         live_duel.advance(0.05);
@@ -342,6 +356,7 @@ fn a_duel_in_the_window_is_what_is_fought_and_drawn_without_one() {
     let mut device = device();
     let desc = StageDesc {
         samples: 1,
+        meshes: &outfit.meshes,
         ..StageDesc::default()
     };
     let mut painter = Painter::new(&mut device, SIZE, &desc).unwrap();

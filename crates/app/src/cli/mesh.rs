@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use sabaki::anim::{Clip, JointTransform, Skeleton};
-use sabaki_draw::human_body;
 use sabaki_draw::scene::{
-    BindTarget, BoundMesh, BoutSettings, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex,
-    Outfit, RiggedMesh, standing_pose,
+    BindTarget, BoundMesh, JointNames, Mesh, MeshJoint, MeshTexture, MeshVertex, Outfit,
+    RiggedMesh, standing_pose,
 };
 use sabaki_import::gltf::{SkinVertex, SkinnedMesh};
+use serde_json::{Value, json};
 
 use super::Failure;
 
@@ -31,6 +31,8 @@ pub(crate) struct Wardrobe {
     pub(crate) outfit: Arc<Outfit>,
     /// Lines on what is bound.
     pub(crate) report: String,
+    /// The same as JSON.
+    pub(crate) document: Value,
 }
 
 /// Colour of the second character.
@@ -43,17 +45,12 @@ impl MeshArgs {
         skeleton: &Skeleton,
         clips: &[Clip],
     ) -> Result<Option<Wardrobe>, Failure> {
-        let standing = standing_pose(skeleton, clips);
-        let target = BindTarget {
-            skeleton,
-            standing: &standing,
-        };
         let path = match &self.mesh {
-            None => return Ok(Wardrobe::human(target)),
+            None => return Ok(Wardrobe::human(skeleton, clips)),
             Some(path) if path.as_os_str() == CAPSULES => return Ok(None),
             Some(path) if path.as_os_str() == BODY => {
                 let what = "a body needs a skeleton whose joints' names tell two legs, two arms and a head";
-                let human = Wardrobe::human(target);
+                let human = Wardrobe::human(skeleton, clips);
                 return human
                     .ok_or_else(|| Failure::Usage(what.to_owned()))
                     .map(Some);
@@ -68,6 +65,10 @@ impl MeshArgs {
         if let Some(map) = &self.map {
             check_names(&names, &rigged, skeleton).map_err(|error| error.within(map))?;
         }
+        let target = BindTarget {
+            skeleton,
+            standing: &standing_pose(skeleton, clips),
+        };
         let bound = rigged.bind(target, &names);
         let bound = bound.map_err(|error| Failure::Usage(error.to_string()).within(path))?;
         Ok(Some(Wardrobe::of(bound, path)))
@@ -80,13 +81,11 @@ const BODY: &str = "body";
 const CAPSULES: &str = "capsules";
 
 impl Wardrobe {
-    fn human(target: BindTarget<'_>) -> Option<Self> {
-        let [white, blue] = BoutSettings::default().looks;
-        let body = human_body(target, &white)?;
-        let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
+    fn human(skeleton: &Skeleton, clips: &[Clip]) -> Option<Self> {
         Some(Self {
-            outfit: Arc::new(Outfit::new([body.mesh, other], body.bones)),
+            outfit: Arc::new(Outfit::human(skeleton, clips)?),
             report: String::new(),
+            document: json!({ "file": BODY }),
         })
     }
 
@@ -107,10 +106,18 @@ impl Wardrobe {
             let unbound = bound.unbound.join(", ");
             report.push_str(&format!("not bound: {unbound}\n"));
         }
+        let document = json!({
+            "file": path.display().to_string(),
+            "vertices": bound.mesh.vertices.len(),
+            "joints": bound.bones.len(),
+            "exact": bound.is_exact,
+            "not_bound": bound.unbound,
+        });
         let bluish = bound.mesh.clone().tinted(BLUE);
         Self {
             outfit: Arc::new(Outfit::new([bound.mesh, bluish], bound.bones)),
             report,
+            document,
         }
     }
 }

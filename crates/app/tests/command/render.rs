@@ -3,6 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use sabaki::anim::{Clip, Joint, Skeleton};
+use sabaki_app::demo;
+use sabaki_import::gltf;
+
 use super::run::{baked, folder, sabaki};
 
 /// Columns, rows and pictures of a PNG, and the pixels of its first picture.
@@ -106,6 +110,89 @@ fn a_crowd_is_drawn_in_its_own_colours_or_in_those_of_its_levels() {
     };
     let (own, levels) = (vivid(&pixels("a.png")), vivid(&pixels("c.png")));
     assert!(levels > own + 100, "{own} {levels}");
+}
+
+#[test]
+fn meshes_of_files_are_bound_by_names_or_by_a_map() {
+    let folder = folder();
+    let write = |name: &str, skeleton: &Skeleton, clip: &Clip| {
+        let mut bytes = Vec::new();
+        gltf::write(&mut bytes, skeleton, std::slice::from_ref(clip)).unwrap();
+        fs::write(folder.path().join(name), bytes).unwrap();
+    };
+    let motions = demo::motions().unwrap();
+    write("own.glb", &motions.skeleton, &motions.clips[0]);
+    // The same figure with names that are no one's.
+    let mut joints: Vec<Joint> = motions.skeleton.clone().into();
+    for (index, joint) in joints.iter_mut().enumerate() {
+        joint.name = format!("bone {}", "i".repeat(index + 1));
+    }
+    let other = Skeleton::new(joints).unwrap();
+    write("other.glb", &other, &motions.clips[0]);
+    let json = |out: &str, more: &[&str]| {
+        let more = [&["--json", "--validation"], more].concat();
+        sabaki(folder.path(), &dodge(out, &more)).json(0)
+    };
+    let own = json("own.png", &["--mesh", "own.glb"]);
+    assert_eq!(own["mesh"]["exact"], true);
+    assert_eq!(own["mesh"]["not_bound"], serde_json::json!([]));
+    let refused = |args: &[&str], word: &str| {
+        sabaki(folder.path(), &dodge("x.png", args)).is_refused(&[word]);
+    };
+    refused(&["--mesh", "other.glb"], "at least 2");
+    let names: Vec<(String, String)> = { other.joints().iter().zip(motions.skeleton.joints()) }
+        .filter(|(_, joint)| !joint.name.ends_with("_End") && joint.name != "Neck")
+        .map(|(own, joint)| (own.name.clone(), joint.name.clone()))
+        .collect();
+    let map = |names: &[(String, String)]| {
+        let map: serde_json::Map<_, _> = { names.iter().cloned() }
+            .map(|(own, joint)| (own, joint.into()))
+            .collect();
+        fs::write(
+            folder.path().join("map.json"),
+            serde_json::to_vec(&map).unwrap(),
+        )
+        .unwrap();
+    };
+    map(&names);
+    let mapped = ["--mesh", "other.glb", "--map", "map.json"];
+    let said = json("mapped.png", &mapped);
+    let unbound = said["mesh"]["not_bound"].as_array().unwrap().len();
+    assert_eq!(unbound + names.len(), motions.skeleton.len());
+    assert!(unbound > 0);
+    let said = sabaki(folder.path(), &dodge("mapped.png", &mapped)).is(0);
+    assert!(said.stdout.contains("not bound: "), "{}", said.stdout);
+    map(&[("bone i".to_owned(), "Tail".to_owned())]);
+    refused(&mapped, "Tail");
+    map(&[("Tail".to_owned(), "Hips".to_owned())]);
+    refused(&mapped, "Tail");
+    refused(&["--mesh", "missing.glb"], "missing.glb");
+    // Capsules, a body and bones are different pictures.
+    json("body.png", &[]);
+    json("capsules.png", &["--mesh", "capsules"]);
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("body.png") != read("capsules.png") && read("own.png") != read("body.png"));
+}
+
+#[test]
+fn the_body_is_drawn_from_four_sides_in_three_poses() {
+    let folder = folder();
+    let args = [
+        "render",
+        "body",
+        baked(),
+        "--size",
+        "64x80",
+        "--validation",
+        "--out",
+        "a.png",
+    ];
+    sabaki(folder.path(), &args).is(0);
+    let (width, height, _, pixels) = read_png(&folder.path().join("a.png"));
+    assert!(width > 4 * 64 && height > 3 * 80, "{width} x {height}");
+    assert!(colours(&pixels) > 60, "{}", colours(&pixels));
+    let capsules = [&args[..], &["--mesh", "capsules"]].concat();
+    sabaki(folder.path(), &capsules).is_refused(&["--mesh"]);
 }
 
 #[test]

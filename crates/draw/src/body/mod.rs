@@ -9,8 +9,11 @@ mod surface_net;
 mod weights;
 
 use crate::scene::internal::{inverse, simplified, whole};
-use crate::scene::{BindTarget, BoundMesh, Look, Mesh, MeshBone, MeshVertex};
+use crate::scene::{
+    BindTarget, BoundMesh, BoutSettings, Look, Mesh, MeshBone, MeshVertex, Outfit, standing_pose,
+};
 use anatomy::Anatomy;
+use sabaki::anim::{Clip, Skeleton};
 use surface_net::{Grid, surface_net};
 
 /// Triangles of the finest resolution.
@@ -55,6 +58,21 @@ pub fn human_body(target: BindTarget<'_>, look: &Look) -> Option<BoundMesh> {
         unbound: Vec::new(),
         is_exact: true,
     })
+}
+
+impl Outfit {
+    /// Bodies made by code for a skeleton and its clips, in the colours of the two fighters of a duel. `None` as for [`human_body`].
+    #[must_use]
+    pub fn human(skeleton: &Skeleton, clips: &[Clip]) -> Option<Self> {
+        let target = BindTarget {
+            skeleton,
+            standing: &standing_pose(skeleton, clips),
+        };
+        let [white, blue] = BoutSettings::default().looks;
+        let body = human_body(target, &white)?;
+        let other = body.mesh.clone().recoloured(white.clothes, blue.clothes);
+        Some(Self::new([body.mesh, other], body.bones))
+    }
 }
 
 /// Only the vertices that triangles use.

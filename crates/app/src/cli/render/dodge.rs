@@ -115,7 +115,10 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
     drop(canvas);
     let bytes = file::write(&args.out, kind, &film)?;
     let clearance = show.dodge.clearance();
-    let mut text = wardrobe.map_or_else(String::new, |wardrobe| wardrobe.report);
+    let (mut text, mesh) = match wardrobe {
+        Some(wardrobe) => (wardrobe.report, wardrobe.document),
+        None => Default::default(),
+    };
     let _ = writeln!(
         text,
         "the attack is {}; nearest at {:.2} s: {:.1} cm",
@@ -135,6 +138,7 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
             ("avoided", json!(answer.avoided)),
             ("clearance", json!(clearance.metres)),
             ("nearest_at", json!(clearance.time)),
+            ("mesh", mesh),
         ],
     })
 }
