@@ -77,6 +77,7 @@ fn the_limits_are_those_of_the_code() {
         ("LARGEST_FILE", LARGEST_FILE as f64),
         ("LONGEST_CLIP", LONGEST_CLIP),
         ("gltf::MOST_ENTRIES", gltf::MOST_ENTRIES as f64),
+        ("gltf::MOST_VERTICES", gltf::MOST_VERTICES as f64),
         (
             "GraphSettings::MOST_FRAMES",
             GraphSettings::MOST_FRAMES as f64,
