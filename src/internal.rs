@@ -30,6 +30,7 @@ pub use crate::query::clearance::{
 };
 pub use crate::query::cull::drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub use crate::query::cull::input::CullCandidate;
+pub use crate::query::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
 
 /// The rasterizer that the shaders mirror.
 pub mod raster {

@@ -11,7 +11,6 @@ use super::scratch::Worker;
 use super::slot::{Slot, lock};
 use super::state::CharacterState;
 use super::world::World;
-use crate::anim::forward_kinematics;
 use crate::maps::BakedGraph;
 use crate::math::Rigid2;
 use crate::query::Obstacle;
@@ -100,7 +99,7 @@ impl CharacterState {
             baked: world.baked,
             obstacles: &worker.plan.ahead,
             seconds: (began, to),
-            until_entered: true,
+            enough: 0.0,
         };
         let entered = test.on_motion(&playing.motion, &mut worker.plan.entered);
         if entered.is_some() {
@@ -116,25 +115,18 @@ impl CharacterState {
         /// Distance that is kept, in metres.
         const SKIN: f32 = 0.002;
         const TURNS: usize = 12;
-        let Worker {
-            pose,
-            joints,
-            centres,
-            obstacles,
-            ..
-        } = worker;
-        let (graph, reach) = (world.baked.graph(), world.baked.reach());
-        let root = self.playing.motion.root(graph, self.playing.seconds);
-        obstacles.retain(|one| one.distance(root, world.dt) < reach + SKIN);
-        if obstacles.is_empty() {
+        let (body, reach) = (world.baked.body(), world.baked.reach());
+        let playing = &self.playing;
+        let root = playing.motion.root(world.baked.graph(), playing.seconds);
+        let is_near = |one: &Obstacle| one.distance(root, world.dt) < reach + SKIN;
+        worker.obstacles.retain(is_near);
+        if worker.obstacles.is_empty() {
             return;
         }
-        self.playing
-            .motion
-            .sample(graph, self.playing.seconds, pose);
-        forward_kinematics(graph.skeleton(), pose, joints);
-        let body = world.baked.body();
-        body.centres(joints, centres);
+        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
+        let Worker {
+            centres, obstacles, ..
+        } = worker;
         // Only a sphere that reaches as far from the root as an obstacle is can enter it.
         let extents = { centres.iter().zip(&body.spheres) }
             .map(|(centre, part)| centre.distance(root) + part.radius);

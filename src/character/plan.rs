@@ -306,7 +306,7 @@ fn test(
         baked: world.baked,
         obstacles: &scratch.ahead,
         seconds: (0.0, end),
-        until_entered: false,
+        enough: f32::INFINITY,
     };
     let entered = obstacles.on_motion(&motion, &mut scratch.entered);
     TestedMotion {

@@ -1,7 +1,9 @@
 use glam::Vec3;
 
 use super::steer::SteerScratch;
-use crate::anim::{JointTransform, Pose};
+use crate::anim::{JointTransform, Pose, forward_kinematics};
+use crate::graph::Motion;
+use crate::maps::BakedGraph;
 use crate::query::clearance::MotionBody;
 use crate::query::obstacle::ObstacleScratch;
 use crate::query::{Answer, Obstacle, QueryContext};
@@ -16,6 +18,16 @@ pub(super) struct Worker {
     pub centres: Vec<Vec3>,
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
+}
+
+impl Worker {
+    /// Writes the sphere centres of the body at a moment of a motion to `centres`, in the world, in metres.
+    pub(super) fn pose_body(&mut self, baked: &BakedGraph, (motion, seconds): (&Motion, f32)) {
+        let graph = baked.graph();
+        motion.sample(graph, seconds, &mut self.pose);
+        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+        baked.body().centres(&self.joints, &mut self.centres);
+    }
 }
 
 /// Scratch of planning.

@@ -10,7 +10,6 @@ use super::steer::{SteerState, SteerStep};
 use super::steer_around::Side;
 use super::threat::{Threat, Window};
 use super::world::World;
-use crate::anim::forward_kinematics;
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
 use crate::query::clearance::closest;
@@ -223,19 +222,10 @@ impl CharacterState {
 
     /// Measures the distance of body and threats between the start and the end of the step.
     fn touch(&mut self, world: &World<'_>, worker: &mut Worker) {
-        let (graph, end) = (world.baked.graph(), world.now + f64::from(world.dt));
-        let Worker {
-            pose,
-            joints,
-            centres,
-            ..
-        } = worker;
-        self.playing
-            .motion
-            .sample(graph, self.playing.seconds, pose);
-        forward_kinematics(graph.skeleton(), pose, joints);
-        let body = world.baked.body();
-        body.centres(joints, centres);
+        let (body, end) = (world.baked.body(), world.now + f64::from(world.dt));
+        let playing = &self.playing;
+        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
+        let centres = &mut worker.centres;
         if self.centres.len() != centres.len() {
             self.centres.clone_from(centres);
         }

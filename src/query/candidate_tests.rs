@@ -4,7 +4,7 @@ use super::candidate::CandidateKind;
 use super::clearance::{Clearance, Extent};
 use super::evaluated::Evaluated;
 use super::evaluation::Evaluation;
-use super::evaluation_input::EvaluationInput;
+use super::evaluation_input::{EvaluationInput, worse};
 use super::prefix_cache::{PrefixCache, PrefixTest};
 use super::workers::{Batch, Workers};
 use crate::graph::Motion;
@@ -193,8 +193,15 @@ impl Tests<'_, '_> {
         let test = PrefixTest {
             index,
             test: || {
-                let clearance = input.exact_test(extent).on_built_motion(body, build);
-                input.beside_obstacles((index, clearance), false, body)
+                // Among obstacles most motions enter one soon, which one pose shows.
+                let entered = input.candidate_entered(index, -enough, body);
+                if let Some(hit) = entered.filter(|hit| -hit.harm < enough) {
+                    return hit.as_clearance();
+                }
+                worse(
+                    input.exact_test(extent).on_built_motion(body, build),
+                    entered,
+                )
             },
             decided_at: |_: &Clearance| Some(input.state.request.attack.end()),
         };
@@ -221,7 +228,7 @@ impl Tests<'_, '_> {
         let clearance = test.on_shared_motion(motion, body);
         let clearance = self
             .input
-            .beside_obstacles((chosen, clearance), false, body);
+            .beside_obstacles((chosen, clearance), f32::INFINITY, body);
         self.results.evaluated[chosen] = Some(Evaluated {
             is_final: true,
             ..self.input.result(chosen, clearance)

@@ -131,7 +131,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             }
             input.motion(index, motion);
             let body = results.workers.body();
-            if input.entered(motion, true, &mut body.obstacles).is_some() {
+            if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
                 continue;
             }
             let tested = Tested {
@@ -142,7 +142,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
                 continue;
             };
             let body = results.workers.body();
-            if input.entered(motion, true, &mut body.obstacles).is_some() {
+            if input.entered(motion, 0.0, &mut body.obstacles).is_some() {
                 continue;
             }
             let clearance = warped.clearance;
@@ -197,7 +197,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
             false => before.score.is_some_and(|own| score.total < own.total),
         };
         let scratch = &mut results.workers.body().obstacles;
-        if !gains || input.entered(motion, true, scratch).is_some() {
+        if !gains || input.entered(motion, 0.0, scratch).is_some() {
             motion.bend(None);
             return;
         }

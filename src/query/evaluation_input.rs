@@ -102,32 +102,43 @@ impl EvaluationInput<'_> {
         if self.state.request.obstacles.is_empty() || !may_win {
             return clearance;
         }
-        self.beside_obstacles((index, clearance), true, body)
+        self.beside_obstacles((index, clearance), 0.0, body)
     }
 
-    /// The clearance of a candidate, and its harm by obstacles where that is worse. With `until_entered`, the first entry counts.
+    /// The clearance of a candidate, or minus its harm by obstacles where that is less. The search for the most harmful entry stops at
+    /// a harm above `enough`, in metres.
     pub(super) fn beside_obstacles(
         &self,
         (index, clearance): (usize, Clearance),
-        until_entered: bool,
+        enough: f32,
         body: &mut MotionBody,
     ) -> Clearance {
+        worse(clearance, self.candidate_entered(index, enough, body))
+    }
+
+    /// [`EvaluationInput::entered`] of a candidate.
+    pub(super) fn candidate_entered(
+        &self,
+        index: usize,
+        enough: f32,
+        body: &mut MotionBody,
+    ) -> Option<ObstacleHit> {
         if self.state.request.obstacles.is_empty() {
-            return clearance;
+            return None;
         }
         let scratch = &mut body.obstacles;
         let mut motion = std::mem::take(&mut scratch.motion);
         self.motion(index, &mut motion);
-        let hit = self.entered(&mut motion, until_entered, scratch);
+        let hit = self.entered(&mut motion, enough, scratch);
         scratch.motion = motion;
-        worse(clearance, hit)
+        hit
     }
 
-    /// Where a motion enters an obstacle until the attack and its evasions have ended.
+    /// The most harmful entry of a motion into an obstacle until the attack and its evasions have ended, or one above `enough`.
     pub(super) fn entered(
         &self,
         motion: &mut Motion,
-        until_entered: bool,
+        enough: f32,
         scratch: &mut ObstacleScratch,
     ) -> Option<ObstacleHit> {
         let (baked, request) = (self.query.baked, &self.state.request);
@@ -140,7 +151,7 @@ impl EvaluationInput<'_> {
             baked,
             obstacles: &request.obstacles,
             seconds: (0.0, end),
-            until_entered,
+            enough,
         };
         test.on_motion(motion, scratch)
     }
@@ -175,7 +186,7 @@ impl EvaluationInput<'_> {
     pub(super) fn test_whole(&self, index: usize, body: &mut MotionBody) -> Clearance {
         let test = self.exact_test(Extent::WHOLE);
         let clearance = test.on_built_motion(body, |motion| self.motion(index, motion));
-        self.beside_obstacles((index, clearance), false, body)
+        self.beside_obstacles((index, clearance), f32::INFINITY, body)
     }
 
     /// Writes a candidate's whole motion, from now until one sample after the attack's end or later.
@@ -221,11 +232,7 @@ impl EvaluationInput<'_> {
 /// The clearance, or the harm by an obstacle where that is worse.
 pub(super) fn worse(clearance: Clearance, hit: Option<ObstacleHit>) -> Clearance {
     match hit {
-        Some(hit) if -hit.harm < clearance.metres => Clearance {
-            metres: -hit.harm,
-            time: hit.time,
-            body_sphere: hit.sphere,
-        },
+        Some(hit) if -hit.harm < clearance.metres => hit.as_clearance(),
         _ => clearance,
     }
 }

@@ -9,6 +9,7 @@ mod entries;
 mod exits;
 mod feet;
 mod layers;
+mod obstacles;
 mod pause;
 mod query_alloc;
 mod tracks;

@@ -1,13 +1,13 @@
 //! Obstacles: walls, furniture, ledges and other bodies that no motion may enter.
 
+mod column;
 mod distance;
 mod test;
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
-pub(super) use test::ObstacleHit;
-pub(crate) use test::{ObstacleScratch, ObstacleTest};
+pub use test::{ObstacleHit, ObstacleScratch, ObstacleTest};
 
 /// Largest number of corners of a polygon.
 const MOST_CORNERS: usize = 16;

@@ -1,59 +1,60 @@
 //! The exact test of a motion against obstacles.
 //!
-//! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`RATE`]. An obstacle that is further from the
-//! root than the body reaches is skipped until root and obstacle have moved that far towards each other: most obstacles cost one
-//! distance. At the samples that are left, those spheres of the body are tested that reach as far from the root as the obstacle is
-//! (distances are 1-Lipschitz).
+//! Beyond the paper, whose characters stand in an empty plane. A motion is sampled at [`ObstacleTest::RATE`]. An obstacle that is further from the
+//! axis of the body's [`Column`] than that is wide is skipped until axis and obstacle have moved that far towards each other: most
+//! obstacles cost one distance. The body is posed at the samples that are left, and of its spheres those are tested that reach as far
+//! from the axis as the obstacle is.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Obstacle;
+use super::column::{Column, Heights};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::graph::Motion;
 use crate::maps::BakedGraph;
-
-/// Samples per second.
-const RATE: f32 = 30.0;
+use crate::query::clearance::Clearance;
 
 /// Scratch of the test.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ObstacleScratch {
-    pub(crate) motion: Motion,
-    roots: Vec<Vec3>,
-    /// Distance that the root has gone until each sample, in metres.
+pub struct ObstacleScratch {
+    /// A motion that is built for one test.
+    pub motion: Motion,
+    columns: Vec<Column>,
+    /// Distance that the axis has gone until each sample, in metres.
     gone: Vec<f32>,
     near: Vec<NearSample>,
     pose: Pose,
     joints: Vec<JointTransform>,
     centres: Vec<Vec3>,
-    /// How far each sphere of the posed body reaches from the root, in metres.
+    /// How far each sphere of the posed body reaches from the column's axis, in metres.
     extents: Vec<f32>,
 }
 
-/// A sample at which an obstacle is within reach of the body.
+/// A sample at which an obstacle touches the body's column.
 #[derive(Clone, Copy, Debug)]
 struct NearSample {
     tick: u32,
     obstacle: u32,
-    /// Distance of the root from the obstacle, in metres.
+    /// Distance of the column's axis from the obstacle, in metres.
     metres: f32,
 }
 
 /// A motion against obstacles.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ObstacleTest<'a> {
+pub struct ObstacleTest<'a> {
+    /// The graph and the body.
     pub baked: &'a BakedGraph,
     /// Where they are when the motion starts, and how they move.
     pub obstacles: &'a [Obstacle],
     /// The part of the motion that is tested, from its start, in seconds.
     pub seconds: (f32, f32),
-    /// Whether the test ends at the first obstacle that is entered; otherwise the deepest entry is found.
-    pub until_entered: bool,
+    /// The test stops once an entry's harm exceeds this, in metres: 0 stops at the first entry, infinity finds the most harmful one.
+    pub enough: f32,
 }
 
 /// Where a motion enters an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ObstacleHit {
+pub struct ObstacleHit {
     /// Depth times the obstacle's weight, in metres.
     pub harm: f32,
     /// Time since the start of the motion, in seconds.
@@ -62,26 +63,36 @@ pub(crate) struct ObstacleHit {
     pub sphere: usize,
 }
 
+impl ObstacleHit {
+    /// The entry as a clearance below 0.
+    pub fn as_clearance(self) -> Clearance {
+        Clearance {
+            metres: -self.harm,
+            time: self.time,
+            body_sphere: self.sphere,
+        }
+    }
+}
+
 impl ObstacleTest<'_> {
+    /// Samples per second.
+    pub const RATE: f32 = 30.0;
+
     /// The worst entry; `None` if none is entered. The motion must last until the end.
-    pub(crate) fn on_motion(
-        &self,
-        motion: &Motion,
-        scratch: &mut ObstacleScratch,
-    ) -> Option<ObstacleHit> {
+    pub fn on_motion(&self, motion: &Motion, scratch: &mut ObstacleScratch) -> Option<ObstacleHit> {
         if self.obstacles.is_empty() {
             return None;
         }
         self.find_near(motion, scratch);
         let mut worst: Option<ObstacleHit> = None;
         let mut at = 0;
-        // The sample at which the root is nearest is tested first: where one is entered, this one is usually.
+        // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
         let nearest = { scratch.near.iter().enumerate() }
             .min_by(|a, b| a.1.metres.total_cmp(&b.1.metres))
             .map(|(at, _)| at)?;
         let tick = scratch.near[nearest].tick;
         self.sample(motion, (nearest, tick), (scratch, &mut worst));
-        while at < scratch.near.len() && !(self.until_entered && worst.is_some()) {
+        while at < scratch.near.len() && worst.is_none_or(|worst| worst.harm <= self.enough) {
             let tick = scratch.near[at].tick;
             let range = self.sample(motion, (at, tick), (scratch, &mut worst));
             at = range;
@@ -102,21 +113,21 @@ impl ObstacleTest<'_> {
             joints,
             centres,
             extents,
-            roots,
+            columns,
             ..
         } = scratch;
         let graph = self.baked.graph();
-        let seconds = self.seconds.0 + tick as f32 / RATE;
+        let seconds = self.seconds.0 + tick as f32 / Self::RATE;
         motion.sample(graph, seconds, pose);
         forward_kinematics(graph.skeleton(), pose, joints);
         self.baked.body().centres(joints, centres);
-        let (root, spheres) = (roots[tick as usize], &self.baked.body().spheres);
+        let (axis, spheres) = (columns[tick as usize].axis, &self.baked.body().spheres);
         extents.clear();
         extents.extend(
             centres
                 .iter()
                 .zip(spheres)
-                .map(|(centre, part)| centre.distance(root) + part.radius),
+                .map(|(centre, part)| Vec2::new(centre.x, centre.z).distance(axis) + part.radius),
         );
         let widest = extents
             .iter()
@@ -154,38 +165,40 @@ impl ObstacleTest<'_> {
     /// Lists the samples at which an obstacle is within reach, by time.
     fn find_near(&self, motion: &Motion, scratch: &mut ObstacleScratch) {
         let ObstacleScratch {
-            roots, gone, near, ..
+            columns,
+            gone,
+            near,
+            ..
         } = scratch;
-        let (graph, reach) = (self.baked.graph(), self.baked.reach());
         let (from, to) = self.seconds;
-        let ticks = ((to - from).max(0.0) * RATE).ceil() as usize + 1;
-        roots.clear();
+        let ticks = ((to - from).max(0.0) * Self::RATE).ceil() as usize + 1;
+        columns.clear();
         gone.clear();
         near.clear();
-        let mut sum = 0.0;
+        let (mut sum, mut widest, mut heights) = (0.0, 0.0f32, Heights::NONE);
         for tick in 0..ticks {
-            let root = motion.root(graph, from + tick as f32 / RATE);
-            sum += roots.last().map_or(0.0, |last: &Vec3| last.distance(root));
-            roots.push(root);
+            let seconds = from + tick as f32 / Self::RATE;
+            let column = Column::new(self.baked, (motion, seconds), &mut heights);
+            let before = columns.last();
+            sum += before.map_or(0.0, |last: &Column| last.axis.distance(column.axis));
+            widest = widest.max(column.radius);
+            columns.push(column);
             gone.push(sum);
         }
         for (index, obstacle) in self.obstacles.iter().enumerate() {
-            let speed = obstacle.velocity.length() / RATE;
+            let speed = obstacle.velocity.length() / Self::RATE;
             let mut tick = 0;
             while tick < ticks {
-                let seconds = from + tick as f32 / RATE;
-                let metres = obstacle.distance(roots[tick], seconds);
-                let free = metres - reach;
-                if free <= 0.0 {
+                let seconds = from + tick as f32 / Self::RATE;
+                let metres = obstacle.metres_from_line(columns[tick].axis, heights, seconds);
+                if metres <= columns[tick].radius {
                     near.push(NearSample {
                         tick: tick as u32,
                         obstacle: index as u32,
                         metres,
                     });
-                    tick += 1;
-                    continue;
                 }
-                let start = tick;
+                let (start, free) = (tick, metres - widest);
                 let moved = |at: usize| gone[at] - gone[start] + speed * (at - start) as f32;
                 tick += 1;
                 while tick < ticks && moved(tick) < free {

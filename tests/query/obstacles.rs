@@ -1,0 +1,129 @@
+//! Promise: the test of a motion against obstacles finds what a look at every sphere at every sample finds.
+#![allow(clippy::unwrap_used)]
+
+use sabaki_testing as common;
+
+use common::baked::embedded;
+use common::captures::fight_graph;
+use glam::{Vec2, Vec3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use sabaki::anim::{Pose, forward_kinematics};
+use sabaki::graph::{EdgeId, Motion, Played, Playhead};
+use sabaki::internal::{ObstacleScratch, ObstacleTest};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::math::Rigid2;
+use sabaki::query::Obstacle;
+
+/// One obstacle of each kind near a place, some of which move.
+fn obstacles(random: &mut Pcg64Mcg, near: Vec3) -> Vec<Obstacle> {
+    let mut number = |most: f32| random.random_range(-most..most);
+    let mut solids = Vec::new();
+    for speed in [0.0, 2.0] {
+        let mut place = || near + Vec3::new(number(2.0), number(0.6), number(2.0));
+        let places = [(); 6].map(|()| place());
+        let ground = |at: usize| Vec2::new(places[at].x, places[at].z);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE].map(|corner| ground(4) + 0.5 * corner);
+        let away = places[0] - near;
+        for solid in [
+            Obstacle::half_space(places[0], -away.with_y(0.1 * away.y)),
+            Obstacle::block(places[1], Vec3::new(0.2, 0.4, 0.3), places[0].x),
+            Obstacle::capsule(places[2], places[3], 0.1),
+            Obstacle::polygon(&corners),
+            Obstacle::disc(ground(5), 0.3),
+        ] {
+            let velocity = Vec3::new(number(1.0), number(0.3), number(1.0)) * speed;
+            solids.push(solid.unwrap().moving(velocity).unwrap());
+        }
+    }
+    solids
+}
+
+/// The deepest entry of any sphere at any sample; 0 for none.
+fn naive(test: &ObstacleTest<'_>, motion: &Motion) -> f32 {
+    let (graph, body) = (test.baked.graph(), test.baked.body());
+    let (from, to) = test.seconds;
+    let ticks = ((to - from) * ObstacleTest::RATE).ceil() as usize;
+    let (mut pose, mut joints) = (Pose::default(), Vec::new());
+    let mut centres = Vec::new();
+    let mut worst = 0.0f32;
+    for tick in 0..=ticks {
+        let seconds = from + tick as f32 / ObstacleTest::RATE;
+        motion.sample(graph, seconds, &mut pose);
+        forward_kinematics(graph.skeleton(), &pose, &mut joints);
+        body.centres(&joints, &mut centres);
+        for (centre, part) in centres.iter().zip(&body.spheres) {
+            for obstacle in test.obstacles {
+                worst = worst.max(part.radius - obstacle.distance(*centre, seconds));
+            }
+        }
+    }
+    worst
+}
+
+/// Motions from many edges, among them transitions and blends, one obstacle at a time.
+fn agrees(baked: &BakedGraph) {
+    let graph = baked.graph();
+    let mut random = Pcg64Mcg::seed_from_u64(31);
+    let mut scratch = ObstacleScratch::default();
+    let (mut entered, mut free, mut blended) = (0, 0, 0);
+    let count = graph.edges().len();
+    for index in (0..count).step_by((count / 40).max(1)) {
+        let place = Rigid2::new(index as f32, 3.0, -2.0);
+        let at = Playhead::at(graph, EdgeId(index as u32), 0.4, place);
+        let mut motion = Motion::new(graph, at, &[]);
+        if index % 3 == 0 {
+            let other = EdgeId(random.random_range(0..count) as u32);
+            let from = Motion::new(graph, Playhead::at(graph, other, 0.0, place), &[]);
+            let played = Played {
+                motion: &from,
+                seconds: 0.0,
+                rate: 1.0,
+            };
+            motion.blend_from(graph, played, 0.2);
+        }
+        motion.extend(graph, 2.0);
+        blended += usize::from(motion.is_blending(0.05));
+        for obstacle in obstacles(&mut random, motion.root(graph, 1.0)) {
+            // Weights of 1, so that harm is depth.
+            let obstacle = obstacle.weighing(1.0).unwrap();
+            let test = ObstacleTest {
+                baked,
+                obstacles: &[obstacle],
+                seconds: (0.1, 1.9),
+                enough: f32::INFINITY,
+            };
+            let found = test.on_motion(&motion, &mut scratch);
+            let wanted = naive(&test, &motion);
+            assert_eq!(
+                found.map_or(0.0, |hit| hit.harm),
+                wanted,
+                "edge {index}: {obstacle:?}"
+            );
+            let first = ObstacleTest {
+                enough: 0.0,
+                ..test
+            };
+            let first = first.on_motion(&motion, &mut scratch);
+            assert_eq!(first.is_some(), wanted > 0.0, "edge {index}: {obstacle:?}");
+            entered += usize::from(wanted > 0.0);
+            free += usize::from(wanted == 0.0);
+        }
+    }
+    assert!(
+        entered > 50 && free > 50 && blended > 3,
+        "{entered} {free} {blended}"
+    );
+}
+
+#[test]
+fn entries_into_obstacles_are_those_of_a_naive_search() {
+    agrees(embedded());
+}
+
+#[test]
+fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
+    let Some(graph) = fight_graph() else { return };
+    let baked = Baker::new(graph, BakeSettings::default()).unwrap();
+    agrees(&baked.finish_on_cpu().unwrap());
+}
