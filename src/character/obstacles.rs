@@ -52,7 +52,7 @@ impl CharacterState {
         if world.obstacles.is_empty() && world.bodies.is_empty() {
             return;
         }
-        let root = { &self.playing.motion }.root(world.baked.graph(), self.playing.seconds);
+        let root = (&self.playing.motion).root(world.baked.graph(), self.playing.seconds);
         let range = |obstacle: &Obstacle| {
             world.baked.reach() + NEAR + obstacle.velocity().length() * world.settings.horizon
         };
@@ -128,7 +128,9 @@ impl CharacterState {
             centres, obstacles, ..
         } = worker;
         // Only a sphere that reaches as far from the root as an obstacle is can enter it.
-        let extents = { centres.iter().zip(&body.spheres) }
+        let extents = centres
+            .iter()
+            .zip(&body.spheres)
             .map(|(centre, part)| centre.distance(root) + part.radius);
         let widest = extents.fold(0.0, f32::max) + SKIN + world.settings.push * world.dt;
         obstacles.retain(|one| one.distance(root, world.dt) < widest);

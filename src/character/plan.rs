@@ -213,7 +213,11 @@ impl CharacterState {
     /// Joins a motion to what is played, where that is bent or has another rate at its start.
     fn continued(&self, world: &World<'_>, moment: &Moment, mut motion: Motion) -> Motion {
         let is_bent = |motion: &Motion| motion.warp().is_some_and(|warp| warp.acts_at(0.0));
-        let bent = { self.playing.motion.warp() }.is_some_and(|warp| warp.acts_at(moment.seconds));
+        let bent = self
+            .playing
+            .motion
+            .warp()
+            .is_some_and(|warp| warp.acts_at(moment.seconds));
         if self.playing.rate != 1.0 || bent != is_bent(&motion) {
             let played = self.playing.played_until(moment.seconds);
             motion.blend_from(world.baked.graph(), played, BLEND);

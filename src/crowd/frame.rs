@@ -108,7 +108,9 @@ impl Crowd {
         let own = Vec3::new(state.x, state.y, state.z);
         let position = frame.positions.and_then(|positions| positions.get(id));
         let position = position.copied().unwrap_or(own);
-        state.is_culled = { frame.frustum }.is_some_and(|frustum| !frustum.contains(position));
+        state.is_culled = frame
+            .frustum
+            .is_some_and(|frustum| !frustum.contains(position));
         if let Some(view) = &frame.levels {
             let before = LevelId(state.detail as u16);
             let choice = view

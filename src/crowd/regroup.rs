@@ -50,8 +50,8 @@ impl Schedule {
                 mix: state.mix,
             };
             // The last few: more are seldom open.
-            let open = (self.first_late..self.groups.len()).rev().take(4);
-            let vacancy = { open }.find_map(|group| {
+            let mut open = (self.first_late..self.groups.len()).rev().take(4);
+            let vacancy = open.find_map(|group| {
                 let cold = &self.cold[group];
                 let lane = (0..F32x16::LANES).find(|&lane| !cold.is_used(lane))?;
                 cold.kind.takes(state).then_some(Slot { group, lane })

@@ -177,7 +177,7 @@ impl Inertia {
 
     /// Whether it fits a skeleton: asked of what is read from a file.
     pub(super) fn is_sound(&self, joints: usize, legs: usize) -> bool {
-        let feet = { self.feet.iter() }.all(|foot| {
+        let feet = self.feet.iter().all(|foot| {
             foot.place.is_finite()
                 && foot.rotation.is_finite()
                 && foot.lift.is_finite()

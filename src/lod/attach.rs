@@ -1,12 +1,12 @@
-//! What becomes of the skin of a removed joint: it rides on a joint that is kept, rigidly.
+//! The rigid attachment of a removed joint to a kept one, its carrier, so that skin bound to the removed joint is still drawn.
 //!
-//! The paper leaves it open: its figures are of bones alone, and a removed joint's bones become one straight line.
-//! Here the removed joint's points are held where they are in the mean as seen from the kept joint, which is the rigid placement that
-//! displaces them least (least squares over frames and points). It rides on the nearest kept joint above, or on one of
-//! those below, whichever displaces them less: a forearm goes rather with the hand than with the upper arm.
+//! The paper draws bones alone, so it does not say what happens to the skin. Here the removed joint's points are placed relative to the
+//! carrier by the rigid transform with the least squared displacement over all sampled frames. The carrier is the nearest kept ancestor
+//! or one of the nearest kept descendants, whichever displaces the points less: a forearm usually moves with the hand rather than with
+//! the upper arm.
 //!
-//! What rode on a joint rides on after it: placements are put together, not fitted anew, so that two
-//! neighbouring levels differ in the placement of one joint, and it alone need be blended.
+//! When a carrier is itself removed, the transforms are concatenated and not fitted again. Two neighbouring levels then differ in the
+//! placement of one joint, and only this joint must be blended between them.
 //!
 //! Source of the fit: Horn, "Closed-form solution of absolute orientation using unit quaternions" (1987), section 4.
 
@@ -16,33 +16,33 @@ use super::frames::Place;
 use super::samples::Samples;
 use crate::anim::JointId;
 
-/// Where the joints are drawn: removed ones on kept ones.
+/// The attachments of all joints on one level.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Riders {
-    /// Of each joint of the skeleton the kept one that it rides on, and how; a kept one rides on itself.
+    /// Carrier and offset of each joint of the skeleton. A kept joint is its own carrier.
     pub(super) seats: Vec<(JointId, Place)>,
 }
 
-/// A placement of a joint, and all that rides on it, on another.
+/// The attachment of a joint, and of all joints attached to it, to a carrier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seat {
     pub(super) carrier: JointId,
     pub(super) offset: Place,
-    /// Sum over frames and points of the squared distance from where they truly are.
+    /// Sum over frames and points of the squared displacement, in square metres.
     pub(super) squares: f64,
 }
 
-/// Points of one joint and of its riders, each with where it is in the mean as seen from the carrier.
+/// The points of a joint and of the joints attached to it, each with its mean position in the carrier's frame.
 struct Pairs {
-    /// In the joint's frame, and in the carrier's.
+    /// Position in the joint's frame, and mean position in the carrier's frame.
     pairs: Vec<(DVec3, DVec3)>,
-    /// Sum of the squared distance of all frames' points from their means.
+    /// Sum over frames of the squared distances of the points from their means.
     spread: f64,
     frames: f64,
 }
 
 impl Riders {
-    /// Every joint on itself.
+    /// No joint is removed.
     pub(super) fn none(joints: usize) -> Self {
         let seats = (0..joints as u16).map(|id| (JointId(id), Place::IDENTITY));
         Self {
@@ -50,7 +50,7 @@ impl Riders {
         }
     }
 
-    /// Those that ride on `joint`, with itself.
+    /// The joints attached to `joint`, including itself, with their offsets.
     pub(super) fn on(&self, joint: JointId) -> impl Iterator<Item = (JointId, Place)> + '_ {
         let seats = self.seats.iter().enumerate();
         seats.filter_map(move |(rider, &(carrier, offset))| {
@@ -58,7 +58,7 @@ impl Riders {
         })
     }
 
-    /// Takes `joint` out: it and its riders ride as the seat says.
+    /// Removes `joint`: it and the joints attached to it are attached to the seat's carrier.
     pub(super) fn remove(&mut self, joint: JointId, seat: (JointId, Place)) {
         for (carrier, offset) in &mut self.seats {
             if *carrier == joint {
@@ -68,7 +68,7 @@ impl Riders {
         }
     }
 
-    /// The best placement of `joint` on `carrier`.
+    /// Fits the attachment of `joint` to `carrier`.
     pub(super) fn fit(&self, samples: &Samples, joint: JointId, carrier: JointId) -> Seat {
         let pairs = self.pairs(samples, joint, carrier);
         let offset = pairs.best();
@@ -79,7 +79,7 @@ impl Riders {
         }
     }
 
-    /// How far the riders of `joint` are from where they truly are now: sum of squares.
+    /// Sum of the squared displacements of the joints attached to `joint`, before it is removed.
     pub(super) fn squares(&self, samples: &Samples, joint: JointId) -> f64 {
         let pairs = self.pairs(samples, joint, joint);
         pairs.squares(&Place::IDENTITY)
@@ -120,19 +120,22 @@ impl Pairs {
         self.spread + self.frames * self.pairs.iter().map(missed).sum::<f64>()
     }
 
-    /// The rigid placement that takes the points nearest to their means.
+    /// The rigid transform that minimizes the squared distances of the points from their means.
     fn best(&self) -> Place {
         let count = self.pairs.len() as f64;
-        let sums = { self.pairs.iter() }.fold((DVec3::ZERO, DVec3::ZERO), |sums, pair| {
-            (sums.0 + pair.0, sums.1 + pair.1)
-        });
+        let sums = self
+            .pairs
+            .iter()
+            .fold((DVec3::ZERO, DVec3::ZERO), |sums, pair| {
+                (sums.0 + pair.0, sums.1 + pair.1)
+            });
         let (from, to) = (sums.0 / count, sums.1 / count);
         let mut covariance = DMat3::ZERO;
         for &(point, mean) in &self.pairs {
             let (p, q) = (point - from, mean - to);
             covariance += DMat3::from_cols(p * q.x, p * q.y, p * q.z);
         }
-        let rotation = turn_of(covariance);
+        let rotation = largest_eigenvector(covariance);
         Place {
             rotation,
             translation: to - rotation * from,
@@ -140,9 +143,10 @@ impl Pairs {
     }
 }
 
-/// The rotation that Horn's matrix of the covariance (rows: from, columns: to) has as its greatest eigenvector.
-fn turn_of(s: DMat3) -> DQuat {
-    /// Powers double: enough for eigenvalues that differ by a millionth.
+/// The rotation that maximizes the covariance: the eigenvector of Horn's matrix with the largest eigenvalue. Rows of the covariance
+/// belong to the source points, columns to the target points.
+fn largest_eigenvector(s: DMat3) -> DQuat {
+    /// Each squaring doubles the power. This many separate eigenvalues that differ by a millionth.
     const SQUARINGS: usize = 32;
     let [x, y, z] = [s.row(0), s.row(1), s.row(2)];
     let (a, b, c) = (y.z - z.y, z.x - x.z, x.y - y.x);
@@ -153,25 +157,19 @@ fn turn_of(s: DMat3) -> DQuat {
         DVec4::new(b, xy, y.y - x.x - z.z, yz),
         DVec4::new(c, zx, yz, z.z - x.x - y.y),
     );
-    let norm = |m: &DMat4| {
-        { m.to_cols_array() }
-            .iter()
-            .map(|v| v * v)
-            .sum::<f64>()
-            .sqrt()
-    };
+    let norm = |m: &DMat4| m.to_cols_array().iter().map(|v| v * v).sum::<f64>().sqrt();
     let size = norm(&n);
     if size <= 0.0 {
         return DQuat::IDENTITY;
     }
-    // No eigenvalue is negative then, and the greatest stays the greatest.
+    // The shift makes all eigenvalues positive and keeps their order.
     n += DMat4::IDENTITY * size;
     for _ in 0..SQUARINGS {
         n = n * n;
         n *= 1.0 / norm(&n);
     }
     let columns = [n.x_axis, n.y_axis, n.z_axis, n.w_axis];
-    let longest = { columns.into_iter() }.fold(DVec4::ZERO, |longest, column| {
+    let longest = columns.into_iter().fold(DVec4::ZERO, |longest, column| {
         if column.length_squared() > longest.length_squared() {
             column
         } else {

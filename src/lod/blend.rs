@@ -1,27 +1,28 @@
-//! One joint goes: between two neighbouring levels it is blended from its motion to where it is drawn without it.
+//! The transition between two neighbouring levels: the joint that the coarser one has lost is blended from its own motion to its
+//! attachment.
 //!
-//! Hasegawa, Nishio & Kobori leave it to future work (4.2: a bent joint that is removed becomes straight). All other joints
-//! are where they were, and what rides on the joint goes with it; so this one matrix makes the whole difference, and it
-//! is blended after the finer level was posed: nothing hangs on it that could be dragged along.
+//! Hasegawa, Nishio & Kobori leave these transitions to future work (4.2: a bent joint becomes straight when it is removed). All other
+//! joints are equal on both levels, and joints attached to the removed one follow it. So one matrix is the whole difference. It is
+//! blended after the finer level has been posed, when no other joint depends on it.
 
 use glam::Affine3A;
 
 use super::{LevelId, Levels};
 use crate::anim::JointTransform;
 
-/// What makes a level look like the next.
+/// The difference between a level and the next coarser one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// The joint that the next level has not, as an index into the finer level's [`super::Level::kept`].
+    /// The joint that the coarser level has lost, as an index into the finer level's [`super::Level::kept`].
     pub joint: u16,
-    /// The joint that it rides on there, as an index into the finer level's `kept`.
+    /// The joint that carries it on the coarser level, as an index into the finer level's `kept`.
     pub carrier: u16,
-    /// Where it rides, in the carrier's frame.
+    /// Its transform in the carrier's frame.
     pub offset: JointTransform,
 }
 
 impl Levels {
-    /// From a level to the next; `None` for the last one.
+    /// The blend from a level to the next coarser one, or `None` for the last level.
     #[must_use]
     pub fn blend(&self, level: LevelId) -> Option<Blend> {
         let (finer, coarser) = (
@@ -40,8 +41,8 @@ impl Levels {
 }
 
 impl Blend {
-    /// Blends the joint's matrix among those of the finer level, in the space of the motion: 0 leaves it, 1 makes it ride. Every point goes in a straight
-    /// line, at a speed that is as even as the weight's.
+    /// Blends the joint's matrix linearly. `matrices` are those of the finer level, in model space; at weight 0 the joint keeps its own
+    /// motion, at 1 it follows the carrier.
     pub fn apply(&self, weight: f32, matrices: &mut [Affine3A]) {
         let carrier = matrices[usize::from(self.carrier)];
         let riding = carrier * affine(&self.offset);
@@ -52,7 +53,7 @@ impl Blend {
     }
 }
 
-/// A joint's frame as a matrix.
+/// Converts a joint's transform to a matrix.
 #[must_use]
 pub fn affine(transform: &JointTransform) -> Affine3A {
     Affine3A::from_rotation_translation(transform.rotation, transform.translation)

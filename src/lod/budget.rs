@@ -1,82 +1,83 @@
-//! As much detail as a time allows.
+//! Levels of detail that keep a crowd within a time budget.
 //!
-//! Beyond the paper. All characters have the same error on the screen; the smallest one is sought with which they cost no more
-//! than the budget. So the greatest error of all is as small as it can be.
+//! Beyond the paper. All characters share one screen error. The planner finds the smallest error at which all of them together cost no
+//! more than the budget, which also makes the largest error of any character as small as possible.
 //!
-//! Distances are counted once in buckets a 128th of an octave wide, each taken for its near edge or for its far one, whichever costs
-//! more; then an error is tried in as many steps as there are levels, however many characters there are.
+//! Distances are counted once, in buckets a 128th of an octave wide. A bucket counts at its near or its far edge, whichever costs more.
+//! The search bisects the error; each step costs as much as there are levels, whatever the number of characters.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Levels, LodError, Measure, Rule, SwitchSettings, Switching};
 
-/// What a frame may cost.
+/// Time that the poses of a frame may take, and the costs by which it is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
-    /// For all characters together.
+    /// Time for all characters together, in milliseconds.
     pub milliseconds: f32,
-    /// What they cost.
+    /// Measured costs of posing.
     pub cost: Cost,
-    /// How levels are switched; its rule is not used.
+    /// How levels are switched. Its rule is ignored.
     pub switching: SwitchSettings,
-    /// Which error is made small.
+    /// Error that is minimized.
     pub measure: Measure,
-    /// The error of the frame before, in pixels. The bands then move no faster than the camera of
-    /// [`super::BlendSettings`], or than 1% of their distance a frame where that is more, and a budget that shrinks suddenly is met
-    /// some frames later. `None`: at once.
+    /// Screen error of the previous frame, in pixels. The bands then move per frame at most as far as the camera of
+    /// [`super::BlendSettings`] or by 1% of their distance, whichever is more, so that a suddenly smaller budget is met some frames later.
+    /// `None`: the bands move at once.
     pub before: Option<f32>,
 }
 
-/// What posing costs, on all threads together: measured by whoever poses.
+/// Costs of posing, summed over all threads. The caller measures them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Nanoseconds for a character, whatever its level.
+    /// Cost of a character at any level, in nanoseconds.
     pub character: f32,
-    /// Nanoseconds for each joint that is kept.
+    /// Cost of each kept joint, in nanoseconds.
     pub joint: f32,
-    /// Nanoseconds for a character that is between two levels.
+    /// Additional cost of a character between two levels, in nanoseconds.
     pub blend: f32,
 }
 
-/// What the budget allows.
+/// The screen error that a budget allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// The error of [`Rule::ScreenError`].
+    /// Screen error for [`Rule::ScreenError`], in pixels.
     pub pixels: f32,
-    /// What the characters cost with it at most, by the costs that were given.
+    /// Upper bound of the characters' cost at this error, in milliseconds.
     pub milliseconds: f32,
-    /// Whether that is within the budget.
+    /// Whether this cost is within the budget.
     pub is_met: bool,
 }
 
-/// Plans frame after frame without allocating.
+/// Finds the screen error for a [`Budget`] in each frame. It allocates nothing after the first one.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
-    /// Of each bucket, how many characters are in it or nearer.
+    /// Number of characters in each bucket or a nearer one.
     counts: Vec<u32>,
     switching: Switching,
 }
 
-/// Of positive numbers, by exponent and seven bits of the mantissa.
+/// Number of buckets: positive numbers by their exponent and the upper seven bits of the mantissa.
 const BUCKETS: usize = 1 << 15;
 
-/// No error that is smaller is sought, and none that is greater, pixels.
+/// Range of the search, in pixels.
 const PIXELS: (f32, f32) = (1e-3, 1e6);
 
 fn bucket(distance: f32) -> usize {
     if distance > 0.0 {
         (distance.to_bits() >> 16) as usize
     } else {
-        // Behind the camera, or not a number: at the finest level.
+        // Behind the camera, or NaN: the finest level.
         0
     }
 }
 
 impl Planner {
-    /// Finds the error, for characters so far away, metres. [`Planner::switching`] then has its bands.
+    /// Finds the smallest screen error within the budget for characters at `distances` from the camera, in metres.
+    /// [`Planner::switching`] then has the bands of this error.
     ///
     /// # Errors
-    /// Settings that make no sense.
+    /// Settings out of range.
     pub fn plan(
         &mut self,
         levels: &Levels,
@@ -90,7 +91,7 @@ impl Planner {
         let pixels = if price(low)? <= budget.milliseconds {
             low
         } else {
-            // The middle of an interval of floats that are neighbours is one of its ends.
+            // The middle of two neighbouring floats is one of them.
             loop {
                 let middle = (low * high).sqrt();
                 if !(low < middle && middle < high) || high / low < 1.0001 {
@@ -112,7 +113,7 @@ impl Planner {
         })
     }
 
-    /// The bands of the last plan.
+    /// Bands of the last plan.
     #[must_use]
     pub fn switching(&self) -> &Switching {
         &self.switching
@@ -131,12 +132,12 @@ impl Planner {
         }
     }
 
-    /// At most so many characters are nearer.
+    /// Upper bound of the number of characters nearer than `distance`.
     fn nearer(&self, distance: f32) -> u32 {
         self.counts[bucket(distance)]
     }
 
-    /// At least so many characters are nearer.
+    /// Lower bound of the number of characters nearer than `distance`.
     fn surely_nearer(&self, distance: f32) -> u32 {
         match bucket(distance) {
             0 => 0,
@@ -144,7 +145,7 @@ impl Planner {
         }
     }
 
-    /// Milliseconds at most, wherever hysteresis leaves the characters.
+    /// Upper bound of the cost at a screen error, for every state of the hysteresis, in milliseconds.
     fn price(&mut self, levels: &Levels, budget: &Budget, pixels: f32) -> Result<f32, LodError> {
         let settings = SwitchSettings {
             rule: Rule::ScreenError {
@@ -163,7 +164,7 @@ impl Planner {
         let all = f64::from(self.counts[BUCKETS - 1]);
         let mut nanoseconds = all * (f64::from(character) + f64::from(joint) * coarsest as f64);
         for band in self.switching.bands() {
-            // Each level has one joint less.
+            // Each level keeps one joint less than the one before.
             let finer = self.nearer(band.end);
             nanoseconds += f64::from(finer) * f64::from(joint);
             if settings.blend.is_some() {
@@ -200,10 +201,10 @@ impl Budget {
         }
     }
 
-    /// Distances are linear in the inverse of the error: that is what must not jump.
+    /// Limits how far the bands move from the previous frame's. Their distances are linear in the inverse of the error.
     ///
-    /// Where a band is far away, what moves as it passes is at most the error, a few pixels. At the camera's speed alone, the furthest
-    /// band would need minutes.
+    /// A point moves by at most the error, a few pixels, while a band passes it. At the camera's speed alone the furthest band would
+    /// take minutes to arrive.
     fn slowed(&self, wanted: f32, levels: &Levels) -> f32 {
         let Some(before) = self.before.filter(|&before| before > 0.0) else {
             return wanted;

@@ -1,8 +1,8 @@
-//! Which joint goes next.
+//! The order in which joints are removed.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.1: the joint with the least energy is removed, energies are taken anew, until
-//! nothing but the root and the ends is left. [`Order::Error`] goes beyond it: the joint goes whose
-//! removal displaces the points of the body least, all levels so far included.
+//! Source: Hasegawa, Nishio & Kobori, 3.1: the joint with the least energy is removed and the energies are computed again, until only
+//! the root and the ends are left. [`Order::Error`] goes beyond the paper: it removes the joint whose removal displaces the points of the
+//! body least, together with all earlier removals.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,44 +14,45 @@ use super::samples::Samples;
 use super::{EnergySettings, Level, Levels, LodError, joint_energies};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// How levels are made.
+/// Settings of [`Levels::build`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LevelSettings {
-    /// Which joint goes next.
+    /// Order in which joints are removed. Default: [`Order::Energy`].
     pub order: Order,
-    /// What energies are made of.
+    /// How energies are computed.
     pub energy: EnergySettings,
-    /// Joints that stay beside the root and the ends: a weapon's, those that inverse kinematics moves.
+    /// Joints that are never removed, besides the root and the ends: for example a weapon's, or those that inverse kinematics moves.
+    /// Default: none.
     pub locked: Vec<JointId>,
-    /// The ends that stay; `None`: all joints without children, end sites included. Of a hand with fingers, ends that may go are
-    /// levels more.
+    /// Ends that are never removed. Default `None`: all joints without children, end sites included. Fingers whose ends may be removed
+    /// give further levels.
     pub ends: Option<Vec<JointId>>,
-    /// What the points of a removed joint ride on.
+    /// Joint that carries the skin of a removed one. Default: [`Carrier::Nearest`].
     pub carrier: Carrier,
-    /// How thick the body is around its bones, metres: without thickness a twist would be no error.
+    /// Thickness of the body around its bones, in metres. Without it a twist would count as no error. Default 0.05.
     pub skin: f32,
-    /// How many frames placements are fitted to at most, evenly spread; errors are measured on all.
+    /// Largest number of frames, spread evenly, to which attachments are fitted. Errors are measured on all frames. Default 500.
     pub samples: usize,
 }
 
-/// Which joint goes next.
+/// Order in which joints are removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
-    /// The one with the least energy: the paper's.
+    /// Least energy first, as in the paper.
     Energy,
-    /// The one whose removal leaves the least sum of squared displacements of the body's points.
+    /// Least increase of the body's squared displacement first.
     Error,
 }
 
-/// What the points of a removed joint ride on.
+/// Joint that carries the skin of a removed one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Carrier {
-    /// The nearest kept joint above, or one of the nearest kept ones below: whichever displaces them less.
+    /// The nearest kept ancestor or one of the nearest kept descendants, whichever displaces the skin less.
     Nearest,
-    /// The nearest kept joint above.
+    /// The nearest kept ancestor.
     Parent,
 }
 
@@ -70,10 +71,10 @@ impl Default for LevelSettings {
 }
 
 impl LevelSettings {
-    /// The most joints of a skeleton that levels are made for. There is a level for each joint, and each looks at all joints.
+    /// Largest number of joints of a skeleton. There is one level for each joint, and each visits all joints.
     pub const MOST_JOINTS: usize = 1024;
 
-    /// The most joints times joints times frames that levels are made of: about a quarter of an hour on one core.
+    /// Largest product of joints, joints and frames: about a quarter of an hour on one core.
     pub const MOST_WORK: u64 = 1 << 32;
 
     fn check(&self, skeleton: &Skeleton) -> Result<(), LodError> {
@@ -85,14 +86,14 @@ impl LevelSettings {
                 must: "above 0",
             });
         }
-        let named = self.locked.iter().chain(self.ends.iter().flatten());
-        match { named }.find(|id| id.index() >= skeleton.len()) {
+        let mut named = self.locked.iter().chain(self.ends.iter().flatten());
+        match named.find(|id| id.index() >= skeleton.len()) {
             Some(unknown) => Err(LodError::UnknownJoint(unknown.0)),
             None => Ok(()),
         }
     }
 
-    /// Of each joint whether it may go.
+    /// Whether each joint may be removed.
     fn removable(&self, skeleton: &Skeleton) -> Vec<bool> {
         let mut removable = match self.ends {
             Some(_) => vec![true; skeleton.len()],
@@ -113,10 +114,10 @@ impl LevelSettings {
 }
 
 impl Levels {
-    /// The levels of a skeleton for the clips that it plays: one order for all of them.
+    /// Builds the levels of a skeleton from the clips that it plays. All clips share one order.
     ///
     /// # Errors
-    /// No clip, a clip that is not of this skeleton, settings that make no sense.
+    /// No clip, a clip of another skeleton, settings out of range.
     pub fn build(
         skeleton: &Skeleton,
         clips: &[Clip],
@@ -185,7 +186,7 @@ struct Builder<'a> {
     riders: Riders,
     keeps: Vec<bool>,
     removable: Vec<bool>,
-    /// Of each joint its best seat and by how much the squares grow if it goes, while that holds.
+    /// Best attachment of each joint and the increase of the squared displacement by its removal; `None` when out of date.
     found: Vec<Option<(Seat, f64)>>,
 }
 
@@ -196,7 +197,7 @@ impl Builder<'_> {
         level
     }
 
-    /// The next level, and where the joint that it has lost sits.
+    /// The next level, and the attachment of the joint that it has lost.
     fn next(&mut self, before: &Level) -> Result<(Level, Seat), LodError> {
         let energies = self.energies.update(before)?;
         let mut best: Option<(f64, usize)> = None;
@@ -212,14 +213,14 @@ impl Builder<'_> {
                 best = Some((price, index));
             }
         }
-        // The caller has seen that one is left.
+        // The caller has checked that a removable joint is left.
         let index = best.map_or(0, |(_, index)| index);
         let joint = before.kept[index];
         let (seat, _) = self.seat(before, index);
         self.riders.remove(joint, (seat.carrier, seat.offset));
         self.keeps[joint.index()] = false;
         self.removable[joint.index()] = false;
-        // What saw the joint beside it, or has new riders, is fitted anew.
+        // The neighbours' attachments are out of date.
         for neighbour in before.neighbours(index) {
             self.found[before.kept[neighbour].index()] = None;
         }
@@ -231,7 +232,7 @@ impl Builder<'_> {
         Ok((level, seat))
     }
 
-    /// The best seat of a kept joint, and by how much the sum of squares grows if it goes.
+    /// The best attachment of a kept joint, and the increase of the squared displacement by its removal.
     fn seat(&mut self, level: &Level, index: usize) -> (Seat, f64) {
         let joint = level.kept[index];
         if let Some(found) = self.found[joint.index()] {
@@ -241,7 +242,7 @@ impl Builder<'_> {
             .neighbours(index)
             .filter(|&carrier| self.settings.carrier == Carrier::Nearest || carrier < index);
         let fits = carriers.map(|at| self.riders.fit(&self.samples, joint, level.kept[at]));
-        // The parent stands first; it has the seat unless another is better.
+        // The parent stands first and wins ties.
         let best = fits.reduce(|best, fit| {
             if fit.squares < best.squares {
                 fit

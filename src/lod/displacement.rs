@@ -1,4 +1,4 @@
-//! How far the points of removed joints are from where they truly are.
+//! Displacement of the body's points by each level, measured over all frames.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -9,42 +9,44 @@ use super::frames::{Place, place_all};
 use super::samples::Samples;
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// What a level does to the body, over all frames. A joint's points: the joint itself, the far ends of its bones, and the corners of
-/// boxes that hold all within [`super::LevelSettings::skin`] of them; so nothing there is displaced by more than the maximum. Points of kept
-/// joints are where they should be.
+/// Displacement of the body by a level, over all frames.
+///
+/// The points of a joint are the joint itself, the far ends of its bones, and the corners of boxes that contain everything within
+/// [`super::LevelSettings::skin`] of the bones. So no part of the body is displaced further than the maximum. Points of kept joints are
+/// not displaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LevelError {
-    /// How far the points of removed joints are from where they truly are, in the mean, metres.
+    /// Mean displacement of the points of removed joints, in metres.
     pub mean: f32,
-    /// At most, metres.
+    /// Largest displacement of any point in any frame, in metres.
     pub max: f32,
-    /// The mean over the points of all joints, metres.
+    /// Mean displacement of the points of all joints, in metres.
     pub body_mean: f32,
-    /// How far a point goes at most when the level before is exchanged for this one in the same frame, metres.
+    /// Largest distance between a point on this level and on the next finer one in the same frame, in metres.
     pub step: f32,
 }
 
-/// What one pass over the clips finds.
+/// Results of one pass over the clips.
 pub(super) struct Measured {
     pub(super) errors: Vec<LevelError>,
-    /// Of the body from its lowest joint to its highest, the median over frames, metres.
+    /// Median over frames of the height from the lowest joint to the highest, in metres.
     pub(super) height: f32,
-    /// From the root to the body's farthest point in any frame, metres.
+    /// Largest distance of a point from the root in any frame, in metres.
     pub(super) reach: f32,
 }
 
-/// One joint taken out: what moved with it.
+/// The removal of one joint, and the joints that it moves.
 struct Change {
     moved: Vec<Moved>,
 }
 
-/// A rider, with where it was and where it is now.
+/// A joint, with its attachment before the removal and after it.
 type Moved = (JointId, On, On);
 
-/// A joint, and a place in its frame.
+/// A carrier, and a transform in its frame.
 type On = (JointId, Place);
 
-/// `seats[i]` is where the joint that `levels[i + 1]` has lost sits.
+/// Measures all levels. `seats[i]` is the attachment of the joint that `levels[i + 1]` has lost.
 pub(super) fn measure(
     skeleton: &Skeleton,
     clips: &[Clip],
@@ -98,12 +100,12 @@ fn changes(skeleton: &Skeleton, levels: &[Level], seats: &[Seat]) -> Vec<Change>
 
 struct Pass<'a> {
     samples: &'a Samples,
-    /// Of the whole body.
+    /// Number of points of the whole body.
     points: usize,
-    /// Of each level, over frames and points.
+    /// Sum of each level's displacements over frames and points.
     sums: Vec<f64>,
     errors: Vec<LevelError>,
-    /// Of each joint in the level that is looked at: sum and maximum.
+    /// Sum and maximum of each joint's displacements on the current level.
     now: Vec<(f64, f64)>,
     reach: f64,
 }

@@ -6,11 +6,11 @@ use super::{Level, LodError};
 use crate::anim::{Clip, ClipDesc, JointKind, Skeleton};
 
 impl Level {
-    /// The clip as this level draws it, on the full skeleton: kept joints where they are, removed ones where they ride. To look at a level,
-    /// or to show it with anything that plays clips.
+    /// Converts the clip to what this level draws, on the full skeleton: kept joints move as before, removed joints follow their
+    /// carriers. The result plays wherever clips play.
     ///
     /// # Errors
-    /// A clip or a level that is not of this skeleton, places out of all range.
+    /// A clip or a level of another skeleton, or positions out of range.
     pub fn drawn(&self, skeleton: &Skeleton, clip: &Clip) -> Result<Clip, LodError> {
         check(skeleton, clip)?;
         self.check(skeleton)?;
@@ -25,7 +25,9 @@ impl Level {
         let mut places = Vec::new();
         for frame in 0..clip.frames() {
             place_all(skeleton, clip, frame, &mut places);
-            let drawn: Vec<Place> = { self.seats.iter() }
+            let drawn: Vec<Place> = self
+                .seats
+                .iter()
                 .map(|seat| {
                     let carrier = places[self.kept[usize::from(seat.carrier)].index()];
                     carrier.after(&Place {
@@ -39,7 +41,7 @@ impl Level {
                     Some(parent) => drawn[parent.index()].sees(place),
                     None => *place,
                 };
-                // Nothing hangs on an end site: its place is all that it has.
+                // An end site has a position only.
                 let (rotation, translation) = match joint.kind {
                     JointKind::EndSite => (Quat::IDENTITY, local.translation.as_vec3()),
                     JointKind::Moving => (local.rotation.as_quat(), local.translation.as_vec3()),

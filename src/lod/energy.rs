@@ -1,15 +1,14 @@
-//! How much a joint moves: its energy.
+//! The kinetic energy of joints.
 //!
 //! Source: Hasegawa, Nishio & Kobori, 3.1, equations 1 to 3:
 //! E_j = mean over frames of 1/2 I w² W, W = a / theta, a = pi/2.
 //!
-//! - w: angular speed of the local rotation from the frame before to this one; frames count from the second on. Over
-//!   several clips the mean is over their time.
-//! - I: of everything below, about the joint, in this frame ([`Masses`]).
-//! - theta: the inner angle between the bone to the parent and the bone to a child, pi where they lie in a line.
+//! - w: angular speed of the local rotation between the previous frame and this one. Over several clips the mean is over their time.
+//! - I: moment of inertia of everything below the joint, about the joint, in this frame ([`Masses`]).
+//! - theta: inner angle between the bone to the parent and the bone to a child; pi when they lie in a line.
 //!
-//! Differs: the text wants the weight to *raise* the energy of what is bent beyond the threshold, so the
-//! default is max(1, W); the equation to the letter is [`Flexion::Literal`]. W is bounded by a least theta.
+//! Differs: by the text, W *raises* the energy of a joint that is bent beyond the threshold. So the default is max(1, W); the equation to
+//! the letter is [`Flexion::Literal`]. A smallest theta bounds W.
 
 use std::f64::consts::PI;
 
@@ -22,55 +21,55 @@ use super::motion::check;
 use super::{BoneShape, Level, LodError, Masses};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// What energies are made of.
+/// Settings of [`joint_energies`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EnergySettings {
-    /// What the joints weigh.
+    /// Masses of the joints. Default: 70 kg in all, distributed by bone length.
     pub masses: Masses,
-    /// How a bone's mass lies on it.
+    /// Distribution of a bone's mass. Default: [`BoneShape::Rod`].
     pub shape: BoneShape,
-    /// About what a joint turns.
+    /// Reference of the moment of inertia. Default: [`Inertia::Joint`].
     pub inertia: Inertia,
-    /// How bending counts.
+    /// Weight of bending. Default: [`Flexion::Raised`].
     pub flexion: Flexion,
-    /// Which child's bone the bend is measured to.
+    /// Child bone to which the bend is measured. Default: [`Branch::Straightest`].
     pub branch: Branch,
-    /// The angle a at which a joint counts as bent, radians.
+    /// Angle a, below which a joint counts as bent, in radians. Default π/2.
     pub threshold: f32,
-    /// No angle counts as smaller than this one, radians.
+    /// Smaller inner angles count as this one, in radians. Default π/18.
     pub least_angle: f32,
 }
 
-/// About what a joint's moment of inertia is taken.
+/// Reference of a joint's moment of inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Inertia {
-    /// About the joint itself: the sum of mass by squared distance, whichever way it turns.
+    /// The joint's position: the sum of mass times squared distance, for every axis of rotation.
     Joint,
-    /// About the axis that it turns about in the frame: true kinetic energy, in which a limb's twist is nearly none.
+    /// The axis of rotation in the frame: true kinetic energy, to which a limb's twist adds almost nothing.
     Axis,
 }
 
-/// How bending weighs.
+/// Weight of bending in a joint's energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Flexion {
-    /// max(1, a / theta): what is bent beyond the threshold counts for more.
+    /// max(1, a / theta): raised beyond the threshold.
     Raised,
-    /// a / theta, as the equation has it: what is straight counts for half.
+    /// a / theta, as in the equation: a straight joint counts half.
     Literal,
-    /// 1 throughout.
+    /// Always 1.
     Ignored,
 }
 
-/// Where several bones leave a joint: the one that its bend is measured to. Bones without length do not count.
+/// Child bone to which the bend of a joint with several children is measured. Bones without length are ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Branch {
-    /// That which goes on straightest in the frame: a chest is not bent because arms leave it sideways.
+    /// The straightest continuation in the frame: a chest is not bent because arms leave it sideways.
     Straightest,
-    /// That to the child with the greatest mass below it, in the frame.
+    /// The child with the largest mass below it.
     Heaviest,
 }
 
@@ -117,13 +116,13 @@ impl EnergySettings {
     }
 }
 
-/// The energy of every joint that `level` keeps, in its order, joules, as the level plays the clips. What hung on removed joints
-/// counts for the joints that took their children. 0 where no clip has a second frame.
+/// The energies of the joints that `level` keeps, in its order, in joules, as the level plays the clips. The mass of a removed joint
+/// counts for its nearest kept ancestor. Clips of one frame have energies of 0.
 ///
-/// The root has no bone to a parent and an end none to a child: they count as straight.
+/// The root and the ends count as straight.
 ///
 /// # Errors
-/// Settings out of range, a clip or a level that is not of this skeleton.
+/// Settings out of range, a clip or a level of another skeleton.
 pub fn joint_energies(
     skeleton: &Skeleton,
     clips: &[Clip],
@@ -135,33 +134,33 @@ pub fn joint_energies(
     energies.update(level)
 }
 
-/// The energies of levels, one level after another. Turns and energies that the removal of a joint does not change are kept, which
-/// gives the same bits.
+/// The energies of one level after another. Rotations and energies that the removal of a joint does not change are kept, to the same
+/// bits.
 pub(super) struct Energies<'a> {
     skeleton: &'a Skeleton,
     clips: &'a [Clip],
     settings: &'a EnergySettings,
-    /// The joints in all frames, frame by frame; empty where they are more than [`MOST_KEPT`].
+    /// Joint transforms of all frames, `[frame][joint]`; empty for more than [`MOST_KEPT`].
     places: Vec<Place>,
-    /// How the joints turn in all frames but each clip's first, in the order of `places`.
+    /// Rotation from the previous frame, in the order of `places`.
     turns: Vec<Turn>,
-    /// Sum over frames of energy by time, for each joint of the skeleton.
+    /// Sum over frames of energy times frame time, for each joint of the skeleton.
     sums: Vec<f64>,
-    /// Whether a level has been evaluated, from which the next one differs by one joint.
+    /// Whether a level has been evaluated. The next one then differs from it by one joint.
     has_level: bool,
 }
 
-/// Places that are kept, frames times joints. More are computed again for each level.
+/// Largest number of joint transforms that are kept. More are computed again for each level.
 const MOST_KEPT: usize = 1 << 20;
 
-/// How a joint turns from one frame to the next.
+/// The rotation of a joint between two frames.
 #[derive(Clone, Copy)]
 struct Turn {
     /// Radians per second.
     speed: f64,
-    /// What the bend at the joint multiplies the energy by.
+    /// Factor of the energy by the joint's bend.
     weight: f64,
-    /// In the space of the motion; `None` where the joint does not turn.
+    /// Axis of rotation in model space; `None` if the joint does not turn.
     axis: Option<DVec3>,
 }
 
@@ -202,7 +201,7 @@ impl<'a> Energies<'a> {
         })
     }
 
-    /// The energies on a level: the first that is asked for, or the one that follows the last by the removal of a joint.
+    /// The energies on a level: the first level, or the one that follows the previous one by the removal of a joint.
     pub(super) fn update(&mut self, level: &Level) -> Result<Vec<f32>, LodError> {
         let masses = self.settings.masses.on_level(self.skeleton, level)?;
         let follows = std::mem::replace(&mut self.has_level, true);
@@ -262,11 +261,11 @@ fn children(level: &Level) -> Vec<Vec<usize>> {
     children
 }
 
-/// Which of a level's joints differ from the level before, as indices into its kept joints.
+/// The joints that differ from the previous level, as indices into the level's kept joints.
 struct Changes {
-    /// Joints that turn or bend otherwise: the parent of the removed joint, and the parent's children.
+    /// Joints with another rotation or bend: the parent of the removed joint, and the parent's children.
     turns: Vec<usize>,
-    /// Joints with another energy: those, and all above them, which carry the straightened bones.
+    /// Joints with another energy: those above, and all their ancestors, which carry the straightened bones.
     energies: Vec<usize>,
 }
 
@@ -284,7 +283,9 @@ impl Changes {
             return Self::all(level);
         };
         let places = level.places(skeleton.len());
-        let parent = { skeleton.ancestry(removed) }.find_map(|above| places[above.index()]);
+        let parent = skeleton
+            .ancestry(removed)
+            .find_map(|above| places[above.index()]);
         let Some(parent) = parent else {
             return Self::all(level);
         };
@@ -294,7 +295,7 @@ impl Changes {
         let mut energies = turns.clone();
         energies.extend(std::iter::successors(above(&parent), above));
         if branch == Branch::Heaviest {
-            // Sums of masses are rounded otherwise, which may decide between two children as heavy as one another.
+            // Sums of masses round differently, which may decide between two children of equal mass.
             turns.clone_from(&energies);
         }
         Self { turns, energies }
@@ -308,12 +309,12 @@ struct Pass<'a> {
     masses: Vec<f64>,
     moments: Vec<Moments>,
     changes: Changes,
-    /// Of each kept joint its children, as indices into the kept joints.
+    /// Children of each kept joint, as indices into the kept joints.
     children: Vec<Vec<usize>>,
 }
 
 impl Pass<'_> {
-    /// Adds what the joints do from one frame to the next.
+    /// Adds the energies between two frames.
     fn add(
         &mut self,
         [before, now]: [&[Place]; 2],
@@ -366,25 +367,25 @@ impl Pass<'_> {
         let Some(parent) = self.level.parents[joint].map(usize::from) else {
             return PI;
         };
-        // The best child so far: its claim, and the angle to it.
+        // The best child so far: its rank, and the angle to it.
         let mut best: Option<(f64, f64)> = None;
         for &child in &self.children[joint] {
             let Some(angle) = angle_between(at(parent) - at(joint), at(child) - at(joint)) else {
                 continue;
             };
-            let claim = match self.settings.branch {
+            let rank = match self.settings.branch {
                 Branch::Straightest => angle,
                 Branch::Heaviest => self.moments[child].mass(),
             };
-            if best.is_none_or(|(other, _)| claim > other) {
-                best = Some((claim, angle));
+            if best.is_none_or(|(other, _)| rank > other) {
+                best = Some((rank, angle));
             }
         }
         best.map_or(PI, |(_, angle)| angle)
     }
 }
 
-/// `None` where one of them has no length.
+/// The angle between two vectors in radians; `None` if one of them has no length.
 fn angle_between(a: DVec3, b: DVec3) -> Option<f64> {
     /// Metres.
     const NO_LENGTH: f64 = 1e-6;

@@ -2,13 +2,13 @@ use thiserror::Error;
 
 use crate::anim::ClipError;
 
-/// Why there are no levels of this skeleton and these clips.
+/// Errors of levels of detail.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LodError {
-    /// A joint is removed that is none of the skeleton, that is its root, or that is gone already.
-    #[error("joint {0} cannot be removed: it is the root, not there, or removed already")]
+    /// A joint to be removed is the root, unknown, or already removed.
+    #[error("joint {0} cannot be removed: it is the root, unknown, or removed already")]
     NotRemovable(u16),
-    /// A clip is not of this skeleton.
+    /// A clip belongs to another skeleton.
     #[error("clip \"{clip}\" has {found} joints, and the skeleton has {expected}")]
     Joints {
         /// Name of the clip.
@@ -18,16 +18,16 @@ pub enum LodError {
         /// Joints of the skeleton.
         expected: usize,
     },
-    /// A level is not of this skeleton.
+    /// A level belongs to another skeleton.
     #[error("the level keeps joint {0}, which the skeleton does not have")]
     Level(u16),
-    /// What is drawn is no clip: as a rule, places out of all range.
+    /// The result is not a valid clip, usually because positions are out of range.
     #[error(transparent)]
     Clip(#[from] ClipError),
     /// No clip was given.
-    #[error("levels of detail need a clip at least")]
+    #[error("levels of detail need at least one clip")]
     NoClips,
-    /// The clips and the skeleton are too large: levels would take hours.
+    /// The clips and the skeleton are too large; building levels would take hours.
     #[error(
         "levels of detail of {joints} joints in {frames} frames: {} joints are the most, and joints times joints times frames is {product}, of at most {}",
         super::LevelSettings::MOST_JOINTS,
@@ -41,42 +41,42 @@ pub enum LodError {
         /// Joints times joints times frames.
         product: u64,
     },
-    /// A total mass that is negative, NaN or infinite.
+    /// The total mass is negative or not finite.
     #[error("a mass of {0} kg is not possible")]
     TotalMass(f32),
-    /// A joint's mass is negative, NaN or infinite.
+    /// A joint's mass is negative or not finite.
     #[error("joint \"{joint}\": a mass of {kilograms} kg is not possible")]
     Mass {
         /// Name of the joint.
         joint: String,
-        /// Its mass.
+        /// Its mass, in kilograms.
         kilograms: f32,
     },
-    /// Not one mass for each joint.
+    /// The number of masses is not the number of joints.
     #[error("{found} masses for {expected} joints")]
     Masses {
-        /// How many were given.
+        /// Number given.
         found: usize,
         /// Joints of the skeleton.
         expected: usize,
     },
-    /// A setting is outside of what makes sense.
+    /// A setting is out of range.
     #[error("{setting}: {value} is not possible; it must be {must}")]
     Setting {
-        /// Which.
+        /// Name of the setting.
         setting: &'static str,
         /// Its value.
         value: f32,
-        /// What it must be.
+        /// Valid range.
         must: &'static str,
     },
-    /// A joint is to stay that the skeleton does not have.
+    /// A setting names a joint that the skeleton does not have.
     #[error("the skeleton has no joint {0}")]
     UnknownJoint(u16),
-    /// Not one inverse bind for each joint.
+    /// The number of inverse bind matrices is not the number of joints.
     #[error("{found} inverse binds for {expected} joints")]
     Binds {
-        /// How many were given.
+        /// Number given.
         found: usize,
         /// Joints of the skeleton.
         expected: usize,

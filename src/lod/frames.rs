@@ -1,10 +1,10 @@
-//! A clip's frames in model space, in double precision: levels are made once and compared closely.
+//! Joint transforms of a clip's frames in model space, in double precision.
 
 use glam::{DQuat, DVec3};
 
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// A joint's frame in the space of the motion.
+/// A joint's transform in model space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub(super) rotation: DQuat,
@@ -21,7 +21,7 @@ impl Place {
         self.rotation * local + self.translation
     }
 
-    /// `self` after `inner`: a point goes through `inner` first.
+    /// The concatenation of two transforms; `inner` is applied first.
     pub(super) fn after(&self, inner: &Self) -> Self {
         Self {
             rotation: (self.rotation * inner.rotation).normalize(),
@@ -29,7 +29,7 @@ impl Place {
         }
     }
 
-    /// `other` as seen from `self`.
+    /// `other` in the frame of `self`.
     pub(super) fn sees(&self, other: &Self) -> Self {
         let back = self.rotation.conjugate();
         Self {
@@ -39,7 +39,7 @@ impl Place {
     }
 }
 
-/// Where all joints are in one frame, into `out`.
+/// Writes the transforms of all joints in one frame to `out`.
 pub(super) fn place_all(skeleton: &Skeleton, clip: &Clip, frame: usize, out: &mut Vec<Place>) {
     let moment = clip.at(frame as f32);
     out.clear();
@@ -58,7 +58,7 @@ pub(super) fn place_all(skeleton: &Skeleton, clip: &Clip, frame: usize, out: &mu
     debug_assert_eq!(out.len(), skeleton.len());
 }
 
-/// The length of the bones that start at each joint, in the skeleton's rest pose, metres.
+/// Total length of the bones that start at each joint, in the rest pose, in metres.
 pub(super) fn bone_lengths(skeleton: &Skeleton) -> Vec<f64> {
     let mut lengths = vec![0.0; skeleton.len()];
     for joint in skeleton.joints() {

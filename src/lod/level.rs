@@ -15,51 +15,49 @@ impl LevelId {
     }
 }
 
-/// One level of detail: the joints that are kept, of whom each hangs, and where the others are drawn.
+/// One level of detail: the kept joints with their parents, and the attachments of the removed joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Parents first, breadth-first; the root is the first.
+    /// The kept joints, breadth-first from the root: parents stand before their children.
     pub kept: Vec<JointId>,
-    /// Of each kept joint the nearest kept one above it, as an index into `kept`; `None` for the
-    /// root alone.
+    /// Nearest kept ancestor of each kept joint, as an index into `kept`; `None` for the root.
     pub parents: Vec<Option<u16>>,
-    /// The joint that this level has lost against the one before; `None` at level 0.
+    /// The joint that the next finer level keeps and this one does not; `None` at level 0.
     pub removed: Option<JointId>,
-    /// The energy that `removed` had when it was taken out, joules; 0 at level 0.
+    /// Energy of `removed` on the next finer level, in joules; 0 at level 0.
     pub energy: f32,
-    /// Of each joint of the skeleton, the kept joint that it is drawn with: a kept one with itself.
+    /// Attachment of each joint of the skeleton. A kept joint is attached to itself.
     pub seats: Vec<Seated>,
-    /// What this level does to the body.
+    /// Displacement of the body.
     pub error: LevelError,
 }
 
-/// Where a joint of the full skeleton is drawn on a level: rigidly on a kept joint.
+/// The rigid attachment of a joint of the full skeleton to a kept joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seated {
     /// The kept joint, as an index into [`Level::kept`].
     pub carrier: u16,
-    /// The joint's frame in the carrier's; the identity for a kept joint.
+    /// The joint's transform in the carrier's frame; the identity for a kept joint.
     pub offset: JointTransform,
 }
 
-/// The levels of a skeleton: each has one joint less than the one before.
+/// The levels of a skeleton. Each keeps one joint less than the one before.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
-    /// The first keeps all joints.
+    /// The levels, finest first. The first keeps all joints.
     pub levels: Vec<Level>,
-    /// Of each joint of the skeleton its energy before any was removed, joules; empty where none was taken.
+    /// Energy of each joint of the full skeleton, in joules; empty for [`Levels::in_order`].
     pub energies: Vec<f32>,
-    /// From the body's lowest joint to its highest, the median over frames, metres; 0 where no clip was looked at.
+    /// Median over frames of the height from the lowest joint to the highest, in metres; 0 for [`Levels::in_order`].
     pub height: f32,
-    /// From the root to the body's farthest point, metres; 0 where no clip was looked at.
+    /// Largest distance of a point of the body from the root, in metres; 0 for [`Levels::in_order`].
     pub reach: f32,
-    /// How thick the body is around its bones, metres: [`super::LevelSettings::skin`].
+    /// Thickness of the body around its bones, in metres: [`super::LevelSettings::skin`].
     pub skin: f32,
 }
 
 impl Level {
-    /// The level of `skeleton` that keeps the joints for which `keeps` is true; the root stays in any case. Removed joints are drawn as in the rest
-    /// pose.
+    /// The level that keeps the root and the joints for which `keeps` is true. Removed joints are attached as in the rest pose.
     pub(super) fn of(skeleton: &Skeleton, keeps: &[bool]) -> Self {
         let is_kept = |id: JointId| id == JointId::ROOT || keeps[id.index()];
         let mut children: Vec<Vec<JointId>> = vec![Vec::new(); skeleton.len()];
@@ -106,7 +104,7 @@ impl Level {
         level
     }
 
-    /// Draws each joint of the skeleton on the kept one that is named.
+    /// Sets the attachments of all joints.
     pub(super) fn sit(&mut self, seats: &[(JointId, Place)]) {
         let places = self.places(seats.len());
         let seated = |&(carrier, offset): &(JointId, Place)| Seated {
@@ -119,7 +117,7 @@ impl Level {
         self.seats = seats.iter().map(seated).collect();
     }
 
-    /// Whether it is a tree of joints of this skeleton, each below its parent.
+    /// Checks that the level is a tree of joints of this skeleton, each below its parent.
     pub(super) fn check(&self, skeleton: &Skeleton) -> Result<(), LodError> {
         for (index, &id) in self.kept.iter().enumerate() {
             let parent = match self.parents.get(index) {
@@ -129,18 +127,18 @@ impl Level {
             let fits = match parent {
                 None => index == 0 && id == JointId::ROOT,
                 Some(parent) => {
-                    id.index() < skeleton.len() && parent < index && {
-                        skeleton.ancestry(id).skip(1)
-                    }
-                    .any(|above| above == self.kept[parent])
+                    let is_above = |above: JointId| above == self.kept[parent];
+                    id.index() < skeleton.len()
+                        && parent < index
+                        && skeleton.ancestry(id).skip(1).any(is_above)
                 }
             };
             if !fits {
                 return Err(LodError::Level(id.0));
             }
         }
-        let seats = self.seats.iter().zip(skeleton.ids());
-        let wrong = { seats }.find(|(seat, _)| usize::from(seat.carrier) >= self.kept.len());
+        let mut seats = self.seats.iter().zip(skeleton.ids());
+        let wrong = seats.find(|(seat, _)| usize::from(seat.carrier) >= self.kept.len());
         match wrong {
             Some((_, id)) => Err(LodError::Level(id.0)),
             None if self.seats.len() == skeleton.len() => Ok(()),
@@ -148,7 +146,7 @@ impl Level {
         }
     }
 
-    /// Of each of the skeleton's `joints`, where it stands in `kept`.
+    /// Position in `kept` of each of the skeleton's `joints`.
     pub(super) fn places(&self, joints: usize) -> Vec<Option<usize>> {
         let mut places = vec![None; joints];
         for (index, id) in self.kept.iter().enumerate() {
@@ -157,7 +155,7 @@ impl Level {
         places
     }
 
-    /// Every joint but the root with its parent, as indices into `kept`.
+    /// Every kept joint except the root with its parent, as indices into `kept`.
     pub(super) fn bones(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let parents = self.parents.iter().enumerate();
         parents.filter_map(|(child, parent)| Some((child, usize::from((*parent)?))))
@@ -170,7 +168,7 @@ impl Level {
         parent.into_iter().chain(children.map(|(child, _)| child))
     }
 
-    /// Where a joint stands in `kept`.
+    /// Position of a joint in `kept`, or `None` for a removed joint.
     #[must_use]
     pub fn index_of(&self, joint: JointId) -> Option<usize> {
         self.kept.iter().position(|&kept| kept == joint)
@@ -178,11 +176,11 @@ impl Level {
 }
 
 impl Levels {
-    /// The levels that come of removing joints in this order, each joint with its energy in joules. Removed joints are drawn as in the
-    /// rest pose, on the nearest kept joint above; nothing is measured.
+    /// Levels by a given order of removal; each joint comes with its energy in joules. Removed joints are attached to their nearest kept
+    /// ancestor as in the rest pose. Errors are not measured.
     ///
     /// # Errors
-    /// A joint that is the root, none of the skeleton, or named twice.
+    /// A joint that is the root, unknown, or named twice.
     pub fn in_order(skeleton: &Skeleton, order: &[(JointId, f32)]) -> Result<Self, LodError> {
         let mut keeps = vec![true; skeleton.len()];
         let mut levels = vec![Level::of(skeleton, &keeps)];

@@ -1,8 +1,8 @@
-//! Masses, and how hard what hangs below a joint is to turn about it.
+//! Masses of joints, and moments of inertia of the parts of the body below them.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.1, who name a moment of inertia and leave the masses open. Here
-//! a joint's mass lies on the bones that start at it, along each as much as it is long. Sums over all
-//! below a joint come from one pass, by the parallel axis theorem.
+//! Source: Hasegawa, Nishio & Kobori, 3.1, who name a moment of inertia and leave the masses open. Here a joint's mass is distributed
+//! over the bones that start at it, in proportion to their lengths. The sums below all joints come from one pass, by the parallel axis
+//! theorem.
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -11,23 +11,23 @@ use super::frames::{Place, bone_lengths};
 use super::{Level, LodError};
 use crate::anim::Skeleton;
 
-/// What the joints weigh.
+/// Masses of the joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Masses {
-    /// So many kilograms in all, along every bone as much as it is long: a joint without a bone weighs nothing.
+    /// A total mass in kilograms, distributed over the bones by length. A joint without a bone has no mass.
     ByLength(f32),
-    /// Of each joint of the skeleton, kilograms: of the bones that start there, or, of a joint without any, at its place.
+    /// The mass of each joint of the skeleton, in kilograms: of the bones that start there, or at the joint itself if there are none.
     Given(Vec<f32>),
 }
 
-/// How a bone's mass lies on it.
+/// Distribution of a bone's mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoneShape {
-    /// A thin rod, equally heavy all along.
+    /// A thin uniform rod.
     Rod,
-    /// A point in the middle.
+    /// A point mass in the middle.
     Point,
 }
 
@@ -39,7 +39,7 @@ impl Default for Masses {
 }
 
 impl Masses {
-    /// Of each joint, kilograms.
+    /// The mass of each joint, in kilograms.
     fn of_joints(&self, skeleton: &Skeleton) -> Result<Vec<f64>, LodError> {
         match self {
             Self::ByLength(total) => {
@@ -74,14 +74,14 @@ impl Masses {
         }
     }
 
-    /// Of each joint that a level keeps: its own and those of the removed ones that hung on it.
+    /// The mass of each joint that a level keeps, with those of the removed joints below it.
     pub(super) fn on_level(
         &self,
         skeleton: &Skeleton,
         level: &Level,
     ) -> Result<Vec<f64>, LodError> {
         let mut masses = vec![0.0; level.kept.len()];
-        // Parents stand before their children, so a removed joint finds its parent's kept joint ready.
+        // Parents stand before their children, so that a removed joint's nearest kept ancestor is known.
         let mut places = level.places(skeleton.len());
         for (id, mass) in skeleton.ids().zip(self.of_joints(skeleton)?) {
             let above = skeleton.joint(id).parent;
@@ -98,9 +98,9 @@ impl Masses {
 pub(super) struct Moments {
     /// Kilograms.
     mass: f64,
-    /// Sum of mass by place.
+    /// Sum of mass times position.
     first: DVec3,
-    /// Sum of mass by place by place.
+    /// Sum of mass times the outer product of the position with itself.
     second: DMat3,
 }
 
@@ -146,12 +146,12 @@ impl Moments {
         self.second - mixed + outer(point, point) * self.mass
     }
 
-    /// The sum of mass by squared distance from `point`, kg m².
+    /// The sum of mass times squared distance from `point`, in kg m².
     pub(super) fn about_point(&self, point: DVec3) -> f64 {
         trace(self.about(point)).max(0.0)
     }
 
-    /// The moment of inertia about the line through `point` along the unit vector `axis`, kg m².
+    /// The moment of inertia about the line through `point` along the unit vector `axis`, in kg m².
     pub(super) fn about_axis(&self, point: DVec3, axis: DVec3) -> f64 {
         let second = self.about(point);
         (trace(second) - axis.dot(second * axis)).max(0.0)
@@ -166,7 +166,7 @@ fn trace(m: DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-/// Of each kept joint, the moments of everything that hangs on it, with its own bones; places count from `origin`.
+/// Writes the moments of everything below each kept joint, its own bones included, to `out`. Positions are relative to `origin`.
 pub(super) fn moments_below(
     level: &Level,
     (places, origin): (&[Place], DVec3),

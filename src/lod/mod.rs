@@ -1,9 +1,9 @@
-//! Level of detail of motion: which joints may go, and what is left moves as before.
+//! Level of detail of motion: the order in which joints are removed, and the distances at which they are.
 //!
 //! Source: Hasegawa, Nishio & Kobori, "Level-of-Detail of Motion on Crowd Scene".
 //!
-//! Architecture invariant: what hangs on a removed joint keeps its motion in model space; a level
-//! never moves a joint that it keeps.
+//! Architecture invariant: the joints that a level keeps move in model space as they do in the full skeleton. Only the motion of the
+//! removed joints is lost.
 
 mod attach;
 mod blend;
@@ -14,7 +14,6 @@ mod displacement;
 mod drawn;
 mod energy;
 mod error;
-
 mod frames;
 mod level;
 mod mass;

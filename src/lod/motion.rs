@@ -1,48 +1,47 @@
-//! A clip as a level plays it.
+//! The motion of a clip on a level.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.1: a removed joint's children hang from its parent. Differs:
-//! they keep their motion in model space, so what the removed joint did is in their own motion now.
+//! Source: Hasegawa, Nishio & Kobori, 3.1: the children of a removed joint become children of its parent. Differs: they keep their
+//! motion in model space, so their local motion includes that of the removed joint.
 
 use glam::{Quat, Vec3};
 
 use super::{Level, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// The motion of a [`Level`]'s joints, each under its parent in the level.
+/// Local motion of a [`Level`]'s joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelMotion {
     /// Frames per second.
     pub frame_rate: f32,
-    /// How many frames, at least one.
+    /// Number of frames, at least 1.
     pub frames: usize,
-    /// As in the level.
+    /// [`Level::parents`].
     pub parents: Vec<Option<u16>>,
-    /// One for each kept joint, in the level's order.
+    /// One track for each kept joint, in the level's order.
     pub tracks: Vec<LevelTrack>,
 }
 
-/// How one joint moves under its parent in the level.
+/// Motion of one joint in the frame of its parent in the level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelTrack {
-    /// One for each frame; neighbours lie in the same half of the sphere, so that their straight
-    /// line is the shorter arc.
+    /// One rotation for each frame. Neighbouring quaternions have a positive dot product, so that a linear interpolation takes the shorter
+    /// arc.
     pub rotations: Vec<Quat>,
-    /// Its place in its parent's frame; the root's in the space of the motion.
+    /// Positions; the root's are in model space.
     pub translations: Translations,
 }
 
-/// Places of a joint in its parent's frame, metres.
+/// Positions of a joint in its parent's frame, in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Translations {
-    /// The same in every frame.
+    /// One position for all frames.
     Fixed(Vec3),
-    /// One for each frame: the root, joints that hang in place of a removed one, and joints that the
-    /// clip itself moves.
+    /// One position for each frame: of the root, of children of removed joints, and of joints that the clip translates.
     Moving(Vec<Vec3>),
 }
 
 impl Translations {
-    /// Places that differ by less are one, metres.
+    /// Positions that differ by less count as equal, in metres.
     pub const SAME: f32 = 1e-6;
 
     fn of(places: Vec<Vec3>) -> Self {
@@ -57,7 +56,7 @@ impl Translations {
         }
     }
 
-    /// The place in one frame.
+    /// The position in one frame.
     #[must_use]
     pub fn at(&self, frame: usize) -> Vec3 {
         match self {
@@ -67,10 +66,10 @@ impl Translations {
     }
 }
 
-/// The motion of `clip` on `level`: every kept joint is where it is in the clip, up to rounding.
+/// The local motion of `clip` on `level`. In model space every kept joint moves as in the clip, up to rounding.
 ///
 /// # Errors
-/// A clip or a level that is not of this skeleton.
+/// A clip or a level of another skeleton.
 pub fn rehang(skeleton: &Skeleton, clip: &Clip, level: &Level) -> Result<LevelMotion, LodError> {
     check(skeleton, clip)?;
     level.check(skeleton)?;
@@ -98,9 +97,9 @@ pub(super) fn check(skeleton: &Skeleton, clip: &Clip) -> Result<(), LodError> {
     })
 }
 
-/// The motion of `id` under `above`, which stands somewhere above it.
+/// The motion of `id` in the frame of `above`, one of its ancestors.
 fn track(skeleton: &Skeleton, clip: &Clip, (id, above): (JointId, Option<JointId>)) -> LevelTrack {
-    // From the joint up, without the one that it hangs from.
+    // From the joint upwards, without `above`.
     let chain: Vec<JointId> = skeleton
         .ancestry(id)
         .take_while(|&joint| Some(joint) != above)

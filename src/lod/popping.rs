@@ -1,8 +1,8 @@
-//! How far a point jumps on the screen where levels are switched.
+//! The largest step of a point on the screen when levels are switched.
 //!
-//! A camera comes from where the coarsest level is drawn to the character and goes away again, while the clip plays. In each frame
-//! of the screen what is drawn is compared with what the choice of the frame before would draw of the same pose. What is
-//! left is the switch alone, without the motion of the character or the camera.
+//! A camera approaches the character from beyond the last band and returns, while the clip plays. Each frame is compared with the same
+//! pose drawn at the previous frame's level and blend. The difference is the switch alone, without the motion of the character or the
+//! camera.
 
 use glam::{Affine3A, Vec3};
 
@@ -11,19 +11,19 @@ use super::samples::Samples;
 use super::{Band, Choice, LevelId, Levels, LodError, SwitchSettings, Switching, affine};
 use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
 
-/// The least distance of the camera from the body, metres.
+/// Smallest distance of the camera from the body, in metres.
 const NEAREST: f32 = 0.5;
-/// Frames times joints that are compared. Of a longer walk as many frames as that allows are compared, evenly spread.
+/// Largest number of compared frames times joints. Of a longer walk, evenly spread frames are compared.
 const MOST_PLACED: u64 = 1 << 24;
-/// Frames of the walk in one direction.
+/// Largest number of frames of the walk in one direction.
 const MOST_FRAMES: u64 = 1 << 40;
 
-/// The camera's way to the character and back, frame by frame.
+/// The camera's path to the character and back.
 struct Walk<'a> {
     switching: &'a Switching,
-    /// Where it begins and ends, metres.
+    /// Distance at its start and end, in metres.
     far: f32,
-    /// From one frame to the next, metres.
+    /// Distance per frame, in metres.
     travel: f32,
     /// The frame in which the camera turns back.
     turn: u64,
@@ -34,10 +34,10 @@ impl Walk<'_> {
         self.far - self.travel * frame.min(2 * self.turn - frame) as f32
     }
 
-    /// What is drawn in a frame. A camera that comes nearer keeps the coarser level while that is allowed, one that goes away the
-    /// finer one.
+    /// The level and blend in a frame. By the hysteresis, an approaching camera keeps the coarser level as long as possible and a
+    /// departing one the finer level.
     fn choice(&self, frame: u64) -> Choice {
-        /// No level is coarser.
+        /// At least as coarse as any level.
         const COARSEST: LevelId = LevelId(u16::MAX);
         let before = if frame <= self.turn {
             COARSEST
@@ -48,7 +48,7 @@ impl Walk<'_> {
         self.switching.choose(self.distance(frame), Some(before))
     }
 
-    /// The frames on the way there in which a band changes what is drawn, as ranges with both ends.
+    /// The frames of the approach in which a band changes the image, as inclusive ranges.
     fn frames_of_bands(&self) -> Vec<[u64; 2]> {
         let frame = |distance: f64| {
             let frames = (f64::from(self.far) - distance) / f64::from(self.travel);
@@ -71,7 +71,7 @@ impl Walk<'_> {
         ranges
     }
 
-    /// The frames to compare with the ones before them: at most `most`, on the way there and back.
+    /// At most `most` frames, of the approach and the return, to be compared with their predecessors.
     fn frames(&self, most: u64) -> impl Iterator<Item = u64> + '_ {
         let ranges = self.frames_of_bands();
         let count: u64 = ranges.iter().map(|[first, last]| last - first + 1).sum();
@@ -84,8 +84,7 @@ impl Walk<'_> {
 }
 
 impl Levels {
-    /// The matrices of all joints of the full skeleton as they are drawn, in the space of the motion, into `out`; `joints` are those of
-    /// the full skeleton.
+    /// Writes the model space matrices of all joints as they are drawn to `out`. `joints` are the matrices of the full skeleton.
     fn draw(&self, choice: Choice, joints: &[Affine3A], out: &mut Vec<Affine3A>) {
         let level = &self.levels[choice.level.index()];
         let mut kept: Vec<Affine3A> = level.kept.iter().map(|id| joints[id.index()]).collect();
@@ -99,11 +98,12 @@ impl Levels {
         out.extend(level.seats.iter().map(seated));
     }
 
-    /// The largest step of any point of the body when levels are switched, pixels: for a camera of the settings' view that looks at the
-    /// root from its height, at the speed and frame rate of the settings' blending (those of its default where there is none).
+    /// The largest step of any point of the body on the screen when levels are switched, in pixels. The camera has the settings' view,
+    /// looks at the root from the root's height, and moves at the speed and frame rate of the settings' blending, or of the default
+    /// blending if there is none.
     ///
     /// # Errors
-    /// A clip that is not of this skeleton, settings out of range.
+    /// A clip of another skeleton, settings out of range.
     pub fn largest_step(
         &self,
         (skeleton, clip): (&Skeleton, &Clip),

@@ -3,20 +3,20 @@ use glam::DVec3;
 use super::frames::{Place, place_all};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// What is shorter has no direction, metres.
+/// Shorter bones have no direction, in metres.
 const NO_BONE: f64 = 1e-4;
 
-/// Some frames of the clips, evenly spread over them, and the points of the body that are looked at.
+/// Evenly spread frames of the clips, and the points of the body at which displacements are measured.
 pub(super) struct Samples {
     joints: usize,
-    /// Of each sampled frame all joints.
+    /// Joint transforms, `[frame][joint]`.
     places: Vec<Place>,
-    /// Of each joint its points, in its own frame.
+    /// Points of each joint, in the joint's frame.
     points: Vec<Vec<DVec3>>,
 }
 
 impl Samples {
-    /// `most` frames at most; the body is within `skin` metres of the bones.
+    /// Samples at most `most` frames. The body extends `skin` metres around the bones.
     pub(super) fn of(skeleton: &Skeleton, clips: &[Clip], (most, skin): (usize, f32)) -> Self {
         let total: usize = clips.iter().map(Clip::frames).sum();
         let count = total.min(most.max(1));
@@ -43,25 +43,25 @@ impl Samples {
         samples
     }
 
-    /// Frame by frame, all joints.
+    /// The joint transforms of each frame.
     pub(super) fn frames(&self) -> impl Iterator<Item = &[Place]> {
         self.places.chunks_exact(self.joints)
     }
 
-    /// A joint's points in its own frame, metres.
+    /// Points of a joint in the joint's frame, in metres.
     pub(super) fn points(&self, joint: JointId) -> &[DVec3] {
         &self.points[joint.index()]
     }
 
-    /// The joint itself; of each bone that starts there the far end, where it is in the mean, and the corners of the box
-    /// that holds all within `skin` of the bone. A rigid displacement is greatest at a corner.
+    /// The joint itself, and for each bone that starts there the mean position of its far end and the corners of the box that contains
+    /// everything within `skin` of the bone. A rigid displacement is largest at a corner.
     fn points_of(&self, skeleton: &Skeleton, joint: JointId, skin: f64) -> Vec<DVec3> {
         let mut points = vec![DVec3::ZERO];
         let frames = self.frames().count() as f64;
         for child in skeleton.children(joint) {
             let seen =
                 |frame: &[Place]| frame[joint.index()].sees(&frame[child.index()]).translation;
-            // To the micrometre, so that rounding does not decide how the box is turned about the bone.
+            // Rounded to a micrometre, so that rounding errors do not decide the box's rotation about the bone.
             let end = self.frames().map(seen).sum::<DVec3>() / frames;
             let end = (end * 1e6).round() * 1e-6 + DVec3::ZERO;
             if end.length() > NO_BONE {

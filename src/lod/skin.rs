@@ -1,22 +1,22 @@
-//! A mesh that is bound to the full skeleton, drawn at any level.
+//! Skinning of a mesh that is bound to the full skeleton, at any level.
 //!
-//! A vertex asks for the matrix of a joint of the full skeleton, times the joint's inverse bind. On a level that joint rides on a
-//! kept one: its matrix is the carrier's times a constant. So a renderer draws every level with one mesh in one of two ways:
+//! A vertex is skinned by the matrix of a joint of the full skeleton, times the joint's inverse bind matrix. On a level where that joint
+//! is removed, its matrix is the carrier's times a constant. So a renderer draws every level with one mesh in one of two ways:
 //!
-//! - it maps the vertices' joints through [`Level::seats`] (the carriers) and uses the level's own binds
-//!   ([`Level::binds`]) in place of the inverse binds: nothing more to do per character;
-//! - or it has a palette of all joints filled in ([`Level::palette`]).
+//! - it maps the vertices' joints to their carriers ([`Level::seats`]) and replaces the inverse bind matrices by the level's own
+//!   ([`Level::binds`]), without further work per character;
+//! - or it fills a palette of all joints ([`Level::palette`]) for each character.
 
 use glam::Affine3A;
 
 use super::{Level, LodError, affine};
 
 impl Level {
-    /// Of each joint of the full skeleton, what takes the place of its inverse bind on this level: to be
-    /// multiplied from the left by the matrix of the joint that carries it.
+    /// The matrices that replace the inverse bind matrices on this level, one for each joint of the full skeleton. The skinning matrix is
+    /// the carrier's matrix times this one.
     ///
     /// # Errors
-    /// Not one inverse bind for each joint of the skeleton.
+    /// The number of inverse bind matrices is not the number of joints.
     pub fn binds(&self, inverse_binds: &[Affine3A]) -> Result<Vec<Affine3A>, LodError> {
         if inverse_binds.len() != self.seats.len() {
             return Err(LodError::Binds {
@@ -30,11 +30,11 @@ impl Level {
             .collect())
     }
 
-    /// The skinning matrix of each joint of the full skeleton, into `out`: from the kept joints' matrices, in the level's order, and the level's
-    /// binds. Allocates nothing once `out` was filled.
+    /// Writes the skinning matrices of all joints of the full skeleton to `out`, from the kept joints' matrices in the level's order and
+    /// the level's [`Level::binds`]. Does not allocate once `out` is large enough.
     ///
     /// # Panics
-    /// Where there are fewer matrices than kept joints.
+    /// If there are fewer matrices than kept joints.
     pub fn palette(&self, matrices: &[Affine3A], binds: &[Affine3A], out: &mut Vec<Affine3A>) {
         let pairs = self.seats.iter().zip(binds);
         out.clear();

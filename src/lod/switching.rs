@@ -1,59 +1,59 @@
-//! Which level a distance asks for, and how one becomes the next.
+//! The level at each distance from the camera, and the bands of distance in which one level is blended into the next.
 //!
-//! Source: Hasegawa, Nishio & Kobori, 3.2: a level's distance is linear in the energy of the joint that it has lost, and
-//! beyond L nothing but root and ends is left. Their 4.2 and 5 leave the jumps between levels to future work. Here each joint
-//! goes in a band of distance, in which it is blended from its motion to where it is drawn without it ([`super::Blend`]).
+//! Source: Hasegawa, Nishio & Kobori, 3.2: the distance of a level is linear in the energy of the joint that it has lost; beyond L only
+//! the root and the ends are left. Their sections 4.2 and 5 leave the jumps between levels to future work. Here each joint is removed in
+//! a band of distance, in which it is blended from its own motion to its attachment ([`super::Blend`]).
 //!
-//! A band's width w follows from how fast a camera moves: a point that is s metres away from where the next level draws it
-//! goes s v t / w metres in a frame of t seconds at v m/s, and this must be no more than a wanted number of pixels at the body's nearest
-//! point. Bands do not overlap, so that one joint at a time is blended; where the distances lie too close together, the later ones are moved
-//! outwards. Between where a band is complete and where the coarser level begins both look the same: that is the room for hysteresis.
+//! The width w of a band follows from the camera's speed. A point that the next level draws s metres away moves by s v t / w metres in a
+//! frame of t seconds at v m/s. This must not exceed a given number of pixels at the nearest point of the body. Bands do not overlap, so
+//! that one joint at a time is blended; where distances lie too close together, the later bands are moved outwards. Between the end of
+//! the blend and the start of the coarser level both look the same, which leaves room for hysteresis.
 //!
-//! Energies need not grow from level to level, since they are taken anew: the greatest so far counts.
+//! Energies are computed again for each level and need not increase from level to level. The largest so far counts.
 
 use serde::{Deserialize, Serialize};
 
 use super::{LevelId, Levels, LodError, View};
 
-/// When levels are switched.
+/// Settings of [`Switching`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SwitchSettings {
-    /// The screen.
+    /// Screen and field of view.
     pub view: View,
-    /// What a distance stands for.
+    /// Relation of distance and level. Default: [`Rule::Energy`], a person of 1.7 m being 20 pixels high at L.
     pub rule: Rule,
-    /// Coming nearer, the finer level is taken this share of the distance later.
+    /// Share of the distance by which an approaching camera switches to the finer level later. Default 0.02.
     pub hysteresis: f32,
-    /// How one level becomes the next; `None`: at once, as in the paper.
+    /// Blending between levels. `None` switches at once, as in the paper.
     pub blend: Option<BlendSettings>,
 }
 
-/// What a distance stands for.
+/// Relation of distance and level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// The paper's: linear in the energy of the removed joint, and `furthest` metres for the greatest.
+    /// The paper's: the distance is linear in the energy of the removed joint.
     Energy {
-        /// L: see [`View::distance`].
+        /// L, the distance for the largest energy, in metres. See [`View::distance`].
         furthest: f32,
     },
-    /// The body is drawn no further from where it should be than so many pixels, as near to the camera as any of its points is.
+    /// The displacement on the screen, at the point of the body nearest to the camera, stays below a number of pixels.
     ScreenError {
-        /// On the middle of the screen.
+        /// Largest displacement in the middle of the screen, in pixels.
         pixels: f32,
-        /// Which error it is.
+        /// Displacement that is limited.
         measure: Measure,
     },
 }
 
-/// Which of a level's errors is held against the screen.
+/// A measure of a level's displacement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// The greatest of any point in any frame: a promise, which a single moment of a long clip can make dear.
+    /// The largest displacement of any point in any frame. It is a guarantee, but a single moment of a long clip can make it expensive.
     Greatest,
-    /// The mean over the points of removed joints and over frames.
+    /// The mean displacement over the points of removed joints and over frames.
     Mean,
 }
 
@@ -66,20 +66,20 @@ impl Measure {
     }
 }
 
-/// How wide the bands are in which joints are blended.
+/// Settings of the width of bands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct BlendSettings {
-    /// The most that blending moves a point from one frame to the next, pixels.
+    /// Largest step of a point by blending from one frame to the next, in pixels. Default 0.5.
     pub step: f32,
-    /// Of the camera against the character, metres per second.
+    /// Speed of the camera relative to the character, in metres per second. Default 5.
     pub speed: f32,
-    /// Frames per second on the screen.
+    /// Frame rate of the screen, in frames per second. Default 60.
     pub frame_rate: f32,
 }
 
 impl Default for SwitchSettings {
-    /// A person of 1.7 m, who is 20 pixels high at L.
+    /// A person of 1.7 m is 20 pixels high at L.
     fn default() -> Self {
         let view = View::default();
         Self {
@@ -118,7 +118,7 @@ impl SwitchSettings {
             ("frame_rate", blend.frame_rate),
         ];
         for (setting, value) in above_0 {
-            // An error of any size may be allowed.
+            // An infinite error allows every level.
             let may_be_endless = setting == "pixels" && value == f32::INFINITY;
             if !(value > 0.0 && (value.is_finite() || may_be_endless)) {
                 let must = "above 0";
@@ -140,23 +140,23 @@ impl SwitchSettings {
     }
 }
 
-/// Where one level becomes the next, metres from the camera to the character's root.
+/// Distances at which one level becomes the next, in metres from the camera to the character's root.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Up to here the finer level is drawn as it is.
+    /// Start of the blend: the finer level is unchanged up to here.
     pub start: f32,
-    /// From here on the finer level, blended, looks like the coarser one.
+    /// End of the blend: the blended finer level looks like the coarser one from here on.
     pub full: f32,
-    /// From here on the coarser level is used.
+    /// Start of the coarser level.
     pub end: f32,
 }
 
-/// What is drawn at a distance.
+/// The level and blend at a distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The level whose joints are posed.
+    /// Level whose joints are posed.
     pub level: LevelId,
-    /// How far [`Levels::blend`] of this level has gone: 0 not at all, 1 all the way.
+    /// Weight of the level's [`Levels::blend`], from 0 to 1.
     pub blend: f32,
 }
 
@@ -168,20 +168,20 @@ pub struct Switching {
 }
 
 impl Switching {
-    /// The bands of these levels.
+    /// Computes the bands of `levels`.
     ///
     /// # Errors
-    /// Settings that make no sense.
+    /// Settings out of range.
     pub fn new(levels: &Levels, settings: &SwitchSettings) -> Result<Self, LodError> {
         let mut switching = Self::default();
         switching.update(levels, settings)?;
         Ok(switching)
     }
 
-    /// The same in place: for settings that change from frame to frame. Allocates nothing once there were as many levels.
+    /// Computes the bands in place, for settings that change from frame to frame. Does not allocate unless the number of levels grows.
     ///
     /// # Errors
-    /// Settings that make no sense; the bands are then as before.
+    /// Settings out of range. The bands are then unchanged.
     pub fn update(&mut self, levels: &Levels, settings: &SwitchSettings) -> Result<(), LodError> {
         settings.check()?;
         self.blends = settings.blend.is_some();
@@ -200,7 +200,7 @@ impl Switching {
             }
             let near = levels.reach;
             let band = match settings.rule {
-                // Where nothing moves, nothing is lost at any distance.
+                // Without motion every level is exact at any distance.
                 Rule::Energy { furthest } => {
                     let share = if greatest > 0.0 {
                         energy / greatest
@@ -224,24 +224,24 @@ impl Switching {
         Ok(())
     }
 
-    /// One for each level but the first: where it becomes the level.
+    /// One band for each level but the first, at which that level starts.
     #[must_use]
     pub fn bands(&self) -> &[Band] {
         &self.bands
     }
 
-    /// Whether one level is blended into the next.
+    /// Whether levels are blended.
     pub(crate) fn blends(&self) -> bool {
         self.blends
     }
 
-    /// The distance beyond which the coarsest level is drawn, metres: the paper's L, unless bands had to be moved outwards.
+    /// Distance beyond which the coarsest level is drawn, in metres: the paper's L, unless bands were moved outwards.
     #[must_use]
     pub fn furthest(&self) -> f32 {
         self.bands.last().map_or(0.0, |band| band.end)
     }
 
-    /// What is drawn at a distance; `before`: the level in the frame before, which is kept while that is allowed.
+    /// The level and blend at a distance. `before` is the level of the previous frame; it is kept within the hysteresis.
     #[must_use]
     pub fn choose(&self, distance: f32, before: Option<LevelId>) -> Choice {
         let coarsest = self.bands.partition_point(|band| band.full <= distance);
@@ -263,7 +263,7 @@ impl Switching {
 }
 
 impl Band {
-    /// What width · (start − near) has to be at least, square metres, for a displacement of `step` metres.
+    /// Lower bound of width · (start − near) for a displacement of `step` metres, in square metres.
     fn least_area(step: f32, settings: &SwitchSettings) -> f32 {
         let Some(blend) = settings.blend else {
             return 0.0;
@@ -272,7 +272,7 @@ impl Band {
         step * settings.view.pixels_at_one_metre() * travel / blend.step
     }
 
-    /// The narrowest band that is over at `end`, or as soon as it can be after `before`.
+    /// The narrowest band that ends at `end`, or the first one possible after `before`.
     fn ending(end: f32, (near, before, step): (f32, f32, f32), settings: &SwitchSettings) -> Self {
         let area = Self::least_area(step, settings);
         // With x from `near` to `full` and y to `start`: (x - y) y = area.
@@ -294,16 +294,16 @@ impl Band {
         Self::starting(before, (near, step), settings)
     }
 
-    /// The band that starts at `start`, or as soon as it can.
+    /// The band that starts at `start`, or the first one possible after it.
     fn starting(start: f32, (near, step): (f32, f32), settings: &SwitchSettings) -> Self {
         let area = Self::least_area(step, settings);
-        // Nearer than this a band would have to be so wide that it ended further away.
+        // A band that started nearer would be so wide that it ended further away.
         let start = if area > 0.0 {
             start.max(near + area.sqrt())
         } else {
             start
         };
-        // Where the area is too small to move the start, the difference is 0 and the square root is the width.
+        // If the area is too small to move the start, the difference is 0 and the square root is the width.
         let room = if start > near {
             start - near
         } else {

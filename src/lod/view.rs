@@ -4,20 +4,20 @@ use serde::{Deserialize, Serialize};
 
 use super::LodError;
 
-/// How large things are on the screen.
+/// Screen and field of view.
 ///
-/// A length of s metres across the line of sight, d metres away, has s · height / (2 tan(fov / 2)) / d pixels in the
-/// middle of the screen; away from it by an angle b, up to 1 / cos² b as many.
+/// A length of s metres across the line of sight at a distance of d metres covers s · height / (2 tan(fov / 2)) / d pixels in the middle
+/// of the screen, and up to 1 / cos² b times as many at an angle b from the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct View {
-    /// The vertical field of view, radians.
+    /// Vertical field of view, in radians. Default π/3.
     pub fov: f32,
-    /// The screen's height, pixels.
+    /// Height of the screen, in pixels. Default 1080.
     pub height: f32,
 }
 
 impl Default for View {
-    /// 1080 lines and 60 degrees.
+    /// 1080 pixels and 60 degrees.
     fn default() -> Self {
         Self {
             fov: PI / 3.0,
@@ -27,20 +27,20 @@ impl Default for View {
 }
 
 impl View {
-    /// Pixels of a metre that is a metre away.
+    /// Pixels covered by a length of 1 m at a distance of 1 m.
     #[must_use]
     pub fn pixels_at_one_metre(self) -> f32 {
         self.height / (2.0 * (0.5 * self.fov).tan())
     }
 
-    /// Pixels of a length, metres, at a distance, metres.
+    /// Pixels covered by a length at a distance, both in metres.
     #[must_use]
     pub fn pixels(self, length: f32, distance: f32) -> f32 {
         length * self.pixels_at_one_metre() / distance
     }
 
-    /// The distance at which a length has so many pixels, metres: the paper's L, of a character's height and the pixels
-    /// below which no motion can be made out.
+    /// Distance at which a length in metres covers a number of pixels, in metres. With a character's height and the size in pixels below
+    /// which its motion is not visible, this is the paper's L.
     #[must_use]
     pub fn distance(self, length: f32, pixels: f32) -> f32 {
         length * self.pixels_at_one_metre() / pixels

@@ -148,7 +148,8 @@ impl QuerySettings {
             number("weights.warp", weights.warp, WEIGHT),
             count("threads", self.threads, THREADS),
         ];
-        let wrong = { checks.into_iter() }
+        let wrong = checks
+            .into_iter()
             .chain(self.warp.ranges())
             .find(|(_, value, (range, _))| !range.contains(value));
         match wrong {

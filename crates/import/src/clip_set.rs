@@ -124,7 +124,8 @@ pub fn read_clips(
     labels.forget(&names);
     own.retain(|own| !own.events.is_empty() && !labels.names(&own.file));
     labels.clips.append(&mut own);
-    let resolved = { labels.check_names(&set.repeated_names) }
+    let resolved = labels
+        .check_names(&set.repeated_names)
         .and_then(|()| labels.resolve(&set.clips, &set.skeleton));
     set.events = resolved.map_err(|error| ReadError::Events {
         path: events.unwrap_or(first_path).to_owned(),

@@ -121,7 +121,7 @@ fn events(graph: &MotionGraph, motion: &Motion, seconds: f64) -> Vec<Event> {
             joints: event.joints.clone(),
         }
     });
-    { played }.filter(|event| event.start < event.end).collect()
+    played.filter(|event| event.start < event.end).collect()
 }
 
 fn as_clip(graph: &MotionGraph, (motion, seconds): &(Motion, f32)) -> Result<Clip, ClipError> {

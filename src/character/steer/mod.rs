@@ -187,7 +187,7 @@ impl Steering {
     /// The moment at which a new character starts: one that stands, or the first one.
     pub(super) fn start(&self) -> Option<(crate::graph::EdgeId, f32)> {
         let calmest = |moment: &&Moment| moment.is_calm && moment.left > 30;
-        let found = { self.table.moments.iter() }.find(calmest);
+        let found = self.table.moments.iter().find(calmest);
         let moment = found.or(self.table.moments.first())?;
         Some((moment.edge, moment.edge_frame as f32))
     }
@@ -431,7 +431,9 @@ fn wanted(aim: &Aim, now: &Now) -> Features {
     const FASTEST_TURN: f32 = 3.5;
     const STEPS: usize = 4;
     let mut features = now.features;
-    let theta = { aim.heading() }.map_or(0.0, |heading| wrapped(heading - now.heading));
+    let theta = aim
+        .heading()
+        .map_or(0.0, |heading| wrapped(heading - now.heading));
     let turn = |seconds: f32| {
         let reached = theta * (1.0 - (-seconds / (1.5 * REACHED)).exp());
         let most = FASTEST_TURN * seconds;

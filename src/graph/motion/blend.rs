@@ -119,7 +119,7 @@ impl Motion {
     /// everything after it.
     #[must_use]
     pub fn rest(&self, graph: &MotionGraph, seconds: f32) -> Self {
-        let warp = { self.warp }.filter(|warp| warp.envelope.end > seconds);
+        let warp = self.warp.filter(|warp| warp.envelope.end > seconds);
         let moment = warp.map_or(seconds, |warp| warp.moment(seconds).min(seconds));
         let index = self.pieces.partition_point(|piece| piece.end < moment);
         let first = index.min(self.pieces.len().saturating_sub(1));
@@ -137,7 +137,7 @@ impl Motion {
             envelope: warp.envelope.since(seconds),
             ..warp
         });
-        let left = { self.inertias().iter() }.filter(|one| one.lasts(seconds));
+        let left = self.inertias().iter().filter(|one| one.lasts(seconds));
         let mut inertias: Vec<Inertia> = left.cloned().collect();
         for inertia in &mut inertias {
             inertia.start -= seconds;

@@ -36,8 +36,9 @@ impl EntryTable {
             first_moment: vec![0],
             ..Self::default()
         };
-        let frames =
-            { targets.iter() }.map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
+        let frames = targets
+            .iter()
+            .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         let entries = Finder::new((graph, &limits), &places, frames.collect());
         let frames = natural(graph, settings.target_step);
         let exits = Finder::new((graph, &limits), &places, frames);
@@ -76,7 +77,9 @@ impl EntryTable {
             table.exits.push(&exits);
             table.layers.push(&layers);
         }
-        table.exits.targets = { exits.targets.iter() }
+        table.exits.targets = exits
+            .targets
+            .iter()
             .map(|target| (target.edge, target.edge_frame).into())
             .collect();
         (table.limits, table.targets) = (limits, targets);

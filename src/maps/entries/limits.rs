@@ -92,7 +92,7 @@ impl Sample {
         self.head = joints[head.index()].translation;
         let legs = graph.feet().legs();
         self.toes.clear();
-        { &mut self.toes }.extend(
+        self.toes.extend(
             legs.iter()
                 .map(|leg| joints[leg.toe_or_foot().index()].translation),
         );
@@ -164,7 +164,7 @@ impl MotionLimits {
             }
         }
         let of_joints = |all: Vec<Vec<f32>>| {
-            { all.into_iter() }
+            all.into_iter()
                 .map(|values| percentile(values, settings.joints))
                 .collect()
         };
@@ -181,7 +181,7 @@ impl MotionLimits {
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
-        let numbers = { self.joint_speed.iter() }.chain(&self.joint_acceleration);
+        let numbers = self.joint_speed.iter().chain(&self.joint_acceleration);
         let ends = self.hip_departure.iter().chain(&self.head_departure);
         let others = [self.toe_speed, self.slide];
         [&self.joint_speed, &self.joint_acceleration]

@@ -110,7 +110,9 @@ fn targets_at_steps(
 /// Frames of natural motion, in order: no event begins within [`BEFORE_EVENTS`] after them.
 pub(super) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
     let before_events = (BEFORE_EVENTS * graph.frame_rate()).round() as u32;
-    let mut free: Vec<Vec<bool>> = { graph.clips().iter() }
+    let mut free: Vec<Vec<bool>> = graph
+        .clips()
+        .iter()
         .map(|clip| vec![true; clip.frames()])
         .collect();
     for event in graph.events() {
@@ -119,7 +121,8 @@ pub(super) fn natural(graph: &MotionGraph, step: u32) -> Vec<ClipFrame> {
     }
     let mut step = step.max(1);
     loop {
-        let frames: Vec<ClipFrame> = { graph.edge_ids() }
+        let frames: Vec<ClipFrame> = graph
+            .edge_ids()
             .filter(|&id| graph.edge(id).motion == EdgeMotion::Clip)
             .flat_map(|id| (0..graph.edge(id).frames).map(move |at| ClipFrame::of(graph, id, at)))
             .filter(|at| at.frame % step == 0 && free[at.clip.index()][at.frame as usize])

@@ -87,7 +87,10 @@ impl ObstacleTest<'_> {
         let mut worst: Option<ObstacleHit> = None;
         let mut at = 0;
         // The sample at which the axis is nearest is tested first: where one is entered, this one is usually.
-        let nearest = { scratch.near.iter().enumerate() }
+        let nearest = scratch
+            .near
+            .iter()
+            .enumerate()
             .min_by(|a, b| a.1.metres.total_cmp(&b.1.metres))
             .map(|(at, _)| at)?;
         let tick = scratch.near[nearest].tick;

@@ -29,7 +29,9 @@ impl Goal {
         let middle = SAMPLES as f32 / SAMPLE_RATE;
         let envelope = settings.limits.envelope([first + middle, last - middle])?;
         let rig = baked.graph().rig();
-        let mut scales = { settings.bounds }.within(&settings.limits, &envelope, rig.spine().len());
+        let mut scales = settings
+            .bounds
+            .within(&settings.limits, &envelope, rig.spine().len());
         let may_lift = may_lift(case, motion, &envelope);
         for (limb, scale) in scales.ends.iter_mut().enumerate() {
             let is_there = rig.limbs()[limb].is_some();

@@ -171,7 +171,7 @@ impl WarpBounds {
             _ => (length / bound).powi(2),
         };
         let ends = bend.ends.iter().enumerate();
-        let ends: f32 = { ends }
+        let ends: f32 = ends
             .map(|(limb, end)| share(end.length(), self.end(limb)))
             .sum();
         share(bend.spine.length(), self.spine)

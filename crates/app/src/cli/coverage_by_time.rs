@@ -105,7 +105,7 @@ pub(super) fn document(rows: &[TimeRow]) -> Value {
 pub(super) fn text(rows: &[TimeRow]) -> String {
     let names = Part::ALL.map(Part::name);
     let head = ["contact after", "attacks", "avoided", "95% interval"];
-    let head: Vec<&str> = { head.into_iter() }
+    let head: Vec<&str> = head.into_iter()
         .chain(names)
         .chain(["walking", "walks on"])
         .chain(Cause::ALL.map(Cause::name))
@@ -132,7 +132,7 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
             .into_iter()
             .chain([row.walking, row.walking_on].map(percent));
         table.add_row(
-            { first.into_iter().chain(shares) }
+            first.into_iter().chain(shares)
                 .chain(counts)
                 .chain([short]),
         );

@@ -103,7 +103,10 @@ enum CarrierArg {
 
 pub(crate) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     Plot::check(args.plot.as_ref(), as_json)?;
-    let inputs: Vec<&Path> = { args.clips.iter().chain(&args.masses) }
+    let inputs: Vec<&Path> = args
+        .clips
+        .iter()
+        .chain(&args.masses)
         .map(PathBuf::as_path)
         .collect();
     if let Some(path) = &args.export {
@@ -174,7 +177,9 @@ impl Args {
     }
 
     fn level_settings(&self, skeleton: &Skeleton) -> Result<LevelSettings, Failure> {
-        let locked: Result<Vec<JointId>, Failure> = { self.lock.iter() }
+        let locked: Result<Vec<JointId>, Failure> = self
+            .lock
+            .iter()
             .map(|name| {
                 let unknown = || Failure::Usage(format!("the skeleton has no joint \"{name}\""));
                 skeleton.find(name).ok_or_else(unknown)

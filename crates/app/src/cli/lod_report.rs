@@ -94,8 +94,8 @@ impl Report {
     /// The report as JSON, with stable keys.
     pub(crate) fn to_json(&self) -> Value {
         let removed_at = |joint| {
-            let levels = self.levels.levels.iter();
-            { levels }.position(|level| level.removed == Some(joint))
+            let mut levels = self.levels.levels.iter();
+            levels.position(|level| level.removed == Some(joint))
         };
         let energies = self.source.skeleton.ids().zip(&self.levels.energies);
         let energies: Vec<Value> = energies

@@ -106,7 +106,9 @@ impl ClipArgs {
 
     /// Lets relative paths start in `folder`.
     pub(crate) fn start_in(&mut self, folder: &Path) {
-        let paths = { self.clips.iter_mut() }
+        let paths = self
+            .clips
+            .iter_mut()
             .chain(&mut self.events)
             .chain(self.figure.files_mut());
         for path in paths {

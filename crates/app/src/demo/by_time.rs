@@ -248,7 +248,10 @@ fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
     let (skeleton, body) = (baked.graph().skeleton(), baked.body());
     let node = baked.graph().nodes()[0];
     let (mut pose, mut joints): (Pose, Vec<JointTransform>) = Default::default();
-    { baked.graph().clip(node.clip) }.pose(node.frame as usize, &mut pose);
+    baked
+        .graph()
+        .clip(node.clip)
+        .pose(node.frame as usize, &mut pose);
     forward_kinematics(skeleton, &pose, &mut joints);
     let mut centres = Vec::new();
     body.centres(&joints, &mut centres);
@@ -266,7 +269,7 @@ fn targets(baked: &BakedGraph, part: Part) -> Vec<usize> {
         metres + if wrong_side { top } else { 0.0 }
     };
     let all = 0..centres.len();
-    let least = { all.clone() }.map(away).fold(f32::INFINITY, f32::min);
+    let least = all.clone().map(away).fold(f32::INFINITY, f32::min);
     let margin = match part {
         Part::Leg => ALIKE * top,
         _ => 0.0,

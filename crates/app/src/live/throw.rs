@@ -67,8 +67,10 @@ impl<'a> Throw<'a> {
     pub fn event(&self) -> Event {
         let answer = self.answer();
         let (clearance, counts) = (answer.clearance(), answer.counts);
-        let evades =
-            { answer.candidates.get(answer.chosen) }.is_some_and(|chosen| chosen.evasion.is_some());
+        let evades = answer
+            .candidates
+            .get(answer.chosen)
+            .is_some_and(|chosen| chosen.evasion.is_some());
         Event::Answer {
             number: self.number,
             avoided: answer.avoided,

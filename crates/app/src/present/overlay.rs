@@ -88,7 +88,9 @@ impl Overlay {
         let frames = self.frames;
         self.freed.iter_mut().for_each(|(_, age)| *age += 1);
         let old = |(_, age): &(egui::TextureId, usize)| *age > frames;
-        let gone: Vec<_> = { self.freed.iter() }
+        let gone: Vec<_> = self
+            .freed
+            .iter()
             .filter(|one| old(one))
             .map(|(id, _)| *id)
             .collect();

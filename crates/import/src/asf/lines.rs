@@ -57,7 +57,7 @@ impl<'a> Line<'a> {
     /// Parses a word as a number.
     pub(super) fn number(&self, word: Option<&str>) -> Result<f64, AsfError> {
         let number = word.and_then(|word| word.parse().ok());
-        { number }
+        number
             .filter(|number: &f64| number.abs() <= LARGEST_VALUE)
             .ok_or_else(|| self.expected("a number", word))
     }

@@ -42,7 +42,7 @@ struct Candidate {
 impl Points {
     /// The points of a mesh whose vertices move with `joints`, no further apart than `spacing` where the limits allow.
     pub(super) fn new(mesh: &Mesh, joints: &[JointId], spacing: f32) -> Self {
-        let vertices: Vec<Candidate> = { vertex_normals(mesh) }
+        let vertices: Vec<Candidate> = vertex_normals(mesh)
             .map(|(vertex, normal)| Candidate {
                 place: mesh.positions()[vertex],
                 joint: joints[vertex],

@@ -61,7 +61,8 @@ impl Winding {
     /// Chosen for about this number of queries.
     pub(super) fn new(mesh: &Mesh, queries: usize) -> Self {
         let pieces = pieces(mesh);
-        let middles: Vec<Vec3> = { pieces.iter() }
+        let middles: Vec<Vec3> = pieces
+            .iter()
             .map(|corners| corners.iter().sum::<Vec3>() / 3.0)
             .collect();
         let tree = PointTree::new(&middles, (0..pieces.len() as u32).collect());

@@ -329,12 +329,12 @@ fn moves_joints(skeleton: &Skeleton, translations: &[Vec3]) -> bool {
     const DIGITS: f32 = 1e-5;
     let offsets = skeleton.joints().iter().map(|joint| joint.offset);
     let longest = offsets.clone().map(Vec3::length).fold(0.0, f32::max);
-    let frames = translations.chunks_exact(skeleton.len());
+    let mut frames = translations.chunks_exact(skeleton.len());
     let leaves = |frame: &[Vec3]| {
         let mut pairs = frame.iter().zip(offsets.clone()).skip(1);
         let off = |place: Vec3, offset: Vec3| (place - offset).abs().max_element();
         // Values that are not finite count as moved, so that later checks find them.
         pairs.any(|(&place, offset)| !place.is_finite() || off(place, offset) > DIGITS * longest)
     };
-    { frames }.any(leaves)
+    frames.any(leaves)
 }

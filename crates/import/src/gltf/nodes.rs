@@ -175,7 +175,7 @@ fn animated(root: &Root) -> Vec<usize> {
             Checked::Valid(Property::Rotation | Property::Translation)
         )
     };
-    { channels }
+    channels
         .filter(|channel| moves(&channel.target.path))
         .map(|channel| channel.target.node.value())
         .collect()

@@ -87,7 +87,9 @@ fn script(args: &Args, shards: usize) -> Result<String, Failure> {
     let log = |name: &str| quoted(&format!("{folder}/logs/{name}"));
     let (shard_log, join_log) = (log("shard-%a"), log("join"));
     let folder = quoted(&folder);
-    let options: String = { args.options.iter() }
+    let options: String = args
+        .options
+        .iter()
         .map(|option| format!(" {}", quoted(option)))
         .collect();
     let last = shards - 1;

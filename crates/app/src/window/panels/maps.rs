@@ -30,7 +30,9 @@ impl Thumbnails {
         if self.of != last.number {
             self.of = last.number;
             let slabs = last.dodge.slabs(last.dodge.clearance().time);
-            self.slabs = { slabs.iter().rev() }
+            self.slabs = slabs
+                .iter()
+                .rev()
                 .map(|slab| (slab.height, texture(ui.ctx(), slab)))
                 .collect();
         }
