@@ -7,7 +7,8 @@ use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdSettings, LevelId, Placement,
 };
-use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching, rehang};
+use sabaki::internal::LevelMotion;
+use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 use sabaki_app::demo;
 use sabaki_import::{ReadOptions, read_clip};
@@ -171,7 +172,8 @@ impl Scene {
     }
 
     pub(crate) fn plain(&self) -> (PlainClip, Vec<PlainCharacter>) {
-        let motion = rehang(&self.skeleton, &self.clips[0], &self.levels.levels[0]).unwrap();
+        let motion =
+            LevelMotion::new(&self.skeleton, &self.clips[0], &self.levels.levels[0]).unwrap();
         let characters = self.characters.iter().map(|character| PlainCharacter {
             time: character.time,
             speed: character.speed,

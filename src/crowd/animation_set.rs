@@ -8,7 +8,7 @@ use super::level_step::{LevelStep, steps};
 use super::quantise::keys_per_frame;
 use super::tracks::{MotionKeys, Tracks};
 use crate::anim::{Clip, JointId, Skeleton};
-use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, LodError, Translations, rehang};
+use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, LodError, Translations};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
 /// Immutable once made; share it by reference count.
@@ -147,7 +147,9 @@ impl AnimationSet {
         let mut tracks = Tracks::new(desc);
         let mut ranges: Vec<ClipRange> = Vec::with_capacity(clips.len() + layers.len());
         for (index, clip) in clips.iter().chain(layers).enumerate() {
-            let motions = levels.iter().map(|level| rehang(skeleton, clip, level));
+            let motions = levels
+                .iter()
+                .map(|level| LevelMotion::new(skeleton, clip, level));
             let mut motions: Vec<LevelMotion> = motions.collect::<Result<_, _>>()?;
             if index >= clips.len() {
                 motions = motions.into_iter().map(additive).collect();

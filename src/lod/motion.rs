@@ -66,23 +66,25 @@ impl Translations {
     }
 }
 
-/// The local motion of `clip` on `level`. In model space every kept joint moves as in the clip, up to rounding.
-///
-/// # Errors
-/// A clip or a level of another skeleton.
-pub fn rehang(skeleton: &Skeleton, clip: &Clip, level: &Level) -> Result<LevelMotion, LodError> {
-    check(skeleton, clip)?;
-    level.check(skeleton)?;
-    let tracks = level.kept.iter().zip(&level.parents).map(|(&id, parent)| {
-        let above = parent.map(|parent| level.kept[usize::from(parent)]);
-        track(skeleton, clip, (id, above))
-    });
-    Ok(LevelMotion {
-        frame_rate: clip.frame_rate() as f32,
-        frames: clip.frames(),
-        parents: level.parents.clone(),
-        tracks: tracks.collect(),
-    })
+impl LevelMotion {
+    /// The local motion of `clip` on `level`. In model space every kept joint moves as in the clip, up to rounding.
+    ///
+    /// # Errors
+    /// A clip or a level of another skeleton.
+    pub fn new(skeleton: &Skeleton, clip: &Clip, level: &Level) -> Result<Self, LodError> {
+        check(skeleton, clip)?;
+        level.check(skeleton)?;
+        let tracks = level.kept.iter().zip(&level.parents).map(|(&id, parent)| {
+            let above = parent.map(|parent| level.kept[usize::from(parent)]);
+            track(skeleton, clip, (id, above))
+        });
+        Ok(Self {
+            frame_rate: clip.frame_rate() as f32,
+            frames: clip.frames(),
+            parents: level.parents.clone(),
+            tracks: tracks.collect(),
+        })
+    }
 }
 
 pub(super) fn check(skeleton: &Skeleton, clip: &Clip) -> Result<(), LodError> {

@@ -8,11 +8,12 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
-use sabaki::lod::{Level, Levels, LodError, rehang};
+use sabaki::internal::LevelMotion;
+use sabaki::lod::{Level, Levels, LodError};
 
 /// How far a kept joint is from where the clip has it at most, metres, and its axes' tips.
 fn worst_difference(skeleton: &Skeleton, clip: &Clip, level: &Level) -> f64 {
-    let motion = rehang(skeleton, clip, level).unwrap();
+    let motion = LevelMotion::new(skeleton, clip, level).unwrap();
     assert_eq!(motion.frames, clip.frames());
     assert_eq!(motion.tracks.len(), level.kept.len());
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
@@ -133,10 +134,13 @@ fn what_cannot_be_removed_is_an_error() {
     assert_ne!(other.len(), skeleton.len());
     let level = &Levels::in_order(&other, &[]).unwrap().levels[0];
     assert!(matches!(
-        rehang(&other, &clip, level),
+        LevelMotion::new(&other, &clip, level),
         Err(LodError::Joints { .. })
     ));
     let mut level = Levels::in_order(&skeleton, &[]).unwrap().levels.remove(0);
     level.kept[1] = JointId(4000);
-    assert_eq!(rehang(&skeleton, &clip, &level), Err(LodError::Level(4000)));
+    assert_eq!(
+        LevelMotion::new(&skeleton, &clip, &level),
+        Err(LodError::Level(4000))
+    );
 }

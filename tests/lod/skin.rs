@@ -11,7 +11,8 @@ use common::lod::random_case;
 use common::random::Random;
 use glam::{Affine3A, Vec3};
 use sabaki::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics};
-use sabaki::lod::{LevelSettings, Levels, LodError, Order, affine, rehang};
+use sabaki::internal::LevelMotion;
+use sabaki::lod::{LevelSettings, Levels, LodError, Order, affine};
 
 /// A vertex in bind space, bound to two joints.
 struct Vertex {
@@ -83,7 +84,7 @@ fn skinned(vertex: &Vertex, palette: &[Affine3A]) -> Vec3 {
 }
 
 /// The matrices of a level's joints from its own motion.
-fn posed(motion: &sabaki::lod::LevelMotion, frame: usize) -> Vec<Affine3A> {
+fn posed(motion: &sabaki::internal::LevelMotion, frame: usize) -> Vec<Affine3A> {
     let mut matrices: Vec<Affine3A> = Vec::new();
     for (track, parent) in motion.tracks.iter().zip(&motion.parents) {
         let local = affine(&JointTransform {
@@ -110,7 +111,7 @@ fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
         .iter()
         .map(|joint| affine(joint).inverse())
         .collect();
-    let full = rehang(skeleton, clip, &levels.levels[0]).unwrap();
+    let full = LevelMotion::new(skeleton, clip, &levels.levels[0]).unwrap();
     let mut in_full = Vec::new();
     let binds = levels.levels[0].binds(&inverse_binds).unwrap();
     let frames: Vec<usize> = (0..clip.frames()).step_by(1 + clip.frames() / 20).collect();
@@ -124,7 +125,7 @@ fn check(skeleton: &Skeleton, clip: &Clip, order: Order) {
         .collect();
     let mut palette = Vec::new();
     for level in &levels.levels {
-        let motion = rehang(skeleton, clip, level).unwrap();
+        let motion = LevelMotion::new(skeleton, clip, level).unwrap();
         let binds = level.binds(&inverse_binds).unwrap();
         for (&frame, truth) in frames.iter().zip(&truths) {
             let matrices = posed(&motion, frame);

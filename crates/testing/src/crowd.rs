@@ -8,7 +8,8 @@ use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdSettings,
     Form, Layout, LevelId, Output, Placement, PoseSlice, WriteMode,
 };
-use sabaki::lod::{Level, LevelMotion, Levels, rehang};
+use sabaki::internal::LevelMotion;
+use sabaki::lod::{Level, Levels};
 use sabaki::math::{F32x16, Isa, Rigid2};
 
 use super::random::Random;
@@ -21,7 +22,7 @@ pub struct Oracle {
 
 impl Oracle {
     pub fn new(skeleton: &Skeleton, clips: &[Clip], level: &Level) -> Self {
-        let motion = |clip| rehang(skeleton, clip, level).unwrap();
+        let motion = |clip| LevelMotion::new(skeleton, clip, level).unwrap();
         Self {
             motions: clips.iter().map(motion).collect(),
         }
