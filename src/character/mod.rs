@@ -66,6 +66,7 @@ mod event;
 mod goal;
 mod hybrid_crowd;
 mod ids;
+mod keep_out;
 mod obstacles;
 mod plan;
 mod playing;

@@ -1,7 +1,4 @@
-//! The obstacles near one character, and how its body is kept out of them.
-//!
-//! Plans and steering avoid obstacles. What is left, such as an arm that swings into a wall or a body that comes closer, is removed by
-//! a shift of the whole body on the ground, as character controllers of games do.
+//! The obstacles near one character, among them the other characters.
 
 use std::sync::Mutex;
 
@@ -12,7 +9,6 @@ use super::slot::{Slot, lock};
 use super::state::CharacterState;
 use super::world::World;
 use crate::maps::BakedGraph;
-use crate::math::Rigid2;
 use crate::query::Obstacle;
 use crate::query::obstacle::ObstacleTest;
 
@@ -107,64 +103,6 @@ impl CharacterState {
             if world.threats.is_empty() {
                 self.held_until = world.now;
             }
-        }
-    }
-
-    /// Shifts the body out of the obstacles that it enters at the end of the step.
-    pub(super) fn keep_out(&mut self, world: &World<'_>, worker: &mut Worker) {
-        /// Distance that is kept, in metres.
-        const SKIN: f32 = 0.002;
-        const TURNS: usize = 12;
-        let (body, reach) = (world.baked.body(), world.baked.reach());
-        let playing = &self.playing;
-        let root = playing.motion.root(world.baked.graph(), playing.seconds);
-        let is_near = |one: &Obstacle| one.distance(root, world.dt) < reach + SKIN;
-        worker.obstacles.retain(is_near);
-        if worker.obstacles.is_empty() {
-            return;
-        }
-        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
-        let Worker {
-            centres, obstacles, ..
-        } = worker;
-        // Only a sphere that reaches as far from the root as an obstacle is can enter it.
-        let extents = centres
-            .iter()
-            .zip(&body.spheres)
-            .map(|(centre, part)| centre.distance(root) + part.radius);
-        let widest = extents.fold(0.0, f32::max) + SKIN + world.settings.push * world.dt;
-        obstacles.retain(|one| one.distance(root, world.dt) < widest);
-        let mut shift = Vec2::ZERO;
-        for _ in 0..TURNS {
-            let mut deepest = (0.0, Vec2::ZERO);
-            for obstacle in &*obstacles {
-                for (centre, part) in centres.iter().zip(&body.spheres) {
-                    let at = *centre + Vec3::new(shift.x, 0.0, shift.y);
-                    let nearest = obstacle.nearest(at, world.dt);
-                    let depth = part.radius + SKIN - nearest.metres;
-                    if depth > deepest.0 {
-                        let out = Vec2::new(nearest.normal.x, nearest.normal.z);
-                        let out = match out.length() > 0.3 {
-                            true => out / out.length_squared(),
-                            false => obstacle.outwards(at, world.dt),
-                        };
-                        deepest = (depth, out * (depth + 1e-4));
-                    }
-                }
-            }
-            if deepest.0 == 0.0 {
-                break;
-            }
-            shift += deepest.1;
-        }
-        let shift = shift.clamp_length_max(world.settings.push * world.dt);
-        if shift == Vec2::ZERO {
-            return;
-        }
-        let by = Rigid2::new(0.0, shift.x, shift.y);
-        self.playing.motion.transform(by);
-        if let Some(pending) = &mut self.pending {
-            pending.motion.transform(by);
         }
     }
 }

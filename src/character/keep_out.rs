@@ -1,0 +1,232 @@
+//! Keeps a body out of obstacles by a shift on the ground.
+//!
+//! Plans and steering avoid obstacles. What is left, such as an arm that swings into a wall or a body that comes closer, is removed by
+//! a shift of the whole body on the ground, as character controllers of games do: the deepest entry is removed first, several times
+//! (projected Gauss-Seidel). Between obstacles that close in from two sides this does not converge. Then the nearest free place is
+//! searched on rings around the body, for the moment [`LOOK`] ahead, so that the body is out before it is squeezed.
+
+use glam::{Vec2, Vec3};
+
+use super::scratch::Worker;
+use super::state::CharacterState;
+use super::world::World;
+use crate::maps::BodySphere;
+use crate::math::Rigid2;
+use crate::query::Obstacle;
+
+/// Distance that is kept, in metres.
+const SKIN: f32 = 0.002;
+/// How far ahead moving obstacles are looked at, in seconds.
+const LOOK: f32 = 0.25;
+
+/// A posed body among obstacles.
+struct Squeeze<'a> {
+    obstacles: &'a [Obstacle],
+    centres: &'a [Vec3],
+    spheres: &'a [BodySphere],
+    /// Position of the root.
+    root: Vec3,
+    /// How far the body reaches from the root, in metres.
+    widest: f32,
+}
+
+/// The deepest entry of a body.
+#[derive(Clone, Copy, Debug)]
+struct Depth {
+    /// In metres; negative when nothing is entered.
+    metres: f32,
+    /// The shift on the ground that ends it.
+    out: Vec2,
+}
+
+impl CharacterState {
+    /// Shifts the body out of the obstacles that it enters at the end of the step.
+    pub(super) fn keep_out(&mut self, world: &World<'_>, worker: &mut Worker) {
+        let (body, reach) = (world.baked.body(), world.baked.reach());
+        let playing = &self.playing;
+        let root = playing.motion.root(world.baked.graph(), playing.seconds);
+        let dt = world.dt;
+        let near = |one: &Obstacle, reach: f32| {
+            one.distance(root, dt) < reach + SKIN + LOOK * one.velocity().length()
+        };
+        worker.obstacles.retain(|one| near(one, reach));
+        if worker.obstacles.is_empty() {
+            return;
+        }
+        worker.pose_body(world.baked, (&playing.motion, playing.seconds));
+        // Only a sphere that reaches as far from the root as an obstacle is can enter it.
+        let extents = worker.centres.iter().zip(&body.spheres);
+        let extents = extents.map(|(centre, part)| centre.distance(root) + part.radius);
+        let (widest, step) = (extents.fold(0.0, f32::max), world.settings.push * dt);
+        worker.obstacles.retain(|one| near(one, widest + step));
+        let squeeze = Squeeze {
+            obstacles: &worker.obstacles,
+            centres: &worker.centres,
+            spheres: &body.spheres,
+            root,
+            widest,
+        };
+        let shift = squeeze.shift([dt, dt + LOOK], step);
+        if shift == Vec2::ZERO {
+            return;
+        }
+        let by = Rigid2::new(0.0, shift.x, shift.y);
+        self.playing.motion.transform(by);
+        if let Some(pending) = &mut self.pending {
+            pending.motion.transform(by);
+        }
+    }
+}
+
+impl Squeeze<'_> {
+    /// The shift for this step, of at most `step` metres. Times are from now, in seconds.
+    fn shift(&self, [now, later]: [f32; 2], step: f32) -> Vec2 {
+        let moves = |one: &Obstacle| one.velocity() != Vec3::ZERO;
+        let may_close = self.obstacles.len() > 1 && self.obstacles.iter().any(moves);
+        let free = self.settle(Vec2::ZERO, now);
+        let start = free.unwrap_or(Vec2::ZERO);
+        let is_closing = may_close && self.settle(start, later).is_none();
+        let shift = match (free, is_closing) {
+            (Some(shift), false) => shift,
+            (_, true) => {
+                let way = self.escape(later).unwrap_or(start);
+                let start = way.clamp_length_max(step);
+                self.settle(start, now).unwrap_or(start)
+            }
+            (None, false) => self.escape(now).unwrap_or(start),
+        };
+        shift.clamp_length_max(step)
+    }
+
+    /// Removes the deepest entry until none is left; `None` if some are left.
+    fn settle(&self, start: Vec2, seconds: f32) -> Option<Vec2> {
+        const TURNS: usize = 12;
+        let mut shift = start;
+        for _ in 0..TURNS {
+            let deepest = self.deepest(shift, seconds);
+            if deepest.metres <= 0.0 {
+                return Some(shift);
+            }
+            shift += deepest.out;
+        }
+        None
+    }
+
+    /// The shortest shift to a free place; `None` if none is within [`Squeeze::FURTHEST`]. Of those at one distance the freest.
+    fn escape(&self, seconds: f32) -> Option<Vec2> {
+        const RINGS: usize = 16;
+        const WAYS: usize = 24;
+        (1..=RINGS).find_map(|ring| {
+            let far = Self::FURTHEST * ring as f32 / RINGS as f32;
+            let ways = (0..WAYS).map(|way| {
+                let shift =
+                    Vec2::from_angle(way as f32 * std::f32::consts::TAU / WAYS as f32) * far;
+                (self.deepest(shift, seconds).metres, shift)
+            });
+            let freest = ways.min_by(|a, b| a.0.total_cmp(&b.0));
+            freest
+                .filter(|(metres, _)| *metres <= 0.0)
+                .map(|(_, shift)| shift)
+        })
+    }
+
+    /// Longest shift to a free place, in metres.
+    const FURTHEST: f32 = 0.8;
+
+    /// The deepest entry of the shifted body.
+    fn deepest(&self, shift: Vec2, seconds: f32) -> Depth {
+        let shift = Vec3::new(shift.x, 0.0, shift.y);
+        let mut deepest = Depth {
+            metres: -self.widest,
+            out: Vec2::ZERO,
+        };
+        for obstacle in self.obstacles {
+            let reach = self.widest + SKIN - obstacle.distance(self.root + shift, seconds);
+            if reach <= deepest.metres {
+                continue;
+            }
+            for (centre, part) in self.centres.iter().zip(self.spheres) {
+                let at = *centre + shift;
+                let nearest = obstacle.nearest(at, seconds);
+                let metres = part.radius + SKIN - nearest.metres;
+                if metres > deepest.metres {
+                    let out = Vec2::new(nearest.normal.x, nearest.normal.z);
+                    let out = match out.length() > 0.3 {
+                        true => out / out.length_squared(),
+                        false => obstacle.outwards(at, seconds),
+                    };
+                    deepest = Depth {
+                        metres,
+                        out: out * (metres + 1e-4),
+                    };
+                }
+            }
+        }
+        deepest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3Swizzles;
+
+    use super::*;
+    use crate::anim::JointId;
+
+    const RADIUS: f32 = 0.2;
+    const STEP: f32 = 0.1;
+    const FRAME: f32 = 1.0 / 60.0;
+
+    /// Three spheres, one above the other.
+    fn centres(at: Vec2) -> [Vec3; 3] {
+        [0.3, 0.9, 1.5].map(|y| Vec3::new(at.x, y, at.y))
+    }
+
+    fn shift(at: Vec2, obstacles: &[Obstacle]) -> Vec2 {
+        let sphere = BodySphere {
+            joint: JointId::ROOT,
+            offset: Vec3::ZERO,
+            radius: RADIUS,
+        };
+        let squeeze = Squeeze {
+            obstacles,
+            centres: &centres(at),
+            spheres: &[sphere; 3],
+            root: Vec3::new(at.x, 0.9, at.y),
+            widest: 0.8,
+        };
+        squeeze.shift([FRAME, FRAME + LOOK], STEP)
+    }
+
+    fn depth(at: Vec2, obstacles: &[Obstacle], seconds: f32) -> f32 {
+        let of = |one: &Obstacle| centres(at).map(|centre| RADIUS - one.distance(centre, seconds));
+        let depths = obstacles.iter().flat_map(of);
+        depths.fold(f32::NEG_INFINITY, f32::max)
+    }
+
+    #[test]
+    fn a_free_body_stays_and_one_in_a_wall_leaves_it_the_short_way() {
+        let wall = Obstacle::half_space(Vec3::ZERO, Vec3::X).unwrap();
+        assert_eq!(shift(Vec2::new(0.5, 0.0), &[wall]), Vec2::ZERO);
+        let out = shift(Vec2::new(0.15, 0.0), &[wall]);
+        assert!((out - Vec2::new(0.05 + SKIN, 0.0)).length() < 1e-3, "{out}");
+    }
+
+    #[test]
+    fn a_body_slips_out_between_discs_that_close_in() {
+        for turned in 0..12 {
+            let way = Vec2::from_angle(turned as f32 * 0.53);
+            let mut at = way.perp() * 0.02;
+            for frame in 0..150 {
+                let gone = frame as f32 * FRAME;
+                let discs = [1.0, -1.0].map(|side| {
+                    let disc = Obstacle::disc(way * side * (1.6 - gone), 0.3).unwrap();
+                    disc.moving((-way * side).extend(0.0).xzy()).unwrap()
+                });
+                at += shift(at, &discs);
+                let depth = depth(at, &discs, FRAME);
+                assert!(depth < 1e-3, "{turned}, frame {frame}: {depth}");
+            }
+        }
+    }
+}
