@@ -15,7 +15,7 @@ use crate::math::Rigid2;
 use crate::query::Obstacle;
 
 /// Distance that is kept, in metres.
-const SKIN: f32 = 0.002;
+const SKIN: f32 = 0.004;
 /// How far ahead moving obstacles are looked at, in seconds.
 const LOOK: f32 = 0.25;
 
@@ -91,7 +91,8 @@ impl Squeeze<'_> {
             (_, true) => {
                 let way = self.escape(later).unwrap_or(start);
                 let start = way.clamp_length_max(step);
-                self.settle(start, now).unwrap_or(start)
+                let settled = self.settle(start, now).or_else(|| self.escape(now));
+                settled.unwrap_or(start)
             }
             (None, false) => self.escape(now).unwrap_or(start),
         };
@@ -100,7 +101,7 @@ impl Squeeze<'_> {
 
     /// Removes the deepest entry until none is left; `None` if some are left.
     fn settle(&self, start: Vec2, seconds: f32) -> Option<Vec2> {
-        const TURNS: usize = 12;
+        const TURNS: usize = 20;
         let mut shift = start;
         for _ in 0..TURNS {
             let deepest = self.deepest(shift, seconds);
