@@ -105,7 +105,8 @@ pub(super) fn document(rows: &[TimeRow]) -> Value {
 pub(super) fn text(rows: &[TimeRow]) -> String {
     let names = Part::ALL.map(Part::name);
     let head = ["contact after", "attacks", "avoided", "95% interval"];
-    let head: Vec<&str> = head.into_iter()
+    let head: Vec<&str> = head
+        .into_iter()
         .chain(names)
         .chain(["walking", "walks on"])
         .chain(Cause::ALL.map(Cause::name))
@@ -131,11 +132,7 @@ pub(super) fn text(rows: &[TimeRow]) -> String {
         let shares = parts
             .into_iter()
             .chain([row.walking, row.walking_on].map(percent));
-        table.add_row(
-            first.into_iter().chain(shares)
-                .chain(counts)
-                .chain([short]),
-        );
+        table.add_row(first.into_iter().chain(shares).chain(counts).chain([short]));
     }
     format!(
         "Balls of radius 0.1 m at 8 m/s that would hit the continued motion. They are visible for the last 2.5 m of their flight, from the query on:\n{table}\n\

@@ -118,7 +118,9 @@ impl<'a> QualityMeter<'a> {
     fn is_composed(&self, motion: &Motion, seconds: f32) -> bool {
         let graph = self.baked.graph();
         let edge = graph.edge(motion.playhead(graph, seconds).edge);
-        let is_warped = motion.warp().is_some_and(|warp| warp.envelope.weight(seconds) > 0.0);
+        let is_warped = motion
+            .warp()
+            .is_some_and(|warp| warp.envelope.weight(seconds) > 0.0);
         let is_mixed = motion.is_blending(seconds) || motion.is_layered(seconds);
         edge.motion != EdgeMotion::Clip || is_mixed || is_warped
     }
