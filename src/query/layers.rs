@@ -73,7 +73,8 @@ pub(super) fn gather_layers(query: Query<'_>, state: &mut QueryState, scratch: &
     let order = |one: &LayerCandidate| (one.evasion, one.layer.envelope.start, one.layer.frame);
     state.layers.sort_unstable_by(|a, b| {
         let (first, second) = (order(a), order(b));
-        { missing(a).total_cmp(&missing(b)) }
+        missing(a)
+            .total_cmp(&missing(b))
             .then(first.0.cmp(&second.0))
             .then(first.1.total_cmp(&second.1))
             .then(first.2.total_cmp(&second.2))

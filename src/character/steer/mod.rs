@@ -260,22 +260,13 @@ impl Steering {
         let graph = step.baked.graph();
         let frame = (1.0 / graph.frame_rate()) as f32;
         let SteerScratch { pose, joints, .. } = scratch;
-        let mut at = |seconds: f32| -> (Stance, f32) {
+        let mut at = |seconds: f32| -> Stance {
             playing.motion.sample(graph, seconds, pose);
             forward_kinematics(graph.skeleton(), pose, joints);
-            (step.baked.stance(joints), pose.root.y)
+            step.baked.stance(joints)
         };
-        let (stance, height) = at(playing.seconds);
-        let (next, _) = at(playing.seconds + frame);
+        let [stance, next] = [playing.seconds, playing.seconds + frame].map(&mut at);
         let placement = stance.placement;
-        let inverse = placement.inverse();
-        let foot = |leg: usize| {
-            let moved = next.ankles[leg] - stance.ankles[leg];
-            [
-                inverse.point(stance.ankles[leg]),
-                inverse.vector(moved) / frame,
-            ]
-        };
         let turned = playing
             .motion
             .playhead(graph, playing.seconds)
@@ -286,12 +277,7 @@ impl Steering {
             heading: moment.map_or(placement.heading(), |moment| {
                 turned.heading() + moment.heading
             }),
-            features: Features {
-                feet: [foot(0), foot(1)],
-                velocity: inverse.vector(next.root - stance.root) / frame,
-                height,
-                ..Features::default()
-            },
+            features: Features::of_body(&stance, [&stance, &next], frame),
         }
     }
 
@@ -310,20 +296,11 @@ impl Steering {
             forward_kinematics(graph.skeleton(), pose, &mut joints);
             baked.stance(&joints)
         });
-        let inverse = stance.placement.inverse();
-        let speed = |from: Vec3, to: Vec3| inverse.vector(to - from) / seconds;
-        let foot = |leg: usize| {
-            let (before, now) = (before.ankles[leg], stance.ankles[leg]);
-            [inverse.point(now), speed(before, now)]
-        };
-        let velocity = speed(before.root, stance.root);
-        let ahead = |seconds: f32| Vec2::new(velocity.x, velocity.z) * seconds;
+        let now = Features::of_body(&stance, [&before, &stance], seconds);
+        let ahead = |seconds: f32| Vec2::new(now.velocity.x, now.velocity.z) * seconds;
         let wanted = Features {
             ways: AHEAD.map(ahead),
-            turns: [0.0; 2],
-            feet: [foot(0), foot(1)],
-            velocity,
-            height: stance.root.y,
+            ..now
         };
         let (found, _) = self.nearest(&wanted.row(), |_| true)?;
         let moment = &self.table.moments[found];

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use crate::anim::{Facing, Pose, forward_kinematics};
 use crate::character::goal::wrapped;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::math::Rigid2;
+use crate::maps::Stance;
 
 /// Number of features of a moment, padded to whole vectors.
 pub(super) const FEATURES: usize = 24;
@@ -66,14 +66,6 @@ pub(super) struct Table {
     first: Vec<u32>,
 }
 
-/// A frame of a clip, posed.
-#[derive(Clone, Debug, Default)]
-struct Posed {
-    placement: Option<Rigid2>,
-    root: Vec3,
-    feet: [Vec3; 2],
-}
-
 /// What is known of the way ahead and of the body now.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Features {
@@ -90,6 +82,24 @@ pub(super) struct Features {
 }
 
 impl Features {
+    /// Feet, velocity and height of a body at `now`, without the way ahead. It moves as between two stances that are `seconds` apart.
+    pub(super) fn of_body(now: &Stance, [from, to]: [&Stance; 2], seconds: f32) -> Self {
+        let inverse = now.placement.inverse();
+        let velocity = |from: Vec3, to: Vec3| inverse.vector(to - from) / seconds;
+        let foot = |leg: usize| {
+            [
+                inverse.point(now.ankles[leg]),
+                velocity(from.ankles[leg], to.ankles[leg]),
+            ]
+        };
+        Self {
+            feet: [foot(0), foot(1)],
+            velocity: velocity(from.root, to.root),
+            height: now.root.y,
+            ..Self::default()
+        }
+    }
+
     pub(super) fn row(&self) -> Row {
         let (way, turn, foot, foot_velocity, velocity, height) = WEIGHTS;
         let mut row = [0.0; FEATURES];
@@ -105,9 +115,8 @@ impl Features {
         }
         for [place, speed] in self.feet {
             (place * foot).to_array().into_iter().for_each(&mut push);
-            { (speed * foot_velocity).to_array() }
-                .into_iter()
-                .for_each(&mut push);
+            let speed = (speed * foot_velocity).to_array();
+            speed.into_iter().for_each(&mut push);
         }
         (self.velocity * velocity)
             .to_array()
@@ -211,58 +220,36 @@ fn edges_of(graph: &MotionGraph, clip: ClipId, frames: usize) -> Vec<Option<(Edg
     edges
 }
 
-fn pose_clip(graph: &MotionGraph, clip: ClipId) -> Vec<Posed> {
+fn pose_clip(graph: &MotionGraph, clip: ClipId) -> Vec<Stance> {
     let facing = Facing::of(graph.skeleton());
     let (mut pose, mut joints) = (Pose::default(), Vec::new());
-    let legs = graph.feet().legs();
-    let posed = |frame: usize| {
+    let stance = |frame: usize| {
         graph.clip(clip).pose(frame, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        let mut feet = [Vec3::ZERO; 2];
-        for (foot, leg) in feet.iter_mut().zip(legs) {
-            *foot = joints[leg.foot.index()].translation;
-        }
-        Posed {
-            placement: Some(facing.placement(&joints)),
-            root: pose.root,
-            feet,
-        }
+        Stance::of(graph, facing, &joints)
     };
-    (0..graph.clip(clip).frames()).map(posed).collect()
+    (0..graph.clip(clip).frames()).map(stance).collect()
 }
 
-fn features(posed: &[Posed], frame: usize, frame_rate: f32) -> Features {
-    let now = &posed[frame];
-    let next = &posed[frame + 1];
-    let placement = now.placement.unwrap_or(Rigid2::IDENTITY);
-    let inverse = placement.inverse();
+fn features(posed: &[Stance], frame: usize, frame_rate: f32) -> Features {
+    let [now, next] = [&posed[frame], &posed[frame + 1]];
+    let inverse = now.placement.inverse();
     let at = |seconds: f32| &posed[frame + (seconds * frame_rate).round() as usize];
     let way = |seconds: f32| {
         let moved = inverse.vector(at(seconds).root - now.root);
         Vec2::new(moved.x, moved.z)
     };
-    let turn = |seconds: f32| {
-        let then = at(seconds).placement.unwrap_or(Rigid2::IDENTITY);
-        wrapped(then.heading() - placement.heading())
-    };
-    let foot = |leg: usize| {
-        [
-            inverse.point(now.feet[leg]),
-            inverse.vector(next.feet[leg] - now.feet[leg]) * frame_rate,
-        ]
-    };
+    let turn = |seconds: f32| wrapped(at(seconds).placement.heading() - now.placement.heading());
     Features {
         ways: AHEAD.map(way),
         turns: AHEAD.map(turn),
-        feet: [foot(0), foot(1)],
-        velocity: inverse.vector(next.root - now.root) * frame_rate,
-        height: now.root.y,
+        ..Features::of_body(now, [now, next], 1.0 / frame_rate)
     }
 }
 
 /// Mean velocity and heading around a frame, within a range of frames of the clip.
 fn stride(
-    posed: &[Posed],
+    posed: &[Stance],
     (frame, (first, last)): (usize, (usize, usize)),
     frame_rate: f32,
 ) -> (Vec2, f32) {
@@ -271,10 +258,9 @@ fn stride(
     let to = (frame + half).min(last);
     let moved = posed[to].root - posed[from].root;
     let seconds = (to - from).max(1) as f32 / frame_rate;
-    let facing = posed[from..=to].iter().map(|posed| {
-        let placement = posed.placement.unwrap_or(Rigid2::IDENTITY);
-        Vec2::new(placement.sin(), placement.cos())
-    });
+    let facing = posed[from..=to]
+        .iter()
+        .map(|stance| Vec2::new(stance.placement.sin(), stance.placement.cos()));
     let facing = facing.sum::<Vec2>();
     (
         Vec2::new(moved.x, moved.z) / seconds,

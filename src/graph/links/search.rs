@@ -30,7 +30,10 @@ impl LinkSearch<'_> {
     /// Whether a foot darts in a link. Counts those in which one does.
     pub(super) fn darts(&mut self, link: &Transition) -> bool {
         let align = || link.windows(self.source.clouds).alignment();
-        let darts = { self.darts.as_mut() }.is_some_and(|test| test.darts(link, align()));
+        let darts = self
+            .darts
+            .as_mut()
+            .is_some_and(|test| test.darts(link, align()));
         self.darting += usize::from(darts);
         darts
     }

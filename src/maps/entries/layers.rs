@@ -77,13 +77,14 @@ impl<'a> LayerSource<'a> {
         let mut limits = limits.clone();
         for values in [&mut limits.joint_speed, &mut limits.joint_acceleration] {
             let spine = graph.rig().spine();
-            let most = { spine.iter() }.map(|joint| values[joint.index()]);
+            let most = spine.iter().map(|joint| values[joint.index()]);
             let most = most.fold(0.0, f32::max);
             spine.iter().for_each(|joint| values[joint.index()] = most);
         }
         Self {
             targets,
-            layerable: { evasions.iter() }
+            layerable: evasions
+                .iter()
                 .map(|evasion| has_upper_body && leans(evasion))
                 .collect(),
             limits,
