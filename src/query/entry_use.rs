@@ -12,7 +12,7 @@ pub struct EntryUse {
     /// Longest time that the natural motion continues before an entry, in seconds. Default 0.8.
     pub longest_delay: f32,
     /// Maximum number of candidates that layer the upper body of an evasion over the motion that goes on. 0 means none, as in recordings
-    /// that do not have the setting. Default 4.
+    /// that do not have the setting. Default 3.
     #[serde(default)]
     pub layers: usize,
 }
@@ -24,7 +24,7 @@ impl Default for EntryUse {
             slowest: 0.75,
             fastest: 1.5,
             longest_delay: 0.8,
-            layers: 4,
+            layers: 3,
         }
     }
 }

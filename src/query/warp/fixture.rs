@@ -1,4 +1,4 @@
-//! A body that stands and sways, for the tests of this module.
+//! A body that stands and sways, for the tests of warps and layers.
 
 use std::sync::OnceLock;
 
@@ -115,7 +115,7 @@ fn clip(skeleton: &Skeleton, seed: f32) -> Clip {
     Clip::new(skeleton, desc).unwrap()
 }
 
-pub(super) fn baked() -> &'static BakedGraph {
+pub(in crate::query) fn baked() -> &'static BakedGraph {
     static BAKED: OnceLock<BakedGraph> = OnceLock::new();
     BAKED.get_or_init(|| {
         let skeleton = skeleton();

@@ -10,7 +10,7 @@ mod case;
 mod check;
 mod contacts;
 #[cfg(test)]
-mod fixture;
+pub(in crate::query) mod fixture;
 mod goal;
 mod legs;
 mod linear;
