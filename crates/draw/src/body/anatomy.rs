@@ -159,11 +159,11 @@ impl Wanted<'_> {
             let Leg {
                 hip, knee, foot, ..
             } = legs[side];
-            self.sideways(pelvis, hip, (low, sign));
+            self.sideways(pelvis, hip, low);
             self.path(hip, knee, aside(0.06, -1.0, 0.02));
             self.path(knee, foot, aside(0.04, -1.0, -0.03));
             let arm = arms[side];
-            self.sideways(chest, arm.hip, (high, sign));
+            self.sideways(chest, arm.hip, high);
             self.path(arm.hip, arm.knee, aside(0.82, -0.57, 0.0));
             self.path(arm.knee, arm.foot, aside(0.80, -0.59, 0.08));
             if let Some(tip) = arm.toe {
@@ -199,7 +199,7 @@ impl Wanted<'_> {
     }
 
     /// Bones that lead to the side as far as they do while standing, and straight up or down.
-    fn sideways(&mut self, from: JointId, to: JointId, (up, sign): (Vec3, f32)) {
+    fn sideways(&mut self, from: JointId, to: JointId, up: Vec3) {
         for bone in self.bones(from, to) {
             let Some(parent) = self
                 .skeleton
@@ -212,6 +212,7 @@ impl Wanted<'_> {
             let at = |id: JointId| self.standing[id.index()].translation;
             let away = at(bone) - at(parent);
             let rise = away.dot(up);
+            let sign = at(to).x.signum();
             let aside = (away - up * rise).length();
             self.directions[bone.index()] = Vec3::new(sign * aside, rise, 0.0).try_normalize();
         }

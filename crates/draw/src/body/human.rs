@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::anatomy::{Anatomy, LEFT};
 use super::shapes::{Carrier, Form, Shape, Shapes};
 use crate::scene::Look;
-use sabaki::anim::JointId;
+use sabaki::anim::{JointId, JointTransform};
 
 /// Height that lengths are given for, in metres.
 const HEIGHT: f32 = 1.75;
@@ -82,20 +82,19 @@ impl Tailor<'_> {
     }
 
     fn ball(&mut self, part: Part, centre: Vec3, radii: Vec3) -> &mut Shape {
-        self.turned_ball(part, (centre, Quat::IDENTITY), radii)
+        let place = JointTransform {
+            rotation: Quat::IDENTITY,
+            translation: centre,
+        };
+        self.turned_ball(part, place, radii)
     }
 
-    fn turned_ball(
-        &mut self,
-        part: Part,
-        (centre, rotation): (Vec3, Quat),
-        radii: Vec3,
-    ) -> &mut Shape {
+    fn turned_ball(&mut self, part: Part, place: JointTransform, radii: Vec3) -> &mut Shape {
         let radii = radii * self.scale;
         let form = Form::Ellipsoid {
-            centre,
+            centre: place.translation,
             radii,
-            rotation,
+            rotation: place.rotation,
         };
         self.add(part, form)
     }
@@ -181,11 +180,11 @@ impl Tailor<'_> {
         self.cone(thigh, [hip, knee], [0.092, 0.060]);
         let front = hip.lerp(knee, 0.42) + self.by(0.0, 0.0, 0.014);
         let along = Quat::from_rotation_arc(Vec3::NEG_Y, (knee - hip).normalize_or(Vec3::NEG_Y));
-        self.turned_ball(thigh, (front, along), Vec3::new(0.074, 0.17, 0.076));
+        self.turned_ball(thigh, turned(along, front), Vec3::new(0.074, 0.17, 0.076));
         self.cone(shin, [knee, knee.lerp(ankle, 0.76)], [0.059, 0.058]);
         let back = knee.lerp(ankle, 0.30) + self.by(0.0, 0.0, -0.020);
         let along = Quat::from_rotation_arc(Vec3::NEG_Y, (ankle - knee).normalize_or(Vec3::NEG_Y));
-        self.turned_ball(shin, (back, along), Vec3::new(0.056, 0.12, 0.056));
+        self.turned_ball(shin, turned(along, back), Vec3::new(0.056, 0.12, 0.056));
         let skin = Part::of(leg.knee, self.look.skin);
         self.cone(
             skin.blend(HEM),
@@ -254,7 +253,7 @@ impl Tailor<'_> {
         let turn = Quat::from_rotation_arc(Vec3::Y, along);
         let middle = wrist + along * (0.058 * self.scale);
         self.cone(skin, [wrist, middle], [0.028, 0.030]);
-        self.turned_ball(skin, (middle, turn), Vec3::new(0.036, 0.048, 0.041));
+        self.turned_ball(skin, turned(turn, middle), Vec3::new(0.036, 0.048, 0.041));
         let front = (Vec3::Z - along * along.z).normalize_or(Vec3::X) * self.scale;
         let thumb = [
             wrist + along * (0.030 * self.scale) + front * 0.026,
@@ -320,5 +319,12 @@ impl Tailor<'_> {
             centre + self.by(0.0, -0.020, -0.040),
             Vec3::new(0.068, 0.060, 0.062),
         );
+    }
+}
+
+fn turned(rotation: Quat, translation: Vec3) -> JointTransform {
+    JointTransform {
+        rotation,
+        translation,
     }
 }

@@ -6,11 +6,12 @@ use ash::vk;
 
 use super::image_use::{ImageBarrier, ImageUse, image_barrier};
 use super::pipelines::{Draw, PUSHED};
+use super::skinned::SkinPass;
 use super::slot::Slot;
-use super::upload::{CrowdDraw, Draws, SkinDraw};
+use super::upload::{CrowdDraw, Draws};
 use super::{Stage, Target};
 use crate::scene::Detail;
-use crate::shaders::{DrawBodies, DrawCommand, DrawLayer, DrawSkin};
+use crate::shaders::{DrawBodies, DrawLayer};
 use sabaki::gpu::internal::Image;
 
 impl Stage {
@@ -21,6 +22,10 @@ impl Stage {
         let solids = 0..draws.solids;
         let first_ghost = solids.end + draws.occluders;
         let ghosts = first_ghost..first_ghost + draws.ghosts;
+        let pass = |draw| SkinPass {
+            draw,
+            commands: slot.commands.handle,
+        };
         let skins = |is_ghost: bool| {
             draws
                 .skins
@@ -38,7 +43,7 @@ impl Stage {
             self.bodies(cmd, Draw::BodyShadow, solids.clone());
             self.crowd(cmd, Draw::CrowdShadow, &draws.crowd);
             let casting = skins(false).filter(|draw| draw.casts);
-            self.skins(cmd, (Draw::SkinShadow, slot), casting);
+            self.skins(cmd, pass(Draw::SkinShadow), casting);
             device.cmd_end_rendering(cmd);
             self.context.end_label(cmd);
             self.context.begin_label(cmd, c"sabaki: picture");
@@ -46,14 +51,14 @@ impl Stage {
             self.bind_capsules(cmd);
             self.bodies(cmd, Draw::Body, solids);
             self.crowd(cmd, Draw::Crowd, &draws.crowd);
-            self.skins(cmd, (Draw::Skin, slot), skins(false));
+            self.skins(cmd, pass(Draw::Skin), skins(false));
             self.bind(cmd, Draw::Floor);
             device.cmd_draw(cmd, 4, 1, 0, 0);
             self.bind(cmd, Draw::Sky);
             device.cmd_draw(cmd, 3, 1, 0, 0);
             self.layers(cmd, &draws.layers);
-            self.skins(cmd, (Draw::SkinGhostDepth, slot), skins(true));
-            self.skins(cmd, (Draw::SkinGhost, slot), skins(true));
+            self.skins(cmd, pass(Draw::SkinGhostDepth), skins(true));
+            self.skins(cmd, pass(Draw::SkinGhost), skins(true));
             self.bind_capsules(cmd);
             self.bodies(cmd, Draw::GhostDepth, ghosts.clone());
             self.bodies(cmd, Draw::Ghost, ghosts);
@@ -154,7 +159,7 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    unsafe fn bind(&self, cmd: vk::CommandBuffer, draw: Draw) {
+    pub(super) unsafe fn bind(&self, cmd: vk::CommandBuffer, draw: Draw) {
         let pipeline = self.parts.pipelines.get(draw);
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: the caller vouches for `cmd`; the pipeline is the stage's.
@@ -167,7 +172,7 @@ impl Stage {
 
     /// # Safety
     /// As for [`Stage::record`], inside of rendering.
-    unsafe fn push<T: bytemuck::Pod>(&self, cmd: vk::CommandBuffer, constants: &T) {
+    pub(super) unsafe fn push<T: bytemuck::Pod>(&self, cmd: vk::CommandBuffer, constants: &T) {
         let (layout, bytes) = (self.parts.pipelines.layout, bytemuck::bytes_of(constants));
         // SAFETY: the caller vouches for `cmd`; the layout has room for every block of the shaders.
         unsafe {
@@ -250,39 +255,6 @@ impl Stage {
         let (device, indices) = (self.context.device(), self.parts.indices.handle);
         // SAFETY: the caller vouches for `cmd`; the buffer is the stage's.
         unsafe { device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT16) };
-    }
-
-    /// Draws skinned meshes: one indirect draw for each mesh, level and resolution.
-    ///
-    /// # Safety
-    /// As for [`Stage::record`], inside of rendering.
-    unsafe fn skins<'d>(
-        &self,
-        cmd: vk::CommandBuffer,
-        (draw, slot): (Draw, &Slot),
-        skins: impl Iterator<Item = &'d SkinDraw>,
-    ) {
-        let (device, meshes) = (self.context.device(), &self.parts.skins);
-        let stride = size_of::<DrawCommand>() as u32;
-        let mut is_bound = false;
-        for skin in skins {
-            let constants = DrawSkin {
-                sun: u32::from(matches!(draw, Draw::SkinShadow)),
-                ..skin.constants
-            };
-            let offset = u64::from(skin.command) * u64::from(stride);
-            // SAFETY: the caller vouches for `cmd`; the buffers are the stage's, and the commands were written.
-            unsafe {
-                if !std::mem::replace(&mut is_bound, true) {
-                    self.bind(cmd, draw);
-                    device.cmd_bind_vertex_buffers(cmd, 0, &[meshes.vertices.handle], &[0]);
-                    let indices = meshes.indices.handle;
-                    device.cmd_bind_index_buffer(cmd, indices, 0, vk::IndexType::UINT32);
-                }
-                self.push(cmd, &constants);
-                device.cmd_draw_indexed_indirect(cmd, slot.commands.handle, offset, 1, stride);
-            }
-        }
     }
 
     /// # Safety

@@ -6,6 +6,7 @@ mod frame;
 pub(crate) mod image_use;
 mod mesh;
 mod pipelines;
+mod skinned;
 mod skins;
 mod slot;
 mod targets;

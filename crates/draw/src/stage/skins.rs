@@ -16,6 +16,8 @@ struct Place {
     details: [(u32, u32); Mesh::DETAILS],
     /// First texel, width, height and number of levels.
     texture: [u32; 4],
+    /// Number of bones that the vertices refer to.
+    bones: u32,
 }
 
 /// All meshes of a stage. Handles are null by default.
@@ -44,7 +46,9 @@ impl Skins {
                 indices.extend(mesh.details[detail].as_flattened());
                 (first, indices.len() as u32 - first)
             });
+            let bones = { mesh.vertices.iter() }.flat_map(|vertex| vertex.bones);
             self.places.push(Place {
+                bones: bones.max().map_or(0, |bone| u32::from(bone) + 1),
                 first_vertex,
                 details,
                 texture: add_texture(mesh.texture.as_ref(), &mut texels),
@@ -92,6 +96,11 @@ impl Skins {
             vertex_offset: place.first_vertex,
             first_instance: 0,
         }
+    }
+
+    /// Number of bones that a mesh's vertices refer to.
+    pub(super) fn bones(&self, mesh: usize) -> u32 {
+        self.places[mesh].bones
     }
 
     /// Place of a mesh's texture in the layout of the shaders.
