@@ -225,10 +225,11 @@ impl CharacterState {
         motion
     }
 
-    /// Steering waits until the threats have passed and the evasion has ended.
+    /// Steering waits until the threats have passed and the evasion has ended, or been left.
     fn hold(&mut self, moment: &Moment, attack: &Attack, evasion_end: Option<f32>) {
         let seconds = attack.end().max(evasion_end.unwrap_or(0.0));
         self.held_until = moment.at + f64::from(seconds);
+        self.passed_at = moment.at + f64::from(attack.end());
     }
 
     fn take(&mut self, moment: &Moment, motion: Motion, now: f64) {

@@ -26,6 +26,8 @@ pub(super) struct CharacterState {
     pub pending: Option<Pending>,
     /// Steering waits until this time, in seconds.
     pub held_until: f64,
+    /// The threats that the plan avoids have passed at this time, in seconds.
+    pub passed_at: f64,
     /// Whether what is played avoids threats by a plan.
     pub has_plan: bool,
     /// The threats that were looked at last.
@@ -70,6 +72,7 @@ impl CharacterState {
             is_released: false,
             pending: None,
             held_until: 0.0,
+            passed_at: 0.0,
             has_plan: false,
             seen: 0,
             next_seen: 0,
@@ -116,26 +119,40 @@ impl CharacterState {
         self.urgency(index, world)
     }
 
+    /// Steers, unless the threats that a plan avoids have not passed. What walks on leaves its evasion then.
+    fn steer(&mut self, world: &World<'_>, worker: &mut Worker) {
+        let is_evading = world.now < self.held_until;
+        if self.pending.is_some() || is_evading && world.now < self.passed_at {
+            return;
+        }
+        let step = SteerStep {
+            baked: world.baked,
+            settings: &world.settings.steer,
+            aim: self.steer_around(world, &worker.obstacles),
+            dt: world.dt,
+        };
+        let body = (&mut self.playing, &mut self.steer);
+        if is_evading {
+            if !step.aim.stands() && world.steering.leave(&step, body, &mut worker.steer) {
+                self.held_until = world.now;
+                self.has_plan = false;
+            }
+            return;
+        }
+        if self.has_plan {
+            self.has_plan = false;
+            body.1.search_now();
+        }
+        world.steering.step(&step, body, &mut worker.steer);
+    }
+
     /// Steers, and lets `dt` pass.
     pub(super) fn step(&mut self, index: u32, world: &World<'_>, worker: &mut Worker) {
         if self.is_released {
             return;
         }
         self.near_obstacles(index, world, &mut worker.obstacles);
-        if self.pending.is_none() && world.now >= self.held_until {
-            if self.has_plan {
-                self.has_plan = false;
-                self.steer.search_now();
-            }
-            let step = SteerStep {
-                baked: world.baked,
-                settings: &world.settings.steer,
-                aim: self.steer_around(world, &worker.obstacles),
-                dt: world.dt,
-            };
-            let body = (&mut self.playing, &mut self.steer);
-            world.steering.step(&step, body, &mut worker.steer);
-        }
+        self.steer(world, worker);
         let end = world.now + f64::from(world.dt);
         let graph = world.baked.graph();
         match self.pending.as_ref().map(|pending| pending.at) {

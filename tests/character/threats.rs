@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use glam::Vec3;
+use sabaki::anim::EventKind;
 use sabaki::character::{
-    CharacterError, CharacterEventKind, CharacterId, CharacterSettings, Characters, Threat,
+    CharacterError, CharacterEventKind, CharacterId, CharacterSettings, Characters, Goal, Threat,
 };
 use sabaki_testing::random::Random;
 
@@ -105,6 +106,52 @@ fn nothing_pops_at_any_delay() {
         }
         assert!(began > 3, "delay {delay}: {began}");
     }
+}
+
+/// Frames in which some characters play an evasion. They walk until they are threatened, and have `goal` from then on.
+fn frames_of_evasions(goal: Goal) -> usize {
+    let mut random = Random::new(19);
+    let mut game = characters(CharacterSettings::default());
+    let ids = spawn(&mut game, 12);
+    let walk = Goal::Walk {
+        velocity: Vec3::new(0.3, 0.0, 1.2),
+        facing: None,
+    };
+    let (mut events, mut evading) = (Vec::new(), 0);
+    for _ in 0..4 {
+        ids.iter().for_each(|&id| game.steer(id, walk).unwrap());
+        play(&mut game, 120);
+        let mut last = game.now();
+        for &id in &ids {
+            let threat = ball(&mut game, id, &mut random);
+            last = last.max(threat.time + f64::from(threat.seconds));
+            game.threaten(threat).unwrap();
+            game.steer(id, goal).unwrap();
+        }
+        let frames = ((last + 1.0 - game.now()) / f64::from(FRAME)) as usize;
+        for _ in 0..frames {
+            events.clear();
+            game.step(FRAME, &[], &mut events);
+            for &id in &ids {
+                let graph = game.baked().graph();
+                let event = graph.edge(game.playhead(id).unwrap().edge).event;
+                let kind = event.map(|event| graph.event(event).kind);
+                evading += usize::from(kind == Some(EventKind::Evasion));
+            }
+        }
+    }
+    evading
+}
+
+#[test]
+fn who_walks_on_leaves_an_evasion_when_its_threat_has_passed() {
+    let walk = Goal::Walk {
+        velocity: Vec3::new(0.3, 0.0, 1.2),
+        facing: None,
+    };
+    let [walks, stands] = [walk, Goal::Idle].map(frames_of_evasions);
+    println!("{walks} {stands}");
+    assert!(4 * walks < 3 * stands && walks > 100, "{walks} of {stands}");
 }
 
 #[test]

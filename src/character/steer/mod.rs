@@ -110,9 +110,7 @@ pub(super) struct SteerStep<'a> {
 
 /// Where a character is and how it moves, in the world.
 struct Now {
-    root: Vec3,
-    /// Instant frame of the character.
-    placement: Rigid2,
+    stance: Stance,
     /// Heading averaged over a stride where the table knows it.
     heading: f32,
     features: Features,
@@ -236,6 +234,45 @@ impl Steering {
         self.turn(step, playing);
     }
 
+    /// Leaves an evasion for the natural motion that is nearest to the aim, where the clips show that a body can. Returns whether it does.
+    pub(super) fn leave(
+        &self,
+        step: &SteerStep<'_>,
+        (playing, state): (&mut Playing, &mut SteerState),
+        scratch: &mut SteerScratch,
+    ) -> bool {
+        let (graph, seconds) = (step.baked.graph(), playing.seconds);
+        playing.ensure(graph, step.dt);
+        let is_warped = playing
+            .motion
+            .warp()
+            .is_some_and(|warp| warp.acts_at(seconds));
+        let is_mixed = playing.motion.is_blending(seconds) || playing.motion.is_layered(seconds);
+        if is_warped || is_mixed {
+            return false;
+        }
+        let now = self.now(step, (playing, None), scratch);
+        let wanted = wanted(&step.aim, &now).row();
+        let apart = |exit: &Entry| {
+            let playhead = Playhead {
+                edge: exit.edge,
+                frame: exit.frame,
+                clip_to_world: exit.clip_to_world,
+            };
+            let moment = self.table.at(graph, playhead)?;
+            Some(distance(&self.table.rows[moment], &wanted))
+        };
+        let playhead = playing.motion.playhead(graph, seconds);
+        let exits = step.baked.exits(playhead, now.stance);
+        let known = exits.filter_map(|exit| Some((apart(&exit)?, exit)));
+        let Some((_, nearest)) = known.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return false;
+        };
+        playing.motion.enter(graph, seconds, &nearest);
+        state.search_in = step.settings.interval;
+        true
+    }
+
     /// Whether a character faces the way that is asked for, or none is.
     fn faces(&self, step: &SteerStep<'_>, (playing, moment): (&Playing, Option<&Moment>)) -> bool {
         /// What faces this near to the wanted heading stays, in radians.
@@ -266,15 +303,13 @@ impl Steering {
             step.baked.stance(joints)
         };
         let [stance, next] = [playing.seconds, playing.seconds + frame].map(&mut at);
-        let placement = stance.placement;
         let turned = playing
             .motion
             .playhead(graph, playing.seconds)
             .clip_to_world;
         Now {
-            root: stance.root,
-            placement,
-            heading: moment.map_or(placement.heading(), |moment| {
+            stance,
+            heading: moment.map_or(stance.placement.heading(), |moment| {
                 turned.heading() + moment.heading
             }),
             features: Features::of_body(&stance, [&stance, &next], frame),
@@ -347,7 +382,8 @@ impl Steering {
         let turn = kept + wrapped(off).clamp(-most, most);
         let turned = Rigid2::new(turn, 0.0, 0.0);
         let root = turned.point(Vec3::new(moment.root.x, 0.0, moment.root.y));
-        let place = Rigid2::new(0.0, now.root.x - root.x, now.root.z - root.z) * turned;
+        let at = now.stance.root;
+        let place = Rigid2::new(0.0, at.x - root.x, at.z - root.z) * turned;
         let entry = Entry {
             edge: moment.edge,
             frame: moment.edge_frame as f32,
@@ -416,7 +452,7 @@ fn wanted(aim: &Aim, now: &Now) -> Features {
         let most = FASTEST_TURN * seconds;
         reached.clamp(-most, most)
     };
-    let heading = now.placement.heading();
+    let heading = now.stance.placement.heading();
     let (start, speed) = (
         Vec2::new(now.features.velocity.x, now.features.velocity.z),
         aim.velocity.length(),

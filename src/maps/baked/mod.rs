@@ -215,12 +215,21 @@ impl BakedGraph {
     #[must_use]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let playhead = motion.playhead(&self.graph, seconds);
-        let known = self.entries.exits_at(&self.graph, playhead);
-        if known.is_empty() {
+        if self.entries.exits_at(&self.graph, playhead).is_empty() {
             return Vec::new();
         }
-        let stance = self.stance_at(motion, seconds);
-        let exit = |known: &KnownEntry| {
+        self.exits(playhead, self.stance_at(motion, seconds))
+            .collect()
+    }
+
+    /// [`BakedGraph::exits_at`] of a body with this stance.
+    pub(crate) fn exits(
+        &self,
+        playhead: Playhead,
+        stance: Stance,
+    ) -> impl Iterator<Item = Entry> + '_ {
+        let known = self.entries.exits_at(&self.graph, playhead);
+        known.iter().map(move |known| {
             let index = usize::from(known.target);
             let target = self.entries.exits().targets()[index];
             let to = &self.entry_tracks.exit_stances[index];
@@ -231,8 +240,7 @@ impl BakedGraph {
                 rate: 1.0,
                 blend: known.exit_blend(),
             }
-        };
-        known.iter().map(exit).collect()
+        })
     }
 
     fn stance_at(&self, motion: &Motion, seconds: f32) -> Stance {
