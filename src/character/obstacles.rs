@@ -48,7 +48,10 @@ impl CharacterState {
         if world.obstacles.is_empty() && world.bodies.is_empty() {
             return;
         }
-        let root = (&self.playing.motion).root(world.baked.graph(), self.playing.seconds);
+        let root = self
+            .playing
+            .motion
+            .root(world.baked.graph(), self.playing.seconds);
         let range = |obstacle: &Obstacle| {
             world.baked.reach() + NEAR + obstacle.velocity().length() * world.settings.horizon
         };
