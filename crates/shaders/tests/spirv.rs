@@ -11,7 +11,9 @@ use std::{
 
 /// The folders with shaders: of the component, and of the package that draws.
 fn folders() -> [PathBuf; 2] {
-    let packages = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // Asked at run time: a build folder may be shared by several checkouts.
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").expect("a test that Cargo runs");
+    let packages = Path::new(&package).join("..");
     [packages.join("../shaders"), packages.join("draw/shaders")]
 }
 
