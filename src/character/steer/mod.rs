@@ -241,14 +241,11 @@ impl Steering {
         (playing, state): (&mut Playing, &mut SteerState),
         scratch: &mut SteerScratch,
     ) -> bool {
-        let (graph, seconds) = (step.baked.graph(), playing.seconds);
+        let graph = step.baked.graph();
+        // This may move the motion's start.
         playing.ensure(graph, step.dt);
-        let is_warped = playing
-            .motion
-            .warp()
-            .is_some_and(|warp| warp.acts_at(seconds));
-        let is_mixed = playing.motion.is_blending(seconds) || playing.motion.is_layered(seconds);
-        if is_warped || is_mixed {
+        let seconds = playing.seconds;
+        if playing.motion.is_composed(seconds) {
             return false;
         }
         let now = self.now(step, (playing, None), scratch);

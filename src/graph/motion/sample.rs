@@ -45,6 +45,13 @@ impl Motion {
         self.apply_layer(graph, seconds, out);
     }
 
+    /// Whether the pose at `seconds` is not that of the playhead alone: a blend, a layer or a warp acts.
+    pub(crate) fn is_composed(&self, seconds: f32) -> bool {
+        self.is_blending(seconds)
+            || self.is_layered(seconds)
+            || self.warp.is_some_and(|warp| warp.acts_at(seconds))
+    }
+
     /// The time that is played, where a warp shifts it.
     pub(super) fn moment(&self, seconds: f32) -> f32 {
         self.warp.map_or(seconds, |warp| warp.moment(seconds))

@@ -168,9 +168,7 @@ impl PosedBody<'_> {
         }
         if self.scratch.slots[index].is_none() {
             let seconds = tick as f32 / SAMPLE_RATE;
-            let warp = self.motion.warp();
-            let is_mixed = self.motion.is_blending(seconds) || self.motion.is_layered(seconds);
-            let rows = if is_mixed || warp.is_some_and(|warp| warp.acts_at(seconds)) {
+            let rows = if self.motion.is_composed(seconds) {
                 self.scratch
                     .rows_of_warped(self.baked, self.motion, seconds)
             } else {

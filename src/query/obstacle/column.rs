@@ -44,8 +44,7 @@ impl Column {
         heights: &mut Heights,
     ) -> Self {
         let graph = baked.graph();
-        let is_bent = motion.warp().is_some_and(|warp| warp.acts_at(seconds));
-        if is_bent || motion.is_blending(seconds) || motion.is_layered(seconds) {
+        if motion.is_composed(seconds) {
             let (root, reach) = (motion.root(graph, seconds), baked.reach());
             heights.low = heights.low.min(root.y - reach);
             heights.high = heights.high.max(root.y + reach);
