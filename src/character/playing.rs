@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::graph::{Entry, Motion, MotionGraph, Played, Playhead};
+use crate::graph::{Entry, Motion, MotionGraph, Played};
 
 /// What a character plays: a motion, where in it, and how fast.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,11 +43,7 @@ impl Playing {
 
     /// Goes on from another moment; what was played until now fades out. `spare` is memory for the new motion.
     pub(super) fn enter(&mut self, graph: &MotionGraph, entry: &Entry, spare: &mut Motion) {
-        let playhead = Playhead {
-            edge: entry.edge,
-            frame: entry.frame,
-            clip_to_world: entry.clip_to_world,
-        };
+        let playhead = entry.playhead();
         spare.restart(graph, playhead, []);
         // Both are played at the same rate.
         let played = Played {

@@ -10,7 +10,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::{EdgeId, MotionGraph};
+use super::{EdgeId, MotionGraph, Playhead};
 use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton, reach};
 use crate::math::Rigid2;
 
@@ -27,6 +27,17 @@ pub struct Entry {
     pub rate: f32,
     /// Duration of the fade-out of the previous motion, in seconds. Above 0.
     pub blend: f32,
+}
+
+impl Entry {
+    /// The position that it leads to.
+    pub(crate) fn playhead(&self) -> Playhead {
+        Playhead {
+            edge: self.edge,
+            frame: self.frame,
+            clip_to_world: self.clip_to_world,
+        }
+    }
 }
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.

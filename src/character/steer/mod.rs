@@ -251,11 +251,7 @@ impl Steering {
         let now = self.now(step, (playing, None), scratch);
         let wanted = wanted(&step.aim, &now).row();
         let apart = |exit: &Entry| {
-            let playhead = Playhead {
-                edge: exit.edge,
-                frame: exit.frame,
-                clip_to_world: exit.clip_to_world,
-            };
+            let playhead = exit.playhead();
             let moment = self.table.at(graph, playhead)?;
             Some(distance(&self.table.rows[moment], &wanted))
         };

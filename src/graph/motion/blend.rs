@@ -3,7 +3,7 @@
 use super::{Motion, Piece};
 use crate::anim::{EventKind, Warp};
 use crate::graph::inertia::{Entry, EntryScratch, Inertia};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead, Step};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Step};
 
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
@@ -45,11 +45,7 @@ impl Motion {
     /// Appends the entry's edge and the edges of its clip up to the end of the evasion, all at the entry's rate.
     pub(super) fn push_entry(&mut self, graph: &MotionGraph, entry: &Entry, seconds: f32) {
         let rate = entry.rate;
-        let playhead = Playhead {
-            edge: entry.edge,
-            frame: entry.frame,
-            clip_to_world: entry.clip_to_world,
-        };
+        let playhead = entry.playhead();
         let left = playhead.seconds_to_next_node(graph) / rate;
         self.pieces.push(Piece {
             playhead,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::KnownEntry;
+use super::{KnownEntry, MomentLists};
 use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
 
 /// A frame of natural motion that an exit leads to.
@@ -24,9 +24,8 @@ impl From<(EdgeId, u32)> for ExitTarget {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ExitTable {
     pub(super) targets: Vec<ExitTarget>,
-    /// End of each moment's exits in `exits`.
-    ends: Vec<u32>,
-    exits: Vec<KnownEntry>,
+    /// The exits of each moment, the least departure first.
+    pub(super) lists: MomentLists,
 }
 
 impl ExitTable {
@@ -34,25 +33,6 @@ impl ExitTable {
     #[must_use]
     pub(crate) fn targets(&self) -> &[ExitTarget] {
         &self.targets
-    }
-
-    /// Number of exits.
-    #[must_use]
-    pub(super) fn len(&self) -> usize {
-        self.exits.len()
-    }
-
-    /// Appends the exits of the next moment.
-    pub(super) fn push(&mut self, exits: &[KnownEntry]) {
-        self.exits.extend_from_slice(exits);
-        self.ends.push(self.exits.len() as u32);
-    }
-
-    /// Exits of a moment, the least departure first.
-    pub(super) fn of(&self, moment: u32) -> &[KnownEntry] {
-        let moment = moment as usize;
-        let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.exits[start as usize..self.ends[moment] as usize]
     }
 
     /// Checks all indices.
@@ -67,10 +47,6 @@ impl ExitTable {
         let exit_fits = |exit: &KnownEntry| {
             usize::from(exit.target) < self.targets.len() && exit.pin().is_none_or(|leg| leg < legs)
         };
-        self.ends.len() == moments
-            && self.ends.is_sorted()
-            && self.ends.last().map_or(0, |&end| end as usize) == self.exits.len()
-            && self.targets.iter().all(target_fits)
-            && self.exits.iter().all(exit_fits)
+        self.targets.iter().all(target_fits) && self.lists.fits(moments, exit_fits)
     }
 }

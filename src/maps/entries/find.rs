@@ -72,9 +72,8 @@ impl EntryTable {
         });
         for (entries, exits, layers) in found.into_iter().flatten() {
             table.cut += u64::from(entries.len() == settings.most as usize);
-            table.entries.extend(entries);
-            table.ends.push(table.entries.len() as u32);
-            table.exits.push(&exits);
+            table.entries.push(&entries);
+            table.exits.lists.push(&exits);
             table.layers.push(&layers);
         }
         table.exits.targets = exits

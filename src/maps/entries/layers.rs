@@ -1,7 +1,6 @@
 //! Layered evasions: from which moments the upper body can play which part of an evasion while the legs go on.
 
 use glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
 
 use super::find::{Departed, Finder, Scratch, spread};
 use super::limits::{MotionLimits, head};
@@ -9,44 +8,6 @@ use super::{BLENDS, EntryTarget, KnownEntry, RATES};
 use crate::anim::{Envelope, JointId, Pose, forward_kinematics};
 use crate::graph::{ClipId, Layer, MotionGraph, heading};
 use crate::maps::Evasion;
-
-/// Layered evasions of all moments, which are those of the [`EntryTable`](super::EntryTable). Their targets are those of its entries.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct LayerTable {
-    /// End of each moment's layers in `layers`.
-    ends: Vec<u32>,
-    layers: Vec<KnownEntry>,
-}
-
-impl LayerTable {
-    /// Number of layered evasions.
-    #[must_use]
-    pub(super) fn len(&self) -> usize {
-        self.layers.len()
-    }
-
-    /// Appends the layered evasions of the next moment.
-    pub(super) fn push(&mut self, layers: &[KnownEntry]) {
-        self.layers.extend_from_slice(layers);
-        self.ends.push(self.layers.len() as u32);
-    }
-
-    /// Layered evasions of a moment.
-    pub(super) fn of(&self, moment: u32) -> &[KnownEntry] {
-        let moment = moment as usize;
-        let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.layers[start as usize..self.ends[moment] as usize]
-    }
-
-    /// Checks all indices.
-    pub(super) fn fits(&self, moments: usize, targets: usize) -> bool {
-        let is_known = |layer: &KnownEntry| usize::from(layer.target) < targets;
-        self.ends.len() == moments
-            && self.ends.is_sorted()
-            && self.ends.last().map_or(0, |&end| end as usize) == self.layers.len()
-            && self.layers.iter().all(is_known)
-    }
-}
 
 /// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
 const LEANS: f32 = 0.12;

@@ -208,6 +208,24 @@ pub(super) struct Examiner {
 }
 
 impl Examiner {
+    /// Makes room for the samples of a test; returns the frames after which the departures end.
+    fn reserve(&mut self, rate: f32, blend: usize) -> [usize; 2] {
+        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
+        let count = (blend + 3).max(after[1] + 2);
+        self.samples
+            .resize_with(count.max(self.samples.len()), Sample::default);
+        after
+    }
+
+    /// Samples a frame of a motion. `head` is [`head_of`] the graph, which is not looked for in each frame.
+    fn take(&mut self, (graph, head): (&MotionGraph, JointId), motion: &Motion, frame: usize) {
+        let seconds = frame as f32 / graph.frame_rate() as f32;
+        motion.sample(graph, seconds, &mut self.pose);
+        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
+        let posed = (&self.pose, &self.joints[..]);
+        self.samples[frame].take(graph, head, posed);
+    }
+
     /// Whether a motion that is entered at its second frame and blends for so many frames is plausible. `standing` are the
     /// legs whose feet stand then.
     pub(super) fn examine(
@@ -217,21 +235,14 @@ impl Examiner {
         (motion, blend, standing): (&Motion, usize, &[bool]),
     ) -> Result<(), Implausible> {
         let rate = graph.frame_rate() as f32;
-        let head = head_of(graph);
-        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
-        let count = (blend + 3).max(after[1] + 2);
-        self.samples
-            .resize_with(count.max(self.samples.len()), Sample::default);
+        let (head, after) = (head_of(graph), self.reserve(rate, blend));
         // The ends of the departures first: most entries fail there.
         let mut taken = [false; 64];
         let mut take = |examiner: &mut Self, frame: usize| {
             if frame >= taken.len() || std::mem::replace(&mut taken[frame], true) {
                 return;
             }
-            motion.sample(graph, frame as f32 / rate, &mut examiner.pose);
-            forward_kinematics(graph.skeleton(), &examiner.pose, &mut examiner.joints);
-            let posed = (&examiner.pose, &examiner.joints[..]);
-            examiner.samples[frame].take(graph, head, posed);
+            examiner.take((graph, head), motion, frame);
         };
         for (which, frames) in after.into_iter().enumerate() {
             let ends = [0, 1, 1 + frames];
@@ -260,26 +271,18 @@ impl Examiner {
         (motion, blend): (&Motion, usize),
     ) -> Result<(), Implausible> {
         let rate = graph.frame_rate() as f32;
-        let head = head_of(graph);
-        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
-        let count = (blend + 3).max(after[1] + 2);
-        self.samples
-            .resize_with(count.max(self.samples.len()), Sample::default);
-        let take = |examiner: &mut Self, frame: usize| {
-            motion.sample(graph, frame as f32 / rate, &mut examiner.pose);
-            forward_kinematics(graph.skeleton(), &examiner.pose, &mut examiner.joints);
-            let posed = (&examiner.pose, &examiner.joints[..]);
-            examiner.samples[frame].take(graph, head, posed);
-        };
-        [0, 1].into_iter().for_each(|frame| take(self, frame));
+        let (head, after) = (head_of(graph), self.reserve(rate, blend));
+        [0, 1]
+            .into_iter()
+            .for_each(|frame| self.take((graph, head), motion, frame));
         for (which, frames) in after.into_iter().enumerate() {
-            take(self, 1 + frames);
+            self.take((graph, head), motion, 1 + frames);
             let ends = [0, 1, 1 + frames].map(|frame| self.samples[frame].head);
             if departure(ends, frames).length() > limits.head_departure[which] {
                 return Err(Implausible::Head);
             }
         }
-        (2..blend + 3).for_each(|frame| take(self, frame));
+        (2..blend + 3).for_each(|frame| self.take((graph, head), motion, frame));
         joints(&self.samples[..blend + 3], limits, rate)
     }
 }

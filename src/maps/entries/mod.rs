@@ -9,6 +9,7 @@ mod exits;
 mod find;
 mod layers;
 mod limits;
+mod moment_lists;
 mod report;
 mod stance;
 mod targets;
@@ -16,9 +17,9 @@ mod targets;
 use serde::{Deserialize, Serialize};
 
 use exits::{ExitTable, ExitTarget};
-use layers::LayerTable;
 pub(crate) use limits::MotionLimits;
 pub use limits::PlausibilitySettings;
+use moment_lists::MomentLists;
 pub use report::{EntryReport, Stretches};
 pub(crate) use stance::Stance;
 
@@ -133,13 +134,12 @@ pub(crate) struct EntryTable {
     targets: Vec<EntryTarget>,
     /// First moment of each clip. The last item is the number of moments.
     first_moment: Vec<u32>,
-    /// End of each moment's entries in `entries`.
-    ends: Vec<u32>,
-    entries: Vec<KnownEntry>,
+    entries: MomentLists,
     /// Number of moments with the maximum number of entries.
     cut: u64,
     exits: ExitTable,
-    layers: LayerTable,
+    /// Layered evasions. Their targets are those of the entries.
+    layers: MomentLists,
 }
 
 impl EntryTable {
@@ -158,14 +158,14 @@ impl EntryTable {
     /// Whether the table is empty.
     #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.entries.len() == 0
     }
 
     /// Entries of the moment that is nearest to a playhead. In a transition the side with the larger weight determines the moment.
     #[must_use]
     pub(crate) fn at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
         let moment = self.moment(graph, playhead);
-        moment.map_or(&[], |moment| self.of(moment))
+        moment.map_or(&[], |moment| self.entries.of(moment))
     }
 
     /// The frames that exits lead to.
@@ -178,7 +178,7 @@ impl EntryTable {
     #[must_use]
     pub(crate) fn exits_at(&self, graph: &MotionGraph, playhead: Playhead) -> &[KnownEntry] {
         let moment = self.moment(graph, playhead);
-        moment.map_or(&[], |moment| self.exits.of(moment))
+        moment.map_or(&[], |moment| self.exits.lists.of(moment))
     }
 
     /// Whether any moment has a layered evasion.
@@ -196,7 +196,7 @@ impl EntryTable {
 
     /// The moment that is nearest to a playhead.
     fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
-        if self.ends.is_empty() {
+        if self.entries.moments() == 0 {
             return None;
         }
         let edge = graph.edge(playhead.edge);
@@ -215,12 +215,6 @@ impl EntryTable {
         (count > 0).then(|| first + nearest.min(count - 1))
     }
 
-    fn of(&self, moment: u32) -> &[KnownEntry] {
-        let moment = moment as usize;
-        let start = moment.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.entries[start as usize..self.ends[moment] as usize]
-    }
-
     /// Checks all indices.
     pub(super) fn check(&self, graph: &MotionGraph, evasions: &[Evasion]) -> Result<(), String> {
         let moments_of = |clip: usize| {
@@ -231,14 +225,13 @@ impl EntryTable {
         let clips = graph.clips().len();
         let has_moments = self.first_moment.len() == clips + 1
             && self.first_moment[0] == 0
-            && (0..clips).all(moments_of)
-            && self.first_moment[clips] as usize == self.ends.len();
+            && (0..clips).all(moments_of);
+        let moments = self.first_moment.last().map_or(0, |&count| count as usize);
         let is_none = self.step == 0
-            && self.ends.is_empty()
-            && self.entries.is_empty()
+            && self.entries == MomentLists::default()
             && self.targets.is_empty()
             && self.exits == ExitTable::default()
-            && self.layers == LayerTable::default();
+            && self.layers == MomentLists::default();
         let target_fits = |target: &EntryTarget| {
             let evasion = evasions.get(usize::from(target.evasion));
             let edge = graph.edges().get(target.edge.index());
@@ -251,8 +244,6 @@ impl EntryTable {
                 && target.edge_frame < edge.frames
                 && (from.clip, from.frame + target.edge_frame) == (goal.clip, target.frame)
         };
-        let ordered = self.ends.is_sorted()
-            && self.ends.last().map_or(0, |&end| end as usize) == self.entries.len();
         let legs = graph.feet().legs().len();
         let entry_fits = |entry: &KnownEntry| {
             usize::from(entry.target) < self.targets.len()
@@ -260,14 +251,15 @@ impl EntryTable {
         };
         let fits = is_none
             || has_moments
-                && ordered
                 && self.targets.iter().all(target_fits)
                 && self
                     .targets
                     .is_sorted_by_key(|target| (target.evasion, target.frame))
-                && self.entries.iter().all(entry_fits)
-                && self.exits.fits(graph, self.ends.len())
-                && self.layers.fits(self.ends.len(), self.targets.len())
+                && self.entries.fits(moments, entry_fits)
+                && self.exits.fits(graph, moments)
+                && self.layers.fits(moments, |layer| {
+                    usize::from(layer.target) < self.targets.len()
+                })
                 && self.limits.is_sound(graph.skeleton());
         match fits {
             true => Ok(()),

@@ -56,7 +56,7 @@ impl EntryTable {
         let mut report = EntryReport {
             entries: self.entries.len(),
             cut: self.cut,
-            exits: self.exits.len(),
+            exits: self.exits.lists.len(),
             layers: self.layers.len(),
             ..EntryReport::default()
         };
@@ -75,7 +75,7 @@ impl EntryTable {
             self.add_stretches((graph, ClipId(clip as u32)), &mut stretches);
             let mut without = 0;
             for (moment, played) in (bounds[0]..).zip(played) {
-                let has_entry = !self.of(moment).is_empty();
+                let has_entry = !self.entries.of(moment).is_empty();
                 report.moments += usize::from(played);
                 report.entered += usize::from(played && has_entry);
                 without = if played && !has_entry { without + 1 } else { 0 };
@@ -103,7 +103,8 @@ impl EntryTable {
         }
         let bounds = self.first_moment[clip.index()]..self.first_moment[clip.index() + 1];
         for (number, moment) in bounds.enumerate() {
-            let is_branch = !self.of(moment).is_empty() || !self.exits.of(moment).is_empty();
+            let is_branch =
+                !self.entries.of(moment).is_empty() || !self.exits.lists.of(moment).is_empty();
             branches[number * self.step as usize] |= is_branch;
         }
         let mut first = 0;
