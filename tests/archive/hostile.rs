@@ -140,12 +140,11 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["evasions"] = json!([]);
     empty["strikes"] = json!([]);
     empty["atlas"]["attacks"] = json!([]);
-    let moments = whole["entries"]["ends"].as_array().unwrap().len();
-    empty["entries"]["ends"] = json!(vec![0; moments]);
-    empty["entries"]["exits"] = json!({ "targets": [], "ends": vec![0; moments], "exits": [] });
-    for list in ["targets", "entries"] {
-        empty["entries"][list] = json!([]);
-    }
+    let moments = whole["entries"]["lists"]["ends"].as_array().unwrap().len();
+    let lists = json!({ "ends": vec![0; moments], "entries": [] });
+    empty["entries"]["lists"] = lists.clone();
+    empty["entries"]["targets"] = json!([]);
+    empty["entries"]["exits"] = json!({ "targets": [], "lists": lists });
     // Two postures, and from each only a way to itself.
     let mut parted = empty.clone();
     parted["graph"]["nodes"] = json!([{ "clip": 0, "frame": 5 }, { "clip": 0, "frame": 20 }]);
