@@ -140,9 +140,12 @@ fn a_graph_without_a_node_or_in_two_parts_is_refused() {
     empty["evasions"] = json!([]);
     empty["strikes"] = json!([]);
     empty["atlas"]["attacks"] = json!([]);
-    let moments = whole["entries"]["lists"]["ends"].as_array().unwrap().len();
+    let moments = whole["entries"]["entries"]["ends"]
+        .as_array()
+        .unwrap()
+        .len();
     let lists = json!({ "ends": vec![0; moments], "entries": [] });
-    empty["entries"]["lists"] = lists.clone();
+    empty["entries"]["entries"] = lists.clone();
     empty["entries"]["targets"] = json!([]);
     empty["entries"]["exits"] = json!({ "targets": [], "lists": lists });
     // Two postures, and from each only a way to itself.
