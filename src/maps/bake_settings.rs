@@ -66,6 +66,12 @@ impl BakeSettings {
                 "0 to 60 s",
             ),
             (
+                "entries.unbranched",
+                f64::from(entries.unbranched),
+                0.0..=1e6,
+                "0 to 1000000 s",
+            ),
+            (
                 "entries.plausible.joints",
                 percent(plausible.joints),
                 0.0..=100.0,

@@ -5,7 +5,7 @@
 use sabaki_testing as common;
 
 use common::baked::{embedded, embedded_graph};
-use common::captures::fight_graph;
+use common::captures::fight;
 use common::{device, finish};
 use sabaki::gpu::{Culler, CullerDesc};
 use sabaki::graph::{GraphSettings, MotionGraph};
@@ -83,8 +83,6 @@ fn on_the_embedded_motions_with_two_words_a_mask() {
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(graph) = fight_graph() else {
-        return;
-    };
-    agree(&bake(graph, MapGrid::default()));
+    let Some(baked) = fight() else { return };
+    agree(baked);
 }

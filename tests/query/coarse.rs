@@ -5,10 +5,10 @@
 use sabaki_testing as common;
 
 use common::baked::embedded;
-use common::captures::fight_graph;
+use common::captures::fight;
 use sabaki::graph::{Motion, Step};
 use sabaki::internal::{ExactTest, Extent, MotionBody, Sampling};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::BakedGraph;
 use sabaki::query::Attack;
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
@@ -85,9 +85,6 @@ fn coarse_samples_say_what_all_of_them_say() {
 
 #[test]
 fn and_so_they_do_on_real_motion() {
-    let Some(graph) = fight_graph() else {
-        return;
-    };
-    let baked = Baker::new(graph, BakeSettings::default()).unwrap();
-    agree(&baked.finish_on_cpu().unwrap(), 800);
+    let Some(baked) = fight() else { return };
+    agree(baked, 800);
 }

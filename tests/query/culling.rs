@@ -4,7 +4,7 @@
 use sabaki_testing as common;
 
 use common::baked::embedded_graph;
-use common::captures::fight_graph;
+use common::captures::fight;
 use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::WarpSettings;
@@ -105,11 +105,6 @@ fn the_papers_maps_are_weak_and_wrong() {
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(graph) = fight_graph() else {
-        return;
-    };
-    let started = std::time::Instant::now();
-    let baked = bake(graph, MapGrid::default());
-    println!("{:?} {} bytes", started.elapsed(), baked.atlas().bytes());
-    is_certain(&tally(&baked, 300));
+    let Some(baked) = fight() else { return };
+    is_certain(&tally(baked, 300));
 }

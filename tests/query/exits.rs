@@ -6,6 +6,7 @@ use sabaki::anim::Pose;
 use sabaki::graph::{Entry, Motion, Playhead};
 use sabaki::math::Rigid2;
 use sabaki_testing::baked::embedded;
+use sabaki_testing::captures::fight;
 
 use super::entries::{centres, speeds};
 
@@ -80,5 +81,17 @@ fn most_moments_are_near_a_branch_point() {
     for stretches in [report.unbranched, report.unbranched_in_events] {
         assert!(0.0 < stretches.median && stretches.median <= stretches.longest);
         assert!(stretches.median <= 0.3, "{stretches:?}");
+    }
+}
+
+#[test]
+fn no_moment_of_real_motion_capture_is_far_from_a_branch_point() {
+    let Some(baked) = fight() else { return };
+    let report = baked.entry_report();
+    for stretches in [report.unbranched, report.unbranched_in_events] {
+        assert!(
+            stretches.median <= 0.3 && stretches.longest <= 0.8,
+            "{stretches:?}"
+        );
     }
 }

@@ -4,14 +4,14 @@
 use sabaki_testing as common;
 
 use common::baked::embedded;
-use common::captures::fight_graph;
+use common::captures::fight;
 use glam::{Vec2, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::graph::{EdgeId, Motion, Played, Playhead};
 use sabaki::internal::{ObstacleScratch, ObstacleTest};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 use sabaki::query::Obstacle;
 
@@ -123,7 +123,6 @@ fn entries_into_obstacles_are_those_of_a_naive_search() {
 
 #[test]
 fn entries_into_obstacles_are_those_of_a_naive_search_on_real_capture() {
-    let Some(graph) = fight_graph() else { return };
-    let baked = Baker::new(graph, BakeSettings::default()).unwrap();
-    agrees(&baked.finish_on_cpu().unwrap());
+    let Some(baked) = fight() else { return };
+    agrees(baked);
 }

@@ -5,12 +5,12 @@ use sabaki_testing as common;
 
 use common::answer::answer_throw;
 use common::baked::embedded;
-use common::captures::fight_graph;
+use common::captures::fight;
 use glam::Vec3;
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
 use sabaki::graph::Motion;
 use sabaki::internal::Leg;
-use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::maps::BakedGraph;
 use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, Attack, EntryUse, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
@@ -215,9 +215,8 @@ fn warped_answers_are_clean_and_bodies() {
 
 #[test]
 fn warped_answers_of_captures_are_clean_and_bodies() {
-    let Some(graph) = fight_graph() else { return };
-    let baked = Baker::new(graph, BakeSettings::default()).unwrap();
-    holds(&baked.finish_on_cpu().unwrap(), 150, 0.4);
+    let Some(baked) = fight() else { return };
+    holds(baked, 150, 0.4);
 }
 
 #[test]

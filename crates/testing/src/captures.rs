@@ -1,8 +1,10 @@
 //! Real motion capture, from the folder that `SABAKI_MOCAP` names.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_import::{ClipSet, ReadOptions, read_clips};
 
 /// The clips of one folder, with its events where it has some; `None`, said aloud, where there is
@@ -39,4 +41,14 @@ pub fn fight_graph() -> Option<MotionGraph> {
     let set = captures("fight")?;
     let built = graph::build(source_of(&set), &GraphSettings::default());
     Some(built.unwrap().0)
+}
+
+/// The fighter's clips, baked by default.
+pub fn fight() -> Option<&'static BakedGraph> {
+    static BAKED: OnceLock<Option<BakedGraph>> = OnceLock::new();
+    let bake = || {
+        let baker = Baker::new(fight_graph()?, BakeSettings::default()).unwrap();
+        Some(baker.finish_on_cpu().unwrap())
+    };
+    BAKED.get_or_init(bake).as_ref()
 }

@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 
+use super::examine::{EnteredMotion, Examiner};
 use super::layers::LayerSource;
-use super::limits::{DEPARTURES, Examiner, MotionLimits, head};
+use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
-use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
+use super::{BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
 use crate::anim::{Pose, forward_kinematics};
 use crate::graph::{ClipId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::Evasion;
@@ -29,7 +30,8 @@ impl EntryTable {
             return Self::default();
         }
         let places = ClipPlaces::new(graph);
-        let limits = MotionLimits::learn(graph, &settings.plausible);
+        let measured = MeasuredMotion::of(graph);
+        let limits = measured.limits(&settings.plausible);
         let targets = targets(graph, evasions, settings, &places);
         let mut table = Self {
             step: settings.moment_step,
@@ -81,12 +83,19 @@ impl EntryTable {
             .iter()
             .map(|target| (target.edge, target.edge_frame).into())
             .collect();
-        (table.limits, table.targets) = (limits, targets);
         for clip in 0..clips {
             table
                 .first_moment
                 .push(table.first_moment[clip] + moments(clip) as u32);
         }
+        let utmost = measured.limits(&settings.plausible.utmost());
+        let exits = Finder {
+            limits: &utmost,
+            toe_slows: true,
+            ..exits
+        };
+        table.shorten_stretches(&exits, settings.unbranched, threads);
+        (table.limits, table.targets) = (limits, targets);
         table
     }
 }
@@ -135,6 +144,8 @@ pub(super) struct Scratch {
 pub(super) struct Finder<'a> {
     pub(super) graph: &'a MotionGraph,
     pub(super) limits: &'a MotionLimits,
+    /// Whether a toe may be faster than the limit, if it was when a motion is left.
+    pub(super) toe_slows: bool,
     places: &'a ClipPlaces,
     pub(super) targets: Vec<ClipFrame>,
     stances: Vec<Stance>,
@@ -156,11 +167,11 @@ pub(super) struct Departed {
 
 /// How a target is aligned.
 #[derive(Clone, Copy)]
-struct Aligned {
-    pin: Option<usize>,
+pub(super) struct Aligned {
+    pub(super) pin: Option<usize>,
     align: Rigid2,
     /// Departure of hips and head and distance of the feet, in metres.
-    cost: f32,
+    pub(super) cost: f32,
     /// Whether hips and head go on well enough for a short blend.
     goes_on: bool,
 }
@@ -180,6 +191,7 @@ impl<'a> Finder<'a> {
         Self {
             graph,
             limits,
+            toe_slows: false,
             places,
             stances: { targets.iter() }
                 .map(|target| Stance::of_frame(graph, target.clip, target.frame))
@@ -245,51 +257,8 @@ impl<'a> Finder<'a> {
         found
     }
 
-    /// Finds exits of a frame of a clip, the least departure first.
-    fn exits(&self, place: (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
-        /// Maximum number of exits of a moment.
-        const MOST: usize = 3;
-        /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
-        const EXAMINED: usize = 24;
-        const LAST: usize = 192;
-        /// Exits of one moment lead to frames so far apart in their clip, at least.
-        const APART: u32 = 10;
-        let mut found: Vec<KnownEntry> = Vec::new();
-        let Some(from) = self.depart(place) else {
-            return found;
-        };
-        let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
-            .filter_map(|target| {
-                let aligned = self.align(&from, target)?;
-                Some((aligned.cost, target, aligned))
-            })
-            .collect();
-        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (rank, (_, target, aligned)) in nearest.into_iter().enumerate() {
-            if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
-                break;
-            }
-            let at = self.targets[target];
-            let is_alike = |known: &KnownEntry| {
-                let other = self.targets[usize::from(known.target)];
-                other.clip == at.clip && other.frame.abs_diff(at.frame) < APART
-            };
-            if found.iter().any(is_alike) {
-                continue;
-            }
-            let plausible = |&blend: &usize| {
-                let how = (EXIT_BLENDS[blend], 1.0);
-                self.is_plausible(&from, (target, aligned), how, scratch)
-            };
-            let blend = (0..EXIT_BLENDS.len()).find(plausible);
-            found
-                .extend(blend.map(|blend| KnownEntry::new(target as u16, (blend, aligned.pin, 0))));
-        }
-        found
-    }
-
     /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.
-    fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
+    pub(super) fn align(&self, from: &Departed, target: usize) -> Option<Aligned> {
         let at = &self.targets[target];
         let ahead = i64::from(at.frame) - i64::from(from.now);
         if at.clip == from.clip && ahead.abs() <= 3 {
@@ -346,7 +315,7 @@ impl<'a> Finder<'a> {
         costs.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    fn is_plausible(
+    pub(super) fn is_plausible(
         &self,
         from: &Departed,
         (target, aligned): (usize, Aligned),
@@ -367,8 +336,13 @@ impl<'a> Finder<'a> {
         motion.enter(graph, 1.0 / frame_rate, &entry);
         motion.extend(graph, 1.0);
         let blend = (entry.blend * frame_rate).ceil() as usize;
-        let looked_at = (&*motion, blend, &from.standing[..]);
-        examiner.examine(graph, self.limits, looked_at).is_ok()
+        let entered = EnteredMotion {
+            motion,
+            blend,
+            stands: from.standing.contains(&true),
+            toe_slows: self.toe_slows,
+        };
+        examiner.examine(graph, self.limits, &entered).is_ok()
     }
 }
 

@@ -3,11 +3,12 @@
 //! The limits are percentiles over all frames of the clips: angular velocity and acceleration of each joint, departure of hips and head
 //! from constant velocity, and speed of the toes. A motion within all limits is called plausible.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{JointId, JointTransform, Pose, Skeleton, forward_kinematics};
-use crate::graph::{Motion, MotionGraph};
+use super::examine::{Sample, departure, turns};
+use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
+use crate::graph::MotionGraph;
 
 /// Percentiles and bounds that define plausible motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,19 @@ impl Default for PlausibilitySettings {
     }
 }
 
+impl PlausibilitySettings {
+    /// Limits of what the clips show at least once, for exits from stretches that have no others.
+    #[must_use]
+    pub(super) fn utmost(self) -> Self {
+        Self {
+            joints: 100.0,
+            departure: 100.0,
+            slide: 2.5 * self.slide,
+            ..self
+        }
+    }
+}
+
 /// The limits of one set of clips.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MotionLimits {
@@ -54,66 +68,6 @@ pub(crate) struct MotionLimits {
 /// Times after which departures are measured, in seconds.
 pub(crate) const DEPARTURES: [f32; 2] = [0.2, 0.3];
 
-/// The first limit that an entry exceeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Implausible {
-    /// Angular velocity of a joint.
-    JointSpeed(JointId),
-    /// Angular acceleration of a joint.
-    JointAcceleration(JointId),
-    /// Departure of the hips.
-    Hips,
-    /// Departure of the head.
-    Head,
-    /// Speed of a toe.
-    Toe,
-    /// Slide of the planted feet.
-    Slide,
-}
-
-/// The part of a pose that the limits depend on.
-#[derive(Clone, Debug, Default)]
-struct Sample {
-    rotations: Vec<Quat>,
-    hip: Vec3,
-    head: Vec3,
-    toes: Vec<Vec3>,
-}
-
-impl Sample {
-    fn take(
-        &mut self,
-        graph: &MotionGraph,
-        head: JointId,
-        (pose, joints): (&Pose, &[JointTransform]),
-    ) {
-        self.rotations.clone_from(&pose.rotations);
-        self.hip = pose.root;
-        self.head = joints[head.index()].translation;
-        let legs = graph.feet().legs();
-        self.toes.clear();
-        self.toes.extend(
-            legs.iter()
-                .map(|leg| joints[leg.toe_or_foot().index()].translation),
-        );
-    }
-}
-
-/// Rotation vector of each joint between two samples, in radians.
-fn turns<'a>(from: &'a Sample, to: &'a Sample) -> impl Iterator<Item = Vec3> + 'a {
-    let both = from.rotations.iter().zip(&to.rotations);
-    both.map(|(from, to)| {
-        let turn = *to * from.conjugate();
-        let turn = if turn.w < 0.0 { -turn } else { turn };
-        turn.to_scaled_axis()
-    })
-}
-
-/// Distance of a point from where its velocity between `before` and `now` would have taken it.
-fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
-    then - (now + (now - before) * frames as f32)
-}
-
 /// The head: the joint of the trunk with the longest chain to the root.
 pub(super) fn head(skeleton: &Skeleton) -> JointId {
     let trunk = skeleton.ids().filter(|&id| skeleton.mirror(id).is_none());
@@ -124,60 +78,6 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 }
 
 impl MotionLimits {
-    /// Measures the limits in all clips of a graph.
-    #[must_use]
-    pub(crate) fn learn(graph: &MotionGraph, settings: &PlausibilitySettings) -> Self {
-        let (rate, joints) = (graph.frame_rate() as f32, graph.skeleton().len());
-        let head = head(graph.skeleton());
-        let mut speeds = vec![Vec::new(); joints];
-        let mut accelerations = vec![Vec::new(); joints];
-        let (mut hips, mut heads) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
-        let mut toes = Vec::new();
-        for clip in graph.clips() {
-            let (mut pose, mut globals) = (Pose::default(), Vec::new());
-            let mut samples = vec![Sample::default(); clip.frames()];
-            for (frame, sample) in samples.iter_mut().enumerate() {
-                clip.pose(frame, &mut pose);
-                forward_kinematics(graph.skeleton(), &pose, &mut globals);
-                sample.take(graph, head, (&pose, &globals));
-            }
-            let mut before: Vec<Vec3> = Vec::new();
-            for pair in samples.windows(2) {
-                let now: Vec<Vec3> = turns(&pair[0], &pair[1]).collect();
-                for (joint, turn) in now.iter().enumerate() {
-                    speeds[joint].push(turn.length() * rate);
-                    if let Some(before) = before.get(joint) {
-                        accelerations[joint].push((*turn - *before).length() * rate * rate);
-                    }
-                }
-                before = now;
-                let ways = pair[0].toes.iter().zip(&pair[1].toes);
-                toes.extend(ways.map(|(from, to)| from.distance(*to) * rate));
-            }
-            for (which, seconds) in DEPARTURES.into_iter().enumerate() {
-                let frames = (seconds * rate).round() as usize;
-                for window in samples.windows(frames + 2) {
-                    let ends = [&window[0], &window[1], &window[frames + 1]];
-                    hips[which].push(departure(ends.map(|s| s.hip), frames).with_y(0.0).length());
-                    heads[which].push(departure(ends.map(|s| s.head), frames).length());
-                }
-            }
-        }
-        let of_joints = |all: Vec<Vec<f32>>| {
-            all.into_iter()
-                .map(|values| percentile(values, settings.joints))
-                .collect()
-        };
-        Self {
-            joint_speed: of_joints(speeds),
-            joint_acceleration: of_joints(accelerations),
-            hip_departure: hips.map(|values| percentile(values, settings.departure)),
-            head_departure: heads.map(|values| percentile(values, settings.departure)),
-            toe_speed: percentile(toes, settings.joints).min(settings.toe_speed),
-            slide: settings.slide,
-        }
-    }
-
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
@@ -191,140 +91,107 @@ impl MotionLimits {
     }
 }
 
-/// Percentile of the values, 0 if there are none.
-fn percentile(mut values: Vec<f32>, percent: f32) -> f32 {
-    values.sort_by(f32::total_cmp);
+/// Percentile of values in ascending order, 0 if there are none.
+fn percentile(values: &[f32], percent: f32) -> f32 {
     let last = values.len().saturating_sub(1) as f32;
     let at = (last * percent / 100.0).round() as usize;
     values.get(at).copied().unwrap_or(0.0)
 }
 
-/// Scratch of the test of motions.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Examiner {
-    pose: Pose,
-    joints: Vec<JointTransform>,
-    samples: Vec<Sample>,
+/// What is measured in the clips, in ascending order. The limits are percentiles of it.
+pub(super) struct MeasuredMotion {
+    joint_speeds: Vec<Vec<f32>>,
+    joint_accelerations: Vec<Vec<f32>>,
+    hip_departures: [Vec<f32>; 2],
+    head_departures: [Vec<f32>; 2],
+    toe_speeds: Vec<f32>,
 }
 
-impl Examiner {
-    /// Makes room for the samples of a test; returns the frames after which the departures end.
-    fn reserve(&mut self, rate: f32, blend: usize) -> [usize; 2] {
-        let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
-        let count = (blend + 3).max(after[1] + 2);
-        self.samples
-            .resize_with(count.max(self.samples.len()), Sample::default);
-        after
-    }
-
-    /// Samples a frame of a motion. `head` is [`head_of`] the graph, which is not looked for in each frame.
-    fn take(&mut self, (graph, head): (&MotionGraph, JointId), motion: &Motion, frame: usize) {
-        let seconds = frame as f32 / graph.frame_rate() as f32;
-        motion.sample(graph, seconds, &mut self.pose);
-        forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
-        let posed = (&self.pose, &self.joints[..]);
-        self.samples[frame].take(graph, head, posed);
-    }
-
-    /// Whether a motion that is entered at its second frame and blends for so many frames is plausible. `standing` are the
-    /// legs whose feet stand then.
-    pub(super) fn examine(
-        &mut self,
-        graph: &MotionGraph,
-        limits: &MotionLimits,
-        (motion, blend, standing): (&Motion, usize, &[bool]),
-    ) -> Result<(), Implausible> {
-        let rate = graph.frame_rate() as f32;
-        let (head, after) = (head_of(graph), self.reserve(rate, blend));
-        // The ends of the departures first: most entries fail there.
-        let mut taken = [false; 64];
-        let mut take = |examiner: &mut Self, frame: usize| {
-            if frame >= taken.len() || std::mem::replace(&mut taken[frame], true) {
-                return;
-            }
-            examiner.take((graph, head), motion, frame);
+impl MeasuredMotion {
+    /// Measures all clips of a graph.
+    #[must_use]
+    pub(super) fn of(graph: &MotionGraph) -> Self {
+        let joints = graph.skeleton().len();
+        let mut measured = Self {
+            joint_speeds: vec![Vec::new(); joints],
+            joint_accelerations: vec![Vec::new(); joints],
+            hip_departures: [Vec::new(), Vec::new()],
+            head_departures: [Vec::new(), Vec::new()],
+            toe_speeds: Vec::new(),
         };
-        for (which, frames) in after.into_iter().enumerate() {
-            let ends = [0, 1, 1 + frames];
-            ends.into_iter().for_each(|frame| take(self, frame));
-            let ends = ends.map(|frame| &self.samples[frame]);
-            let hip = departure(ends.map(|s| s.hip), frames).with_y(0.0).length();
-            if hip > limits.hip_departure[which] {
-                return Err(Implausible::Hips);
-            }
-            if departure(ends.map(|s| s.head), frames).length() > limits.head_departure[which] {
-                return Err(Implausible::Head);
-            }
+        for clip in graph.clips() {
+            measured.add_clip(graph, clip);
         }
-        (0..blend + 3).for_each(|frame| take(self, frame));
-        let samples = &self.samples[..blend + 3];
-        self::joints(samples, limits, rate)?;
-        feet(&samples[1..blend + 2], limits, (rate, standing))
+        let Self {
+            joint_speeds,
+            joint_accelerations,
+            hip_departures,
+            head_departures,
+            toe_speeds,
+        } = &mut measured;
+        let joints = joint_speeds.iter_mut().chain(joint_accelerations);
+        let departures = hip_departures.iter_mut().chain(head_departures);
+        for values in joints.chain(departures).chain([toe_speeds]) {
+            values.sort_unstable_by(f32::total_cmp);
+        }
+        measured
     }
 
-    /// Whether a motion whose upper body changes at its second frame, for so many frames, is plausible: its joints, and the departure of its
-    /// head.
-    pub(super) fn examine_upper(
-        &mut self,
-        graph: &MotionGraph,
-        limits: &MotionLimits,
-        (motion, blend): (&Motion, usize),
-    ) -> Result<(), Implausible> {
+    fn add_clip(&mut self, graph: &MotionGraph, clip: &Clip) {
         let rate = graph.frame_rate() as f32;
-        let (head, after) = (head_of(graph), self.reserve(rate, blend));
-        [0, 1]
-            .into_iter()
-            .for_each(|frame| self.take((graph, head), motion, frame));
-        for (which, frames) in after.into_iter().enumerate() {
-            self.take((graph, head), motion, 1 + frames);
-            let ends = [0, 1, 1 + frames].map(|frame| self.samples[frame].head);
-            if departure(ends, frames).length() > limits.head_departure[which] {
-                return Err(Implausible::Head);
+        let head = head(graph.skeleton());
+        let (mut pose, mut globals) = (Pose::default(), Vec::new());
+        let mut samples = vec![Sample::default(); clip.frames()];
+        for (frame, sample) in samples.iter_mut().enumerate() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(graph.skeleton(), &pose, &mut globals);
+            sample.take(graph, head, (&pose, &globals));
+        }
+        let mut before: Vec<Vec3> = Vec::new();
+        for pair in samples.windows(2) {
+            let now: Vec<Vec3> = turns(&pair[0], &pair[1]).collect();
+            for (joint, turn) in now.iter().enumerate() {
+                self.joint_speeds[joint].push(turn.length() * rate);
+                if let Some(before) = before.get(joint) {
+                    let change = (*turn - *before).length();
+                    self.joint_accelerations[joint].push(change * rate * rate);
+                }
+            }
+            before = now;
+            let ways = pair[0].toes.iter().zip(&pair[1].toes);
+            self.toe_speeds
+                .extend(ways.map(|(from, to)| from.distance(*to) * rate));
+        }
+        for (which, seconds) in DEPARTURES.into_iter().enumerate() {
+            let frames = (seconds * rate).round() as usize;
+            for window in samples.windows(frames + 2) {
+                let ends = [&window[0], &window[1], &window[frames + 1]];
+                let hips = departure(ends.map(|s| s.hip), frames).with_y(0.0);
+                self.hip_departures[which].push(hips.length());
+                self.head_departures[which].push(departure(ends.map(|s| s.head), frames).length());
             }
         }
-        (2..blend + 3).for_each(|frame| self.take((graph, head), motion, frame));
-        joints(&self.samples[..blend + 3], limits, rate)
     }
-}
 
-fn head_of(graph: &MotionGraph) -> JointId {
-    head(graph.skeleton())
-}
-
-fn joints(samples: &[Sample], limits: &MotionLimits, rate: f32) -> Result<(), Implausible> {
-    for window in samples.windows(3) {
-        let both = turns(&window[0], &window[1]).zip(turns(&window[1], &window[2]));
-        for (joint, (before, now)) in both.enumerate() {
-            let id = JointId(joint as u16);
-            if now.length() * rate > limits.joint_speed[joint] {
-                return Err(Implausible::JointSpeed(id));
-            }
-            if (now - before).length() * rate * rate > limits.joint_acceleration[joint] {
-                return Err(Implausible::JointAcceleration(id));
-            }
+    /// The limits of some settings.
+    #[must_use]
+    pub(super) fn limits(&self, settings: &PlausibilitySettings) -> MotionLimits {
+        let of_joints = |all: &[Vec<f32>]| {
+            let of_joint = |values: &Vec<f32>| percentile(values, settings.joints);
+            all.iter().map(of_joint).collect()
+        };
+        let of_departures = |both: &[Vec<f32>; 2]| {
+            both.each_ref()
+                .map(|values| percentile(values, settings.departure))
+        };
+        MotionLimits {
+            joint_speed: of_joints(&self.joint_speeds),
+            joint_acceleration: of_joints(&self.joint_accelerations),
+            hip_departure: of_departures(&self.hip_departures),
+            head_departure: of_departures(&self.head_departures),
+            toe_speed: percentile(&self.toe_speeds, settings.joints).min(settings.toe_speed),
+            slide: settings.slide,
         }
-    }
-    Ok(())
-}
-
-/// Whether one foot stays at a time, if one stands at first, and no toe darts.
-fn feet(
-    samples: &[Sample],
-    limits: &MotionLimits,
-    (rate, standing): (f32, &[bool]),
-) -> Result<(), Implausible> {
-    let mut slide = 0.0;
-    for pair in samples.windows(2) {
-        let ways = || pair[0].toes.iter().zip(&pair[1].toes);
-        if ways().any(|(from, to)| from.distance(*to) * rate > limits.toe_speed) {
-            return Err(Implausible::Toe);
-        }
-        let over_ground = ways().map(|(from, to)| (*to - *from).with_y(0.0).length());
-        slide += over_ground.fold(f32::INFINITY, f32::min);
-    }
-    match standing.contains(&true) && slide > limits.slide {
-        true => Err(Implausible::Slide),
-        false => Ok(()),
     }
 }
 
@@ -334,15 +201,9 @@ mod tests {
 
     #[test]
     fn percentiles_are_those_of_sorted_values() {
-        let values: Vec<f32> = (0..=1000).rev().map(|value| value as f32).collect();
-        assert_eq!(percentile(values.clone(), 99.9), 999.0);
-        assert_eq!(percentile(values, 50.0), 500.0);
-        assert_eq!(percentile(Vec::new(), 99.0), 0.0);
-    }
-
-    #[test]
-    fn what_goes_straight_on_departs_from_nothing() {
-        let at = |t: f32| Vec3::new(0.1, 0.0, -0.2) * t;
-        assert!(departure([at(0.0), at(1.0), at(7.0)], 6).length() < 1e-6);
+        let values: Vec<f32> = (0..=1000).map(|value| value as f32).collect();
+        assert_eq!(percentile(&values, 99.9), 999.0);
+        assert_eq!(percentile(&values, 50.0), 500.0);
+        assert_eq!(percentile(&[], 99.0), 0.0);
     }
 }

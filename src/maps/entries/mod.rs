@@ -5,14 +5,19 @@
 //! clips is paired with each moment of each evasion and of its lead-in. A pair is kept if the blended motion stays within the limits that
 //! are measured in the clips ([`MotionLimits`]). An entry takes four bytes.
 
+mod examine;
 mod exits;
 mod find;
+mod find_exits;
 mod layers;
 mod limits;
 mod moment_lists;
 mod report;
 mod stance;
+mod stretches;
 mod targets;
+
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -20,12 +25,13 @@ use exits::{ExitTable, ExitTarget};
 pub(crate) use limits::MotionLimits;
 pub use limits::PlausibilitySettings;
 use moment_lists::MomentLists;
-pub use report::{EntryReport, Stretches};
+pub use report::EntryReport;
 pub(crate) use stance::Stance;
+pub use stretches::Stretches;
 
 use super::{Body, BodyTrack, Evasion, TrackStart};
 use crate::anim::Facing;
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Playhead};
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
 use crate::math::Rigid2;
 
 /// Settings of the search for entries.
@@ -43,6 +49,9 @@ pub struct EntrySettings {
     pub most_targets: u32,
     /// Maximum number of entries of a moment. Default 64.
     pub most: u32,
+    /// Duration of a stretch of a clip without an entry, an exit, or a choice of edges, in seconds, beyond which exits may do what the
+    /// clips show at least once, whatever the percentiles of `plausible`. Default 0.8.
+    pub unbranched: f32,
     /// Limits of plausible motion.
     pub plausible: PlausibilitySettings,
 }
@@ -56,6 +65,7 @@ impl Default for EntrySettings {
             late: 1.2,
             most_targets: 256,
             most: 64,
+            unbranched: 0.8,
             plausible: PlausibilitySettings::default(),
         }
     }
@@ -194,6 +204,11 @@ impl EntryTable {
         moment.map_or(&[], |moment| self.layers.of(moment))
     }
 
+    /// The moments of a clip.
+    fn moments_of(&self, clip: ClipId) -> Range<u32> {
+        self.first_moment[clip.index()]..self.first_moment[clip.index() + 1]
+    }
+
     /// The moment that is nearest to a playhead.
     fn moment(&self, graph: &MotionGraph, playhead: Playhead) -> Option<u32> {
         if self.entries.moments() == 0 {
@@ -209,10 +224,10 @@ impl EntryTable {
             ),
             _ => (from.clip, from.frame as f32 + playhead.frame),
         };
-        let first = self.first_moment[clip.index()];
-        let count = self.first_moment[clip.index() + 1] - first;
+        let moments = self.moments_of(clip);
         let nearest = (frame.max(0.0) / self.step as f32).round() as u32;
-        (count > 0).then(|| first + nearest.min(count - 1))
+        let last = moments.len().checked_sub(1)? as u32;
+        Some(moments.start + nearest.min(last))
     }
 
     /// Checks all indices.

@@ -1,0 +1,89 @@
+//! Search for the exits of all moments.
+
+use super::find::{Aligned, Finder, Scratch};
+use super::stretches::PlayedFrames;
+use super::{EXIT_BLENDS, EntryTable, KnownEntry, MomentLists};
+use crate::graph::ClipId;
+use crate::math::in_parallel;
+
+impl EntryTable {
+    /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on
+    /// the number of threads.
+    pub(super) fn shorten_stretches(&mut self, exits: &Finder<'_>, longest: f32, threads: usize) {
+        let (graph, step) = (exits.graph, self.step as usize);
+        let longest = (f64::from(longest) * graph.frame_rate()) as usize;
+        // Moments, and their clips and frames.
+        let mut places: Vec<(u32, (usize, u32))> = Vec::new();
+        for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
+            let first = self.moments_of(clip).start;
+            let mut stretches = PlayedFrames::of(graph, clip).stretches(self);
+            stretches.retain(|stretch| stretch.len() > longest);
+            for stretch in stretches {
+                let moments = stretch.start.div_ceil(step)..stretch.end.div_ceil(step);
+                let place = |at: usize| (first + at as u32, (clip.index(), (at * step) as u32));
+                places.extend(moments.map(place));
+            }
+        }
+        let found = in_parallel(threads, places.len(), |number| {
+            exits.exits(places[number].1, &mut Scratch::default())
+        });
+        let mut found = places
+            .iter()
+            .map(|&(moment, _)| moment)
+            .zip(found)
+            .peekable();
+        let mut lists = MomentLists::default();
+        for moment in 0..self.exits.lists.moments() as u32 {
+            match found.next_if(|(at, _)| *at == moment) {
+                Some((_, list)) => lists.push(&list),
+                None => lists.push(self.exits.lists.of(moment)),
+            }
+        }
+        self.exits.lists = lists;
+    }
+}
+
+impl Finder<'_> {
+    /// Finds exits of a frame of a clip, the least departure first.
+    pub(super) fn exits(&self, place: (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
+        /// Maximum number of exits of a moment.
+        const MOST: usize = 3;
+        /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
+        const EXAMINED: usize = 24;
+        const LAST: usize = 192;
+        /// Exits of one moment lead to frames so far apart in their clip, at least.
+        const APART: u32 = 10;
+        let mut found: Vec<KnownEntry> = Vec::new();
+        let Some(from) = self.depart(place) else {
+            return found;
+        };
+        let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
+            .filter_map(|target| {
+                let aligned = self.align(&from, target)?;
+                Some((aligned.cost, target, aligned))
+            })
+            .collect();
+        nearest.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (rank, (_, target, aligned)) in nearest.into_iter().enumerate() {
+            if found.len() == MOST || rank >= EXAMINED && (!found.is_empty() || rank >= LAST) {
+                break;
+            }
+            let at = self.targets[target];
+            let is_alike = |known: &KnownEntry| {
+                let other = self.targets[usize::from(known.target)];
+                other.clip == at.clip && other.frame.abs_diff(at.frame) < APART
+            };
+            if found.iter().any(is_alike) {
+                continue;
+            }
+            let plausible = |&blend: &usize| {
+                let how = (EXIT_BLENDS[blend], 1.0);
+                self.is_plausible(&from, (target, aligned), how, scratch)
+            };
+            let blend = (0..EXIT_BLENDS.len()).find(plausible);
+            found
+                .extend(blend.map(|blend| KnownEntry::new(target as u16, (blend, aligned.pin, 0))));
+        }
+        found
+    }
+}

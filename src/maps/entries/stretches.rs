@@ -1,0 +1,81 @@
+//! Stretches of the clips without a branch point: a frame with an entry, an exit, or a choice of edges.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::EntryTable;
+use crate::graph::{ClipId, EdgeMotion, MotionGraph};
+
+/// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stretches {
+    /// Duration of the stretch that half of the time lies in stretches shorter than, in seconds.
+    pub median: f32,
+    /// Longest duration, in seconds.
+    pub longest: f32,
+}
+
+impl Stretches {
+    /// Statistics of stretches, given the length of that of each frame, in frames.
+    pub(super) fn of(mut lengths: Vec<u32>, rate: f64) -> Self {
+        lengths.sort_unstable();
+        let seconds = |at: usize| (f64::from(lengths.get(at).copied().unwrap_or(0)) / rate) as f32;
+        Self {
+            median: seconds(lengths.len() / 2),
+            longest: seconds(lengths.len().saturating_sub(1)),
+        }
+    }
+}
+
+/// The frames of a clip that the graph plays.
+pub(super) struct PlayedFrames {
+    clip: ClipId,
+    /// Whether each frame is of an event, or `None` if it is not played.
+    pub(super) is_event: Vec<Option<bool>>,
+    /// Whether the graph has a choice of edges at each frame.
+    branches: Vec<bool>,
+}
+
+impl PlayedFrames {
+    pub(super) fn of(graph: &MotionGraph, clip: ClipId) -> Self {
+        let frames = graph.clip(clip).frames();
+        let (mut is_event, mut branches) = (vec![None; frames], vec![false; frames]);
+        for edge in graph.edges() {
+            let from = graph.node(edge.from);
+            if from.clip == clip && edge.motion == EdgeMotion::Clip {
+                let own = from.frame as usize..(from.frame + edge.frames) as usize;
+                is_event[own].fill(Some(edge.event.is_some()));
+                branches[from.frame as usize] |= graph.edges_from(edge.from).count() > 1;
+            }
+        }
+        Self {
+            clip,
+            is_event,
+            branches,
+        }
+    }
+
+    /// The stretches between the branch points, in frames.
+    pub(super) fn stretches(mut self, table: &EntryTable) -> Vec<Range<usize>> {
+        for (number, moment) in table.moments_of(self.clip).enumerate() {
+            let is_branch =
+                !table.entries.of(moment).is_empty() || !table.exits.lists.of(moment).is_empty();
+            self.branches[number * table.step as usize] |= is_branch;
+        }
+        let (frames, mut first) = (self.is_event.len(), 0);
+        let mut stretches = Vec::new();
+        for end in 1..=frames {
+            let is_over = end == frames
+                || self.branches[end]
+                || self.is_event[end].is_none()
+                || self.is_event[end - 1].is_none();
+            if is_over {
+                stretches.push(first..end);
+                first = end;
+            }
+        }
+        stretches.retain(|stretch| self.is_event[stretch.start].is_some());
+        stretches
+    }
+}
