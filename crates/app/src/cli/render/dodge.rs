@@ -119,9 +119,10 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         Some(wardrobe) => (wardrobe.report, wardrobe.document),
         None => Default::default(),
     };
+    let evasion = evasion(&answer);
     let _ = writeln!(
         text,
-        "the attack is {}; nearest at {:.2} s: {:.1} cm",
+        "the attack is {} ({evasion}); nearest at {:.2} s: {:.1} cm",
         if answer.avoided {
             "avoided"
         } else {
@@ -136,11 +137,22 @@ pub(super) fn run(args: &Args, kind: Kind, device: &DeviceArgs) -> Result<Writte
         text,
         more: vec![
             ("avoided", json!(answer.avoided)),
+            ("evasion", json!(evasion)),
             ("clearance", json!(clearance.metres)),
             ("nearest_at", json!(clearance.time)),
             ("mesh", mesh),
         ],
     })
+}
+
+/// How the chosen motion comes to its evasion.
+fn evasion(answer: &Answer) -> &'static str {
+    match answer.candidates.get(answer.chosen) {
+        Some(chosen) if chosen.layer.is_some() => "layered evasion",
+        Some(chosen) if chosen.entry.is_some() => "entered evasion",
+        Some(chosen) if chosen.evasion.is_some() => "evasion by a path",
+        _ => "no evasion",
+    }
 }
 
 impl DodgeArgs {
