@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::JointId;
 
 /// Kind of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EventKind {
     /// An attack, for example a punch or a kick.

@@ -1,16 +1,18 @@
 use super::rng::SplitMix64;
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph};
+use crate::graph::{EdgeId, MotionGraph};
 
 /// A random edge to begin at, without an event on it or soon after it.
 pub(super) fn opening_edge(graph: &MotionGraph, rng: &mut SplitMix64) -> EdgeId {
     /// Number of edges without events.
     const CALM: usize = 12;
+    let mut is_natural = vec![false; graph.edges().len()];
+    graph
+        .natural_edges()
+        .for_each(|edge| is_natural[edge.index()] = true);
     let is_calm = |&edge: &EdgeId| {
         let next = |edge: &EdgeId| Some(graph.natural_edge(graph.edge(*edge).to));
         let mut way = std::iter::successors(Some(edge), next).take(CALM);
-        way.all(|edge| {
-            graph.edge(edge).event.is_none() && graph.edge(edge).motion == EdgeMotion::Clip
-        })
+        way.all(|edge| is_natural[edge.index()])
     };
     let calm: Vec<EdgeId> = graph.edge_ids().filter(is_calm).collect();
     match calm.len() {

@@ -1,9 +1,9 @@
 //! Builds a strongly connected motion graph from clips and events.
 //!
 //! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. An
-//! event is one edge: no node lies inside it and no transition blends it.
+//! event is one edge, and no transition blends it. Where events overlap, further edges play the parts between their ends.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
@@ -151,7 +151,7 @@ impl<'a> GraphBuilder<'a> {
             clips: &self.clips,
             clouds: &self.clouds,
             windows: &self.windows,
-            events: &self.events,
+            events: &events::merged(&self.events),
             settings: self.settings,
         };
         let links = links::add((source, &mut darts), &mut transitions);
@@ -275,17 +275,15 @@ impl Parts<'_> {
     /// Assembles all nodes and edges, including those that the largest component leaves out.
     fn assemble(self) -> MotionGraph {
         let nodes = self.nodes();
-        let places = self
-            .events
-            .iter()
-            .map(|e| [e.first, e.last].map(|frame| (e.clip, frame)));
-        let events: HashMap<_, _> = places.zip(0..).collect();
-        let mut edges: Vec<Edge> = nodes
-            .windows(2)
-            .enumerate()
-            .filter(|(_, pair)| pair[0].clip == pair[1].clip)
-            .map(|(index, pair)| clip_edge(index as u32, [pair[0], pair[1]], &events))
-            .collect();
+        let mut edges: Vec<Edge> = self.event_edges(&nodes).collect();
+        let of_events: BTreeSet<(NodeId, NodeId)> =
+            edges.iter().map(|edge| (edge.from, edge.to)).collect();
+        let of_clips = nodes.windows(2).zip(0..).filter_map(|(pair, index)| {
+            let ends = (NodeId(index), NodeId(index + 1));
+            let is_new = pair[0].clip == pair[1].clip && !of_events.contains(&ends);
+            is_new.then(|| clip_edge(ends, &nodes, None))
+        });
+        edges.extend(of_clips);
         edges.extend(
             self.transitions
                 .iter()
@@ -326,11 +324,24 @@ impl Parts<'_> {
         places.into_iter().collect()
     }
 
+    /// The edges of events that have motion.
+    fn event_edges<'a>(&'a self, nodes: &'a [Node]) -> impl Iterator<Item = Edge> + 'a {
+        let playable = self.events.iter().zip(0..);
+        let playable = playable.filter(|(event, _)| event.first < event.last);
+        playable.map(|(event, index)| {
+            let ends = [event.first, event.last].map(|frame| Node {
+                clip: event.clip,
+                frame,
+            });
+            let [from, to] = ends.map(|end| node_id(nodes, end));
+            clip_edge((from, to), nodes, Some(EventId(index)))
+        })
+    }
+
     fn blend(&self, t: &Transition, nodes: &[Node]) -> Edge {
-        let id = |place: Node| NodeId(nodes.partition_point(|other| *other < place) as u32);
         Edge {
-            from: id(node(t.source_clip, t.source_frame)),
-            to: id(node(t.target_clip, t.target_frame)),
+            from: node_id(nodes, node(t.source_clip, t.source_frame)),
+            to: node_id(nodes, node(t.target_clip, t.target_frame)),
             frames: t.frames as u32,
             motion: EdgeMotion::Transition {
                 align: t.windows(self.clouds).alignment(),
@@ -341,17 +352,19 @@ impl Parts<'_> {
     }
 }
 
-/// Edge that plays the clip between two neighbouring nodes. `index` is the first node's index.
-/// `events` finds an event by its first and last frame.
-fn clip_edge(index: u32, [from, to]: [Node; 2], events: &HashMap<[(ClipId, u32); 2], u32>) -> Edge {
-    let ends = [from, to].map(|node| (node.clip, node.frame));
+/// Edge that plays the clip between two of its nodes.
+fn clip_edge((from, to): (NodeId, NodeId), nodes: &[Node], event: Option<EventId>) -> Edge {
     Edge {
-        from: NodeId(index),
-        to: NodeId(index + 1),
-        frames: to.frame - from.frame,
+        from,
+        to,
+        frames: nodes[to.index()].frame - nodes[from.index()].frame,
         motion: EdgeMotion::Clip,
-        event: events.get(&ends).map(|&event| EventId(event)),
+        event,
     }
+}
+
+fn node_id(nodes: &[Node], place: Node) -> NodeId {
+    NodeId(nodes.partition_point(|other| *other < place) as u32)
 }
 
 fn node(clip: usize, frame: usize) -> Node {

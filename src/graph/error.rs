@@ -38,13 +38,13 @@ pub enum GraphError {
         /// Number of joints of the skeleton.
         joints: usize,
     },
-    /// Two events of one clip overlap. Numbers are positions in the list of events.
-    #[error("events {earlier} and {later} of one clip overlap")]
-    EventsOverlap {
-        /// Event that starts first.
-        earlier: usize,
-        /// Event that starts before the first one ends.
-        later: usize,
+    /// Two events of one kind have the same frames of one clip. Numbers are positions in the list of events.
+    #[error("events {first} and {second} are of one kind and have the same frames of one clip")]
+    EventTwice {
+        /// One event.
+        first: usize,
+        /// The other event.
+        second: usize,
     },
     /// An event refers to an unknown clip or joint, or lies outside its clip.
     #[error(

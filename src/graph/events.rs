@@ -1,7 +1,7 @@
-//! Converts events from seconds to frames of the resampled clips.
+//! Events in frames of the resampled clips, and the parts of the clips that they cover. Events may overlap.
 
 use super::{ClipId, ClipSource, GraphError, GraphEvent};
-use crate::anim::{Clip, Event};
+use crate::anim::{Clip, Event, EventKind};
 
 /// Events in frames of `clips`, which have the frame rate `frame_rate`. An event shorter than a
 /// frame has no motion, so it gets no edge and is reported as dropped.
@@ -45,21 +45,83 @@ pub(super) fn in_frames(
         .enumerate()
         .map(to_frames)
         .collect::<Result<_, _>>()?;
-    check_apart(&events)?;
+    check_different(&events)?;
     Ok(events)
 }
 
-/// Checks that two events share at most the frame in which one ends and the other starts. Otherwise
-/// a node would cut an event.
-fn check_apart(events: &[GraphEvent]) -> Result<(), GraphError> {
+/// Checks that no two events of one kind have the same frames.
+fn check_different(events: &[GraphEvent]) -> Result<(), GraphError> {
     let mut order: Vec<usize> = (0..events.len()).collect();
-    order.sort_by_key(|&index| (events[index].clip, events[index].first, events[index].last));
-    for pair in order.windows(2) {
-        let [earlier, later] = [pair[0], pair[1]];
-        if events[earlier].clip == events[later].clip && events[later].first < events[earlier].last
-        {
-            return Err(GraphError::EventsOverlap { earlier, later });
+    let key = |&index: &usize| {
+        let GraphEvent {
+            clip,
+            first,
+            last,
+            kind,
+            ..
+        } = events[index];
+        (clip, first, last, kind)
+    };
+    order.sort_by_key(key);
+    match order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
+        Some(pair) => Err(GraphError::EventTwice {
+            first: pair[0],
+            second: pair[1],
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Events that overlap, merged: one event for each group, from the first start to the last end, in the order of the first of each group.
+/// What overlaps an evasion at whose start the group starts is an evasion.
+pub(super) fn merged(events: &[GraphEvent]) -> Vec<GraphEvent> {
+    let mut order: Vec<usize> = (0..events.len()).collect();
+    order.sort_by_key(|&index| (events[index].clip, events[index].first, index));
+    let mut groups: Vec<(usize, GraphEvent)> = Vec::new();
+    for index in order {
+        let event = &events[index];
+        match groups.last_mut() {
+            Some((first, group)) if group.clip == event.clip && event.first < group.last => {
+                if event.kind == EventKind::Evasion && event.first == group.first {
+                    group.kind = EventKind::Evasion;
+                }
+                group.last = group.last.max(event.last);
+                *first = index.min(*first);
+            }
+            _ => groups.push((index, event.clone())),
         }
     }
-    Ok(())
+    groups.sort_by_key(|(first, _)| *first);
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
+/// The frames of each clip that events cover.
+pub(super) struct EventCover {
+    /// For each clip the starts of its events in ascending order, each with the last end of this event and those before it.
+    clips: Vec<Vec<(u32, u32)>>,
+}
+
+impl EventCover {
+    pub(super) fn new(events: &[GraphEvent], clips: usize) -> Self {
+        let mut cover = vec![Vec::new(); clips];
+        for event in events {
+            cover[event.clip.index()].push((event.first, event.last));
+        }
+        for ends in &mut cover {
+            ends.sort_unstable();
+            let mut latest = 0;
+            for (_, last) in ends {
+                latest = latest.max(*last);
+                *last = latest;
+            }
+        }
+        Self { clips: cover }
+    }
+
+    /// Whether an event plays the motion from a frame to the next one.
+    pub(super) fn plays(&self, clip: ClipId, frame: u32) -> bool {
+        let ends = &self.clips[clip.index()];
+        let begun = ends.partition_point(|&(first, _)| first <= frame);
+        begun > 0 && ends[begun - 1].1 > frame
+    }
 }

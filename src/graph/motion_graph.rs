@@ -2,6 +2,7 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
+use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
 use crate::anim::{Clip, EventKind, Facing, JointId, Leg, Pose, Rig, Skeleton, forward_kinematics};
@@ -104,8 +105,10 @@ impl PartialEq for KnownRig {
 impl MotionGraph {
     /// Sorts the edges and builds the index of each node's first edge.
     pub(super) fn with_index(mut self) -> Self {
-        self.edges
-            .sort_by_key(|edge| (edge.from, edge.motion != EdgeMotion::Clip, edge.to));
+        self.edges.sort_by_key(|edge| {
+            let order = (edge.motion != EdgeMotion::Clip, edge.event.is_none());
+            (edge.from, order, edge.to)
+        });
         let nodes = self.nodes.len() as u32;
         self.first_edge = (0..=nodes)
             .map(|node| self.edges.partition_point(|edge| edge.from.0 < node) as u32)
@@ -220,7 +223,7 @@ impl MotionGraph {
         }
     }
 
-    /// Default continuation at a node: the next edge of the clip or, at its end, the closest
+    /// Default continuation at a node: the next edge of the clip, by preference one that plays an event, or, at its end, the closest
     /// transition.
     #[must_use]
     pub fn natural_edge(&self, node: NodeId) -> EdgeId {
@@ -245,15 +248,37 @@ impl MotionGraph {
         Facing::of(&self.skeleton).placement(&joints)
     }
 
+    /// Edges that play a clip outside all events: also no part of an event, which is an edge where events overlap.
+    pub fn natural_edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
+        let cover = EventCover::new(&self.events, self.clips.len());
+        self.edge_ids().filter(move |&id| {
+            let edge = self.edge(id);
+            let from = self.node(edge.from);
+            edge.motion == EdgeMotion::Clip && !cover.plays(from.clip, from.frame)
+        })
+    }
+
     /// Duration of clips that the graph can play, without transitions, in seconds.
     #[must_use]
     pub fn seconds_kept(&self) -> f64 {
-        let frames: u64 = self
-            .edges
-            .iter()
-            .filter(|edge| edge.motion == EdgeMotion::Clip)
-            .map(|edge| u64::from(edge.frames))
-            .sum();
+        let mut played: Vec<(ClipId, u32, u32)> = Vec::new();
+        for edge in self.edges() {
+            let from = self.node(edge.from);
+            if edge.motion == EdgeMotion::Clip {
+                played.push((from.clip, from.frame, from.frame + edge.frames));
+            }
+        }
+        played.sort_unstable();
+        let (mut frames, mut end) = (0, (ClipId(0), 0));
+        for (clip, first, last) in played {
+            let first = if clip == end.0 {
+                first.max(end.1)
+            } else {
+                first
+            };
+            frames += u64::from(last.saturating_sub(first));
+            end = (clip, last.max(first));
+        }
         frames as f64 / self.frame_rate
     }
 

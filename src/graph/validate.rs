@@ -45,7 +45,7 @@ impl MotionGraph {
                 &|| self.events.iter().all(event_ok),
                 "an event names frames or joints that are not there",
             ),
-            (&|| self.events_apart(), "two events share time"),
+            (&|| self.events_differ(), "an event is there twice"),
             (
                 &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
                 "an edge does not fit its nodes or clips",
@@ -66,16 +66,14 @@ impl MotionGraph {
             .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
     }
 
-    fn events_apart(&self) -> bool {
-        let mut times: Vec<_> = self
+    fn events_differ(&self) -> bool {
+        let mut keys: Vec<_> = self
             .events
             .iter()
-            .map(|event| (event.clip, event.first, event.last))
+            .map(|event| (event.clip, event.first, event.last, event.kind))
             .collect();
-        times.sort_unstable();
-        times
-            .windows(2)
-            .all(|pair| pair[0].0 != pair[1].0 || pair[0].2 <= pair[1].1)
+        keys.sort_unstable();
+        keys.windows(2).all(|pair| pair[0] != pair[1])
     }
 
     /// Whether every node has at least one edge and the index refers to exactly its edges.

@@ -287,12 +287,12 @@ fn what_cannot_be_kept_whole_is_refused_or_reported() {
         threshold: 10.0,
         ..GraphSettings::default()
     };
-    let overlapping = [event(1.0, 1.5), event(0.2, 0.8), event(0.7, 0.9)];
+    let twice = [event(1.0, 1.5), event(0.2, 0.8), event(1.0, 1.5)];
     assert!(matches!(
-        build(&clips, &overlapping, &settings),
-        Err(GraphError::EventsOverlap {
-            earlier: 1,
-            later: 2
+        build(&clips, &twice, &settings),
+        Err(GraphError::EventTwice {
+            first: 0,
+            second: 2
         })
     ));
     let stranger = ClipSource {

@@ -3,4 +3,5 @@ mod build;
 mod distance_map;
 mod feet;
 mod links;
+mod overlapping_events;
 mod search;

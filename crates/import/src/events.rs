@@ -91,17 +91,7 @@ impl EventsFile {
             }
         }
         events.sort_by(|a, b| a.clip.cmp(&b.clip).then(a.start.total_cmp(&b.start)));
-        let overlap = events
-            .windows(2)
-            .find(|pair| pair[0].clip == pair[1].clip && pair[1].start < pair[0].end);
-        match overlap {
-            Some(pair) => Err(EventsError::Overlap {
-                file: clips[pair[1].clip].name().to_owned(),
-                start: pair[1].start,
-                end: pair[0].end,
-            }),
-            None => Ok(events),
-        }
+        Ok(events)
     }
 
     /// Events of the clip of a name, with or without its folder; none where the file does not have the clip.

@@ -143,8 +143,9 @@ pub(super) fn distance(a: &Row, b: &Row) -> f32 {
 impl Table {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         let mut table = Self::default();
+        let natural: Vec<EdgeId> = graph.natural_edges().collect();
         for clip in 0..graph.clips().len() {
-            table.add_clip(graph, ClipId(clip as u32));
+            table.add_clip(graph, &natural, ClipId(clip as u32));
         }
         table
     }
@@ -162,12 +163,12 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    fn add_clip(&mut self, graph: &MotionGraph, clip: ClipId) {
+    fn add_clip(&mut self, graph: &MotionGraph, natural: &[EdgeId], clip: ClipId) {
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
         let start = self.index.len();
         self.index.resize(start + frames, u32::MAX);
-        let edges = edges_of(graph, clip, frames);
+        let edges = edges_of(graph, natural, clip);
         let posed = pose_clip(graph, clip);
         let frame_rate = graph.frame_rate() as f32;
         let longest = (AHEAD[1] * frame_rate).round() as usize;
@@ -205,12 +206,12 @@ impl Table {
 }
 
 /// The edge that plays each frame of a clip without an event, and its frame.
-fn edges_of(graph: &MotionGraph, clip: ClipId, frames: usize) -> Vec<Option<(EdgeId, u32)>> {
-    let mut edges = vec![None; frames];
-    for id in graph.edge_ids() {
+fn edges_of(graph: &MotionGraph, natural: &[EdgeId], clip: ClipId) -> Vec<Option<(EdgeId, u32)>> {
+    let mut edges = vec![None; graph.clip(clip).frames()];
+    for &id in natural {
         let edge = graph.edge(id);
         let from = graph.node(edge.from);
-        if edge.motion != EdgeMotion::Clip || from.clip != clip || edge.event.is_some() {
+        if from.clip != clip {
             continue;
         }
         for ahead in 0..edge.frames {

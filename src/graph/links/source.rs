@@ -11,7 +11,7 @@ pub(in crate::graph) struct LinkSource<'a> {
     pub(in crate::graph) clouds: &'a [PointCloud],
     /// Windows of each cloud, as long as the graph's transitions.
     pub(in crate::graph) windows: &'a [Windows],
-    /// Events in frames of the clips, without overlap.
+    /// Events in frames of the clips. Those that overlap are merged.
     pub(in crate::graph) events: &'a [GraphEvent],
     /// Settings of the graph.
     pub(in crate::graph) settings: &'a GraphSettings,

@@ -45,7 +45,9 @@ impl PlayedFrames {
             let from = graph.node(edge.from);
             if from.clip == clip && edge.motion == EdgeMotion::Clip {
                 let own = from.frame as usize..(from.frame + edge.frames) as usize;
-                is_event[own].fill(Some(edge.event.is_some()));
+                for frame in &mut is_event[own] {
+                    *frame = Some(*frame == Some(true) || edge.event.is_some());
+                }
                 branches[from.frame as usize] |= graph.edges_from(edge.from).count() > 1;
             }
         }

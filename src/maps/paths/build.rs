@@ -87,8 +87,8 @@ struct Layers<'a> {
     most: usize,
     /// For each edge, the character's frame at its end, relative to that at its start.
     steps: Vec<Rigid2>,
-    /// For each node, the goal that starts there.
-    starts: Vec<Option<u32>>,
+    /// For each node, the goals that start there.
+    starts: Vec<Vec<u32>>,
 }
 
 impl<'a> Layers<'a> {
@@ -97,9 +97,9 @@ impl<'a> Layers<'a> {
         let longest = (settings.horizon * graph.frame_rate() as f32)
             .round()
             .clamp(0.0, f32::from(u16::MAX)) as usize;
-        let mut starts = vec![None; graph.nodes().len()];
+        let mut starts = vec![Vec::new(); graph.nodes().len()];
         for (&goal, index) in source.goals.iter().zip(0..) {
-            starts[graph.edge(goal).from.index()] = Some(index);
+            starts[graph.edge(goal).from.index()].push(index);
         }
         Self {
             source,
@@ -117,16 +117,15 @@ impl<'a> Layers<'a> {
     /// Paths of exactly `frames` frames from a node.
     fn paths(&self, nodes: &[Drafts], node: NodeId, frames: usize) -> (Vec<Draft>, PathReport) {
         let mut found = Vec::new();
-        if let (0, Some(evasion)) = (frames, self.starts[node.index()]) {
-            found.push(Draft {
-                link: Link {
-                    edge: 0,
-                    rest: evasion,
-                },
-                path: NodePath::start(evasion),
-                cost: 0.0,
-            });
-        }
+        let starts = self.starts[node.index()].iter().filter(|_| frames == 0);
+        found.extend(starts.map(|&evasion| Draft {
+            link: Link {
+                edge: 0,
+                rest: evasion,
+            },
+            path: NodePath::start(evasion),
+            cost: 0.0,
+        }));
         let graph = self.source.graph;
         for (edge, number) in graph.edges_from(node).zip(1..) {
             let Some(left) = frames.checked_sub(graph.edge(edge).frames as usize) else {

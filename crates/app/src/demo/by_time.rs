@@ -14,7 +14,7 @@ use super::interval::wilson;
 use super::throw::{RandomDraw, Throw, random_of};
 use super::why_hit::{Cause, Causes};
 use sabaki::anim::{JointTransform, Pose, forward_kinematics};
-use sabaki::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
+use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::maps::{BakedGraph, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, AttackError};
@@ -216,21 +216,16 @@ fn walks(graph: &MotionGraph, motion: &Motion) -> bool {
 
 /// The moment at a share of all natural motion: the clips' edges without an event, each moment as long as any other.
 fn moment(graph: &MotionGraph, share: f64) -> Playhead {
-    let is_natural = |id: &sabaki::graph::EdgeId| {
-        let edge = graph.edge(*id);
-        edge.motion == EdgeMotion::Clip && edge.event.is_none()
-    };
-    let has_natural = graph.edge_ids().any(|id| is_natural(&id));
-    let edges = || {
-        graph
-            .edge_ids()
-            .filter(move |id| !has_natural || is_natural(id))
-    };
-    let total: f64 = edges().map(|id| f64::from(graph.edge(id).frames)).sum();
+    let mut edges: Vec<EdgeId> = graph.natural_edges().collect();
+    if edges.is_empty() {
+        edges.extend(graph.edge_ids());
+    }
+    let frames = |id: EdgeId| f64::from(graph.edge(id).frames);
+    let total: f64 = edges.iter().map(|&id| frames(id)).sum();
     let mut left = share * total;
-    let mut place = (sabaki::graph::EdgeId(0), 0.0);
-    for id in edges() {
-        let frames = f64::from(graph.edge(id).frames);
+    let mut place = (EdgeId(0), 0.0);
+    for id in edges {
+        let frames = frames(id);
         place = (id, left.min(frames) as f32);
         if left < frames {
             break;

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use rand::RngExt;
 use sabaki::character::{CharacterError, CharacterId, CharacterSettings, Characters, Goal};
-use sabaki::graph::EdgeMotion;
 use sabaki::maps::BakedGraph;
 use sabaki::math::{Rigid2, in_parallel};
 
@@ -73,10 +72,7 @@ fn speeds(baked: &BakedGraph) -> Vec<f32> {
     let graph = baked.graph();
     let half = (0.25 * graph.frame_rate()).round() as usize;
     let mut speeds = Vec::new();
-    for edge in graph.edges() {
-        if edge.motion != EdgeMotion::Clip || edge.event.is_some() {
-            continue;
-        }
+    for edge in graph.natural_edges().map(|id| graph.edge(id)) {
         let node = graph.node(edge.from);
         let (clip, frame) = (graph.clip(node.clip), node.frame as usize);
         if frame >= half && frame + half < clip.frames() {

@@ -72,14 +72,4 @@ pub enum EventsError {
         /// Duration of the clip, in seconds.
         duration: f64,
     },
-    /// Two events of one clip overlap.
-    #[error("\"{file}\": an event starts at {start} s, before the one before it ends at {end} s")]
-    Overlap {
-        /// Name of the clip.
-        file: String,
-        /// Start of the later event, in seconds.
-        start: f64,
-        /// End of the earlier event, in seconds.
-        end: f64,
-    },
 }
