@@ -10,7 +10,10 @@ pub use crate::graph::build::GraphBuilder;
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, Plant};
-pub use crate::graph::search::{MapBand, Minimum, SearchSettings, TransitionList};
+pub use crate::graph::search::{
+    BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
+    TransitionList,
+};
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::Contact;

@@ -10,14 +10,16 @@ use super::distance::Windows;
 use super::feet::DartTest;
 use super::links::{self, LinkSource};
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{MapBand, SearchSettings, TransitionList};
+use super::search::{
+    BandJobs, MapBand, PrunedSearch, SearchScratch, SearchSettings, TransitionList,
+};
 use super::source::ClipSource;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, events,
 };
 use crate::anim::{Clip, Skeleton};
-use crate::math::{Isa, in_parallel};
+use crate::math::{in_parallel, thread_count};
 
 /// Builds a motion graph from `source`.
 ///
@@ -115,22 +117,32 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The graph would have too many transitions.
     pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
-        /// Number of bands whose minima are kept until they are added to the list.
+        /// Number of jobs of a thread whose minima are kept until they are added to the list.
         const PART: usize = 64;
-        let (settings, isa) = (self.search(), Isa::best());
+        let threads = self.settings.threads;
+        let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
-        let bands: Vec<MapBand> = self.bands().collect();
-        for bands in bands.chunks(PART) {
-            let found = in_parallel(self.settings.threads, bands.len(), |index| {
-                let band = bands[index];
-                let windows = [band.a, band.b].map(|clip| &self.windows[clip]);
-                settings.minima(band, windows, isa)
+        let mut jobs = BandJobs::new(self.bands());
+        loop {
+            let part: Vec<Vec<MapBand>> =
+                jobs.by_ref().take(PART * thread_count(threads)).collect();
+            if part.is_empty() {
+                return Ok(list);
+            }
+            let found = in_parallel(threads, part.len(), |job| {
+                let mut scratch = SearchScratch::default();
+                let bands = part[job].iter();
+                bands
+                    .map(|&band| search.minima(band, &mut scratch))
+                    .collect::<Result<Vec<_>, _>>()
             });
-            for (&band, minima) in bands.iter().zip(found) {
-                list.add(band, &minima?)?;
+            for (bands, found) in part.iter().zip(found) {
+                for (&band, found) in bands.iter().zip(found?) {
+                    list.add(band, &found.minima)?;
+                    list.count(found.computed);
+                }
             }
         }
-        Ok(list)
     }
 
     /// Builds the graph from the minima of all bands.
@@ -138,6 +150,7 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The graph would have too many transitions, or the clips contain no cycle.
     pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
+        let distances = found.distances();
         let mut transitions = found.finish()?;
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
         transitions.retain(|transition| !by_clip.is_cut(transition));
@@ -158,6 +171,7 @@ impl<'a> GraphBuilder<'a> {
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
+            distances,
             darting: darting + links.darting,
             links,
         };

@@ -21,6 +21,10 @@ pub struct BuildReport {
     pub darting: usize,
     /// Number of window pairs that were compared.
     pub window_pairs: u64,
+    /// Number of window pairs whose distance was computed in this process. Lower bounds show that the others are above the
+    /// threshold. It is 0 if the transitions come from shards.
+    #[serde(default)]
+    pub distances: u64,
     /// Statistics of the links that were added for events.
     pub links: LinkReport,
     /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s.
@@ -54,6 +58,7 @@ pub(super) struct BuildCounts {
     pub(super) transitions: usize,
     pub(super) darting: usize,
     pub(super) window_pairs: u64,
+    pub(super) distances: u64,
     pub(super) links: LinkReport,
 }
 
@@ -81,6 +86,7 @@ impl BuildReport {
             transitions: counts.transitions,
             darting: counts.darting,
             window_pairs: counts.window_pairs,
+            distances: counts.distances,
             links: counts.links,
             responsiveness: Self::SOON
                 .map(|seconds| kept.responsiveness(seconds))

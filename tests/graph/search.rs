@@ -9,7 +9,8 @@ use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::Clip;
 use sabaki::graph::{self, ClipSource, GraphSettings};
 use sabaki::internal::{
-    DistanceMap, GraphBuilder, MapBand, Minimum, PointCloud, SearchSettings, Windows,
+    DistanceMap, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
+    SearchSettings, Windows,
 };
 use sabaki::math::Isa;
 
@@ -165,6 +166,17 @@ fn built_in_bands(
     builder.build(list).unwrap()
 }
 
+/// The graph of one build, with the report of a build from stored minima, which computed no distances itself.
+fn built_at_once(
+    source: ClipSource<'_>,
+    settings: &GraphSettings,
+) -> (graph::MotionGraph, graph::BuildReport) {
+    let (graph, mut report) = graph::build(source, settings).unwrap();
+    assert!(0 < report.distances && report.distances < report.window_pairs);
+    report.distances = 0;
+    (graph, report)
+}
+
 #[test]
 fn a_graph_from_stored_minima_is_the_graph_of_one_build() {
     let skeleton = small_skeleton();
@@ -179,7 +191,7 @@ fn a_graph_from_stored_minima_is_the_graph_of_one_build() {
     let settings = GraphSettings::default();
     assert_eq!(
         built_in_bands(source, &settings),
-        graph::build(source, &settings).unwrap()
+        built_at_once(source, &settings)
     );
 }
 
@@ -194,6 +206,121 @@ fn captures_in_bands_give_the_graph_of_one_build() {
     let settings = GraphSettings::default();
     assert_eq!(
         built_in_bands(source, &settings),
-        graph::build(source, &settings).unwrap()
+        built_at_once(source, &settings)
     );
+}
+
+/// Searches bands of `height` rows, with and without bounds, and returns the shares of the distances that were computed.
+fn compare(settings: SearchSettings, windows: &[Windows], heights: &[usize]) -> f64 {
+    let all: Vec<&Windows> = windows.iter().collect();
+    let (mut computed, mut pairs, mut found) = (0, 0, 0);
+    let mut scratch = SearchScratch::default();
+    for isa in Isa::available() {
+        let search = PrunedSearch::new(settings, all.clone(), 2).with_isa(isa);
+        for a in 0..windows.len() {
+            for (b, height) in (a..windows.len()).flat_map(|b| heights.iter().map(move |&h| (b, h)))
+            {
+                let rows = windows[a].count();
+                for first in (0..rows).step_by(height) {
+                    let columns = windows[b].count();
+                    let band = band(first..(first + height).min(rows), [a, b], columns);
+                    let pruned = search.minima(band, &mut scratch).unwrap();
+                    let pair = [&windows[a], &windows[b]];
+                    assert_eq!(
+                        pruned.minima,
+                        settings.minima(band, pair, isa).unwrap(),
+                        "clips {a} and {b}, bands of {height} rows, {isa:?}"
+                    );
+                    found += pruned.minima.len();
+                    computed += pruned.computed;
+                    pairs += band.pairs();
+                }
+            }
+        }
+    }
+    assert!(found > 0);
+    computed as f64 / pairs as f64
+}
+
+#[test]
+fn bounds_lose_no_minimum() {
+    let windows: Vec<Windows> = [(157, 0.4), (203, 1.9), (10, 0.4), (75, 0.5), (9, 1.0)]
+        .map(|(frames, seed)| windows(frames, seed))
+        .into();
+    for threshold in [0.05, 0.6, 100.0] {
+        for separation in [1, 2, 10] {
+            let settings = SearchSettings {
+                threshold,
+                separation,
+                ..SETTINGS
+            };
+            compare(settings, &windows, &[1, 7, 64, 65, 1000]);
+        }
+    }
+}
+
+#[test]
+fn bounds_hold_for_windows_of_any_length_and_weight() {
+    let skeleton = small_skeleton();
+    let weights = [0.0, 3.0, 0.0, 1e-3, 0.0, 1.0, 0.0, 0.0, 0.2];
+    for window in [1, 2, 3, 25] {
+        let clips: Vec<Windows> = [(90, 0.2), (70, 0.25), (66, 4.0)]
+            .map(|(frames, seed)| {
+                let clip = swinging_clip(&skeleton, frames, seed);
+                Windows::new(&PointCloud::new(&skeleton, &clip, &weights), window)
+            })
+            .into();
+        let settings = SearchSettings {
+            window,
+            separation: 5,
+            threshold: 0.3,
+        };
+        compare(settings, &clips, &[13, 128]);
+    }
+}
+
+#[test]
+fn bounds_hold_for_still_motion_and_far_from_the_origin() {
+    let skeleton = small_skeleton();
+    let clip = |still: bool, scale: f32| {
+        let clip = swinging_clip(&skeleton, 100, 0.7);
+        let mut desc = clip.desc().clone();
+        if still {
+            let root = desc.roots[0];
+            desc.roots.fill(root);
+            let first = desc.rotations[..9].to_vec();
+            desc.rotations = first.repeat(100);
+        }
+        for root in &mut desc.roots {
+            *root *= scale;
+        }
+        let clip = Clip::new(&skeleton, desc).unwrap();
+        let cloud = PointCloud::new(&skeleton, &clip, &[1.0; 9]);
+        Windows::new(&cloud, SETTINGS.window)
+    };
+    let all = [
+        clip(true, 1.0),
+        clip(false, 1.0),
+        clip(false, 40.0),
+        clip(true, 900.0),
+    ];
+    compare(SETTINGS, &all, &[33, 64]);
+}
+
+#[test]
+fn captures_need_few_of_all_distances() {
+    let Some(set) = captures("fight") else { return };
+    let weights = vec![1.0; set.skeleton.len()];
+    let windows: Vec<Windows> = { set.clips.iter().step_by(5) }
+        .map(|clip| {
+            let clip = clip.resampled(30.0).unwrap();
+            Windows::new(&PointCloud::new(&set.skeleton, &clip, &weights), 10)
+        })
+        .collect();
+    let settings = SearchSettings {
+        threshold: 0.1,
+        ..SETTINGS
+    };
+    let share = compare(settings, &windows, &[64, 1024]);
+    assert!(share < 0.2, "{share}");
 }

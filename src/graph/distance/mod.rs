@@ -15,12 +15,14 @@
 //! θ     = atan2(cross, dot)
 //! ```
 
+mod diagonal;
 mod kernel;
 mod map;
 mod windows;
 
 use glam::Vec3;
 
+pub(super) use diagonal::{Compared, Diagonals};
 pub use map::DistanceMap;
 use windows::WindowSums;
 pub use windows::Windows;

@@ -35,6 +35,8 @@ pub struct Windows {
     points: usize,
     /// Number of joints with a weight.
     joints: usize,
+    /// Weight of each of these joints.
+    weights: Vec<f32>,
     /// Weighted coordinates, `[frame][joint]`.
     weighted: Vec<[f32; 3]>,
     /// Coordinates, `[frame / TILE][joint][x, y, z][frame % TILE]`, 0 after the last frame.
@@ -63,6 +65,7 @@ impl Windows {
             frames,
             points: cloud.joints(),
             joints: joints.len(),
+            weights: joints.iter().map(|&joint| cloud.weight(joint)).collect(),
             weighted: Vec::with_capacity(frames * joints.len()),
             tiles: vec![[[0.0; TILE]; 3]; frames.div_ceil(TILE) * joints.len()],
             x: Vec::new(),
@@ -110,8 +113,30 @@ impl Windows {
     }
 
     /// Number of frames in the cloud.
-    pub(super) fn frames(&self) -> usize {
+    pub(in crate::graph) fn frames(&self) -> usize {
         self.frames
+    }
+
+    /// Weights of the joints that have one.
+    pub(in crate::graph) fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    /// Position of a joint that has a weight, relative to the cloud's centre, in metres. `joint` is its index in
+    /// [`Windows::weights`].
+    pub(in crate::graph) fn point(&self, frame: usize, joint: usize) -> [f32; 3] {
+        self.tiles[frame / TILE * self.joints + joint].map(|row| row[frame % TILE])
+    }
+
+    /// Ground mean of a window's points, relative to the cloud's centre, in metres.
+    pub(in crate::graph) fn ground_mean(&self, window: usize) -> [f64; 2] {
+        [self.x[window], self.z[window]]
+    }
+
+    /// Mean square of the distance of a window's points from the cloud's centre on the ground, in square metres.
+    pub(in crate::graph) fn mean_square(&self, window: usize) -> f64 {
+        let [x, z] = self.ground_mean(window);
+        self.spread[window] + x * x + z * z
     }
 
     /// Whether both clouds have the same number of points and both windows the same length.
@@ -129,5 +154,16 @@ impl Windows {
     #[inline(always)]
     pub(super) fn tiles(&self) -> std::slice::ChunksExact<'_, [[f32; TILE]; 3]> {
         self.tiles.chunks_exact(self.joints)
+    }
+
+    /// One of [`Windows::tiles`].
+    #[inline(always)]
+    pub(super) fn tile(&self, index: usize) -> &[[[f32; TILE]; 3]] {
+        &self.tiles[index * self.joints..(index + 1) * self.joints]
+    }
+
+    /// Whether both clouds have the same weights.
+    pub(in crate::graph) fn has_weights_of(&self, other: &Self) -> bool {
+        self.weights == other.weights
     }
 }

@@ -13,6 +13,8 @@ pub struct TransitionList {
     /// Minima of the current map so far.
     minima: CloseMinima,
     transitions: Vec<Transition>,
+    /// Number of distances that were computed for the minima.
+    distances: u64,
 }
 
 impl TransitionList {
@@ -22,7 +24,18 @@ impl TransitionList {
             map: (0, 0),
             minima: CloseMinima::new(settings.separation),
             transitions: Vec::new(),
+            distances: 0,
         }
+    }
+
+    /// Counts distances that were computed for the minima.
+    pub(in crate::graph) fn count(&mut self, distances: u64) {
+        self.distances += distances;
+    }
+
+    /// Number of distances that were counted.
+    pub(in crate::graph) fn distances(&self) -> u64 {
+        self.distances
     }
 
     /// Adds the minima of a band. Bands are added in the order of [`SearchSettings::bands`].

@@ -71,7 +71,7 @@ pub(super) fn find(
 /// still motion, every window is a minimum.
 #[derive(Debug)]
 pub(super) struct CloseMinima {
-    minima: Vec<Minimum>,
+    pub(super) minima: Vec<Minimum>,
     separation: usize,
     /// Number of minima above which close ones are removed.
     room: usize,

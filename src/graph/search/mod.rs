@@ -6,15 +6,20 @@
 //! The bands depend on the lengths of the clips alone, and the minima of a band on the points of its two clips alone. The
 //! transitions are therefore the same whoever searches a band, and in whatever order.
 
+mod bounds;
+mod jobs;
 mod list;
 mod minima;
+mod pruned;
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+pub use jobs::BandJobs;
 pub use list::TransitionList;
 pub use minima::Minimum;
+pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 
 use super::GraphError;
 use super::distance::{DistanceMap, Windows};
@@ -72,8 +77,8 @@ impl SearchSettings {
         .filter(|band| band.columns > 0)
     }
 
-    /// Finds the local minima of a band below the threshold, row by row. `a` and `b` are the windows of its clips. The result
-    /// does not depend on the instruction set.
+    /// Finds the local minima of a band below the threshold, row by row, from all distances of the band. `a` and `b` are the
+    /// windows of its clips. The result does not depend on the instruction set. [`PrunedSearch`] finds the same minima sooner.
     ///
     /// # Errors
     /// The band has more minima than a graph may have transitions.
@@ -88,7 +93,7 @@ impl SearchSettings {
 }
 
 impl MapBand {
-    /// Number of window pairs, which the time of the search is proportional to.
+    /// Number of window pairs.
     #[must_use]
     pub fn pairs(&self) -> u64 {
         self.rows as u64 * self.columns as u64

@@ -34,21 +34,24 @@ pub(super) fn run(args: &Args, as_json: bool) -> Result<Done, Failure> {
     let outcome = bake.compute(shard, args.threads)?;
     let seconds = started.elapsed().as_secs_f64();
     let (pairs, clips) = (bake.pairs(shard), bake.clips_of(shard).len());
-    let minima = match outcome {
+    let computed = match outcome {
         ShardOutcome::WasThere => None,
-        ShardOutcome::Computed(minima) => Some(minima),
+        ShardOutcome::Computed { minima, distances } => Some((minima, distances)),
     };
     if as_json {
         return Ok(Done::ok(Done::json(&json!({
-            "shard": shard, "was_there": minima.is_none(), "minima": minima,
+            "shard": shard, "was_there": computed.is_none(),
+            "minima": computed.map(|(minima, _)| minima),
+            "distances": computed.map(|(_, distances)| distances),
             "window_pairs": pairs, "clips_read": clips, "shard_seconds": seconds,
         }))));
     }
-    Ok(Done::ok(match minima {
+    Ok(Done::ok(match computed {
         None => format!("shard {shard} of {shards} is there and sound: nothing to do\n"),
-        Some(minima) => format!(
-            "shard {shard} of {shards}: {minima} minima in {:.1} million window pairs of {clips} clips, {seconds:.2} s\n",
-            pairs as f64 * 1e-6
+        Some((minima, distances)) => format!(
+            "shard {shard} of {shards}: {minima} minima in {:.1} million window pairs of {clips} clips, {:.1} million distances computed, {seconds:.2} s\n",
+            pairs as f64 * 1e-6,
+            distances as f64 * 1e-6
         ),
     }))
 }

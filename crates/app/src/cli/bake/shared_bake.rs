@@ -10,8 +10,11 @@
 use std::path::{Path, PathBuf};
 
 use sabaki::graph::GraphError;
-use sabaki::internal::{GraphBuilder, MapBand, Minimum, PointCloud, TransitionList, Windows};
-use sabaki::math::{Isa, in_parallel};
+use sabaki::internal::{
+    BandJobs, BandMinima, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
+    TransitionList, Windows,
+};
+use sabaki::math::in_parallel;
 
 use super::super::{Failure, output};
 use super::manifest::{Manifest, PlanInput};
@@ -37,8 +40,13 @@ pub(super) struct SharedBake {
 pub(super) enum ShardOutcome {
     /// It was there, and sound.
     WasThere,
-    /// It was computed: number of minima.
-    Computed(usize),
+    /// It was computed.
+    Computed {
+        /// Number of minima.
+        minima: usize,
+        /// Number of window pairs whose distance was computed.
+        distances: u64,
+    },
 }
 
 impl SharedBake {
@@ -125,19 +133,35 @@ impl SharedBake {
             .iter()
             .map(|&clip| self.windows(clip))
             .collect::<Result<_, _>>()?;
-        let of_clip = |clip: usize| &windows[clips.partition_point(|&other| other < clip)];
-        let bands: Vec<MapBand> = self.partition.bands(shard).collect();
-        let isa = Isa::best();
-        let found: Vec<Vec<Minimum>> = in_parallel(threads, bands.len(), |index| {
-            let band = bands[index];
-            let windows = [band.a, band.b].map(of_clip);
-            self.manifest.search.minima(band, windows, isa)
-        })
-        .into_iter()
-        .collect::<Result<_, GraphError>>()?;
+        let place = |clip: usize| clips.partition_point(|&other| other < clip);
+        // The search names clips by their place among those that were read.
+        let own = self.partition.bands(shard).map(|band| MapBand {
+            a: place(band.a),
+            b: place(band.b),
+            ..band
+        });
+        let jobs: Vec<Vec<MapBand>> = BandJobs::new(own).collect();
+        let search = PrunedSearch::new(self.manifest.search, windows.iter().collect(), threads);
+        let found = in_parallel(threads, jobs.len(), |job| {
+            let mut scratch = SearchScratch::default();
+            let bands = jobs[job].iter();
+            bands
+                .map(|&band| search.minima(band, &mut scratch))
+                .collect::<Result<Vec<_>, GraphError>>()
+        });
+        let found: Vec<BandMinima> = { found.into_iter() }
+            .collect::<Result<Vec<_>, GraphError>>()?
+            .into_iter()
+            .flatten()
+            .collect();
+        let distances = found.iter().map(|found| found.computed).sum();
+        let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
         let contents = sealed::encode(&(shard, &found))?;
         sealed::write(&self.shard_file(shard), self.seal(), &contents)?;
-        Ok(ShardOutcome::Computed(found.iter().map(Vec::len).sum()))
+        Ok(ShardOutcome::Computed {
+            minima: found.iter().map(Vec::len).sum(),
+            distances,
+        })
     }
 
     /// Reads all shards.

@@ -1,0 +1,279 @@
+//! The projections of a clip's windows, in the layout that bounds are computed from.
+
+use super::projection::{Complex, HEIGHTS, PLACES, Projected, Projection};
+use crate::graph::distance::Windows;
+
+/// Number of neighbouring windows in a ball.
+pub(in crate::graph::search) const NODE: usize = 8;
+
+/// Number of balls that are compared together.
+pub(in crate::graph::search) const NODES: usize = 16;
+
+/// Number of real values of a window: its heights, and two lengths of remainders.
+const REALS: usize = HEIGHTS + 2;
+
+/// Norm of windows after the last one: no distance to them is below a threshold.
+const NOWHERE: f32 = 1e30;
+
+/// Twice the rounding error of a squared distance, in units of the mean square of a window's points, for `joints` joints.
+///
+/// A kernel adds the products of two windows with `joints + 4` roundings of 2^-24 at most (Higham, "Accuracy and stability of
+/// numerical algorithms", section 3.1), of a bound with `REALS + 2 * PLACES`, and a few more with the norms. By the inequality
+/// of Cauchy and Schwarz a sum of products is at most the mean of the two windows' squares.
+const fn slack(joints: usize) -> f64 {
+    const UNIT: f64 = 1.0 / (1 << 24) as f64;
+    4.0 * (joints + REALS + 4 * PLACES + 16) as f64 * UNIT
+}
+
+/// Projections of `L` windows.
+#[derive(Clone, Copy, Debug)]
+struct Tile<const L: usize> {
+    reals: [[f32; L]; REALS],
+    re: [[f32; L]; PLACES],
+    im: [[f32; L]; PLACES],
+    norm: [f32; L],
+}
+
+/// One window that is compared with many.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::graph::search) struct Query {
+    reals: [f32; REALS],
+    re: [f32; PLACES],
+    im: [f32; PLACES],
+    norm: f32,
+}
+
+/// Balls around windows in the middle of [`NODE`] neighbours.
+#[derive(Clone, Copy, Debug)]
+struct Balls {
+    centres: Tile<NODES>,
+    /// Radii, each with half of the threshold.
+    radii: [f32; NODES],
+}
+
+/// Projections of all windows of a clip.
+#[derive(Clone, Debug)]
+pub(in crate::graph::search) struct Features {
+    tiles: Vec<Tile<NODE>>,
+    balls: Vec<Balls>,
+    /// Radius of each window as a ball of its own.
+    reaches: Vec<f32>,
+}
+
+/// A ball whose neighbours are searched.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::graph::search) struct Ball {
+    pub(in crate::graph::search) centre: Query,
+    /// Radius, with half of the threshold.
+    radius: f32,
+}
+
+impl<const L: usize> Tile<L> {
+    const EMPTY: Self = Self {
+        reals: [[0.0; L]; REALS],
+        re: [[0.0; L]; PLACES],
+        im: [[0.0; L]; PLACES],
+        norm: [NOWHERE; L],
+    };
+
+    fn set(&mut self, lane: usize, window: &Query) {
+        for (row, value) in self.reals.iter_mut().zip(window.reals) {
+            row[lane] = value;
+        }
+        for (row, value) in self.re.iter_mut().zip(window.re) {
+            row[lane] = value;
+        }
+        for (row, value) in self.im.iter_mut().zip(window.im) {
+            row[lane] = value;
+        }
+        self.norm[lane] = window.norm;
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Query {
+        Query {
+            reals: self.reals.each_ref().map(|row| row[lane]),
+            re: self.re.each_ref().map(|row| row[lane]),
+            im: self.im.each_ref().map(|row| row[lane]),
+            norm: self.norm[lane],
+        }
+    }
+
+    /// Lower bounds of the squared distances, in square metres.
+    #[inline(always)]
+    fn squared(&self, window: &Query) -> [f32; L] {
+        let (mut real, mut dot, mut cross) = ([0.0f32; L], [0.0f32; L], [0.0f32; L]);
+        for (row, value) in self.reals.iter().zip(window.reals) {
+            for lane in 0..L {
+                real[lane] += value * row[lane];
+            }
+        }
+        for index in 0..PLACES {
+            let (re, im) = (window.re[index], window.im[index]);
+            let (x, z) = (&self.re[index], &self.im[index]);
+            for lane in 0..L {
+                dot[lane] += re * x[lane] + im * z[lane];
+                cross[lane] += re * z[lane] - im * x[lane];
+            }
+        }
+        let mut out = [0.0; L];
+        for lane in 0..L {
+            let turned = (dot[lane] * dot[lane] + cross[lane] * cross[lane]).sqrt();
+            out[lane] = window.norm + self.norm[lane] - 2.0 * (real[lane] + turned);
+        }
+        out
+    }
+}
+
+impl Query {
+    /// `slack` is subtracted from the norm.
+    fn new(projected: &Projected, slack: f64) -> Self {
+        let Projected {
+            heights,
+            remainders,
+            places,
+        } = projected;
+        let reals: [f32; REALS] = std::array::from_fn(|index| match index.checked_sub(HEIGHTS) {
+            None => heights[index] as f32,
+            Some(index) => remainders[index] as f32,
+        });
+        let mut query = Self {
+            reals,
+            re: places.map(|[re, _]| re as f32),
+            im: places.map(|[_, im]| im as f32),
+            norm: 0.0,
+        };
+        query.norm = (query.square() - slack) as f32;
+        query
+    }
+
+    fn square(&self) -> f64 {
+        let all = self.reals.iter().chain(&self.re).chain(&self.im);
+        all.map(|&value| f64::from(value) * f64::from(value)).sum()
+    }
+
+    /// Distance of two projections, in metres.
+    fn distance(&self, other: &Self) -> f64 {
+        let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
+        let reals: f64 = { self.reals.iter().zip(&other.reals) }
+            .map(|(&a, &b)| product(a, b))
+            .sum();
+        let mut turned: Complex = [0.0; 2];
+        for index in 0..PLACES {
+            let (a, b) = (self.re[index], self.im[index]);
+            let (c, d) = (other.re[index], other.im[index]);
+            turned[0] += product(a, c) + product(b, d);
+            turned[1] += product(a, d) - product(b, c);
+        }
+        let both = self.square() + other.square();
+        let square = both - 2.0 * (reals + turned[0].hypot(turned[1]));
+        square.max(0.0).sqrt()
+    }
+}
+
+impl Features {
+    /// Projects the windows of a clip. `threshold` is that of the search, in metres.
+    pub(in crate::graph::search) fn new(
+        projection: &Projection,
+        clip: &Windows,
+        threshold: f32,
+    ) -> Self {
+        let slack = slack(clip.weights().len());
+        let windows = projection.project(clip).enumerate().map(|(at, projected)| {
+            let slack = slack * clip.mean_square(at);
+            (Query::new(&projected, slack), slack)
+        });
+        let windows: Vec<(Query, f64)> = windows.collect();
+        let mut features = Self {
+            tiles: vec![Tile::EMPTY; windows.len().div_ceil(NODE)],
+            balls: Vec::new(),
+            reaches: Vec::with_capacity(windows.len()),
+        };
+        let nodes = features.tiles.len();
+        let empty = Balls {
+            centres: Tile::EMPTY,
+            radii: [0.0; NODES],
+        };
+        features.balls.resize(nodes.div_ceil(NODES), empty);
+        for (node, own) in windows.chunks(NODE).enumerate() {
+            for (lane, (window, _)) in own.iter().enumerate() {
+                features.tiles[node].set(lane, window);
+            }
+            let (centre, _) = &own[own.len() / 2];
+            let threshold = f64::from(threshold);
+            // √(t² + 2 s) is at most t + s / t, and at most t + √(2 s).
+            let extra = |slack: f64| (slack / threshold).min((2.0 * slack).sqrt());
+            let rounded_up = |radius: f64| (radius * (1.0 + 1e-5) + 1e-6) as f32;
+            let own_reach = |&(_, slack): &(Query, f64)| 0.5 * threshold + extra(slack);
+            features
+                .reaches
+                .extend(own.iter().map(own_reach).map(rounded_up));
+            let reach = |own: &(Query, f64)| centre.distance(&own.0) + own_reach(own);
+            let radius = own.iter().map(reach).fold(0.0, f64::max);
+            let balls = &mut features.balls[node / NODES];
+            balls.centres.set(node % NODES, centre);
+            balls.radii[node % NODES] = rounded_up(radius);
+        }
+        features
+    }
+
+    /// Number of balls.
+    pub(in crate::graph::search) fn nodes(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Number of groups of [`NODES`] balls.
+    pub(in crate::graph::search) fn groups(&self) -> usize {
+        self.balls.len()
+    }
+
+    /// A ball of [`NODE`] windows.
+    #[inline(always)]
+    pub(in crate::graph::search) fn ball(&self, node: usize) -> Ball {
+        let balls = &self.balls[node / NODES];
+        let lane = node % NODES;
+        Ball {
+            centre: balls.centres.get(lane),
+            radius: balls.radii[lane],
+        }
+    }
+
+    /// The ball of one window.
+    #[inline(always)]
+    pub(in crate::graph::search) fn window(&self, window: usize) -> Ball {
+        Ball {
+            centre: self.tiles[window / NODE].get(window % NODE),
+            radius: self.reaches[window],
+        }
+    }
+
+    /// Which balls of a group may hold a window that is near one of a ball, also where a distance is not a number.
+    #[inline(always)]
+    pub(in crate::graph::search) fn near_balls(&self, ball: &Ball, group: usize) -> u32 {
+        let balls = &self.balls[group];
+        let squared = balls.centres.squared(&ball.centre);
+        let mut bits = [0; NODES];
+        for lane in 0..NODES {
+            let reach = ball.radius + balls.radii[lane];
+            let far = squared[lane] > reach * reach;
+            bits[lane] = if far { 0 } else { 1 << lane };
+        }
+        bits.iter().fold(0, |all, bit| all | bit)
+    }
+
+    /// Which windows of a ball may be nearer to a window than the root of `limit`, also where a distance is not a number.
+    #[inline(always)]
+    pub(in crate::graph::search) fn near_windows(
+        &self,
+        window: &Query,
+        (node, limit): (usize, f32),
+    ) -> u32 {
+        let squared = self.tiles[node].squared(window);
+        let mut bits = [0; NODE];
+        for lane in 0..NODE {
+            let far = squared[lane] >= limit;
+            bits[lane] = if far { 0 } else { 1 << lane };
+        }
+        bits.iter().fold(0, |all, bit| all | bit)
+    }
+}

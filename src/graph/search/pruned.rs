@@ -1,0 +1,329 @@
+//! The minima of a band, without the distances that a lower bound shows to be above the threshold.
+//!
+//! A minimum lies below the threshold, and its neighbours above the threshold are no lower. A distance that is known to be above
+//! it is therefore as good as an infinite one, and the minima are the same as those of the whole map, to the bit. Source of the
+//! bounds: [`bounds`](super::bounds).
+
+use std::ops::Range;
+
+use super::bounds::{Features, NODE, NODES, Projection};
+use super::minima::CloseMinima;
+use super::{MapBand, Minimum, SearchSettings};
+use crate::graph::GraphError;
+use crate::graph::distance::{Compared, Diagonals, Windows};
+use crate::math::{Isa, in_parallel};
+
+/// Number of rows that are searched together, at most.
+const STRIP: usize = 64;
+
+/// Number of window pairs that are searched together, at most, if a strip of [`NODE`] rows has no more. In still motion all of them
+/// are near.
+const MOST_PAIRS: usize = 1 << 22;
+
+/// Windows of clips, prepared for a search that computes few distances.
+#[derive(Debug)]
+pub struct PrunedSearch<'a> {
+    settings: SearchSettings,
+    isa: Isa,
+    windows: Vec<&'a Windows>,
+    features: Vec<Features>,
+}
+
+/// Minima of a band, row by row, and what they took.
+#[derive(Clone, Debug, Default)]
+pub struct BandMinima {
+    /// The minima.
+    pub minima: Vec<Minimum>,
+    /// Number of window pairs whose distance was computed. It may depend on the clips that are searched together.
+    pub computed: u64,
+}
+
+/// Memory of a search, reused from band to band.
+#[derive(Debug, Default)]
+pub struct SearchScratch {
+    diagonals: Diagonals,
+    /// Pairs of the strip that may be near, as they are found, and by diagonal.
+    near: Vec<Cell>,
+    sorted: Vec<Cell>,
+    /// First of `sorted` of each diagonal.
+    firsts: Vec<u32>,
+    /// Rows of one diagonal's pairs.
+    rows: Vec<u32>,
+    /// Computed pairs of the last two rows and of the strip.
+    cells: Vec<Cell>,
+    /// Squared distances of two rows, of the strip's rows and of one more; infinite where they were not computed.
+    squared: Vec<f32>,
+    /// Distances of the rows that are carried to the next strip.
+    carried: Vec<f32>,
+    found: Vec<Minimum>,
+}
+
+/// A window pair.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    row: u32,
+    column: u32,
+}
+
+impl<'a> PrunedSearch<'a> {
+    /// Prepares the windows of clips for a search with `isa`. A [`MapBand`] names clips by their index in `windows`. The
+    /// minima do not depend on which clips are searched together.
+    ///
+    /// # Panics
+    /// Panics if the clips have different numbers of points or windows of different lengths.
+    #[must_use]
+    pub fn new(settings: SearchSettings, windows: Vec<&'a Windows>, threads: usize) -> Self {
+        let same = |pair: &[&Windows]| pair[0].has_weights_of(pair[1]);
+        assert!(windows.windows(2).all(same), "clouds of one skeleton");
+        let projection = Projection::new(&windows);
+        let features = in_parallel(threads, windows.len(), |clip| {
+            Features::new(&projection, windows[clip], settings.threshold)
+        });
+        Self {
+            settings,
+            isa: Isa::best(),
+            windows,
+            features,
+        }
+    }
+
+    /// Selects an instruction set instead of the best one of the machine. The minima do not depend on it.
+    #[must_use]
+    pub fn with_isa(self, isa: Isa) -> Self {
+        Self { isa, ..self }
+    }
+
+    /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, to the bit.
+    ///
+    /// # Errors
+    /// The band has more minima than a graph may have transitions.
+    pub fn minima(
+        &self,
+        band: MapBand,
+        scratch: &mut SearchScratch,
+    ) -> Result<BandMinima, GraphError> {
+        let (a, b) = (self.windows[band.a], self.windows[band.b]);
+        let rows = band.rows();
+        let beside = rows.start.saturating_sub(1)..(rows.end + 1).min(a.count());
+        let search = BandSearch {
+            band,
+            compared: Compared {
+                a,
+                b,
+                isa: self.isa,
+            },
+            features: [band.a, band.b].map(|clip| &self.features[clip]),
+            limit: self.settings.threshold * self.settings.threshold,
+            gap: (band.a == band.b).then_some(self.settings.separation),
+        };
+        let mut close = CloseMinima::new(self.settings.separation);
+        let mut computed = 0;
+        scratch.cells.clear();
+        let strip = (MOST_PAIRS / band.columns.max(1) / NODE * NODE).clamp(NODE, STRIP);
+        let mut first = beside.start;
+        while first < beside.end {
+            // Strips end where balls do.
+            let end = ((first / strip + 1) * strip).min(beside.end);
+            search.find_near(first..end, scratch);
+            computed += search.compute(first..end, scratch);
+            let last = if end == beside.end { end } else { end - 1 };
+            search.collect(first..last, scratch);
+            let all = { scratch.found.iter() }.try_for_each(|&minimum| close.push(minimum));
+            if let Err(error) = all {
+                *scratch = SearchScratch::default();
+                return Err(error);
+            }
+            search.carry(first..end, scratch);
+            first = end;
+        }
+        // What is left over is carried nowhere.
+        search.carry(first..first + 2, scratch);
+        Ok(BandMinima {
+            minima: close.minima,
+            computed,
+        })
+    }
+}
+
+/// The search of a band.
+struct BandSearch<'a> {
+    band: MapBand,
+    compared: Compared<'a>,
+    features: [&'a Features; 2],
+    limit: f32,
+    /// Number of columns by which minima are right of the diagonal, in the map of a clip with itself.
+    gap: Option<usize>,
+}
+
+impl BandSearch<'_> {
+    /// First column that is a minimum, or beside one.
+    fn first_column(&self, row: usize) -> usize {
+        self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
+    }
+
+    /// Finds the pairs of a strip that may be near. Of those on one diagonal, the rows ascend.
+    fn find_near(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
+        scratch.near.clear();
+        let nodes = rows.start / NODE..rows.end.div_ceil(NODE);
+        let near = &mut scratch.near;
+        self.compared.isa.run(
+            #[inline(always)]
+            || {
+                for node in nodes {
+                    let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
+                    self.near_node((node, own), near);
+                }
+            },
+        );
+    }
+
+    /// Finds the pairs of the windows `rows`, which belong to one ball.
+    #[inline(always)]
+    fn near_node(&self, (node, rows): (usize, Range<usize>), near: &mut Vec<Cell>) {
+        let [a, b] = self.features;
+        let ball = a.ball(node);
+        for group in self.first_column(rows.start) / NODE / NODES..b.groups() {
+            let balls = b.near_balls(&ball, group);
+            if balls == 0 {
+                continue;
+            }
+            for row in rows.clone() {
+                let window = a.window(row);
+                let first = self.first_column(row);
+                let mut balls = balls & b.near_balls(&window, group);
+                while balls != 0 {
+                    let other = group * NODES + balls.trailing_zeros() as usize;
+                    balls &= balls - 1;
+                    if other >= b.nodes() || (other + 1) * NODE <= first {
+                        continue;
+                    }
+                    let mut columns = b.near_windows(&window.centre, (other, self.limit));
+                    while columns != 0 {
+                        let column = other * NODE + columns.trailing_zeros() as usize;
+                        columns &= columns - 1;
+                        if column >= first && column < self.band.columns {
+                            near.push(Cell {
+                                row: row as u32,
+                                column: column as u32,
+                            });
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Computes the distances of the pairs that may be near, diagonal by diagonal, and returns their number.
+    fn compute(&self, rows: Range<usize>, scratch: &mut SearchScratch) -> u64 {
+        let SearchScratch {
+            diagonals,
+            near,
+            sorted,
+            firsts,
+            rows: own,
+            cells,
+            squared,
+            ..
+        } = scratch;
+        let columns = self.band.columns;
+        // After the search of a band all of it is infinite.
+        let size = (rows.len() + 3) * columns;
+        if squared.len() < size {
+            squared.resize(size, f32::INFINITY);
+        }
+        if near.is_empty() {
+            return 0;
+        }
+        diagonals.load(self.compared.a, rows.clone());
+        // A counting sort by diagonal keeps the order of the rows.
+        let diagonal = |cell: &Cell| (cell.column as usize + rows.end - 1) - cell.row as usize;
+        firsts.clear();
+        firsts.resize(columns + rows.len() + 1, 0);
+        for cell in near.iter() {
+            firsts[diagonal(cell) + 1] += 1;
+        }
+        for index in 1..firsts.len() {
+            firsts[index] += firsts[index - 1];
+        }
+        sorted.clear();
+        sorted.resize(near.len(), Cell { row: 0, column: 0 });
+        for cell in near.iter() {
+            let place = &mut firsts[diagonal(cell)];
+            sorted[*place as usize] = *cell;
+            *place += 1;
+        }
+        let same = |x: &Cell, y: &Cell| x.column + y.row == y.column + x.row;
+        for cells in sorted.chunk_by(same) {
+            let shift = cells[0].column as isize - cells[0].row as isize;
+            own.clear();
+            own.extend(cells.iter().map(|cell| cell.row));
+            diagonals.for_each(self.compared, (own, shift), |row, distance| {
+                let column = (row as isize + shift) as usize;
+                squared[(row - rows.start + 2) * columns + column] = distance;
+            });
+        }
+        cells.extend_from_slice(near);
+        near.len() as u64
+    }
+
+    /// Collects the minima of the rows before `rows.end` that were not complete before, row by row. `rows.start` is the first
+    /// row of the strip.
+    fn collect(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
+        let SearchScratch {
+            cells,
+            squared,
+            found,
+            ..
+        } = scratch;
+        found.clear();
+        let (band, columns) = (self.band.rows(), self.band.columns);
+        let value = |row: usize, column: usize| squared[(row + 2 - rows.start) * columns + column];
+        for cell in cells.iter() {
+            let (row, column) = (cell.row as usize, cell.column as usize);
+            let own = value(row, column);
+            let wanted = band.contains(&row)
+                && (rows.start.saturating_sub(1)..rows.end).contains(&row)
+                && self.gap.is_none_or(|gap| column >= row + gap);
+            if !wanted || own >= self.limit {
+                continue;
+            }
+            let above = row.saturating_sub(1);
+            let beside = column.saturating_sub(1)..(column + 2).min(columns);
+            let lower = (above..row + 2).any(|row| beside.clone().any(|c| value(row, c) < own));
+            if !lower {
+                found.push(Minimum {
+                    a: row as u32,
+                    b: column as u32,
+                    distance: own.sqrt(),
+                });
+            }
+        }
+        found.sort_unstable_by_key(|minimum| (minimum.a, minimum.b));
+    }
+
+    /// Forgets a strip's distances, except for those of its last two rows.
+    fn carry(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
+        let SearchScratch {
+            cells,
+            squared,
+            carried,
+            ..
+        } = scratch;
+        let columns = self.band.columns;
+        let place = |cell: &Cell, first: usize| {
+            (cell.row as usize + 2 - first) * columns + cell.column as usize
+        };
+        carried.clear();
+        cells.retain(|cell| {
+            let value = std::mem::replace(&mut squared[place(cell, rows.start)], f32::INFINITY);
+            let kept = cell.row as usize + 2 >= rows.end;
+            if kept {
+                carried.push(value);
+            }
+            kept
+        });
+        for (cell, &value) in cells.iter().zip(carried.iter()) {
+            squared[place(cell, rows.end)] = value;
+        }
+    }
+}
