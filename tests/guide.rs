@@ -78,13 +78,10 @@ fn the_limits_are_those_of_the_code() {
         ("LONGEST_CLIP", LONGEST_CLIP),
         ("gltf::MOST_ENTRIES", gltf::MOST_ENTRIES as f64),
         ("gltf::MOST_VERTICES", gltf::MOST_VERTICES as f64),
+        ("GraphSettings::MEMORY", GraphSettings::MEMORY as f64),
         (
-            "GraphSettings::MOST_FRAMES",
-            GraphSettings::MOST_FRAMES as f64,
-        ),
-        (
-            "GraphSettings::MOST_PLACES",
-            GraphSettings::MOST_PLACES as f64,
+            "GraphSettings::MOST_FOUND",
+            GraphSettings::MOST_FOUND as f64,
         ),
         (
             "GraphSettings::MOST_EVENTS",

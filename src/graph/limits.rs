@@ -4,13 +4,8 @@ use super::{ClipSource, GraphError, GraphSettings};
 use crate::anim::Clip;
 
 impl GraphSettings {
-    /// Maximum number of frames of all clips at the graph's rate: more than two hours at 30 frames
-    /// per second. Every pair of frames is compared.
-    pub const MOST_FRAMES: usize = 250_000;
-
-    /// Maximum number of frames of all clips at the graph's rate, times the number of joints: about
-    /// 1.5 GB during the build.
-    pub const MOST_PLACES: usize = 1 << 24;
+    /// Default of [`GraphSettings::memory`], in bytes.
+    pub const MEMORY: u64 = 8 << 30;
 
     /// Maximum number of events of all clips. The maps of an event take about 1 MB.
     pub const MOST_EVENTS: usize = 2048;
@@ -18,26 +13,29 @@ impl GraphSettings {
     /// Maximum duration of an event, in seconds.
     pub const LONGEST_EVENT: f64 = 60.0;
 
-    /// Maximum number of transitions before pruning.
+    /// Maximum number of transitions before pruning. If more are below the threshold, the closest of each stretch of a clip are
+    /// kept.
     pub const MOST_TRANSITIONS: usize = 1 << 18;
+
+    /// Maximum number of transitions that the closest are chosen from.
+    pub const MOST_FOUND: usize = 1 << 24;
 
     /// Checks the limits before any memory is allocated.
     pub(super) fn check_size(&self, source: ClipSource<'_>) -> Result<(), GraphError> {
-        // Resampling adds up to one frame beyond the whole frame times of a clip.
-        let frames = |clip: &Clip| (clip.duration() * self.frame_rate).ceil() + 1.0;
-        let frames = source.clips.iter().map(frames).sum::<f64>();
-        let most = |what, found: f64, most: usize| match found <= most as f64 {
+        let most = |what, found: f64, most: u64| match found <= most as f64 {
             true => Ok(()),
             false => Err(GraphError::TooMany {
                 what,
                 found: found as u64,
-                most: most as u64,
+                most,
             }),
         };
-        most("frames at the graph's rate", frames, Self::MOST_FRAMES)?;
-        let places = frames * source.skeleton.len() as f64;
-        most("frames times joints", places, Self::MOST_PLACES)?;
-        most("events", source.events.len() as f64, Self::MOST_EVENTS)?;
+        most("bytes of memory", self.estimate(source), self.memory)?;
+        most(
+            "events",
+            source.events.len() as f64,
+            Self::MOST_EVENTS as u64,
+        )?;
         let long = |seconds: f64| seconds > Self::LONGEST_EVENT;
         let mut lengths = source.events.iter().map(|event| event.end - event.start);
         match lengths.position(long) {
@@ -46,6 +44,35 @@ impl GraphSettings {
                 max: Self::LONGEST_EVENT,
             }),
             None => Ok(()),
+        }
+    }
+
+    /// About how much memory a build takes, in bytes.
+    fn estimate(&self, source: ClipSource<'_>) -> f64 {
+        // Of a joint and frame: the rotation twice, the point in three layouts, and about as much again of the graph's copies.
+        const JOINT: f64 = 100.0;
+        // Of a frame: sums and projections of its window, and its place in the search for links.
+        const FRAME: f64 = 400.0;
+        // Resampling adds up to one frame beyond the whole frame times of a clip.
+        let frames = |clip: &Clip| (clip.duration() * self.frame_rate).ceil() + 1.0;
+        let frames = source.clips.iter().map(frames).sum::<f64>();
+        // Links take the time from each frame to each event.
+        let events = match self.links {
+            Some(_) => source.events.len() as f64 * size_of::<u16>() as f64,
+            None => 0.0,
+        };
+        frames * (source.skeleton.len() as f64 * JOINT + FRAME + events)
+    }
+
+    /// Checks the limit on the number of transitions that the closest are chosen from.
+    pub(super) fn check_found(found: usize) -> Result<(), GraphError> {
+        match found <= Self::MOST_FOUND {
+            true => Ok(()),
+            false => Err(GraphError::TooMany {
+                what: "transitions under the threshold",
+                found: found as u64,
+                most: Self::MOST_FOUND as u64,
+            }),
         }
     }
 

@@ -25,6 +25,9 @@ pub struct GraphSettings {
     /// Number of threads for the distance maps, or 0 for one thread per CPU core. The graph does
     /// not depend on it.
     pub threads: usize,
+    /// Memory that a build may take, in bytes. Input that would take more by an estimate is rejected before the work begins.
+    /// Default 8 GiB.
+    pub memory: u64,
 }
 
 impl Default for GraphSettings {
@@ -38,6 +41,7 @@ impl Default for GraphSettings {
             feet: FeetSettings::default(),
             links: Some(LinkSettings::default()),
             threads: 0,
+            memory: Self::MEMORY,
         }
     }
 }

@@ -58,6 +58,9 @@ impl TransitionList {
     /// The graph would have too many transitions.
     pub(in crate::graph) fn finish(mut self) -> Result<Vec<Transition>, GraphError> {
         self.close_map()?;
+        let most = GraphSettings::MOST_TRANSITIONS;
+        keep_closest(&mut self.transitions, (self.settings.window, most));
+        GraphSettings::check_transitions(self.transitions.len())?;
         Ok(self.transitions)
     }
 
@@ -67,6 +70,67 @@ impl TransitionList {
             let both = Transition::both_ways(a, b, &minimum, self.settings.window);
             self.transitions.extend(both);
         }
-        GraphSettings::check_transitions(self.transitions.len())
+        GraphSettings::check_found(self.transitions.len())
+    }
+}
+
+/// If there are more than `most` transitions, keeps the closest of each stretch of `length` frames of a source clip, the same number
+/// of all stretches. Their order stays.
+fn keep_closest(transitions: &mut Vec<Transition>, (length, most): (usize, usize)) {
+    if transitions.len() <= most {
+        return;
+    }
+    let stretch = |t: &Transition| (t.source_clip, t.source_frame / length);
+    let mut order: Vec<usize> = (0..transitions.len()).collect();
+    order.sort_by(|&a, &b| {
+        let (x, y) = (&transitions[a], &transitions[b]);
+        { stretch(x).cmp(&stretch(y)) }
+            .then(x.distance.total_cmp(&y.distance))
+            .then(a.cmp(&b))
+    });
+    let same = |&a: &usize, &b: &usize| stretch(&transitions[a]) == stretch(&transitions[b]);
+    let stretches = order.chunk_by(same).count();
+    let each = (most / stretches).max(1);
+    let mut kept = vec![false; transitions.len()];
+    for own in order.chunk_by(same) {
+        for &index in own.iter().take(each) {
+            kept[index] = true;
+        }
+    }
+    let mut kept = kept.into_iter();
+    transitions.retain(|_| kept.next().unwrap_or(false));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closest_of_each_stretch_are_kept() {
+        let transition = |index: usize| Transition {
+            source_clip: index % 3,
+            source_frame: index * 7 % 40,
+            target_clip: 0,
+            target_frame: index,
+            frames: 10,
+            distance: (index * 37 % 101) as f32,
+        };
+        let all: Vec<Transition> = (0..600).map(transition).collect();
+        let mut same = all.clone();
+        keep_closest(&mut same, (10, 600));
+        assert_eq!(same, all);
+        // Twelve stretches keep eight each.
+        let mut few = all.clone();
+        keep_closest(&mut few, (10, 100));
+        let expected = all.iter().filter(|own| {
+            let stretch = |t: &Transition| (t.source_clip, t.source_frame / 10);
+            let beside = all.iter().filter(|other| stretch(other) == stretch(own));
+            let closer = |other: &&Transition| {
+                (other.distance, other.target_frame) < (own.distance, own.target_frame)
+            };
+            beside.filter(closer).count() < 8
+        });
+        assert_eq!(few, expected.copied().collect::<Vec<_>>());
+        assert_eq!(few.len(), 96);
     }
 }

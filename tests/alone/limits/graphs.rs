@@ -12,14 +12,18 @@ use super::MB;
 use super::common::clips::{small_skeleton, swinging_clip};
 use super::peak::held_at_most;
 
-/// Builds, and gives the error and how much was held.
+/// Builds in a gigabyte, and gives the error and how much was held.
 fn refused(skeleton: &Skeleton, clips: &[Clip], events: &[Event]) -> (GraphError, usize) {
+    let settings = GraphSettings {
+        memory: 1 << 30,
+        ..GraphSettings::default()
+    };
     let source = ClipSource {
         skeleton,
         clips,
         events,
     };
-    let (built, held) = held_at_most(|| graph::build(source, &GraphSettings::default()));
+    let (built, held) = held_at_most(|| graph::build(source, &settings));
     (built.err().unwrap(), held)
 }
 
@@ -74,10 +78,9 @@ fn ten_hours_of_motion_are_read_and_make_no_graph() {
     let GraphError::TooMany { what, found, most } = error else {
         panic!("{error}")
     };
-    assert_eq!(
-        (what, found, most),
-        ("frames at the graph's rate", 1_080_001, 250_000)
-    );
+    assert_eq!((what, most), ("bytes of memory", 1 << 30));
+    // 900 bytes for the joints of a frame, and 400 for the frame.
+    assert_eq!(found, 1_080_001 * 1300);
     assert!(held < MB, "{held}");
     // Longer still is refused when it is read.
     let folder = tempfile::tempdir().unwrap();
@@ -102,7 +105,7 @@ fn many_joints_for_long_are_refused() {
     assert!(
         error
             .to_string()
-            .contains("frames times joints; 16777216 is the most"),
+            .contains("bytes of memory; 1073741824 is the most"),
         "{error}"
     );
     assert!(held < MB, "{held}");

@@ -41,6 +41,9 @@ impl ReadArgs {
     }
 }
 
+/// Bytes of the unit of `--memory`.
+const GB: f64 = (1u64 << 30) as f64;
+
 /// Clips, and the settings of the graph built from them.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Clips")]
@@ -64,6 +67,9 @@ pub(crate) struct ClipArgs {
     /// metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
+    /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
+    #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
+    pub(crate) memory: f64,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
@@ -71,6 +77,14 @@ pub(crate) struct ClipArgs {
 }
 
 impl ClipArgs {
+    fn graph_settings(&self) -> GraphSettings {
+        GraphSettings {
+            threshold: self.threshold,
+            memory: (self.memory * GB) as u64,
+            ..GraphSettings::default()
+        }
+    }
+
     /// All files and folders that are read.
     pub(crate) fn files(&self) -> Vec<&Path> {
         let clips = self.clips.iter().chain(&self.events);
@@ -173,7 +187,7 @@ fn find_here(builder: &GraphBuilder<'_>) -> Result<TransitionList, Failure> {
 pub(crate) struct BakeInput {
     set: sabaki_import::ClipSet,
     figure: Figure,
-    threshold: f32,
+    settings: GraphSettings,
 }
 
 impl BakeInput {
@@ -191,12 +205,12 @@ impl BakeInput {
         Ok(Self {
             set,
             figure,
-            threshold: args.threshold,
+            settings: args.graph_settings(),
         })
     }
 
     pub(crate) fn graph_settings(&self) -> GraphSettings {
-        graph_settings(self.threshold)
+        self.settings.clone()
     }
 
     pub(crate) fn builder<'a>(
@@ -212,13 +226,6 @@ impl BakeInput {
             clips: &self.set.clips,
             events: &self.set.events,
         }
-    }
-}
-
-fn graph_settings(threshold: f32) -> GraphSettings {
-    GraphSettings {
-        threshold,
-        ..GraphSettings::default()
     }
 }
 
@@ -242,7 +249,7 @@ pub(crate) fn from_clips_with(
     };
     let baked = Bake {
         source: input.source(),
-        threshold: args.threshold,
+        graph: args.graph_settings(),
         settings,
     }
     .run(&find);
@@ -276,7 +283,7 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
             clips: &motions.clips,
             events: &motions.events,
         },
-        threshold: GraphSettings::default().threshold,
+        graph: GraphSettings::default(),
         settings: BakeSettings::default(),
     }
     .run(&find_here)
@@ -293,7 +300,7 @@ pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
 /// Input and settings of a bake.
 struct Bake<'a> {
     source: ClipSource<'a>,
-    threshold: f32,
+    graph: GraphSettings,
     settings: BakeSettings,
 }
 
@@ -303,8 +310,7 @@ impl Bake<'_> {
         let started = Instant::now();
         let bar = output::progress("baking", 4);
         bar.tick();
-        let graph_settings = graph_settings(self.threshold);
-        let builder = GraphBuilder::new(self.source, &graph_settings)?;
+        let builder = GraphBuilder::new(self.source, &self.graph)?;
         let done = |stage: &str| {
             bar.inc(1);
             let seconds = started.elapsed().as_secs_f64();
