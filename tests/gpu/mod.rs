@@ -7,7 +7,6 @@ mod cull;
 mod device;
 mod fallbacks;
 mod faults;
-mod guest;
 mod memory;
 mod motions;
 mod raster;

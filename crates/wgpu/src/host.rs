@@ -1,0 +1,171 @@
+//! A wgpu device as sabaki sees it.
+
+use std::ffi::c_void;
+
+use sabaki::gpu::ash::ext::debug_utils;
+use sabaki::gpu::ash::vk::{self, Handle};
+use sabaki::gpu::{
+    Context, CullerDesc, Features, GpuError, RawContextDesc, Report, Terms, check_raw,
+};
+use wgpu::hal::api::Vulkan;
+use wgpu::hal::vulkan::InstanceShared;
+
+use super::HostedCuller;
+
+/// Reason why a wgpu device cannot cull.
+#[derive(Debug, thiserror::Error)]
+pub enum HostError {
+    /// The device or the adapter is not one of wgpu's Vulkan backend.
+    #[error("wgpu does not run on Vulkan here")]
+    NotVulkan,
+    /// The device lacks something, or a call failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The Vulkan device cannot be created.
+    #[error("the device cannot be opened: {0}")]
+    Open(#[from] wgpu::hal::DeviceError),
+    /// wgpu refuses the device.
+    #[error(transparent)]
+    Request(#[from] wgpu::RequestDeviceError),
+}
+
+/// A wgpu device that culls.
+#[derive(Clone, Debug)]
+pub struct Host {
+    device: wgpu::Device,
+    context: Context,
+}
+
+impl Host {
+    /// A device that the program has created through wgpu. Only the compute path runs on it, because wgpu does not enable what the
+    /// stencil path needs.
+    ///
+    /// # Errors
+    /// [`HostError::NotVulkan`]; [`GpuError::Missing`] if the queue family has no compute.
+    pub fn new(device: &wgpu::Device) -> Result<Self, HostError> {
+        Self::with(device.clone(), Features::default())
+    }
+
+    /// Creates a device with what both culling paths use, as far as the adapter offers it, beside what `desc` asks for.
+    ///
+    /// # Errors
+    /// [`HostError::NotVulkan`]; an error of creating the device.
+    pub fn open(
+        adapter: &wgpu::Adapter,
+        desc: &wgpu::DeviceDescriptor<'_>,
+    ) -> Result<(Self, wgpu::Queue), HostError> {
+        let report = report(adapter)?;
+        let offered = report.features;
+        let mut rendering =
+            vk::PhysicalDeviceDynamicRenderingFeatures::default().dynamic_rendering(true);
+        let mut synchronization =
+            vk::PhysicalDeviceSynchronization2Features::default().synchronization2(true);
+        let is_core = report.extensions.is_empty();
+        // SAFETY: the adapter offers the features that are added, and nothing is taken away.
+        let (device, queue) = unsafe {
+            let vulkan = adapter.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
+            let open = vulkan.open_with_callback(
+                desc.required_features,
+                &desc.required_limits,
+                &desc.memory_hints,
+                Some(Box::new(|arguments| {
+                    // Below Vulkan 1.3 the features are those of extensions, which wgpu may not enable.
+                    let mut info = std::mem::take(arguments.create_info);
+                    if is_core && offered.dynamic_rendering {
+                        info = info.push_next(&mut rendering);
+                    }
+                    if is_core && offered.synchronization2 {
+                        info = info.push_next(&mut synchronization);
+                    }
+                    *arguments.create_info = info;
+                })),
+            )?;
+            adapter.create_device_from_hal(open, desc)?
+        };
+        let downlevel = adapter.get_downlevel_capabilities().flags;
+        let features = Features {
+            dynamic_rendering: is_core && offered.dynamic_rendering,
+            synchronization2: is_core && offered.synchronization2,
+            extended_dynamic_state: is_core,
+            // wgpu does not enable it. Occlusion queries then say any or none, so that fragments count.
+            precise_queries: false,
+            fragment_atomics: downlevel.contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
+        };
+        Ok((Self::with(device, features)?, queue))
+    }
+
+    fn with(device: wgpu::Device, features: Features) -> Result<Self, HostError> {
+        // SAFETY: the handles are of one device, which `device` keeps alive as long as the host; wgpu has enabled the features.
+        let context = unsafe {
+            let vulkan = device.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
+            Context::from_raw(&RawContextDesc {
+                physical_device: vulkan.raw_physical_device().as_raw(),
+                device: vulkan.raw_device().handle().as_raw(),
+                queue_family: vulkan.queue_family_index(),
+                features,
+                ..instance(vulkan.shared_instance())
+            })?
+        };
+        Ok(Self { device, context })
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// What the device offers to the culling paths.
+    #[must_use]
+    pub fn report(&self) -> &Report {
+        self.context.report()
+    }
+
+    /// The device for the rest of [`sabaki::gpu`] and for `sabaki-draw`.
+    ///
+    /// # Safety
+    /// What is created from the context is destroyed before the last clone of [`Host::device`] is dropped.
+    #[must_use]
+    pub unsafe fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// Creates a culler with memory of its own.
+    ///
+    /// # Errors
+    /// As for [`sabaki::gpu::Culler::new`].
+    pub fn culler(&self, desc: &CullerDesc<'_>) -> Result<HostedCuller, HostError> {
+        HostedCuller::new(self.device.clone(), &self.context, desc)
+    }
+}
+
+/// What a physical device offers.
+fn report(adapter: &wgpu::Adapter) -> Result<Report, HostError> {
+    // SAFETY: the handles are wgpu's, which the adapter keeps alive.
+    unsafe {
+        let vulkan = adapter.as_hal::<Vulkan>().ok_or(HostError::NotVulkan)?;
+        let desc = RawContextDesc {
+            physical_device: vulkan.raw_physical_device().as_raw(),
+            ..instance(vulkan.shared_instance())
+        };
+        Ok(check_raw(&desc)?)
+    }
+}
+
+/// Description of wgpu's instance, without device.
+fn instance(shared: &InstanceShared) -> RawContextDesc {
+    let lookup = shared.entry().static_fn().get_instance_proc_addr;
+    RawContextDesc {
+        get_instance_proc_addr: lookup as *const c_void,
+        instance: shared.raw_instance().handle().as_raw(),
+        physical_device: 0,
+        device: 0,
+        queue_family: 0,
+        features: Features::default(),
+        debug_utils: shared.extensions().contains(&debug_utils::NAME),
+        terms: Terms {
+            api_version: shared.instance_api_version(),
+            ..Terms::default()
+        },
+    }
+}
