@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use common::report::Report;
 use common::{Motions, throws};
-use sabaki::gpu::{Counting, Culler, CullerDesc};
+use sabaki::gpu::{Counting, Culler, CullerDesc, PipelineCache};
 use sabaki::internal::CullCandidate;
 use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{Counted, CullInput, CullPath, Overlap, cpu};
@@ -46,7 +46,42 @@ fn measure(report: &mut Report) {
             cullers.destroy(&mut device);
         }
     }
+    starts(report, &mut device);
     let _ = device.destroy();
+}
+
+/// Creation of a culler, with all its pipelines: as on a first start, and with the pipeline cache that an earlier start kept as bytes.
+fn starts(report: &mut Report, device: &mut Headless) {
+    let baked = Motions::read().bake();
+    report.table(
+        "creation of a culler",
+        &["first start", "with the bytes of an earlier one"],
+    );
+    for (name, path) in [
+        ("compute", CullPath::Compute),
+        ("stencil", CullPath::Stencil),
+    ] {
+        let mut create = |bytes: &[u8]| {
+            let made = device.make(|context, memory| {
+                let cache = PipelineCache::new(context, bytes)?;
+                let desc = CullerDesc {
+                    pipeline_cache: cache.handle(),
+                    ..CullerDesc::new(path, baked.atlas())
+                };
+                let culler = Culler::new(context, memory, &desc)?;
+                let bytes = cache.bytes()?;
+                culler.destroy(memory);
+                cache.destroy();
+                Ok(bytes)
+            });
+            made.unwrap()
+        };
+        let kept = create(&[]);
+        report.row(name, |column| match column {
+            0 => create(&[]),
+            _ => create(&kept),
+        });
+    }
 }
 
 /// Calls `run` with an attack and so many candidates.

@@ -258,6 +258,7 @@ impl Characters {
     ///
     /// `obstacles` are where they are now; no character enters them. Give all that are within 10 m of a character.
     pub fn step(&mut self, dt: f32, obstacles: &[Obstacle], events: &mut Vec<CharacterEvent>) {
+        let _span = tracing::trace_span!("characters: step").entered();
         let dt = if dt.is_finite() { dt.max(0.0) } else { 0.0 };
         self.bodies.clear();
         if self.settings.body_radius > 0.0 {
@@ -281,6 +282,7 @@ impl Characters {
         most_urgent(shared.0, self.settings.plans_per_step, &mut self.urgent);
         let urgent = (&self.urgent[..], 1e-3 * self.settings.plan_milliseconds);
         on_urgent(&mut self.pool, shared, urgent, |index, slot, worker| {
+            let _span = tracing::trace_span!("character: plan", character = index).entered();
             if let Some(state) = &mut slot.state {
                 state.avoid(index as u32, &world, worker);
             }

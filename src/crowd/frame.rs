@@ -28,11 +28,18 @@ impl Crowd {
         out: &mut [F32x16],
     ) -> Result<FrameReport, PoseError> {
         self.advance(frame.seconds);
-        self.choose(frame);
-        let report = self.prepare();
+        {
+            let _span = tracing::trace_span!("crowd: choose levels").entered();
+            self.choose(frame);
+        }
+        let report = {
+            let _span = tracing::trace_span!("crowd: sort").entered();
+            self.prepare()
+        };
         if report.sorted {
             self.scratch_of_frames.sorted_levels = None;
         }
+        let _span = tracing::trace_span!("crowd: pose").entered();
         self.pose_prepared(out)?;
         Ok(report)
     }

@@ -111,6 +111,7 @@ impl<'s, 'a> ExactEvaluator<'s, 'a> {
     /// Bends one of the least deep hits so that it is clean, the least deep first, and leaves its motion in `motion`. Returns its
     /// position; `None` if none can be bent so.
     pub(super) fn warp(&mut self, motion: &mut Motion) -> Option<usize> {
+        let _span = tracing::trace_span!("query: warp").entered();
         let Self {
             order,
             tests,

@@ -33,6 +33,7 @@ pub(super) fn select(
     scratch: &mut EvaluateScratch,
     motion: &mut Motion,
 ) -> Option<Selection> {
+    let _span = tracing::trace_span!("query: test and choose").entered();
     let is_grid = state.source == Source::Grid;
     let (mut has_layers, mut has_entries, mut has_moves) = (false, false, false);
     let mut reconsidered = 0;

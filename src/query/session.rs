@@ -199,6 +199,7 @@ impl<'a> Session<'a> {
     /// Runs the session to its end on the CPU.
     pub fn run_on_cpu(&mut self, culler: &mut cpu::Culler, answer: &mut Answer) {
         let Ok(()) = self.run(answer, |input, counts| {
+            let _span = tracing::trace_span!("query: cull on the CPU").entered();
             culler.count(input, counts);
             Ok::<_, Infallible>(())
         });
@@ -240,6 +241,7 @@ impl<'a> Session<'a> {
 
     /// Begins a round: finds its candidates and draws their maps.
     fn gather(&mut self, source: Source, lookup: Option<Lookup>) {
+        let _span = tracing::trace_span!("query: gather", source = ?source).entered();
         self.state.round += 1;
         self.state.source = source;
         let gather = Gather {
@@ -252,6 +254,7 @@ impl<'a> Session<'a> {
     }
 
     fn place(&mut self, outer: bool) {
+        let _span = tracing::trace_span!("query: draw the attack's maps").entered();
         let place = PlaceCandidates {
             baked: self.query.baked,
             outer,

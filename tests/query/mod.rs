@@ -12,5 +12,6 @@ mod layers;
 mod obstacles;
 mod pause;
 mod query_alloc;
+mod spans;
 mod tracks;
 mod warp;

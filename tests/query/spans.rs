@@ -1,0 +1,105 @@
+//! Promise: each stage of a query, of a game's step and of a crowd's frame is a span of `tracing`, entered and left in order.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use sabaki::anim::JointTransform;
+use sabaki::character::{CharacterSettings, Characters, Threat};
+use sabaki::math::Rigid2;
+use sabaki::query::{Query, QuerySettings};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_testing::answer::answer_throw;
+use sabaki_testing::baked::embedded;
+use tracing::span::{Attributes, Id, Record};
+use tracing::{Event, Metadata, Subscriber};
+
+/// The names of all spans, and how many are open.
+#[derive(Default)]
+struct Heard {
+    names: BTreeSet<&'static str>,
+    open: i32,
+}
+
+#[derive(Default)]
+struct Listener {
+    heard: Arc<Mutex<Heard>>,
+    next: AtomicU64,
+}
+
+impl Subscriber for Listener {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.is_span() && metadata.target().starts_with("sabaki")
+    }
+
+    fn new_span(&self, span: &Attributes<'_>) -> Id {
+        self.heard
+            .lock()
+            .unwrap()
+            .names
+            .insert(span.metadata().name());
+        Id::from_u64(1 + self.next.fetch_add(1, Ordering::Relaxed))
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+
+    fn event(&self, _: &Event<'_>) {}
+
+    fn enter(&self, _: &Id) {
+        self.heard.lock().unwrap().open += 1;
+    }
+
+    fn exit(&self, _: &Id) {
+        self.heard.lock().unwrap().open -= 1;
+    }
+}
+
+#[test]
+fn the_stages_of_a_query_and_of_a_step_are_spans() {
+    let (baked, settings) = (embedded(), QuerySettings::default());
+    let listener = Listener::default();
+    let heard = Arc::clone(&listener.heard);
+    tracing::subscriber::with_default(listener, || {
+        let query = Query::new(baked, &settings);
+        for index in 0..40 {
+            let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+            answer_throw(&query, &throw, sabaki::query::Evaluation::Lazy);
+        }
+        let settings = CharacterSettings {
+            threads: 1,
+            ..CharacterSettings::default()
+        };
+        let mut game = Characters::new(Arc::new(baked.clone()), settings).unwrap();
+        let id = game.spawn(Rigid2::IDENTITY).unwrap();
+        let mut events = Vec::new();
+        game.step(0.01, &[], &mut events);
+        let mut joints = vec![JointTransform::IDENTITY; baked.graph().skeleton().len()];
+        game.pose(id, &mut joints).unwrap();
+        let from = glam::Vec3::new(0.3, 0.1, 3.0);
+        let ball = Threat::ball(
+            game.now() + 0.5,
+            joints[0].translation + from,
+            -from * 2.0,
+            0.1,
+        );
+        game.threaten(ball).unwrap();
+        game.step(0.01, &[], &mut events);
+    });
+    let heard = heard.lock().unwrap();
+    assert_eq!(heard.open, 0);
+    let wanted = [
+        "query: gather",
+        "query: draw the attack's maps",
+        "query: cull on the CPU",
+        "query: test and choose",
+        "query: warp",
+        "characters: step",
+        "character: plan",
+    ];
+    for name in wanted {
+        assert!(heard.names.contains(name), "{name}: {:?}", heard.names);
+    }
+}
