@@ -3,7 +3,8 @@
 //! Plans and steering avoid obstacles. What is left, such as an arm that swings into a wall or a body that comes closer, is removed by
 //! a shift of the whole body on the ground, as character controllers of games do: the deepest entry is removed first, several times
 //! (projected Gauss-Seidel). Between obstacles that close in from two sides this does not converge. Then the nearest free place is
-//! searched on rings around the body, for the moment [`LOOK`] ahead, so that the body is out before it is squeezed.
+//! searched on rings around the body, for the moment [`LOOK`] ahead, so that the body is out before it is squeezed. A limb can be faster
+//! than the shift may be: the shift begins when the pose [`POSE_AHEAD`] enters.
 
 use glam::{Vec2, Vec3};
 
@@ -19,7 +20,11 @@ const SKIN: f32 = 0.004;
 /// How far ahead moving obstacles are looked at, in seconds.
 const LOOK: f32 = 0.25;
 
+/// How far ahead the body's own motion is looked at, in seconds.
+const POSE_AHEAD: f32 = 0.1;
+
 /// A posed body among obstacles.
+#[derive(Clone, Copy)]
 struct Squeeze<'a> {
     obstacles: &'a [Obstacle],
     centres: &'a [Vec3],
@@ -44,29 +49,50 @@ impl CharacterState {
     pub(super) fn keep_out(&mut self, world: &World<'_>, worker: &mut Worker) {
         let (body, reach) = (world.baked.body(), world.baked.reach());
         let playing = &self.playing;
-        let root = playing.motion.root(world.baked.graph(), playing.seconds);
-        let dt = world.dt;
+        let (dt, ahead) = (world.dt, POSE_AHEAD * playing.rate);
+        let [root, later_root] = [0.0, ahead].map(|later| {
+            let seconds = playing.seconds + later;
+            playing.motion.root(world.baked.graph(), seconds)
+        });
+        let way = root.distance(later_root);
         let near = |one: &Obstacle, reach: f32| {
             one.distance(root, dt) < reach + SKIN + LOOK * one.velocity().length()
         };
-        worker.obstacles.retain(|one| near(one, reach));
+        worker.obstacles.retain(|one| near(one, reach + way));
         if worker.obstacles.is_empty() {
             return;
         }
+        worker.pose_body(world.baked, (&playing.motion, playing.seconds + ahead));
+        std::mem::swap(&mut worker.centres, &mut worker.later_centres);
         worker.pose_body(world.baked, (&playing.motion, playing.seconds));
         // Only a sphere that reaches as far from the root as an obstacle is can enter it.
-        let extents = worker.centres.iter().zip(&body.spheres);
-        let extents = extents.map(|(centre, part)| centre.distance(root) + part.radius);
-        let (widest, step) = (extents.fold(0.0, f32::max), world.settings.push * dt);
-        worker.obstacles.retain(|one| near(one, widest + step));
+        let widest = |centres: &[Vec3], root: Vec3| {
+            let extents = centres.iter().zip(&body.spheres);
+            let extents = extents.map(|(centre, part)| centre.distance(root) + part.radius);
+            extents.fold(0.0, f32::max)
+        };
+        let [now_widest, later_widest] = [
+            widest(&worker.centres, root),
+            widest(&worker.later_centres, later_root),
+        ];
+        let step = world.settings.push * dt;
+        let reach = now_widest.max(later_widest + way);
+        worker.obstacles.retain(|one| near(one, reach + step));
         let squeeze = Squeeze {
             obstacles: &worker.obstacles,
             centres: &worker.centres,
             spheres: &body.spheres,
             root,
-            widest,
+            widest: now_widest,
+        };
+        let later = Squeeze {
+            centres: &worker.later_centres,
+            root: later_root,
+            widest: later_widest,
+            ..squeeze
         };
         let shift = squeeze.shift([dt, dt + LOOK], step);
+        let shift = squeeze.towards(&later, shift, [dt, dt + POSE_AHEAD], step);
         if shift == Vec2::ZERO {
             return;
         }
@@ -97,6 +123,20 @@ impl Squeeze<'_> {
             (None, false) => self.escape(now).unwrap_or(start),
         };
         shift.clamp_length_max(step)
+    }
+
+    /// The shift for this step, longer where the body enters something [`POSE_AHEAD`]. Times are those of the two poses from now, in seconds.
+    fn towards(&self, later: &Self, shift: Vec2, [now, then]: [f32; 2], step: f32) -> Vec2 {
+        let is_free = shift.length() < step;
+        let Some(wanted) = is_free.then(|| later.settle(shift, then)).flatten() else {
+            return shift;
+        };
+        let share = (2.0 * now / POSE_AHEAD).min(1.0);
+        let start = shift + (wanted - shift) * share;
+        match self.settle(start, now) {
+            Some(free) if wanted != shift => free.clamp_length_max(step),
+            _ => shift,
+        }
     }
 
     /// Removes the deepest entry until none is left; `None` if some are left.

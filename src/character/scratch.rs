@@ -16,6 +16,8 @@ pub(super) struct Worker {
     pub pose: Pose,
     pub joints: Vec<JointTransform>,
     pub centres: Vec<Vec3>,
+    /// The same a little later.
+    pub later_centres: Vec<Vec3>,
     /// Obstacles near the character that is stepped.
     pub obstacles: Vec<Obstacle>,
 }
