@@ -64,8 +64,14 @@ fn the_stages_of_a_query_and_of_a_step_are_spans() {
     let heard = Arc::clone(&listener.heard);
     tracing::subscriber::with_default(listener, || {
         let query = Query::new(baked, &settings);
-        for index in 0..40 {
-            let throw = throw(baked, &ThrowSettings::default(), 5, index).unwrap();
+        // So late that some attacks are only avoided by a warp.
+        let late = ThrowSettings {
+            lead: (0.0, 0.05),
+            speed: (12.0, 15.0),
+            ..ThrowSettings::default()
+        };
+        for index in 0..60 {
+            let throw = throw(baked, &late, 5, index).unwrap();
             answer_throw(&query, &throw, sabaki::query::Evaluation::Lazy);
         }
         let settings = CharacterSettings {
