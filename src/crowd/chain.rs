@@ -6,7 +6,7 @@
 
 use bytemuck::Zeroable;
 
-use super::fetch::Fetch;
+use super::fetch::GroupRows;
 use super::group::Group;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
@@ -35,11 +35,12 @@ impl<P: JointMath, T: Target> Posing<'_, P, T> {
         &mut self,
         part: usize,
         source: S,
-        fetch: Option<&Fetch<'_>>,
+        fetch: Option<&GroupRows<'_, L>>,
     ) {
+        let (bank, is_posed) = (self.bank, self.is_posed);
         let fetch = fetch.filter(|_| part == 0);
         let chain = Chain {
-            bank: self.bank,
+            bank,
             group: self.group,
             part,
         };
@@ -51,31 +52,31 @@ impl<P: JointMath, T: Target> Posing<'_, P, T> {
                 #[inline(always)]
                 |joint| {
                     if let Some(fetch) = fetch {
-                        fetch.joint(joint);
+                        fetch.prefetch(bank, joint);
                     }
                 },
             );
-            if !self.is_posed {
+            if !is_posed {
                 step_on::<L, P>(self.level, self.group, InPart { models, part });
             }
             return;
         }
-        let joints = self.bank.joints.len();
-        let is_first = part == 0;
+        let joints = bank.joints.len();
+        let out = &mut *self.out;
         chain.pose::<L, P, S>(
             source,
             self.models,
             #[inline(always)]
             |joint| {
                 if let Some(fetch) = fetch {
-                    fetch.joint(joint);
+                    fetch.prefetch(bank, joint);
                 }
-                if is_first {
-                    self.out.prefetch::<P>(joint, joints);
+                if part == 0 {
+                    out.prefetch::<P>(joint, joints);
                 }
             },
         );
-        if !self.is_posed {
+        if !is_posed {
             let joints = InPart {
                 models: &mut *self.models,
                 part,
@@ -151,7 +152,7 @@ impl Chain<'_> {
         mut done: impl FnMut(usize),
     ) {
         let joints = &self.bank.joints[..];
-        let models = &mut models[..joints.len()];
+        assert!(joints.len() <= models.len());
         for (index, joint) in joints.iter().enumerate() {
             let ready = P::next(&mut source, joint);
             let (above, rest) = models.split_at_mut(index);

@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::animation_set::AnimationSet;
 use super::bucket::Mix;
 use super::group::{LaneClip, LaneClips};
@@ -39,6 +41,12 @@ impl Placement {
         ground: Rigid2::IDENTITY,
         height: 0.0,
     };
+
+    /// The position in the world, in metres.
+    #[must_use]
+    pub fn position(&self) -> Vec3 {
+        Vec3::new(self.ground.x, self.height, self.ground.z)
+    }
 }
 
 impl Default for Placement {

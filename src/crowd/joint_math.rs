@@ -16,6 +16,8 @@ pub(super) trait JointMath {
     const NUMBERS: usize = size_of::<Self::Model>() / size_of::<F32x16>();
     /// Numbers of a joint in a row of its character's own: a divisor of a whole number of lines.
     const ROW: usize;
+    /// Joints that memory of a group has behind the last one, so that a row's last line can be read whole.
+    const SPARE: usize = 2;
 
     /// A joint's motion under its parent, ready to be composed.
     type Ready<L: Lanes>: Copy;

@@ -2,23 +2,23 @@
 
 use std::marker::PhantomData;
 
-use super::bucket::Mix;
+use bytemuck::Zeroable;
+
 use super::chain::Posing;
-use super::fetch::Fetch;
-use super::group::ClipLines;
+use super::fetch::GroupRows;
 use super::group_moments::Moments;
 use super::joint_math::JointMath;
 use super::matrices::Matrices;
-use super::moment::{Cycle, Weights};
+use super::moment::Cycle;
 use super::output::{Form, Layout, Output, WriteMode};
 use super::rotations::Rotations;
 use super::run::{Run, RunMemory, Turn};
 use super::sampling::{
-    AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, Window, read_rows,
+    AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart, Window,
 };
 use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
-use crate::math::{F32x16, Isa, Kernel, Lanes};
+use crate::math::{F32x16, Isa, Kernel, KeyRows, Lanes};
 
 /// A run in one form, to one kind of place: kernels are large, so each has its own.
 struct As<'a, P, T> {
@@ -87,57 +87,56 @@ impl Run<'_> {
         let lines = self.output.group_len(self.bank.joints.len());
         let mut scratch = std::mem::take(self.scratch);
         scratch.fit(self.bank);
+        // What rows end with is the same on any thread.
+        for spare in &mut self.models::<P>(&mut scratch.models)[self.bank.joints.len()..] {
+            *spare = P::Model::zeroed();
+        }
         let mut apart = 0;
         let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
         let Turn { first, step } = self.turn;
         let turns = (first..self.groups.len()).step_by(step).len();
         let mut ahead = [Moments::<L>::blank(); AHEAD];
+        let mut rows = [GroupRows::<L>::NONE; AHEAD];
         for begun in (0..turns).step_by(AHEAD) {
             let ahead = &mut ahead[..AHEAD.min(turns - begun)];
             for (turn, moments) in (begun..).zip(ahead.iter_mut()) {
                 *moments = self.moments(first + turn * step, cycle);
             }
             // In loops of their own: the first is short then.
-            let mut rest = 0;
-            for moments in &*ahead {
-                if !moments.all_near || !self.mix.is_none() {
-                    rest += 1;
-                    apart += usize::from(self.near.is_some() && !moments.all_near);
+            let mut reads = 0;
+            for (index, moments) in ahead.iter().enumerate() {
+                let is_near = moments.all_near;
+                apart += usize::from(self.near.is_some() && !is_near);
+                if !moments.is_visible {
                     continue;
                 }
-                if moments.is_visible {
-                    let Scratch { models, spare, .. } = &mut scratch;
-                    let out = to.group(moments.group, lines, spare);
-                    self.pose_near::<L, P, T::Group<'_>>(moments, out, models);
+                if !is_near || !self.mix.is_none() {
+                    // Some groups before they are used: numbers that were stored together are not read one by one at once.
+                    rows[reads].index = index;
+                    self.group_rows(moments, &mut rows[reads]);
+                    reads += 1;
+                    continue;
                 }
+                let Scratch { models, spare, .. } = &mut scratch;
+                let out = to.group(moments.group, lines, spare);
+                self.pose_near::<L, P, T::Group<'_>>(moments, out, models);
             }
-            if rest == 0 {
-                continue;
-            }
-            let is_read = |moments: &Moments<L>| {
-                moments.is_visible && (!moments.all_near || !self.mix.is_none())
-            };
-            for (index, moments) in ahead.iter().enumerate() {
-                if is_read(moments) {
-                    let mut next = None;
-                    for moments in &ahead[index + 1..] {
-                        if next.is_none() && is_read(moments) {
-                            next = Some(moments);
-                        }
-                    }
-                    let Scratch {
-                        models,
-                        columns,
-                        spare,
-                    } = &mut scratch;
-                    let group = ReadGroup {
-                        moments,
-                        next,
-                        columns,
-                    };
-                    let out = to.group(moments.group, lines, spare);
-                    self.pose_read::<L, P, T::Group<'_>>(group, out, models);
-                }
+            for read in 0..reads {
+                let rows = &rows[read..reads];
+                let moments = &ahead[rows[0].index];
+                let Scratch {
+                    models,
+                    columns,
+                    spare,
+                } = &mut scratch;
+                let group = ReadGroup {
+                    moments,
+                    rows: &rows[0],
+                    next: rows.get(1),
+                    columns,
+                };
+                let out = to.group(moments.group, lines, spare);
+                self.pose_read::<L, P, T::Group<'_>>(group, out, models);
             }
         }
         *self.scratch = scratch;
@@ -160,7 +159,7 @@ impl Run<'_> {
             let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
             posing.joints::<L, _>(part, playing, None);
         }
-        out.write::<L, P>(self.models::<P>(models));
+        out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
     }
 
     /// The keys of characters that share their loads.
@@ -183,87 +182,79 @@ impl Run<'_> {
     ) {
         let ReadGroup {
             moments,
-            next,
+            rows,
+            next: fetch,
             columns: [first, second, third],
         } = group;
-        let cold = &self.cold[moments.group];
-        let Mix { fades, is_layered } = self.mix;
-        if !moments.all_near {
-            read_rows::<L>(self.bank, &self.rows(moments), first);
+        let (bank, cold) = (self.bank, &self.cold[moments.group]);
+        let none = KeyRows::none(&self.keys.rows);
+        let own_rows = rows.own.as_ref().unwrap_or(&none);
+        let (mut faded, mut layered) = (moments.weights, moments.weights);
+        let (mut fade_rows, mut layer_rows) = (&none, &none);
+        if let Some(clip) = &rows.faded {
+            (faded, fade_rows) = (clip.weights, &clip.rows);
         }
-        let mut faded = moments.weights;
-        if fades {
-            faded = self.read_mixed::<L>(&cold.fade, second);
-        }
-        let mut layer = moments.weights;
-        if is_layered {
-            layer = self.read_mixed::<L>(&cold.layer, third);
-        }
-        let mut fetch = Fetch::none(self.bank);
-        if let Some(next) = next {
-            self.fetch(next, &mut fetch);
+        if let Some(clip) = &rows.layer {
+            (layered, layer_rows) = (clip.weights, &clip.rows);
         }
         for part in 0..L::PARTS {
             let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
-            let fetch = Some(&fetch);
+            let weights = moments.weights[part];
+            let own_from = RowsPart {
+                level: bank,
+                rows: own_rows,
+                part,
+            };
+            let fade_from = RowsPart {
+                rows: fade_rows,
+                ..own_from
+            };
+            let layer_from = RowsPart {
+                rows: layer_rows,
+                ..own_from
+            };
             if self.mix.is_none() {
-                let own = Playing::new(ReadRows::new(first, part), moments.weights[part]);
+                let own = Playing::new(ReadRows::new(own_from, first), weights);
                 posing.joints::<L, _>(part, own, fetch);
                 continue;
             }
             let fade = MixedIn {
-                clip: Playing::new(ReadRows::new(second, part), faded[part]),
+                clip: Playing::new(ReadRows::new(fade_from, second), faded[part]),
                 weight: L::load(&cold.fade.weight, part),
             };
-            let shared = self.window::<L>(moments, part);
-            let shared = shared.filter(|_| moments.all_near);
-            let weights = moments.weights[part];
-            if !is_layered {
+            let shared = match rows.own {
+                Some(_) => None,
+                None => self.window::<L>(moments, part),
+            };
+            if !self.mix.is_layered {
                 // The commonest mixture has a kernel for each kind of columns.
                 if let Some(window) = shared {
                     let own = Playing::new(window, weights);
                     posing.joints::<L, _>(part, Faded { own, fade }, fetch);
                 } else {
-                    let own = Playing::new(ReadRows::new(first, part), weights);
+                    let own = Playing::new(ReadRows::new(own_from, first), weights);
                     posing.joints::<L, _>(part, Faded { own, fade }, fetch);
                 }
                 continue;
             }
             let own = match shared {
                 Some(window) => AnyColumns::Shared(window),
-                None => AnyColumns::Read(ReadRows::new(first, part)),
+                None => AnyColumns::Read(ReadRows::new(own_from, first)),
             };
             let own = Playing::new(own, weights);
             let layer = Layer {
-                clip: Playing::new(ReadRows::new(third, part), layer[part]),
-                places: self.bank.layer_places.iter(),
+                clip: Playing::new(ReadRows::new(layer_from, third), layered[part]),
+                places: bank.layer_places.iter(),
                 weight: L::load(&cold.layer.weight, part),
             };
-            if fades {
+            if self.mix.fades {
                 let own = Faded { own, fade };
                 posing.joints::<L, _>(part, Layered { own, layer }, fetch);
             } else {
                 posing.joints::<L, _>(part, Layered { own, layer }, fetch);
             }
         }
-        out.write::<L, P>(self.models::<P>(models));
-    }
-
-    /// Reads the clips that are mixed into those of a group; returns how far their characters are between two keys.
-    #[inline(always)]
-    fn read_mixed<L: Lanes>(
-        &self,
-        clips: &ClipLines,
-        columns: &mut [F32x16],
-    ) -> L::Parts<Weights<L>> {
-        let at = self.mixed_moments::<L>(clips);
-        let rows = self.rows_at::<L>(&clips.rows, &at);
-        read_rows::<L>(self.bank, &rows, columns);
-        let mut weights = L::parts(Weights::new(L::splat(0.0)));
-        for part in 0..L::PARTS {
-            weights[part] = Weights::new(at[part].share);
-        }
-        weights
+        out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
     }
 
     #[inline(always)]
@@ -286,14 +277,16 @@ impl Run<'_> {
     /// A group's joints in memory of the thread's own.
     #[inline(always)]
     fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
-        bytemuck::cast_slice_mut(&mut models[..self.bank.joints.len() * P::NUMBERS])
+        let joints = self.bank.joints.len() + P::SPARE;
+        bytemuck::cast_slice_mut(&mut models[..joints * P::NUMBERS])
     }
 }
 
 /// A group whose characters are read one by one.
 struct ReadGroup<'a, L: Lanes> {
     moments: &'a Moments<L>,
-    /// The one that is posed after it.
-    next: Option<&'a Moments<L>>,
+    rows: &'a GroupRows<'a, L>,
+    /// Those of the group that is posed after it.
+    next: Option<&'a GroupRows<'a, L>>,
     columns: &'a mut [Vec<F32x16>; 3],
 }

@@ -221,6 +221,13 @@ pub(super) struct UnitRead {
 }
 
 impl UnitRead {
+    /// The first line that it fills. Each read fills a later one first than the read before it.
+    pub(super) fn first_line(&self) -> usize {
+        let lines = self.lines.iter().zip(self.halves.wanted);
+        let wanted = lines.filter(|&(_, wanted)| wanted);
+        wanted.map(|(&line, _)| line).min().unwrap_or_default()
+    }
+
     /// What has to be read for the quads of a level's joints, each of which goes to the next four lines.
     pub(super) fn of(quads: &[usize]) -> Vec<Self> {
         let mut reads: Vec<Self> = Vec::new();

@@ -32,6 +32,9 @@ pub(super) struct LevelJoint {
     pub(super) place: Place,
     /// The first of its columns.
     pub(super) column: usize,
+    /// How many of [`LevelClips::reads`] are left when it is computed: those of its own keys and of the next joint's are done, so
+    /// that they are there in time.
+    pub(super) reads_left: usize,
 }
 
 /// Units of a cache line.
@@ -47,6 +50,7 @@ impl LevelClips {
             parent,
             place: tracks.places[track],
             column: places.columns[track],
+            reads_left: 0,
         });
         let quads = of_level.iter().flat_map(|&track| {
             let first = places.quads[track];
@@ -60,7 +64,17 @@ impl LevelClips {
         let mut fetched: Vec<usize> = lines.collect();
         fetched.sort_unstable();
         fetched.dedup();
-        let joints: Vec<LevelJoint> = joints.collect();
+        let mut joints: Vec<LevelJoint> = joints.collect();
+        let mut lines = 0;
+        let ends = joints.iter().map(|joint| {
+            lines += (1 + joint.place.quads()) * KeyUnit::QUAD;
+            lines
+        });
+        let ends: Vec<usize> = ends.collect();
+        for (index, joint) in joints.iter_mut().enumerate() {
+            let end = ends[(index + 1).min(ends.len() - 1)];
+            joint.reads_left = reads.len() - reads.partition_point(|read| read.first_line() < end);
+        }
         let layer_places = of_level.iter().map(|&track| tracks.layer_places[track]);
         Self {
             layer_places: layer_places.collect(),

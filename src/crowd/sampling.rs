@@ -1,6 +1,6 @@
 //! A clip read at the moments of a register's characters.
 
-use super::key_bank::{ClipRange, KeyBank};
+use super::key_bank::{ClipRange, KeyBank, UnitRead};
 use super::level_clips::{LevelClips, LevelJoint};
 use super::moment::{Near, Weights};
 use super::quat_lanes::{Local, QuatLanes};
@@ -67,53 +67,80 @@ impl<L: Lanes> Columns<L> for Window<'_, L> {
     }
 }
 
-/// Columns that were made of sixteen rows: four lines for each quad.
+/// Columns that are made of sixteen rows, of characters that may be anywhere in any clip: four lines for each quad. They are made
+/// between the joints, one joint ahead: reading waits for memory and exchanges lanes, while joints are products.
 pub(super) struct ReadRows<'a> {
-    lines: std::slice::ChunksExact<'a, F32x16>,
+    rows: &'a KeyRows<'a>,
+    /// Those that are still to be done.
+    reads: std::slice::Iter<'a, UnitRead>,
+    columns: &'a mut [F32x16],
+    /// The next one to use.
+    line: usize,
     part: usize,
 }
 
 impl<'a> ReadRows<'a> {
+    /// The first part reads for all. `columns` has memory for them.
     #[inline(always)]
-    pub(super) fn new(lines: &'a [F32x16], part: usize) -> Self {
+    pub(super) fn new(from: RowsPart<'a>, columns: &'a mut [F32x16]) -> Self {
+        let RowsPart { level, rows, part } = from;
+        let reads = match part {
+            0 => &level.reads[..],
+            _ => &[],
+        };
         Self {
-            lines: lines.chunks_exact(KeyUnit::QUAD),
+            rows,
+            reads: reads.iter(),
+            columns: &mut columns[..level.column_lines],
+            line: 0,
             part,
+        }
+    }
+
+    /// Makes the columns of so many reads.
+    #[inline(always)]
+    fn read<L: Lanes>(&mut self, left: usize) {
+        while self.reads.len() > left {
+            let Some(read) = self.reads.next() else {
+                return;
+            };
+            let columns = &mut *self.columns;
+            L::unit_with(
+                self.rows,
+                read.halves,
+                #[inline(always)]
+                |key, part, words| {
+                    let line = read.lines[key / KeyUnit::QUAD] + key % KeyUnit::QUAD;
+                    L::from_bits(words).store(&mut columns[line], part);
+                },
+            );
         }
     }
 
     #[inline(always)]
     fn quad<L: Lanes, const N: usize>(&mut self) -> [L::Words; N] {
         let mut words = [L::splat_words(0); N];
-        if let Some(lines) = self.lines.next() {
-            for (words, line) in words.iter_mut().zip(lines) {
-                *words = L::load_words(line, self.part);
-            }
+        let lines = &self.columns[self.line..][..KeyUnit::QUAD];
+        self.line += KeyUnit::QUAD;
+        for index in 0..N {
+            words[index] = L::load_words(&lines[index], self.part);
         }
         words
     }
 }
 
-/// Makes a level's columns from the rows of sixteen characters that may be anywhere in any clip.
-#[inline(always)]
-pub(super) fn read_rows<L: Lanes>(level: &LevelClips, rows: &KeyRows<'_>, to: &mut [F32x16]) {
-    let to = &mut to[..level.column_lines];
-    for read in &level.reads {
-        L::unit_with(
-            rows,
-            read.halves,
-            #[inline(always)]
-            |key, part, words| {
-                let line = read.lines[key / KeyUnit::QUAD] + key % KeyUnit::QUAD;
-                L::from_bits(words).store(&mut to[line], part);
-            },
-        );
-    }
+/// The rows of a level's keys for one part of a group.
+#[derive(Clone, Copy)]
+pub(super) struct RowsPart<'a> {
+    pub(super) level: &'a LevelClips,
+    pub(super) rows: &'a KeyRows<'a>,
+    pub(super) part: usize,
 }
 
 impl<L: Lanes> Columns<L> for ReadRows<'_> {
     #[inline(always)]
-    fn rotation(&mut self, _: &LevelJoint) -> [L::Words; 4] {
+    fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4] {
+        self.read::<L>(joint.reads_left);
         self.quad::<L, 4>()
     }
 

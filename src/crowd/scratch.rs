@@ -34,7 +34,10 @@ impl Scratch {
                 lines.resize(length, F32x16::ZERO);
             }
         };
-        grow(&mut self.models, bank.joints.len() * Matrices::NUMBERS);
+        grow(
+            &mut self.models,
+            (bank.joints.len() + Matrices::SPARE) * Matrices::NUMBERS,
+        );
         grow(&mut self.spare, bank.row_lines);
         for lines in &mut self.columns {
             grow(lines, bank.column_lines);

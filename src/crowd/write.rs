@@ -1,11 +1,11 @@
 //! Where a group's joints go in the output. Each kind of place has kernels of its own: what one of them needs costs the others
 //! nothing.
 
-use bytemuck::Zeroable;
-
 use super::joint_math::JointMath;
 use super::output::{Layout, Output, WriteMode, row_lines, turn_joints, turn_lines};
-use crate::math::{F32x16, Lanes, RowLines, RowSet, StridedLines, prefetch_for_write};
+use crate::math::{
+    F32x16, Lanes, PartWrite, RowLines, RowSet, Sixteen, StridedLines, prefetch_for_write,
+};
 
 /// Where the groups of a run go.
 pub(super) trait RunTarget {
@@ -30,8 +30,8 @@ pub(super) trait Target {
     /// Asks for lines that are written some joints later, one of `joints`.
     fn prefetch<P: JointMath>(&mut self, joint: usize, joints: usize);
 
-    /// Writes all joints, where they are not in place.
-    fn write<L: Lanes, P: JointMath>(self, models: &[P::Model]);
+    /// Writes all joints, where they are not in place. `models` has [`JointMath::SPARE`] more than `joints`.
+    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]);
 }
 
 /// [`Layout::Blocks`] through the caches.
@@ -55,6 +55,12 @@ pub(super) struct ScatteredGroup<'a> {
     is_streamed: bool,
 }
 
+/// The lines of a group among those of all, so many each.
+#[inline(always)]
+fn lines_of(all: &mut [F32x16], group: usize, lines: usize) -> &mut [F32x16] {
+    &mut all[group * lines..][..lines]
+}
+
 impl RunTarget for InPlace<'_> {
     type Group<'a>
         = InPlace<'a>
@@ -63,7 +69,7 @@ impl RunTarget for InPlace<'_> {
 
     #[inline(always)]
     fn group<'a>(&'a mut self, group: usize, lines: usize, _: &'a mut [F32x16]) -> InPlace<'a> {
-        InPlace(&mut self.0[group * lines..][..lines])
+        InPlace(lines_of(self.0, group, lines))
     }
 }
 
@@ -76,7 +82,7 @@ impl RunTarget for Copied<'_> {
     #[inline(always)]
     fn group<'a>(&'a mut self, group: usize, lines: usize, _: &'a mut [F32x16]) -> Copied<'a> {
         Copied {
-            lines: &mut self.lines[group * lines..][..lines],
+            lines: lines_of(self.lines, group, lines),
             output: self.output,
         }
     }
@@ -112,7 +118,7 @@ impl Target for InPlace<'_> {
     fn prefetch<P: JointMath>(&mut self, _: usize, _: usize) {}
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, _: &[P::Model]) {}
+    fn write<L: Lanes, P: JointMath>(self, _: usize, _: &[P::Model]) {}
 }
 
 /// Turns from the one that is computed to the one whose lines are asked for. Some joints end on a whole line together, a turn;
@@ -149,15 +155,19 @@ impl Target for Copied<'_> {
     }
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, models: &[P::Model]) {
+    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
         let Self { lines, output } = self;
         if output.layout == Layout::Blocks {
             write_blocks::<L, P>(models, lines);
             return;
         }
-        let row = row_lines::<P>(models.len());
-        let is_streamed = output.write == WriteMode::Streamed;
-        write_rows::<L, P>(models, Following { lines, row }, is_streamed);
+        let row = row_lines::<P>(joints);
+        let models = RowModels {
+            joints,
+            models,
+            is_streamed: output.write == WriteMode::Streamed,
+        };
+        write_rows::<L, P>(models, Following { lines, row });
     }
 }
 
@@ -184,8 +194,13 @@ impl Target for ScatteredGroup<'_> {
     }
 
     #[inline(always)]
-    fn write<L: Lanes, P: JointMath>(self, models: &[P::Model]) {
-        write_rows::<L, P>(models, self.rows, self.is_streamed);
+    fn write<L: Lanes, P: JointMath>(self, joints: usize, models: &[P::Model]) {
+        let models = RowModels {
+            joints,
+            models,
+            is_streamed: self.is_streamed,
+        };
+        write_rows::<L, P>(models, self.rows);
     }
 }
 
@@ -206,11 +221,6 @@ trait Rows {
     fn lines(&mut self, index: usize) -> impl Sixteen;
 }
 
-/// A line of each of sixteen rows.
-trait Sixteen {
-    fn line(&mut self, row: usize) -> &mut F32x16;
-}
-
 /// Rows of so many lines that follow each other.
 struct Following<'a> {
     lines: &'a mut [F32x16],
@@ -221,13 +231,6 @@ impl Rows for Following<'_> {
     #[inline(always)]
     fn lines(&mut self, index: usize) -> impl Sixteen {
         StridedLines::new(&mut self.lines[index..], self.row)
-    }
-}
-
-impl Sixteen for StridedLines<'_> {
-    #[inline(always)]
-    fn line(&mut self, row: usize) -> &mut F32x16 {
-        self.line(row)
     }
 }
 
@@ -251,53 +254,49 @@ impl Sixteen for RowsAt<'_, '_> {
     }
 }
 
+/// Writes all joints as rows.
 #[inline(always)]
-fn write_rows<L: Lanes, P: JointMath>(models: &[P::Model], mut rows: impl Rows, is_streamed: bool) {
-    const { assert!(turn_lines::<P>() + 1 == turn_joints::<P>()) };
-    let rest = P::Model::zeroed();
-    for (turn, models) in models.chunks(turn_joints::<P>()).enumerate() {
-        for line in 0..turn_lines::<P>() {
-            // A line has the numbers of two joints. Where the second one is missing, its part of the line is undefined.
-            let Some(first) = models.get(line) else {
-                break;
-            };
-            let pair = [first, models.get(line + 1).unwrap_or(&rest)];
-            let to = rows.lines(turn * turn_lines::<P>() + line);
-            match line {
-                0 => write_line::<L, P, 0>(pair, to, is_streamed),
-                1 => write_line::<L, P, 1>(pair, to, is_streamed),
-                _ => write_line::<L, P, 2>(pair, to, is_streamed),
-            }
+fn write_rows<L: Lanes, P: JointMath>(models: RowModels<'_, P>, mut rows: impl Rows) {
+    let RowModels {
+        joints,
+        models,
+        is_streamed,
+    } = models;
+    for line in 0..(joints * P::ROW).div_ceil(F32x16::LANES) {
+        let numbers = line_numbers::<P>(models, line);
+        let mut to = rows.lines(line);
+        for part in 0..L::PARTS {
+            L::transpose(numbers, PartWrite { part, is_streamed }, &mut to);
         }
     }
 }
 
-/// Line `LINE` of a turn, of sixteen rows.
-#[inline(always)]
-fn write_line<L: Lanes, P: JointMath, const LINE: usize>(
-    pair: [&P::Model; 2],
-    mut to: impl Sixteen,
+/// Joints that are written as rows.
+struct RowModels<'a, P: JointMath> {
+    joints: usize,
+    /// Some more than there are joints.
+    models: &'a [P::Model],
     is_streamed: bool,
-) {
-    if LINE >= turn_lines::<P>() {
-        return;
-    }
+}
+
+/// The sixteen numbers of a line of a row.
+#[inline(always)]
+fn line_numbers<P: JointMath>(models: &[P::Model], line: usize) -> [&F32x16; F32x16::LANES] {
     let mut numbers = [&F32x16::ZERO; F32x16::LANES];
-    for (index, number) in numbers.iter_mut().enumerate() {
-        let place = LINE * (F32x16::LANES - P::ROW) + index;
-        if place % P::ROW < P::NUMBERS {
-            *number = &pair[place / P::ROW].as_ref()[place % P::ROW];
+    if P::ROW == P::NUMBERS {
+        let models: &[F32x16] = bytemuck::cast_slice(models);
+        let models = &models[line * F32x16::LANES..][..F32x16::LANES];
+        for index in 0..F32x16::LANES {
+            numbers[index] = &models[index];
+        }
+        return numbers;
+    }
+    let joints = const { F32x16::LANES / P::ROW };
+    let models = &models[line * joints..][..joints];
+    for joint in 0..joints {
+        for number in 0..P::NUMBERS {
+            numbers[joint * P::ROW + number] = &models[joint].as_ref()[number];
         }
     }
-    L::transpose_with(
-        numbers,
-        #[inline(always)]
-        |lane, part, numbers| {
-            if is_streamed {
-                numbers.stream(to.line(lane), part);
-            } else {
-                numbers.store(to.line(lane), part);
-            }
-        },
-    );
+    numbers
 }

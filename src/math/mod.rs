@@ -13,8 +13,8 @@ pub(crate) use isa::Lookup;
 pub(crate) use isa::Words;
 pub use lanes::F32x16;
 pub(crate) use lanes::{
-    DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, RowLines, RowSet, StridedLines,
-    UnitHalves, prefetch_for_write,
+    DistinctRows, Kernel, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, RowLines, RowSet,
+    Sixteen, StridedLines, UnitHalves, prefetch_for_write,
 };
 pub use parallel::{in_parallel, thread_count};
 pub use rigid2::Rigid2;

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, UnitHalves};
+use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2(__m256);
@@ -279,17 +279,21 @@ impl Lanes for Avx2 {
         Self(unsafe { _mm256_cvtepi32_ps(_mm256_madd_epi16(a, b)) })
     }
 
+    /// Both halves of a line are written close together: stores past the caches are then joined.
     #[inline(always)]
-    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
-        // Both halves of a line are written close together: stores past the caches are then joined.
-        for column in 0..Self::PARTS {
-            for (row, lines) in lines.chunks_exact(Self::COUNT).enumerate() {
-                let mut block = [Self::splat(0.0); 8];
-                for (row, line) in block.iter_mut().zip(lines) {
-                    *row = Self::load(line, column);
-                }
-                for (index, turned) in transposed(block).into_iter().enumerate() {
-                    put(column * Self::COUNT + index, row, turned);
+    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+        let PartWrite { part, is_streamed } = lanes;
+        for (half, from) in from.chunks_exact(Self::COUNT).enumerate() {
+            let mut block = [Self::splat(0.0); 8];
+            for (row, line) in block.iter_mut().zip(from) {
+                *row = Self::load(line, part);
+            }
+            for (lane, numbers) in transposed(block).into_iter().enumerate() {
+                let line = to.line(part * Self::COUNT + lane);
+                if is_streamed {
+                    numbers.stream(line, half);
+                } else {
+                    numbers.store(line, half);
                 }
             }
         }

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, UnitHalves};
+use super::{F32x16, FURTHER, KeyColumns, KeyRows, Lanes, PartWrite, Sixteen, UnitHalves};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512(__m512);
@@ -266,57 +266,74 @@ impl Lanes for Avx512 {
         Self(unsafe { _mm512_cvtepi32_ps(_mm512_madd_epi16(a, b)) })
     }
 
+    /// Eight lanes at a time: a register has those of two lines, which loads put together. What is left are exchanges of pairs, of
+    /// fours, and of quarters.
     #[inline(always)]
-    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
-        // SAFETY: the machine has AVX-512F; a line is 64 bytes and aligned so.
-        unsafe {
-            // Blocks of 4 x 4 within the four 128-bit quarters, first.
-            let mut blocks = [[_mm512_setzero_ps(); 4]; 4];
-            for (block, four) in blocks.iter_mut().enumerate() {
-                let mut rows = [_mm512_setzero_ps(); 4];
-                for (index, row) in rows.iter_mut().enumerate() {
-                    *row = Self::load(lines[4 * block + index], 0).0;
+    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+        for first in [0, 8] {
+            // SAFETY: the machine has AVX-512F and DQ.
+            let lines = unsafe { turned(&from, first) };
+            if lanes.is_streamed {
+                for (lane, numbers) in lines.into_iter().enumerate() {
+                    numbers.stream(to.line(first + lane), 0);
                 }
-                let low = [
-                    _mm512_unpacklo_ps(rows[0], rows[1]),
-                    _mm512_unpacklo_ps(rows[2], rows[3]),
-                ];
-                let high = [
-                    _mm512_unpackhi_ps(rows[0], rows[1]),
-                    _mm512_unpackhi_ps(rows[2], rows[3]),
-                ];
-                *four = [
-                    _mm512_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
-                    _mm512_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
-                    _mm512_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
-                    _mm512_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
-                ];
-            }
-            // Then the quarters themselves: column 4q + c of the result is quarter q of each block's c.
-            #[allow(
-                clippy::needless_range_loop,
-                reason = "the index is a column of four blocks"
-            )]
-            for c in 0..4 {
-                let [a, b, d, e] = [blocks[0][c], blocks[1][c], blocks[2][c], blocks[3][c]];
-                let even = [
-                    _mm512_shuffle_f32x4::<0b10_00_10_00>(a, b),
-                    _mm512_shuffle_f32x4::<0b10_00_10_00>(d, e),
-                ];
-                let odd = [
-                    _mm512_shuffle_f32x4::<0b11_01_11_01>(a, b),
-                    _mm512_shuffle_f32x4::<0b11_01_11_01>(d, e),
-                ];
-                let quarters = [
-                    _mm512_shuffle_f32x4::<0b10_00_10_00>(even[0], even[1]),
-                    _mm512_shuffle_f32x4::<0b10_00_10_00>(odd[0], odd[1]),
-                    _mm512_shuffle_f32x4::<0b11_01_11_01>(even[0], even[1]),
-                    _mm512_shuffle_f32x4::<0b11_01_11_01>(odd[0], odd[1]),
-                ];
-                for (quarter, column) in quarters.into_iter().enumerate() {
-                    put(4 * quarter + c, 0, Self(column));
+            } else {
+                for (lane, numbers) in lines.into_iter().enumerate() {
+                    numbers.store(to.line(first + lane), 0);
                 }
             }
         }
+    }
+}
+
+/// Eight lanes of sixteen lines, from a lane on that is a multiple of eight: of each lane its sixteen numbers.
+///
+/// # Safety
+/// The machine must have AVX-512F.
+#[inline(always)]
+unsafe fn turned(from: &[&F32x16; F32x16::LANES], first: usize) -> [Avx512; 8] {
+    // SAFETY: the machine has AVX-512F; half a line is 32 bytes and aligned so.
+    unsafe {
+        let mut fours = [[_mm512_setzero_ps(); 4]; 2];
+        for (half, four) in fours.iter_mut().enumerate() {
+            let mut rows = [_mm512_setzero_pd(); 4];
+            for (index, row) in rows.iter_mut().enumerate() {
+                let number = 4 * half + index;
+                let low = _mm256_load_pd(from[number].0[first..first + 8].as_ptr().cast());
+                let high = _mm256_load_pd(from[number + 8].0[first..first + 8].as_ptr().cast());
+                *row = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high);
+            }
+            let rows = [
+                _mm512_castpd_ps(rows[0]),
+                _mm512_castpd_ps(rows[1]),
+                _mm512_castpd_ps(rows[2]),
+                _mm512_castpd_ps(rows[3]),
+            ];
+            let low = [
+                _mm512_unpacklo_ps(rows[0], rows[1]),
+                _mm512_unpacklo_ps(rows[2], rows[3]),
+            ];
+            let high = [
+                _mm512_unpackhi_ps(rows[0], rows[1]),
+                _mm512_unpackhi_ps(rows[2], rows[3]),
+            ];
+            *four = [
+                _mm512_shuffle_ps::<0b01_00_01_00>(low[0], low[1]),
+                _mm512_shuffle_ps::<0b11_10_11_10>(low[0], low[1]),
+                _mm512_shuffle_ps::<0b01_00_01_00>(high[0], high[1]),
+                _mm512_shuffle_ps::<0b11_10_11_10>(high[0], high[1]),
+            ];
+        }
+        // Quarters 0 and 2 of both, then 1 and 3, as pairs of 64 bits.
+        let even = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+        let odd = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+        let mut lanes = [Avx512(_mm512_setzero_ps()); 8];
+        for index in 0..4 {
+            let top = _mm512_castps_pd(fours[0][index]);
+            let bottom = _mm512_castps_pd(fours[1][index]);
+            lanes[index] = Avx512(_mm512_castpd_ps(_mm512_permutex2var_pd(top, even, bottom)));
+            lanes[index + 4] = Avx512(_mm512_castpd_ps(_mm512_permutex2var_pd(top, odd, bottom)));
+        }
+        lanes
     }
 }

@@ -1,5 +1,7 @@
 //! Tables of 16-bit keys, as kernels read them.
 
+use std::marker::PhantomData;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::{F32x16, prefetch};
@@ -38,10 +40,12 @@ impl KeyColumns<'_> {
 }
 
 /// A row of keys for each of sixteen lanes, and the row after it.
+#[derive(Clone, Copy)]
 pub(crate) struct KeyRows<'a> {
-    table: &'a [KeyUnit],
-    starts: [u32; F32x16::LANES],
+    /// The first unit of each lane's own row.
+    starts: [*const KeyUnit; F32x16::LANES],
     length: usize,
+    table: PhantomData<&'a [KeyUnit]>,
 }
 
 impl<'a> KeyRows<'a> {
@@ -56,19 +60,33 @@ impl<'a> KeyRows<'a> {
             last = last.max(start);
         }
         assert!(last as usize + 2 * length <= table.len());
+        let mut pointers = [table.as_ptr(); F32x16::LANES];
+        for lane in 0..F32x16::LANES {
+            pointers[lane] = table.as_ptr().wrapping_add(starts[lane] as usize);
+        }
         Self {
-            table,
-            starts,
+            starts: pointers,
             length,
+            table: PhantomData,
+        }
+    }
+
+    /// No rows of no units.
+    #[inline(always)]
+    pub(crate) fn none(table: &'a [KeyUnit]) -> Self {
+        Self {
+            starts: [table.as_ptr(); F32x16::LANES],
+            length: 0,
+            table: PhantomData,
         }
     }
 
     /// Asks for the first line from unit `unit` on of one lane's row, and of the row after it.
     #[inline(always)]
     pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
-        let unit = self.starts[lane] as usize + unit;
-        prefetch(self.table, unit);
-        prefetch(self.table, unit + self.length);
+        let own = self.starts[lane].wrapping_add(unit);
+        prefetch(own);
+        prefetch(own.wrapping_add(self.length));
     }
 
     /// Pointers to a unit of one lane's row, and of the row after it. Both are inside the table.
@@ -76,8 +94,7 @@ impl<'a> KeyRows<'a> {
     #[cfg(target_arch = "x86_64")]
     pub(super) fn pointers(&self, lane: usize, unit: usize) -> [*const KeyUnit; 2] {
         assert!(unit < self.length);
-        let unit = self.starts[lane] as usize + unit;
-        let own = self.table.as_ptr().wrapping_add(unit);
+        let own = self.starts[lane].wrapping_add(unit);
         [own, own.wrapping_add(self.length)]
     }
 
@@ -85,7 +102,8 @@ impl<'a> KeyRows<'a> {
     #[inline(always)]
     pub(super) fn units(&self, lane: usize, unit: usize) -> [&'a KeyUnit; 2] {
         assert!(unit < self.length);
-        let unit = self.starts[lane] as usize + unit;
-        [&self.table[unit], &self.table[unit + self.length]]
+        let own = self.starts[lane].wrapping_add(unit);
+        // SAFETY: `new` has checked that the table has all units of both rows.
+        unsafe { [&*own, &*own.add(self.length)] }
     }
 }

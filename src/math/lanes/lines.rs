@@ -4,6 +4,12 @@ use std::marker::PhantomData;
 
 use super::F32x16;
 
+/// Sixteen lines to write.
+pub(crate) trait Sixteen {
+    /// One of the sixteen.
+    fn line(&mut self, index: usize) -> &mut F32x16;
+}
+
 /// Sixteen lines to write, a stride apart.
 pub(crate) struct StridedLines<'a> {
     lines: &'a mut [F32x16],
@@ -22,10 +28,11 @@ impl<'a> StridedLines<'a> {
         assert!((F32x16::LANES - 1) * stride < lines.len());
         Self { lines, stride }
     }
+}
 
-    /// One of the sixteen.
+impl Sixteen for StridedLines<'_> {
     #[inline(always)]
-    pub(crate) fn line(&mut self, index: usize) -> &mut F32x16 {
+    fn line(&mut self, index: usize) -> &mut F32x16 {
         assert!(index < F32x16::LANES);
         // SAFETY: `new` has checked the last of the sixteen lines.
         unsafe { self.lines.get_unchecked_mut(index * self.stride) }
@@ -69,17 +76,17 @@ impl RowLines<'_> {
     }
 }
 
-/// Asks the machine for an element that will be read. It need not exist.
+/// Asks the machine for what will be read. It need not exist.
 #[inline(always)]
-pub(crate) fn prefetch<T>(table: &[T], index: usize) {
+pub(crate) fn prefetch<T>(element: *const T) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: every x86-64 has SSE; any address may be asked for.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(table.as_ptr().wrapping_add(index).cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(element.cast()) }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (table, index);
+    let _ = element;
 }
 
 /// Asks the machine for a line that will be written. It need not exist.
@@ -88,13 +95,14 @@ pub(crate) fn prefetch_for_write(lines: &mut [F32x16], index: usize) {
     prefetch_line(lines.as_mut_ptr().wrapping_add(index));
 }
 
+/// To the second cache: in the first one, lines that wait to be written would displace those that are computed meanwhile.
 #[inline(always)]
 fn prefetch_line(line: *mut F32x16) {
     #[cfg(target_arch = "x86_64")]
     {
-        use std::arch::x86_64::{_MM_HINT_ET0, _mm_prefetch};
+        use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
         // SAFETY: every x86-64 has SSE; any address may be asked for.
-        unsafe { _mm_prefetch::<_MM_HINT_ET0>(line.cast()) }
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.cast()) }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = line;

@@ -26,7 +26,7 @@ use super::Isa;
 use super::isa::{run_avx2, run_avx512};
 pub(crate) use keys::{KeyColumns, KeyRows, KeyUnit};
 use lines::prefetch;
-pub(crate) use lines::{RowLines, StridedLines, prefetch_for_write};
+pub(crate) use lines::{RowLines, Sixteen, StridedLines, prefetch_for_write};
 pub(crate) use row_set::{DistinctRows, RowSet};
 
 /// Sixteen numbers, for example one of each of sixteen characters, in one aligned cache line.
@@ -122,8 +122,9 @@ pub(crate) trait Lanes:
     /// but for the one rounding to a float.
     fn dot_pairs(a: Self::Words, b: Self::Words) -> Self;
 
-    /// Transposes sixteen rows. Calls `put` with a column's index, the index of a part, and the part's numbers.
-    fn transpose_with(lines: [&F32x16; F32x16::LANES], put: impl FnMut(usize, usize, Self));
+    /// Transposes sixteen lines: each lane of a part has its sixteen numbers written to the line of its own. Streamed lines are as
+    /// those of [`Lanes::stream`].
+    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen);
 }
 
 /// A unit of [`KeyRows`], and which of its quads are wanted.
@@ -131,6 +132,13 @@ pub(crate) trait Lanes:
 pub(crate) struct UnitHalves {
     pub(crate) unit: usize,
     pub(crate) wanted: [bool; 2],
+}
+
+/// The lanes of a part, and how they are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PartWrite {
+    pub(crate) part: usize,
+    pub(crate) is_streamed: bool,
 }
 
 /// How far beyond a window's first key others are asked for: the second line from there, which is needed when windows

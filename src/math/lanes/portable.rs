@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, UnitHalves};
+use super::{F32x16, KeyColumns, KeyRows, KeyUnit, Lanes, PartWrite, Sixteen, UnitHalves};
 
 const COUNT: usize = 4;
 const REACH: usize = 2 * F32x16::LANES - 1;
@@ -237,12 +237,9 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn transpose_with(lines: [&F32x16; F32x16::LANES], mut put: impl FnMut(usize, usize, Self)) {
-        for column in 0..F32x16::LANES {
-            for part in 0..Self::PARTS {
-                let numbers = from_fn(|row| lines[part * COUNT + row].0[column]);
-                put(column, part, Self(numbers));
-            }
+    fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
+        for lane in lanes.part * COUNT..(lanes.part + 1) * COUNT {
+            to.line(lane).0 = from.map(|line| line.0[lane]);
         }
     }
 }

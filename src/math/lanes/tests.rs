@@ -68,11 +68,16 @@ impl Kernel for Everything<'_> {
             .map(|part| a(part).least())
             .fold(f32::INFINITY, f32::min);
         keep(&|_| L::splat(least));
-        let mut columns = [F32x16::ZERO; 16];
-        L::transpose_with(self.numbers.each_ref(), |column, part, numbers| {
-            numbers.store(&mut columns[column], part);
-        });
-        out.extend(columns);
+        for is_streamed in [false, true] {
+            let mut columns = [F32x16::ZERO; 32];
+            for part in 0..L::PARTS {
+                let lanes = PartWrite { part, is_streamed };
+                let mut to = StridedLines::new(&mut columns[1..], 2);
+                L::transpose(self.numbers.each_ref(), lanes, &mut to);
+            }
+            L::fence();
+            out.extend(columns);
+        }
         out
     }
 }

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use glam::Vec3;
 use sabaki::crowd::{Frame, LevelView};
 use sabaki::lod::{Budget, Cost, CostMonitor, Measure, Planner, SwitchSettings};
 use sabaki::math::F32x16;
@@ -36,12 +35,12 @@ pub(super) struct BudgetRun {
 impl Scene {
     /// Runs through the column with the budget that was asked for. `rows` tell what joints cost.
     pub(super) fn run_in_budget(&self, args: &Args, rows: &[Row]) -> Result<BudgetRun, Failure> {
-        let plain = |lod: Lod| rows.iter().find(move |row| is_plain_pose(&row.case, lod));
-        let all = plain(Lod::Off).map_or(1.0, |row| row.ms);
+        let plain = PlainRows::of(rows, self.animations.levels());
+        let all = plain.finest.map_or(1.0, |row| row.ms);
         let budget_ms = args.budget.map_or(SHARE * all, f64::from);
         let mut budget = Budget {
             milliseconds: budget_ms as f32,
-            cost: self.cost(args, rows),
+            cost: plain.cost(args),
             switching: SwitchSettings::default(),
             measure: Measure::Greatest,
             before: None,
@@ -65,10 +64,8 @@ impl Scene {
             let started = Instant::now();
             let eye = self.eye(Motion::Run, frame);
             distances.clear();
-            distances.extend(self.characters.iter().map(|character| {
-                let place = character.placement.ground.ground();
-                eye.distance(Vec3::new(place.x, 0.0, place.y))
-            }));
+            let positions = { self.characters.iter() }.map(|it| it.placement.position());
+            distances.extend(positions.map(|position| eye.distance(position)));
             budget.cost = monitor.corrected(&cost);
             let plan = planner
                 .plan(&self.levels, &distances, &budget)
@@ -95,19 +92,30 @@ impl Scene {
         }
         Ok(run)
     }
+}
 
-    /// What characters and joints cost, from the times of the finest and of the coarsest level.
-    fn cost(&self, args: &Args, rows: &[Row]) -> Cost {
+/// Poses of all characters on the finest and on the coarsest level.
+struct PlainRows<'a> {
+    finest: Option<&'a Row>,
+    coarsest: Option<&'a Row>,
+}
+
+impl<'a> PlainRows<'a> {
+    fn of(rows: &'a [Row], levels: usize) -> Self {
+        let plain = |lod: Lod| rows.iter().find(|row| is_plain_pose(&row.case, lod));
+        Self {
+            finest: plain(Lod::Off),
+            coarsest: plain(Lod::Level(levels.saturating_sub(1) as u16)),
+        }
+    }
+
+    /// What characters and joints cost.
+    fn cost(&self, args: &Args) -> Cost {
         let count = f64::from(args.count);
-        let finest = rows.iter().find(|row| is_plain_pose(&row.case, Lod::Off));
-        let coarsest = self.animations.levels().saturating_sub(1) as u16;
-        let coarsest = rows
-            .iter()
-            .find(|row| is_plain_pose(&row.case, Lod::Level(coarsest)));
-        let (Some(finest), Some(coarsest)) = (finest, coarsest) else {
+        let (Some(finest), Some(coarsest)) = (self.finest, self.coarsest) else {
             return Cost {
                 character: 0.0,
-                joint: finest.map_or(1.0, |row| row.per_joint(args)) as f32,
+                joint: self.finest.map_or(1.0, |row| row.per_joint(args)) as f32,
                 blend: 0.0,
             };
         };

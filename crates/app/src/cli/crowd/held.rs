@@ -53,8 +53,7 @@ impl Scene {
                 What::Pose => Vec3::ZERO,
             };
             for (index, character) in self.characters.iter().enumerate().step_by(STRIDE) {
-                let place = character.placement.ground.ground();
-                let distance = eye.distance(Vec3::new(place.x, 0.0, place.y)).max(NEAREST);
+                let distance = eye.distance(character.placement.position()).max(NEAREST);
                 let metres = difference(&held, &free, CharacterId(index as u32))?;
                 let off = metres * View::default().pixels_at_one_metre() / distance;
                 greatest = greatest.max(f64::from(off));

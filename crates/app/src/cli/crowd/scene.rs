@@ -104,7 +104,7 @@ impl Scene {
             Lod::Off => (LevelId(0), 0.0),
             Lod::Level(level) => (LevelId(level), 0.0),
             Lod::Distance => {
-                let distance = character.placement.ground.ground().length();
+                let distance = character.placement.position().length();
                 let choice = self.switching.choose(distance, None);
                 (choice.level, choice.blend)
             }
