@@ -6,7 +6,7 @@ pub use crate::anim::leg::Leg;
 pub use crate::anim::limbs::Limbs;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
-pub use crate::graph::build::GraphBuilder;
+pub use crate::graph::build::{GraphBuilder, SearchProgress};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, Plant};

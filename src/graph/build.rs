@@ -30,8 +30,17 @@ pub fn build(
     settings: &GraphSettings,
 ) -> Result<(MotionGraph, BuildReport), GraphError> {
     let builder = GraphBuilder::new(source, settings)?;
-    let transitions = builder.find_transitions()?;
+    let transitions = builder.find_transitions(|_| Ok::<_, GraphError>(()))?;
     builder.build(transitions)
+}
+
+/// How far a search for transitions is, in window pairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SearchProgress {
+    /// Pairs that have been compared, or shown to be above the threshold.
+    pub done: u64,
+    /// All pairs.
+    pub all: u64,
 }
 
 /// A build in two steps: the search for transitions, which can be divided among processes, and all
@@ -112,17 +121,25 @@ impl<'a> GraphBuilder<'a> {
         TransitionList::new(self.search())
     }
 
-    /// Searches all bands in this process. The result does not depend on the number of threads.
+    /// Searches all bands in this process. The result does not depend on the number of threads. `watch` is called again and again; its
+    /// error ends the search.
     ///
     /// # Errors
-    /// The graph would have too many transitions.
-    pub fn find_transitions(&self) -> Result<TransitionList, GraphError> {
+    /// The graph would have too many transitions; the error of `watch`.
+    pub fn find_transitions<E: From<GraphError>>(
+        &self,
+        mut watch: impl FnMut(SearchProgress) -> Result<(), E>,
+    ) -> Result<TransitionList, E> {
         /// Number of jobs of a thread whose minima are kept until they are added to the list.
-        const PART: usize = 64;
+        const PART: usize = 16;
         let threads = self.settings.threads;
         let search = PrunedSearch::new(self.search(), self.windows.iter().collect(), threads);
         let mut list = self.transition_list();
         let mut jobs = BandJobs::new(self.bands());
+        let mut progress = SearchProgress {
+            done: 0,
+            all: self.bands().map(|band| band.pairs()).sum(),
+        };
         loop {
             let part: Vec<Vec<MapBand>> =
                 jobs.by_ref().take(PART * thread_count(threads)).collect();
@@ -140,8 +157,10 @@ impl<'a> GraphBuilder<'a> {
                 for (&band, found) in bands.iter().zip(found?) {
                     list.add(band, &found.minima)?;
                     list.count(found.computed);
+                    progress.done += band.pairs();
                 }
             }
+            watch(progress)?;
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use sabaki::archive;
 use sabaki::graph::GraphError;
 use sabaki::maps::BakeError;
@@ -166,6 +166,21 @@ pub(crate) fn table(head: &[&str], left: usize) -> Table {
         });
     }
     table
+}
+
+/// A progress bar of a search, in pairs of windows; hidden where stderr is not a terminal.
+pub(crate) fn search_progress(what: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new(0).with_message(what);
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        // A bar that cannot be written is not worth an error.
+        let _ = write!(out, "{:.0}", state.per_sec() * 1e-6);
+    };
+    match ProgressStyle::with_template(
+        "{msg} {wide_bar} {percent}%, {rate} million pairs a second, {eta} left",
+    ) {
+        Ok(style) => bar.with_style(style.with_key("rate", rate)),
+        Err(_) => bar,
+    }
 }
 
 /// A progress bar on stderr; hidden where stderr is not a terminal.

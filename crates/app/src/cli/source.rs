@@ -6,7 +6,7 @@ use std::time::Instant;
 use sabaki::anim::EventKind;
 use sabaki::archive;
 use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
-use sabaki::internal::{GraphBuilder, TransitionList};
+use sabaki::internal::{GraphBuilder, SearchProgress, TransitionList};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
 use serde_json::{Value, json};
@@ -179,8 +179,16 @@ pub(crate) struct Made {
 /// Finds the transitions of a graph: in this process, or in the shards of a plan.
 type Find<'f> = dyn Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure> + 'f;
 
+/// Searches in this process. On a terminal a bar shows the share done, the pairs of windows a second, and the time left.
 fn find_here(builder: &GraphBuilder<'_>) -> Result<TransitionList, Failure> {
-    Ok(builder.find_transitions()?)
+    let bar = output::search_progress("searching transitions");
+    let found = builder.find_transitions(|SearchProgress { done, all }| {
+        bar.set_length(all);
+        bar.set_position(done);
+        cancel::check()
+    });
+    bar.finish_and_clear();
+    found
 }
 
 /// Clips, body and props that were read from files.
@@ -308,25 +316,25 @@ impl Bake<'_> {
     fn run(self, find: &Find<'_>) -> Result<Baked, Failure> {
         cancel::listen();
         let started = Instant::now();
-        let bar = output::progress("baking", 4);
-        bar.tick();
         let builder = GraphBuilder::new(self.source, &self.graph)?;
-        let done = |stage: &str| {
+        let transitions = find(&builder)?;
+        let bar = output::progress("adding links", 4);
+        let done = |stage: &str, next: &'static str| {
             bar.inc(1);
+            bar.set_message(next);
             let seconds = started.elapsed().as_secs_f64();
             tracing::info!("{stage} after {seconds:.3} s");
             cancel::check()
         };
-        let transitions = find(&builder)?;
-        done("transitions found")?;
+        done("transitions found", "adding links")?;
         let (graph, report) = builder.build(transitions)?;
         let feet = graph.foot_slide(MEASURED);
-        done("links added and graph built")?;
+        done("links added and graph built", "drawing maps")?;
         let baker = Baker::new(graph, self.settings)?;
         let maps = baker.draw_on_cpu();
-        done("maps drawn")?;
+        done("maps drawn", "filing paths and entries")?;
         let graph = baker.finish(maps)?;
-        done("paths and grid made")?;
+        done("paths and grid made", "done")?;
         bar.finish_and_clear();
         let mut warnings = Vec::new();
         if graph.evasions().is_empty() {
