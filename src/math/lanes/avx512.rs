@@ -112,7 +112,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn copy_sign(self, sign: Self) -> Self {
-        // SAFETY: the machine has AVX-512F and DQ.
+        // SAFETY: the machine has AVX-512F.
         Self(unsafe {
             let mask = _mm512_set1_ps(-0.0);
             _mm512_or_ps(_mm512_andnot_ps(mask, self.0), _mm512_and_ps(mask, sign.0))
