@@ -52,6 +52,10 @@ impl EntryTable {
             layers: self.layers.len(),
             ..EntryReport::default()
         };
+        // A graph without evasions has no table.
+        if self.step == 0 {
+            return report;
+        }
         let (mut of_all_frames, mut of_event_frames) = (Vec::new(), Vec::new());
         let seconds = f64::from(self.step) / graph.frame_rate();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
