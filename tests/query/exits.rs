@@ -3,8 +3,10 @@
 
 use sabaki::BakedGraph;
 use sabaki::anim::Pose;
-use sabaki::graph::{Entry, Motion, Playhead};
+use sabaki::graph::{self, ClipSource, Entry, GraphSettings, Motion, Playhead};
+use sabaki::maps::{BakeSettings, Baker, EntryReport};
 use sabaki::math::Rigid2;
+use sabaki_app::demo;
 use sabaki_testing::baked::embedded;
 use sabaki_testing::captures::fight;
 
@@ -82,6 +84,20 @@ fn most_moments_are_near_a_branch_point() {
         assert!(0.0 < stretches.median && stretches.median <= stretches.longest);
         assert!(stretches.median <= 0.3, "{stretches:?}");
     }
+}
+
+#[test]
+fn a_graph_without_events_has_no_entries_to_report() {
+    let motions = demo::motions().unwrap();
+    let source = ClipSource {
+        skeleton: &motions.skeleton,
+        clips: &motions.clips,
+        events: &[],
+    };
+    let (graph, _) = graph::build(source, &GraphSettings::default()).unwrap();
+    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+    let baked = baker.finish_on_cpu().unwrap();
+    assert_eq!(baked.entry_report(), EntryReport::default());
 }
 
 #[test]
