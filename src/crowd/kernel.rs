@@ -214,12 +214,12 @@ impl Run<'_> {
                 ..own_from
             };
             if self.mix.is_none() {
-                let own = Playing::new(ReadRows::new(own_from, first), weights);
+                let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
                 posing.joints::<L, _>(part, own, fetch);
                 continue;
             }
             let fade = MixedIn {
-                clip: Playing::new(ReadRows::new(fade_from, second), faded[part]),
+                clip: Playing::new(ReadRows::new::<L>(fade_from, second), faded[part]),
                 weight: L::load(&cold.fade.weight, part),
             };
             let shared = match rows.own {
@@ -232,18 +232,18 @@ impl Run<'_> {
                     let own = Playing::new(window, weights);
                     posing.joints::<L, _>(part, Faded { own, fade }, fetch);
                 } else {
-                    let own = Playing::new(ReadRows::new(own_from, first), weights);
+                    let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
                     posing.joints::<L, _>(part, Faded { own, fade }, fetch);
                 }
                 continue;
             }
             let own = match shared {
                 Some(window) => AnyColumns::Shared(window),
-                None => AnyColumns::Read(ReadRows::new(own_from, first)),
+                None => AnyColumns::Read(ReadRows::new::<L>(own_from, first)),
             };
             let own = Playing::new(own, weights);
             let layer = Layer {
-                clip: Playing::new(ReadRows::new(layer_from, third), layered[part]),
+                clip: Playing::new(ReadRows::new::<L>(layer_from, third), layered[part]),
                 places: bank.layer_places.iter(),
                 weight: L::load(&cold.layer.weight, part),
             };

@@ -82,19 +82,28 @@ pub(super) struct ReadRows<'a> {
 impl<'a> ReadRows<'a> {
     /// The first part reads for all. `columns` has memory for them.
     #[inline(always)]
-    pub(super) fn new(from: RowsPart<'a>, columns: &'a mut [F32x16]) -> Self {
+    pub(super) fn new<L: Lanes>(from: RowsPart<'a>, columns: &'a mut [F32x16]) -> Self {
         let RowsPart { level, rows, part } = from;
         let reads = match part {
             0 => &level.reads[..],
             _ => &[],
         };
-        Self {
+        let mut own = Self {
             rows,
             reads: reads.iter(),
             columns: &mut columns[..level.column_lines],
             line: 0,
             part,
+        };
+        if !Self::reads_between::<L>() && !rows.is_none() {
+            own.read::<L>(0);
         }
+        own
+    }
+
+    /// Whether columns are made between the joints. Kernels without wide registers are faster if they make all of them first.
+    const fn reads_between<L: Lanes>() -> bool {
+        L::PARTS <= 2
     }
 
     /// Makes the columns of so many reads.
@@ -140,7 +149,9 @@ pub(super) struct RowsPart<'a> {
 impl<L: Lanes> Columns<L> for ReadRows<'_> {
     #[inline(always)]
     fn rotation(&mut self, joint: &LevelJoint) -> [L::Words; 4] {
-        self.read::<L>(joint.reads_left);
+        if Self::reads_between::<L>() {
+            self.read::<L>(joint.reads_left);
+        }
         self.quad::<L, 4>()
     }
 

@@ -81,6 +81,12 @@ impl<'a> KeyRows<'a> {
         }
     }
 
+    /// Whether these are [`KeyRows::none`].
+    #[inline(always)]
+    pub(crate) fn is_none(&self) -> bool {
+        self.length == 0
+    }
+
     /// Asks for the first line from unit `unit` on of one lane's row, and of the row after it.
     #[inline(always)]
     pub(crate) fn prefetch(&self, lane: usize, unit: usize) {
