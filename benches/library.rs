@@ -14,8 +14,7 @@ use std::time::Instant;
 
 use library::Library;
 use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{BandJobs, DistanceMap, GraphBuilder, PrunedSearch, SearchScratch, Windows};
-use sabaki::math::in_parallel;
+use sabaki::internal::{BandJobs, DistanceMap, GraphBuilder, PrunedSearch, Windows};
 use sabaki_import::{ReadOptions, read_clips};
 
 /// Standard deviation of the joints' turns, in degrees.
@@ -100,12 +99,8 @@ fn windows(builder: &GraphBuilder<'_>) -> Vec<Windows> {
 fn search(builder: &GraphBuilder<'_>, (windows, threads): (&[Windows], usize)) -> u64 {
     let search = PrunedSearch::new(builder.search(), windows.iter().collect(), threads);
     let jobs: Vec<_> = BandJobs::new(builder.bands()).collect();
-    let found = in_parallel(threads, jobs.len(), |job| {
-        let mut scratch = SearchScratch::default();
-        let computed = |band| search.minima(band, &mut scratch).unwrap().computed;
-        jobs[job].iter().copied().map(computed).sum::<u64>()
-    });
-    found.iter().sum()
+    let found = search.minima_of_jobs(&jobs, threads).unwrap();
+    found.iter().map(|band| band.computed).sum()
 }
 
 /// Seconds that the distances of all pairs take on one thread.

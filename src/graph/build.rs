@@ -10,9 +10,7 @@ use super::distance::Windows;
 use super::feet::DartTest;
 use super::links::{self, LinkSource};
 use super::report::{BuildCounts, BuiltGraphs};
-use super::search::{
-    BandJobs, MapBand, PrunedSearch, SearchScratch, SearchSettings, TransitionList,
-};
+use super::search::{BandJobs, MapBand, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
 use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
@@ -146,19 +144,11 @@ impl<'a> GraphBuilder<'a> {
             if part.is_empty() {
                 return Ok(list);
             }
-            let found = in_parallel(threads, part.len(), |job| {
-                let mut scratch = SearchScratch::default();
-                let bands = part[job].iter();
-                bands
-                    .map(|&band| search.minima(band, &mut scratch))
-                    .collect::<Result<Vec<_>, _>>()
-            });
-            for (bands, found) in part.iter().zip(found) {
-                for (&band, found) in bands.iter().zip(found?) {
-                    list.add(band, &found.minima)?;
-                    list.count(found.computed);
-                    progress.done += band.pairs();
-                }
+            let found = search.minima_of_jobs(&part, threads)?;
+            for (&band, found) in part.iter().flatten().zip(found) {
+                list.add(band, &found.minima)?;
+                list.count(found.computed);
+                progress.done += band.pairs();
             }
             watch(progress)?;
         }

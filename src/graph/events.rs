@@ -45,31 +45,23 @@ pub(super) fn in_frames(
         .enumerate()
         .map(to_frames)
         .collect::<Result<_, _>>()?;
-    check_different(&events)?;
-    Ok(events)
+    match twice(&events) {
+        Some([first, second]) => Err(GraphError::EventTwice { first, second }),
+        None => Ok(events),
+    }
 }
 
-/// Checks that no two events of one kind have the same frames.
-fn check_different(events: &[GraphEvent]) -> Result<(), GraphError> {
+/// Two events of one kind that have the same frames, by their positions.
+pub(super) fn twice(events: &[GraphEvent]) -> Option<[usize; 2]> {
     let mut order: Vec<usize> = (0..events.len()).collect();
     let key = |&index: &usize| {
-        let GraphEvent {
-            clip,
-            first,
-            last,
-            kind,
-            ..
-        } = events[index];
-        (clip, first, last, kind)
+        let event = &events[index];
+        (event.clip, event.first, event.last, event.kind)
     };
     order.sort_by_key(key);
-    match order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
-        Some(pair) => Err(GraphError::EventTwice {
-            first: pair[0],
-            second: pair[1],
-        }),
-        None => Ok(()),
-    }
+    let mut pairs = order.windows(2);
+    let pair = pairs.find(|pair| key(&pair[0]) == key(&pair[1]))?;
+    Some([pair[0], pair[1]])
 }
 
 /// Events that overlap, merged: one event for each group, from the first start to the last end, in the order of the first of each group.

@@ -1,6 +1,8 @@
 //! Checks a graph that was read from a file.
 
-use super::{ClipId, Edge, EdgeMotion, GraphEvent, GraphSettings, MotionGraph, Node, prune};
+use super::{
+    ClipId, Edge, EdgeMotion, GraphEvent, GraphSettings, MotionGraph, Node, events, prune,
+};
 use crate::anim::{Clip, Skeleton};
 
 impl MotionGraph {
@@ -45,7 +47,10 @@ impl MotionGraph {
                 &|| self.events.iter().all(event_ok),
                 "an event names frames or joints that are not there",
             ),
-            (&|| self.events_differ(), "an event is there twice"),
+            (
+                &|| events::twice(&self.events).is_none(),
+                "an event is there twice",
+            ),
             (
                 &|| self.edges.iter().all(|edge| self.edge_fits(edge)),
                 "an edge does not fit its nodes or clips",
@@ -64,16 +69,6 @@ impl MotionGraph {
             .iter()
             .find(|(holds, _)| !holds())
             .map_or(Ok(()), |(_, what)| Err((*what).to_owned()))
-    }
-
-    fn events_differ(&self) -> bool {
-        let mut keys: Vec<_> = self
-            .events
-            .iter()
-            .map(|event| (event.clip, event.first, event.last, event.kind))
-            .collect();
-        keys.sort_unstable();
-        keys.windows(2).all(|pair| pair[0] != pair[1])
     }
 
     /// Whether every node has at least one edge and the index refers to exactly its edges.

@@ -93,6 +93,27 @@ impl<'a> PrunedSearch<'a> {
         Self { isa, ..self }
     }
 
+    /// Finds the minima of the bands of some jobs, in the order of the bands of each job. The result does not depend on the number of
+    /// threads.
+    ///
+    /// # Errors
+    /// The error of [`PrunedSearch::minima`].
+    pub fn minima_of_jobs(
+        &self,
+        jobs: &[Vec<MapBand>],
+        threads: usize,
+    ) -> Result<Vec<BandMinima>, GraphError> {
+        let found = in_parallel(threads, jobs.len(), |job| {
+            let mut scratch = SearchScratch::default();
+            let bands = jobs[job].iter();
+            bands
+                .map(|&band| self.minima(band, &mut scratch))
+                .collect::<Result<Vec<_>, _>>()
+        });
+        let found: Vec<Vec<BandMinima>> = found.into_iter().collect::<Result<_, _>>()?;
+        Ok(found.into_iter().flatten().collect())
+    }
+
     /// Finds the minima of a band: those that [`SearchSettings::minima`] finds, to the bit.
     ///
     /// # Errors

@@ -9,12 +9,9 @@
 
 use std::path::{Path, PathBuf};
 
-use sabaki::graph::GraphError;
 use sabaki::internal::{
-    BandJobs, BandMinima, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, SearchScratch,
-    TransitionList, Windows,
+    BandJobs, GraphBuilder, MapBand, Minimum, PointCloud, PrunedSearch, TransitionList, Windows,
 };
-use sabaki::math::in_parallel;
 
 use super::super::{Failure, output};
 use super::manifest::{Manifest, PlanInput};
@@ -142,18 +139,7 @@ impl SharedBake {
         });
         let jobs: Vec<Vec<MapBand>> = BandJobs::new(own).collect();
         let search = PrunedSearch::new(self.manifest.search, windows.iter().collect(), threads);
-        let found = in_parallel(threads, jobs.len(), |job| {
-            let mut scratch = SearchScratch::default();
-            let bands = jobs[job].iter();
-            bands
-                .map(|&band| search.minima(band, &mut scratch))
-                .collect::<Result<Vec<_>, GraphError>>()
-        });
-        let found: Vec<BandMinima> = { found.into_iter() }
-            .collect::<Result<Vec<_>, GraphError>>()?
-            .into_iter()
-            .flatten()
-            .collect();
+        let found = search.minima_of_jobs(&jobs, threads)?;
         let distances = found.iter().map(|found| found.computed).sum();
         let found: Vec<Vec<Minimum>> = found.into_iter().map(|found| found.minima).collect();
         let contents = sealed::encode(&(shard, &found))?;
