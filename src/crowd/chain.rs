@@ -6,7 +6,7 @@
 
 use bytemuck::Zeroable;
 
-use super::fetch::GroupRows;
+use super::fetch::Fetch;
 use super::group::Group;
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
@@ -31,11 +31,11 @@ pub(super) struct Posing<'a, P: JointMath, T> {
 impl<P: JointMath, T: Target> Posing<'_, P, T> {
     /// All joints of one part, parents first. `fetch` is told of each joint of the first part.
     #[inline(always)]
-    pub(super) fn joints<L: Lanes, S: Source<L>>(
+    pub(super) fn joints<L: Lanes, S: Source<L>, F: Fetch>(
         &mut self,
         part: usize,
         source: S,
-        fetch: Option<&GroupRows<'_, L>>,
+        fetch: Option<&F>,
     ) {
         let (bank, is_posed) = (self.bank, self.is_posed);
         let fetch = fetch.filter(|_| part == 0);

@@ -5,17 +5,17 @@ use std::marker::PhantomData;
 use bytemuck::Zeroable;
 
 use super::chain::Posing;
-use super::fetch::GroupRows;
-use super::group_moments::Moments;
+use super::fetch::Fetch;
+use super::group_moments::{AHEAD, Moments};
 use super::joint_math::JointMath;
+use super::key_bank::ClipRange;
 use super::matrices::Matrices;
+use super::mixed::MixedRows;
 use super::moment::Cycle;
 use super::output::{Form, Layout, Output, WriteMode};
 use super::rotations::Rotations;
 use super::run::{Run, RunMemory, Turn};
-use super::sampling::{
-    AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart, Window,
-};
+use super::sampling::{Playing, ReadRows, RowsPart, Window};
 use super::scratch::Scratch;
 use super::write::{Copied, InPlace, RunTarget, Scattered, Target};
 use crate::math::{F32x16, Isa, Kernel, KeyRows, Lanes};
@@ -77,77 +77,108 @@ impl Run<'_> {
     }
 }
 
-/// Groups whose moments are found before the first of them is posed. Where a group is in its clip is a long chain of steps, each of
-/// which waits for the one before: those of several groups are done at once.
-const AHEAD: usize = 8;
-
 impl Run<'_> {
     #[inline(always)]
     fn pose<L: Lanes, P: JointMath, T: RunTarget>(self, mut to: T) -> usize {
-        let lines = self.output.group_len(self.bank.joints.len());
         let mut scratch = std::mem::take(self.scratch);
-        scratch.fit(self.bank);
-        // What rows end with is the same on any thread.
-        for spare in &mut self.models::<P>(&mut scratch.models)[self.bank.joints.len()..] {
-            *spare = P::Model::zeroed();
-        }
-        let mut apart = 0;
-        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
-        let Turn { first, step } = self.turn;
-        let turns = (first..self.groups.len()).step_by(step).len();
-        let mut ahead = [Moments::<L>::blank(); AHEAD];
-        let mut rows = [GroupRows::<L>::NONE; AHEAD];
-        for begun in (0..turns).step_by(AHEAD) {
-            let ahead = &mut ahead[..AHEAD.min(turns - begun)];
-            for (turn, moments) in (begun..).zip(ahead.iter_mut()) {
-                *moments = self.moments(first + turn * step, cycle);
-            }
-            // In loops of their own: the first is short then.
-            let mut reads = 0;
-            for (index, moments) in ahead.iter().enumerate() {
-                let is_near = moments.all_near;
-                apart += usize::from(self.near.is_some() && !is_near);
-                if !moments.is_visible {
-                    continue;
-                }
-                if !is_near || !self.mix.is_none() {
-                    // Some groups before they are used: numbers that were stored together are not read one by one at once.
-                    rows[reads].index = index;
-                    self.group_rows(moments, &mut rows[reads]);
-                    reads += 1;
-                    continue;
-                }
-                let Scratch { models, spare, .. } = &mut scratch;
-                let out = to.group(moments.group, lines, spare);
-                self.pose_near::<L, P, T::Group<'_>>(moments, out, models);
-            }
-            for read in 0..reads {
-                let rows = &rows[read..reads];
-                let moments = &ahead[rows[0].index];
-                let Scratch {
-                    models,
-                    columns,
-                    spare,
-                } = &mut scratch;
-                let group = ReadGroup {
-                    moments,
-                    rows: &rows[0],
-                    next: rows.get(1),
-                    columns,
-                };
-                let out = to.group(moments.group, lines, spare);
-                self.pose_read::<L, P, T::Group<'_>>(group, out, models);
+        if T::HAS_ROWS {
+            // What rows end with is the same on any thread.
+            for spare in &mut self.models::<P>(&mut scratch.models)[self.bank.joints.len()..] {
+                *spare = P::Model::zeroed();
             }
         }
+        let apart = match self.mix.is_none() {
+            true => self.pose_batches::<L, P, T>(&mut scratch, &mut to),
+            false => self.pose_mixed_batches::<L, P, T>(&mut scratch, &mut to),
+        };
         *self.scratch = scratch;
         apart
+    }
+
+    /// Poses groups of one clip for each character.
+    #[inline(always)]
+    fn pose_batches<L: Lanes, P: JointMath, T: RunTarget>(
+        &self,
+        scratch: &mut Scratch,
+        to: &mut T,
+    ) -> usize {
+        let mut apart = 0;
+        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
+        for begun in (0..self.turns()).step_by(AHEAD) {
+            let count = self.find_batch::<L>(begun, cycle, scratch);
+            // In loops of their own: the first is short then.
+            let mut is_read = [false; AHEAD];
+            let moments = &scratch.moments[..count];
+            for (moments, is_read) in moments.iter().zip(&mut is_read) {
+                apart += usize::from(self.near.is_some() && !moments.all_near);
+                if moments.is_visible && moments.all_near {
+                    let out = to.group(moments.group, self.group_lines(), &mut scratch.spare);
+                    self.pose_near::<L, P, T::Group<'_>>(moments, out, &mut scratch.models);
+                } else {
+                    *is_read = moments.is_visible;
+                }
+            }
+            if is_read != [false; AHEAD] {
+                self.pose_read_groups::<L, P, T>(&is_read, scratch, to);
+            }
+        }
+        apart
+    }
+
+    /// Poses groups with something mixed in.
+    #[inline(always)]
+    fn pose_mixed_batches<L: Lanes, P: JointMath, T: RunTarget>(
+        &self,
+        scratch: &mut Scratch,
+        to: &mut T,
+    ) -> usize {
+        let mut apart = 0;
+        let cycle = self.near.map(|range| (range, Cycle::<L>::of(range)));
+        let mut rows = [MixedRows::<L>::NONE; AHEAD];
+        for begun in (0..self.turns()).step_by(AHEAD) {
+            let count = self.find_batch::<L>(begun, cycle, scratch);
+            for moments in &scratch.moments[..count] {
+                apart += usize::from(self.near.is_some() && !moments.all_near);
+            }
+            self.pose_mixed::<L, P, T>(&mut rows[..count], scratch, to);
+        }
+        apart
+    }
+
+    /// Number of groups that are posed.
+    #[inline(always)]
+    fn turns(&self) -> usize {
+        let Turn { first, step } = self.turn;
+        (first..self.groups.len()).step_by(step).len()
+    }
+
+    /// Lines of a group in the output.
+    #[inline(always)]
+    pub(super) fn group_lines(&self) -> usize {
+        self.output.group_len(self.bank.joints.len())
+    }
+
+    /// Finds the moments of the next groups; returns how many there are.
+    #[inline(always)]
+    fn find_batch<L: Lanes>(
+        &self,
+        begun: usize,
+        near: Option<(&ClipRange, Cycle<L>)>,
+        scratch: &mut Scratch,
+    ) -> usize {
+        let Turn { first, step } = self.turn;
+        let count = AHEAD.min(self.turns() - begun);
+        for (turn, moments) in (begun..).zip(&mut scratch.moments[..count]) {
+            self.find_moments(first + turn * step, near, moments);
+        }
+        count
     }
 
     /// A group whose characters share their loads.
     #[inline(always)]
     fn pose_near<L: Lanes, P: JointMath, T: Target>(
         &self,
-        moments: &Moments<L>,
+        moments: &Moments,
         mut out: T,
         models: &mut [F32x16],
     ) {
@@ -155,112 +186,68 @@ impl Run<'_> {
             let Some(window) = self.window::<L>(moments, part) else {
                 return;
             };
-            let playing = Playing::new(window, moments.weights[part]);
+            let playing = Playing::new(window, moments.weights(part));
             let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
-            posing.joints::<L, _>(part, playing, None);
+            posing.joints::<L, _, KeyRows<'_>>(part, playing, None);
         }
         out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
     }
 
     /// The keys of characters that share their loads.
     #[inline(always)]
-    fn window<L: Lanes>(&self, moments: &Moments<L>, part: usize) -> Option<Window<'_, L>> {
-        match (self.near, moments.near[part]) {
-            (Some(range), Some(near)) => Some(Window::new(self.keys, range, near)),
-            _ => None,
-        }
+    pub(super) fn window<L: Lanes>(&self, moments: &Moments, part: usize) -> Option<Window<'_, L>> {
+        let range = self.near?;
+        Some(Window::new(self.keys, range, moments.near(part)))
     }
 
-    /// A group whose characters are read one by one, in their first clips or in what is mixed into them. The keys of the group
-    /// after it are asked for meanwhile.
+    /// Groups whose characters are read one by one. The keys of each group are asked for while the one before is posed.
     #[inline(always)]
-    fn pose_read<L: Lanes, P: JointMath, T: Target>(
+    fn pose_read_groups<L: Lanes, P: JointMath, T: RunTarget>(
         &self,
-        group: ReadGroup<'_, L>,
-        mut out: T,
-        models: &mut [F32x16],
+        is_read: &[bool; AHEAD],
+        scratch: &mut Scratch,
+        to: &mut T,
     ) {
-        let ReadGroup {
-            moments,
-            rows,
-            next: fetch,
-            columns: [first, second, third],
-        } = group;
-        let (bank, cold) = (self.bank, &self.cold[moments.group]);
-        let none = KeyRows::none(&self.keys.rows);
-        let own_rows = rows.own.as_ref().unwrap_or(&none);
-        let (mut faded, mut layered) = (moments.weights, moments.weights);
-        let (mut fade_rows, mut layer_rows) = (&none, &none);
-        if let Some(clip) = &rows.faded {
-            (faded, fade_rows) = (clip.weights, &clip.rows);
-        }
-        if let Some(clip) = &rows.layer {
-            (layered, layer_rows) = (clip.weights, &clip.rows);
-        }
-        for part in 0..L::PARTS {
-            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
-            let weights = moments.weights[part];
-            let own_from = RowsPart {
-                level: bank,
-                rows: own_rows,
-                part,
-            };
-            let fade_from = RowsPart {
-                rows: fade_rows,
-                ..own_from
-            };
-            let layer_from = RowsPart {
-                rows: layer_rows,
-                ..own_from
-            };
-            if self.mix.is_none() {
-                let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
-                posing.joints::<L, _>(part, own, fetch);
-                continue;
-            }
-            let fade = MixedIn {
-                clip: Playing::new(ReadRows::new::<L>(fade_from, second), faded[part]),
-                weight: L::load(&cold.fade.weight, part),
-            };
-            let shared = match rows.own {
-                Some(_) => None,
-                None => self.window::<L>(moments, part),
-            };
-            if !self.mix.is_layered {
-                // The commonest mixture has a kernel for each kind of columns.
-                if let Some(window) = shared {
-                    let own = Playing::new(window, weights);
-                    posing.joints::<L, _>(part, Faded { own, fade }, fetch);
-                } else {
-                    let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
-                    posing.joints::<L, _>(part, Faded { own, fade }, fetch);
-                }
-                continue;
-            }
-            let own = match shared {
-                Some(window) => AnyColumns::Shared(window),
-                None => AnyColumns::Read(ReadRows::new::<L>(own_from, first)),
-            };
-            let own = Playing::new(own, weights);
-            let layer = Layer {
-                clip: Playing::new(ReadRows::new::<L>(layer_from, third), layered[part]),
-                places: bank.layer_places.iter(),
-                weight: L::load(&cold.layer.weight, part),
-            };
-            if self.mix.fades {
-                let own = Faded { own, fade };
-                posing.joints::<L, _>(part, Layered { own, layer }, fetch);
-            } else {
-                posing.joints::<L, _>(part, Layered { own, layer }, fetch);
+        let Scratch {
+            models,
+            columns: [columns, ..],
+            spare,
+            moments: ahead,
+        } = scratch;
+        let mut rows = [KeyRows::none(&self.keys.rows); AHEAD];
+        let (mut indices, mut count) = ([0; AHEAD], 0);
+        for index in 0..AHEAD {
+            if is_read[index] {
+                // Some groups before they are used: numbers that were stored together are not read one by one at once.
+                rows[count] = self.rows(&ahead[index]);
+                indices[count] = index;
+                count += 1;
             }
         }
-        out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
+        rows[0].prefetch_all(self.bank);
+        for turn in 0..count {
+            let rows = &rows[turn..count];
+            let moments = &ahead[indices[turn]];
+            let mut out = to.group(moments.group, self.group_lines(), spare);
+            for part in 0..L::PARTS {
+                let from = RowsPart {
+                    level: self.bank,
+                    rows: &rows[0],
+                    part,
+                };
+                let own = ReadRows::new::<L>(from, columns);
+                let own = Playing::new(own, moments.weights(part));
+                let mut posing = self.posing::<L, P, T::Group<'_>>(moments, &mut out, models);
+                posing.joints::<L, _, _>(part, own, rows.get(1));
+            }
+            out.write::<L, P>(self.bank.joints.len(), self.models::<P>(models));
+        }
     }
 
     #[inline(always)]
-    fn posing<'a, L: Lanes, P: JointMath, T: Target>(
+    pub(super) fn posing<'a, L: Lanes, P: JointMath, T: Target>(
         &'a self,
-        moments: &Moments<L>,
+        moments: &Moments,
         out: &'a mut T,
         models: &'a mut [F32x16],
     ) -> Posing<'a, P, T> {
@@ -276,17 +263,8 @@ impl Run<'_> {
 
     /// A group's joints in memory of the thread's own.
     #[inline(always)]
-    fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
+    pub(super) fn models<'a, P: JointMath>(&self, models: &'a mut [F32x16]) -> &'a mut [P::Model] {
         let joints = self.bank.joints.len() + P::SPARE;
         bytemuck::cast_slice_mut(&mut models[..joints * P::NUMBERS])
     }
-}
-
-/// A group whose characters are read one by one.
-struct ReadGroup<'a, L: Lanes> {
-    moments: &'a Moments<L>,
-    rows: &'a GroupRows<'a, L>,
-    /// Those of the group that is posed after it.
-    next: Option<&'a GroupRows<'a, L>>,
-    columns: &'a mut [Vec<F32x16>; 3],
 }

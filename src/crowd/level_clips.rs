@@ -20,7 +20,7 @@ pub(super) struct LevelClips {
     pub(super) column_lines: usize,
     /// Lines of a character's row, in the form that takes most.
     pub(super) row_lines: usize,
-    /// The first units of the cache lines that the level needs of a row.
+    /// Units that touch all cache lines that the level needs of a row, wherever a row begins in its line.
     pub(super) fetched: Vec<usize>,
 }
 
@@ -58,12 +58,8 @@ impl LevelClips {
         });
         let quads: Vec<usize> = quads.collect();
         let reads = UnitRead::of(&quads);
-        let lines = reads
-            .iter()
-            .map(|read| read.halves.unit / LINE_UNITS * LINE_UNITS);
-        let mut fetched: Vec<usize> = lines.collect();
-        fetched.sort_unstable();
-        fetched.dedup();
+        let units = reads.iter().map(|read| read.halves.unit);
+        let fetched = touching_all_lines(units.collect());
         let mut joints: Vec<LevelJoint> = joints.collect();
         let mut lines = 0;
         let ends = joints.iter().map(|joint| {
@@ -85,6 +81,25 @@ impl LevelClips {
             fetched,
         }
     }
+}
+
+/// Few units in whose cache lines all of these are. The first unit of a row may be anywhere in its line: what is between two
+/// units that are at most a line apart is in the line of one of them.
+fn touching_all_lines(mut units: Vec<usize>) -> Vec<usize> {
+    units.sort_unstable();
+    let mut touching: Vec<usize> = Vec::new();
+    for (index, &unit) in units.iter().enumerate() {
+        let is_reached = |&next: &usize| {
+            touching
+                .last()
+                .is_some_and(|&last| next <= last + LINE_UNITS)
+        };
+        // The next one touches this one's line, too.
+        if !units.get(index + 1).is_some_and(is_reached) {
+            touching.push(unit);
+        }
+    }
+    touching
 }
 
 /// The tracks of all levels, and where they are stored.

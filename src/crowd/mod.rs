@@ -56,6 +56,7 @@ mod level_clips;
 mod level_pass;
 mod level_step;
 mod matrices;
+mod mixed;
 mod moment;
 mod output;
 mod posing;

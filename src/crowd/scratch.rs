@@ -1,6 +1,7 @@
 //! Memory of the threads that pose.
 
 use super::animation_set::AnimationSet;
+use super::group_moments::{AHEAD, Moments};
 use super::joint_math::JointMath;
 use super::level_clips::LevelClips;
 use super::matrices::Matrices;
@@ -9,6 +10,8 @@ use crate::math::F32x16;
 /// What a thread keeps from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
+    /// Where the groups are that are posed next.
+    pub(super) moments: Vec<Moments>,
     /// A group's joints, where the output is not read from.
     pub(super) models: Vec<F32x16>,
     /// Columns of a group's first clips, of its second ones, and of its layers.
@@ -20,15 +23,17 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Enough for any level: threads shall not allocate later.
     pub(super) fn of(animations: &AnimationSet) -> Self {
-        let mut scratch = Self::default();
+        let mut scratch = Self {
+            moments: vec![Moments::BLANK; AHEAD],
+            ..Self::default()
+        };
         for bank in &animations.banks {
             scratch.fit(bank);
         }
         scratch
     }
 
-    /// Never less than there was.
-    pub(super) fn fit(&mut self, bank: &LevelClips) {
+    fn fit(&mut self, bank: &LevelClips) {
         let grow = |lines: &mut Vec<F32x16>, length: usize| {
             if lines.len() < length {
                 lines.resize(length, F32x16::ZERO);

@@ -13,6 +13,9 @@ pub(super) trait RunTarget {
     where
         Self: 'a;
 
+    /// Whether rows may be written, which end with joints that there are not.
+    const HAS_ROWS: bool;
+
     /// Where a group of so many lines goes. `spare` takes the rows of lanes that nobody uses.
     fn group<'a>(
         &'a mut self,
@@ -67,6 +70,8 @@ impl RunTarget for InPlace<'_> {
     where
         Self: 'a;
 
+    const HAS_ROWS: bool = false;
+
     #[inline(always)]
     fn group<'a>(&'a mut self, group: usize, lines: usize, _: &'a mut [F32x16]) -> InPlace<'a> {
         InPlace(lines_of(self.0, group, lines))
@@ -78,6 +83,8 @@ impl RunTarget for Copied<'_> {
         = Copied<'a>
     where
         Self: 'a;
+
+    const HAS_ROWS: bool = true;
 
     #[inline(always)]
     fn group<'a>(&'a mut self, group: usize, lines: usize, _: &'a mut [F32x16]) -> Copied<'a> {
@@ -93,6 +100,8 @@ impl RunTarget for Scattered<'_> {
         = ScatteredGroup<'a>
     where
         Self: 'a;
+
+    const HAS_ROWS: bool = true;
 
     #[inline(always)]
     fn group<'a>(

@@ -238,8 +238,27 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn transpose(from: [&F32x16; F32x16::LANES], lanes: PartWrite, to: &mut impl Sixteen) {
-        for lane in lanes.part * COUNT..(lanes.part + 1) * COUNT {
-            to.line(lane).0 = from.map(|line| line.0[lane]);
+        // Blocks of four lanes and four numbers, which compilers exchange in registers.
+        let first = lanes.part * COUNT;
+        for numbers in 0..F32x16::LANES / COUNT {
+            let from = &from[numbers * COUNT..][..COUNT];
+            let mut block = [[0.0; COUNT]; COUNT];
+            for (lanes, line) in block.iter_mut().zip(from) {
+                lanes.copy_from_slice(&line.0[first..][..COUNT]);
+            }
+            #[allow(
+                clippy::needless_range_loop,
+                reason = "the index is a lane of four lines"
+            )]
+            for lane in 0..COUNT {
+                let own = [
+                    block[0][lane],
+                    block[1][lane],
+                    block[2][lane],
+                    block[3][lane],
+                ];
+                to.line(first + lane).0[numbers * COUNT..][..COUNT].copy_from_slice(&own);
+            }
         }
     }
 }

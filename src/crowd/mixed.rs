@@ -1,0 +1,194 @@
+//! Groups of sixteen characters with a second clip or an additive layer: their keys are read character by character, those of
+//! their first clips where they are not near each other in time.
+
+use super::fetch::Fetch;
+use super::group_moments::{ClipRows, Moments};
+use super::joint_math::JointMath;
+use super::level_clips::LevelClips;
+use super::run::Run;
+use super::sampling::{AnyColumns, Faded, Layer, Layered, MixedIn, Playing, ReadRows, RowsPart};
+use super::scratch::Scratch;
+use super::write::{RunTarget, Target};
+use crate::math::{F32x16, KeyRows, Lanes};
+
+/// The rows of a group.
+#[derive(Clone, Copy)]
+pub(super) struct MixedRows<'a, L: Lanes> {
+    /// Index of the group among those whose moments are known.
+    index: usize,
+    /// `None` where characters share their loads.
+    own: Option<KeyRows<'a>>,
+    faded: Option<ClipRows<'a, L>>,
+    layer: Option<ClipRows<'a, L>>,
+}
+
+impl<L: Lanes> MixedRows<'_, L> {
+    pub(super) const NONE: Self = Self {
+        index: 0,
+        own: None,
+        faded: None,
+        layer: None,
+    };
+}
+
+impl<L: Lanes> Fetch for MixedRows<'_, L> {
+    #[inline(always)]
+    fn prefetch_lane(&self, level: &LevelClips, lane: usize) {
+        if let Some(rows) = &self.own {
+            rows.prefetch_lane(level, lane);
+        }
+        if let Some(faded) = &self.faded {
+            faded.rows.prefetch_lane(level, lane);
+        }
+        if let Some(layer) = &self.layer {
+            layer.rows.prefetch_lane(level, lane);
+        }
+    }
+}
+
+/// A group that is posed.
+struct MixedGroup<'a, L: Lanes> {
+    moments: &'a Moments,
+    rows: &'a MixedRows<'a, L>,
+    /// Those of the group that is posed after it.
+    next: Option<&'a MixedRows<'a, L>>,
+    columns: &'a mut [Vec<F32x16>; 3],
+}
+
+impl Run<'_> {
+    /// Poses some groups, whose moments are known.
+    #[inline(always)]
+    pub(super) fn pose_mixed<'a, L: Lanes, P: JointMath, T: RunTarget>(
+        &'a self,
+        rows: &mut [MixedRows<'a, L>],
+        scratch: &mut Scratch,
+        to: &mut T,
+    ) {
+        let Scratch {
+            models,
+            columns,
+            spare,
+            moments: ahead,
+        } = scratch;
+        let mut count = 0;
+        for (index, moments) in ahead[..rows.len()].iter().enumerate() {
+            if moments.is_visible {
+                // Some groups before they are used: numbers that were stored together are not read one by one at once.
+                rows[count].index = index;
+                self.mixed_rows(moments, &mut rows[count]);
+                count += 1;
+            }
+        }
+        if count > 0 {
+            rows[0].prefetch_all(self.bank);
+        }
+        for turn in 0..count {
+            let rows = &rows[turn..count];
+            let moments = &ahead[rows[0].index];
+            let group = MixedGroup {
+                moments,
+                rows: &rows[0],
+                next: rows.get(1),
+                columns,
+            };
+            let out = to.group(moments.group, self.group_lines(), spare);
+            self.pose_mixed_group::<L, P, T::Group<'_>>(group, out, models);
+        }
+    }
+
+    /// The rows of a group. Written in place: they are large.
+    #[inline(always)]
+    fn mixed_rows<'a, L: Lanes>(&'a self, moments: &Moments, to: &mut MixedRows<'a, L>) {
+        let cold = &self.cold[moments.group];
+        to.own = None;
+        if !moments.all_near {
+            to.own = Some(self.rows(moments));
+        }
+        if self.mix.fades {
+            to.faded = Some(self.clip_rows::<L>(&cold.fade));
+        }
+        if self.mix.is_layered {
+            to.layer = Some(self.clip_rows::<L>(&cold.layer));
+        }
+    }
+
+    #[inline(always)]
+    fn pose_mixed_group<L: Lanes, P: JointMath, T: Target>(
+        &self,
+        group: MixedGroup<'_, L>,
+        mut out: T,
+        models: &mut [F32x16],
+    ) {
+        let MixedGroup {
+            moments,
+            rows,
+            next: fetch,
+            columns: [first, second, third],
+        } = group;
+        let (bank, cold) = (self.bank, &self.cold[moments.group]);
+        let none = KeyRows::none(&self.keys.rows);
+        let own_rows = rows.own.as_ref().unwrap_or(&none);
+        let unweighted = L::parts(moments.weights::<L>(0));
+        let (mut faded, mut layered) = (unweighted, unweighted);
+        let (mut fade_rows, mut layer_rows) = (&none, &none);
+        if let Some(clip) = &rows.faded {
+            (faded, fade_rows) = (clip.weights, &clip.rows);
+        }
+        if let Some(clip) = &rows.layer {
+            (layered, layer_rows) = (clip.weights, &clip.rows);
+        }
+        for part in 0..L::PARTS {
+            let mut posing = self.posing::<L, P, T>(moments, &mut out, models);
+            let weights = moments.weights(part);
+            let own_from = RowsPart {
+                level: bank,
+                rows: own_rows,
+                part,
+            };
+            let fade_from = RowsPart {
+                rows: fade_rows,
+                ..own_from
+            };
+            let layer_from = RowsPart {
+                rows: layer_rows,
+                ..own_from
+            };
+            let fade = MixedIn {
+                clip: Playing::new(ReadRows::new::<L>(fade_from, second), faded[part]),
+                weight: L::load(&cold.fade.weight, part),
+            };
+            let shared = match rows.own {
+                Some(_) => None,
+                None => self.window::<L>(moments, part),
+            };
+            if !self.mix.is_layered {
+                // The commonest mixture has a kernel for each kind of columns.
+                if let Some(window) = shared {
+                    let own = Playing::new(window, weights);
+                    posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                } else {
+                    let own = Playing::new(ReadRows::new::<L>(own_from, first), weights);
+                    posing.joints::<L, _, _>(part, Faded { own, fade }, fetch);
+                }
+                continue;
+            }
+            let own = match shared {
+                Some(window) => AnyColumns::Shared(window),
+                None => AnyColumns::Read(ReadRows::new::<L>(own_from, first)),
+            };
+            let own = Playing::new(own, weights);
+            let layer = Layer {
+                clip: Playing::new(ReadRows::new::<L>(layer_from, third), layered[part]),
+                places: bank.layer_places.iter(),
+                weight: L::load(&cold.layer.weight, part),
+            };
+            if self.mix.fades {
+                let own = Faded { own, fade };
+                posing.joints::<L, _, _>(part, Layered { own, layer }, fetch);
+            } else {
+                posing.joints::<L, _, _>(part, Layered { own, layer }, fetch);
+            }
+        }
+        out.write::<L, P>(bank.joints.len(), self.models::<P>(models));
+    }
+}
