@@ -31,10 +31,15 @@ impl Mix {
 
     /// Each combination by its index.
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        (0..Self::COUNT).map(|index| Self {
+        (0..Self::COUNT).map(Self::of)
+    }
+
+    /// The combination of an index.
+    pub(super) fn of(index: usize) -> Self {
+        Self {
             fades: index & 1 != 0,
             is_layered: index & 2 != 0,
-        })
+        }
     }
 
     pub(super) fn index(self) -> usize {

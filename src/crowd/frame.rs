@@ -28,17 +28,22 @@ impl Crowd {
         out: &mut [F32x16],
     ) -> Result<FrameReport, PoseError> {
         self.advance(frame.seconds);
+        let has_new_groups = {
+            let _span = tracing::trace_span!("crowd: sort a part").entered();
+            self.step_rebuild(Some(frame))
+        };
         {
             let _span = tracing::trace_span!("crowd: choose levels").entered();
             self.choose(frame);
         }
-        let report = {
+        let mut report = {
             let _span = tracing::trace_span!("crowd: sort").entered();
             self.prepare()
         };
         if report.sorted {
             self.scratch_of_frames.sorted_levels = None;
         }
+        report.sorted |= has_new_groups;
         let _span = tracing::trace_span!("crowd: pose").entered();
         self.pose_prepared(out)?;
         Ok(report)

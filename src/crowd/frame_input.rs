@@ -43,7 +43,7 @@ pub struct Frustum {
 pub struct FrameReport {
     /// Characters that were given another place in the output.
     pub moved: usize,
-    /// Whether all characters were sorted anew.
+    /// Whether all characters have new groups. They are sorted a part in each frame, or at once where many have changed.
     pub sorted: bool,
 }
 

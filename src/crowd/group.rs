@@ -123,12 +123,16 @@ impl GroupCold {
         layer: ClipLines::EMPTY,
     };
 
-    /// Writes a character's clips into a lane.
+    /// Writes a character's clips into a lane: those that the group mixes.
     pub(super) fn write(&mut self, lane: usize, clips: &LaneClips<'_>) {
         self.rows[lane] = clips.own.range.row as u32;
         self.length.0[lane] = clips.own.range.intervals as f32;
-        self.fade.write(lane, &clips.fade);
-        self.layer.write(lane, &clips.layer);
+        if self.kind.mix.fades {
+            self.fade.write(lane, &clips.fade);
+        }
+        if self.kind.mix.is_layered {
+            self.layer.write(lane, &clips.layer);
+        }
     }
 
     /// Copies everything that a lane holds to another lane.

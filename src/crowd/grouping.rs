@@ -13,7 +13,9 @@ use crate::lod::LevelId;
 impl Crowd {
     /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
     pub fn output_len(&mut self) -> usize {
+        self.step_rebuild(None);
         self.prepare();
+        self.is_prepared = true;
         self.needed_len()
     }
 
@@ -49,18 +51,20 @@ impl Crowd {
         self.settings.output.row_len(joints)
     }
 
-    /// Brings all characters into groups.
+    /// Brings all characters into groups: sorts them at once where many are in none.
     pub(super) fn prepare(&mut self) -> FrameReport {
         let characters = self.states.len();
         let moved = self.late.len();
-        let many = MOST_LATE * (moved + self.debt.late) > characters;
-        let sorted = many || self.debt.is_due(characters);
+        let sorted = MOST_LATE * (moved + self.debt.late) > characters;
         if sorted {
+            self.rebuild.abort();
             self.schedule.store_details(&mut self.states);
             let (schedule, sorting) = self.sorting();
             schedule.sort(sorting);
             self.debt = Debt::default();
             self.is_settled = false;
+            let chunks = self.chunks();
+            self.rebuild.reserve(characters, chunks);
             let spare = characters.saturating_sub(self.late.len());
             self.late.reserve(spare);
         } else if moved > 0 {
@@ -78,6 +82,7 @@ impl Crowd {
     }
 
     pub(super) fn sorting(&mut self) -> (&mut Schedule, Sorting<'_>) {
+        let chunks = self.chunks();
         let sorting = Sorting {
             animations: &self.animations,
             states: &self.states,
@@ -85,12 +90,17 @@ impl Crowd {
             now: self.time,
             base: self.base,
             output: self.settings.output,
-            chunks: match self.pool.threads() {
-                1 => 1,
-                threads => (threads * CHUNKS_OF_A_THREAD).min(MOST_CHUNKS),
-            },
+            chunks,
         };
         (&mut self.schedule, sorting)
+    }
+
+    /// Number of chunks that the groups are cut into.
+    fn chunks(&self) -> usize {
+        match self.pool.threads() {
+            1 => 1,
+            threads => (threads * CHUNKS_OF_A_THREAD).min(MOST_CHUNKS),
+        }
     }
 
     /// Where the pose of a character is, as [`Crowd::pose`] wrote it last.

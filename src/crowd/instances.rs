@@ -7,10 +7,11 @@ use super::character::{Character, CharacterId, CharacterState, ClipId, Placement
 use super::debt::Debt;
 use super::history::History;
 use super::level_pass::FrameScratch;
-use super::schedule::{GroupClock, Schedule};
+use super::rebuild::Rebuild;
+use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::{CrowdError, CrowdSettings};
-use super::slot::{self, NOWHERE, PARKED, Slot};
+use super::slot::{self, NOWHERE};
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
 
@@ -25,6 +26,7 @@ pub struct Crowd {
     /// Group and lane of each character, as one number.
     pub(super) slots: Vec<u32>,
     pub(super) schedule: Schedule,
+    pub(super) rebuild: Rebuild,
     /// Characters that wait for another group.
     pub(super) late: Vec<u32>,
     /// Seconds.
@@ -40,11 +42,13 @@ pub struct Crowd {
     pub(super) capacity: usize,
     /// Whether the groups have not been sorted since the last poses. Those that were made since stand behind the others.
     pub(super) is_settled: bool,
+    /// The caller knows the length of the poses: no other groups take over before they are posed.
+    pub(super) is_prepared: bool,
     pub(super) scratch_of_frames: FrameScratch,
 }
 
 /// The longest time on the groups' clock, in seconds: single precision then still resolves a ten-thousandth of a frame.
-const LONGEST_RUN: f64 = 8.0;
+pub(super) const LONGEST_RUN: f64 = 8.0;
 
 const MOST_THREADS: usize = 64;
 
@@ -68,6 +72,7 @@ impl Crowd {
             states: Vec::new(),
             slots: Vec::new(),
             schedule: Schedule::default(),
+            rebuild: Rebuild::default(),
             late: Vec::new(),
             time: 0.0,
             base: 0.0,
@@ -76,6 +81,7 @@ impl Crowd {
             history: History::default(),
             capacity: 0,
             is_settled: false,
+            is_prepared: false,
             scratch_of_frames: FrameScratch::default(),
         }
     }
@@ -96,6 +102,7 @@ impl Crowd {
         }
         crowd.capacity = characters;
         crowd.schedule.reserve(characters, MOST_CHUNKS);
+        crowd.rebuild.reserve(characters, MOST_CHUNKS);
         crowd
     }
 
@@ -235,6 +242,9 @@ impl Crowd {
             return;
         }
         self.time = seconds;
+        if !(0.0..=LONGEST_RUN).contains(&(self.time - self.rebuild.base)) {
+            self.rebuild.abort();
+        }
         if !(0.0..=LONGEST_RUN).contains(&(self.time - self.base)) {
             self.base = self.time;
             let (schedule, sorting) = self.sorting();
@@ -259,50 +269,6 @@ impl Crowd {
         CrowdError::NoSuchCharacter {
             id: id.0,
             characters: self.len(),
-        }
-    }
-
-    /// Changes a character that exists, and its lane or its group.
-    pub(super) fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut CharacterState)) {
-        let mut state = self.states[id.index()];
-        self.store_detail(id, &mut state);
-        let before = state.level();
-        change(&mut state);
-        let slot = self.slots[id.index()];
-        if state.is_late {
-            self.states[id.index()] = state;
-            return;
-        }
-        if slot != NOWHERE && slot & PARKED != 0 && !state.is_inactive {
-            let Slot { group, lane } = Slot::of(slot);
-            self.schedule.parked[group].move_to(lane, &state);
-            state.is_culled = true;
-        } else if slot != NOWHERE && slot & PARKED == 0 && self.fits(slot, &state) {
-            let [before, after] =
-                [before, state.level()].map(|level| self.animations.joints(level));
-            self.debt.joints += before as isize - after as isize;
-            let clock = GroupClock {
-                animations: &self.animations,
-                base: self.base,
-            };
-            self.schedule.write(Slot::of(slot), &state, clock);
-        } else {
-            state.is_late = true;
-            self.late.push(id.0);
-        }
-        self.states[id.index()] = state;
-    }
-
-    fn fits(&self, slot: u32, state: &CharacterState) -> bool {
-        !state.is_inactive && self.schedule.cold[Slot::of(slot).group].kind.takes(state)
-    }
-
-    /// Takes the level that a frame has chosen from the character's lane.
-    fn store_detail(&self, id: CharacterId, state: &mut CharacterState) {
-        let slot = self.slots[id.index()];
-        if slot & PARKED == 0 && !state.is_late {
-            let Slot { group, lane } = Slot::of(slot);
-            state.detail = self.schedule.groups[group].detail.0[lane];
         }
     }
 

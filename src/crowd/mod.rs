@@ -37,6 +37,7 @@
 mod animation_set;
 mod bucket;
 mod chain;
+mod change;
 mod character;
 mod chunks;
 mod debt;
@@ -63,6 +64,7 @@ mod posing;
 mod quantise;
 mod quat_lanes;
 mod radix_sort;
+mod rebuild;
 mod regroup;
 mod rotations;
 mod run;
@@ -71,6 +73,8 @@ mod schedule;
 mod scratch;
 mod settings;
 mod slot;
+mod sort;
+mod take_over;
 mod tracks;
 mod write;
 

@@ -26,6 +26,7 @@ impl Crowd {
     /// # Errors
     /// A buffer that is too small.
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+        self.step_rebuild(None);
         self.prepare();
         self.pose_prepared(out)
     }
@@ -33,7 +34,8 @@ impl Crowd {
     /// Poses the groups as they are.
     pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         let (needed, found) = (self.needed_len(), out.len());
-        if found < needed {
+        self.is_prepared = found < needed;
+        if self.is_prepared {
             return Err(PoseError::TooSmall { needed, found });
         }
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());

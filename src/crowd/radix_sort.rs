@@ -1,7 +1,8 @@
 //! Sorting in passes of eleven bits, lowest first: linear in the number of keys, and the same time
 //! whatever their order.
 
-const DIGIT: u32 = 11;
+/// Bits of a pass.
+pub(super) const DIGIT: u32 = 11;
 const VALUES: usize = 1 << DIGIT;
 
 /// Sorts by the bits from `low` to below `high`; equal ones stay in their order. `spare` is of any length.

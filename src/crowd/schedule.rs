@@ -1,16 +1,11 @@
-//! Which characters form a group.
-//!
-//! Sixteen characters of one clip and level that are near each other in time share their loads. The others fill groups in the
-//! order of their levels, whatever they play: a group is posed on the finest level of its characters, and those that may be
-//! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
+//! The groups of a crowd, and where their lanes are.
 
 use super::animation_set::AnimationSet;
 use super::bucket::{Bucket, GroupKind, Mix, Parked, Piece};
 use super::character::CharacterState;
 use super::group::{Group, GroupCold};
 use super::output::{Layout, Output};
-use super::radix_sort;
-use super::slot::{ID_BITS, MOST, MOST_LATE, NOWHERE, Slot};
+use super::slot::{MOST_LATE, Slot};
 use crate::math::{DistinctRows, F32x16};
 
 /// The order of a crowd.
@@ -32,19 +27,19 @@ pub(super) struct Schedule {
     /// The first group that was added since the last sorting.
     pub(super) first_late: usize,
     /// Sorted: level, what is mixed in, clip, position in it, character.
-    keys: Vec<u64>,
-    spare: Vec<u64>,
+    pub(super) keys: Vec<u64>,
+    pub(super) spare: Vec<u64>,
+    /// Number of keys whose characters are in groups.
+    pub(super) filled: usize,
+    /// Whether the keys of a level are done, and those of its characters are put into groups that are not near others.
+    pub(super) is_level_read: bool,
+    /// Number of characters of `rest` that are in groups.
+    pub(super) pushed: [usize; Mix::COUNT],
     /// Fewer than sixteen characters that are not near others, by [`Mix::index`].
-    rest: [Vec<u32>; Mix::COUNT],
+    pub(super) rest: [Vec<u32>; Mix::COUNT],
     /// Of [`Layout::Instances`]: which character's row each lane writes.
     pub(super) rows: DistinctRows,
 }
-
-/// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
-const TIME_BITS: u32 = 14;
-
-/// Sixteen characters within so many intervals share their loads, and go on doing so for a while.
-const NEAR: u64 = 12;
 
 /// What the order follows from.
 pub(super) struct Sorting<'a> {
@@ -62,64 +57,6 @@ pub(super) struct Sorting<'a> {
 }
 
 impl Schedule {
-    /// Puts all characters into groups. Allocates only where a crowd has grown.
-    pub(super) fn sort(&mut self, mut sorting: Sorting<'_>) {
-        self.order(&sorting);
-        self.fill(&mut sorting);
-        self.share_out(sorting.chunks);
-    }
-
-    fn order(&mut self, sorting: &Sorting<'_>) {
-        let Sorting {
-            animations, now, ..
-        } = *sorting;
-        let clips = animations.clips();
-        self.keys.clear();
-        let present = sorting.states.iter().enumerate();
-        let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
-        self.keys.extend(present.map(|(id, state)| {
-            let at = state.share(animations, now);
-            let time = (at * (1 << TIME_BITS) as f32) as u64;
-            let time = time.min((1 << TIME_BITS) - 1);
-            let kind = Mix::COUNT * state.level().index() + state.mix.index();
-            let plays = (kind * clips + state.clip.index()) as u64;
-            plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
-        }));
-        let kinds = Mix::COUNT * animations.levels() * clips;
-        let bits = ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2();
-        radix_sort::sort(&mut self.keys, &mut self.spare, (ID_BITS, bits));
-    }
-
-    /// Fills groups in the order of the keys.
-    fn fill(&mut self, sorting: &mut Sorting<'_>) {
-        self.groups.clear();
-        self.cold.clear();
-        self.visible.clear();
-        self.was_visible.clear();
-        self.parked.clear();
-        self.buckets.clear();
-        self.lines = 0;
-        self.first_late = usize::MAX;
-        self.reserve(sorting.states.len(), sorting.chunks);
-        self.rows.reset(sorting.states.len());
-        sorting.slots.fill(NOWHERE);
-        let keys = std::mem::take(&mut self.keys);
-        let level = |key: &u64| sorting.states[who(*key)].level();
-        for same_level in keys.chunk_by(|a, b| level(a) == level(b)) {
-            self.fill_level(same_level, sorting);
-        }
-        self.keys = keys;
-        for mix in Mix::all() {
-            self.push_rest(mix, sorting);
-        }
-        self.first_late = self.groups.len();
-        for (id, state) in sorting.states.iter().enumerate() {
-            if state.is_culled && !state.is_inactive {
-                self.park(id as u32, sorting.states, sorting.slots);
-            }
-        }
-    }
-
     /// Full groups of so many characters, one more for each kind of rest, and those of characters that are moved later.
     pub(super) fn most_groups(characters: usize) -> usize {
         characters.div_ceil(F32x16::LANES) + Mix::COUNT + characters / MOST_LATE + 1
@@ -128,78 +65,21 @@ impl Schedule {
     /// Memory for any order of so many characters, and for those that are moved later.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {
         let groups = Self::most_groups(characters);
-        self.groups.reserve(groups);
-        self.cold.reserve(groups);
-        self.visible.reserve(groups);
-        self.was_visible.reserve(groups);
-        self.parked.reserve(groups);
-        self.buckets.reserve(groups);
+        reserve(&mut self.groups, groups);
+        reserve(&mut self.cold, groups);
+        reserve(&mut self.visible, groups);
+        reserve(&mut self.was_visible, groups);
+        reserve(&mut self.parked, groups);
+        reserve(&mut self.buckets, groups);
         self.rows.reserve(groups * F32x16::LANES, characters);
-        self.pieces
-            .reserve((groups + chunks).saturating_sub(self.pieces.len()));
+        reserve(&mut self.pieces, groups + chunks);
+        reserve(&mut self.ends, chunks);
         for rest in &mut self.rest {
-            rest.reserve(characters);
+            reserve(rest, characters);
         }
         for keys in [&mut self.keys, &mut self.spare] {
-            keys.reserve(characters.saturating_sub(keys.len()));
+            reserve(keys, characters);
         }
-    }
-
-    /// Groups of characters that are near each other; then of the others and of those left over from finer levels, as long as
-    /// there are sixteen.
-    fn fill_level(&mut self, mut left: &[u64], sorting: &mut Sorting<'_>) {
-        while let Some(&key) = left.first() {
-            let state = &sorting.states[who(key)];
-            if sorting.are_near(left) {
-                let kind = GroupKind {
-                    level: state.level(),
-                    near: Some(state.clip),
-                    mix: state.mix,
-                };
-                let (near, others) = left.split_at(F32x16::LANES);
-                let mut ids = [0; F32x16::LANES];
-                for (id, &key) in ids.iter_mut().zip(near) {
-                    *id = who(key) as u32;
-                }
-                self.push(kind, &ids, sorting);
-                left = others;
-            } else {
-                self.rest[state.mix.index()].push(who(key) as u32);
-                left = &left[1..];
-            }
-        }
-        for mix in Mix::all() {
-            let mut rest = std::mem::take(&mut self.rest[mix.index()]);
-            let sixteens = rest.chunks_exact(F32x16::LANES);
-            let left = rest.len() - sixteens.remainder().len();
-            for ids in sixteens {
-                self.push_mixed(ids, mix, sorting);
-            }
-            rest.drain(..left);
-            self.rest[mix.index()] = rest;
-        }
-    }
-
-    /// The last group, of the characters that are left over.
-    fn push_rest(&mut self, mix: Mix, sorting: &mut Sorting<'_>) {
-        let mut rest = std::mem::take(&mut self.rest[mix.index()]);
-        if !rest.is_empty() {
-            self.push_mixed(&rest, mix, sorting);
-        }
-        rest.clear();
-        self.rest[mix.index()] = rest;
-    }
-
-    /// A group of up to sixteen characters, the one of the finest level first.
-    fn push_mixed(&mut self, members: &[u32], mix: Mix, sorting: &mut Sorting<'_>) {
-        let mut ids = [Group::NOBODY; F32x16::LANES];
-        ids[..members.len()].copy_from_slice(members);
-        let kind = GroupKind {
-            level: sorting.states[members[0] as usize].level(),
-            near: None,
-            mix,
-        };
-        self.push(kind, &ids, sorting);
     }
 
     /// One more group, behind all others.
@@ -272,6 +152,11 @@ impl Schedule {
     }
 }
 
+/// Makes room for so many items in all.
+fn reserve<T>(items: &mut Vec<T>, count: usize) {
+    items.reserve(count.saturating_sub(items.len()));
+}
+
 /// What positions in clips are counted from.
 #[derive(Clone, Copy)]
 pub(super) struct GroupClock<'a> {
@@ -287,24 +172,4 @@ impl<'a> Sorting<'a> {
             base: self.base,
         }
     }
-
-    /// Whether the first sixteen can share their loads for a while: lanes drift apart.
-    fn are_near(&self, keys: &[u64]) -> bool {
-        let Some(sixteen) = keys.get(..F32x16::LANES) else {
-            return false;
-        };
-        let plays = |key: u64| key >> (TIME_BITS + ID_BITS);
-        if plays(sixteen[0]) != plays(sixteen[F32x16::LANES - 1]) {
-            return false;
-        }
-        let clip = self.states[who(sixteen[0])].clip;
-        let intervals = self.animations.range(clip).intervals as u64;
-        let time = |key: u64| key >> ID_BITS & ((1 << TIME_BITS) - 1);
-        let between = time(sixteen[F32x16::LANES - 1]) - time(sixteen[0]);
-        between * intervals <= NEAR << TIME_BITS
-    }
-}
-
-fn who(key: u64) -> usize {
-    (key & MOST as u64) as usize
 }

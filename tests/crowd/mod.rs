@@ -1,3 +1,4 @@
 //! Tests of `sabaki::crowd`.
 mod frame;
 mod pose;
+mod rebuild;

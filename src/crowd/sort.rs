@@ -1,0 +1,257 @@
+//! Which characters form a group.
+//!
+//! Sixteen characters of one clip and level that are near each other in time share their loads. The others fill groups in the
+//! order of their levels, whatever they play: a group is posed on the finest level of its characters, and those that may be
+//! coarser are made to look so. So few lanes stay empty, however many clips and levels there are.
+
+use std::ops::Range;
+
+use super::bucket::{GroupKind, Mix};
+use super::character::{CharacterState, ClipId};
+use super::group::Group;
+use super::radix_sort;
+use super::schedule::{Schedule, Sorting};
+use super::slot::{ID_BITS, MOST, NOWHERE};
+use crate::lod::LevelId;
+use crate::math::F32x16;
+
+/// Bits of a key, from the lowest: character ([`ID_BITS`]), position in the clip, what is played (22).
+const TIME_BITS: u32 = 14;
+
+/// Sixteen characters within so many intervals share their loads, and go on doing so for a while.
+const NEAR: u64 = 12;
+
+/// How much is done at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FillWork(usize);
+
+impl FillWork {
+    /// All that there is to do.
+    pub(super) const ALL: Self = Self(usize::MAX);
+    /// Reading a key.
+    const KEY: usize = 1;
+    /// Filling a group.
+    const GROUP: usize = 128;
+
+    /// One of `parts` equal parts of what so many characters take.
+    pub(super) fn part(characters: usize, parts: usize) -> Self {
+        let groups = characters.div_ceil(F32x16::LANES);
+        Self((characters * Self::KEY + groups * Self::GROUP).div_ceil(parts))
+    }
+}
+
+impl Schedule {
+    /// Puts all characters into groups. Allocates only where a crowd has grown.
+    pub(super) fn sort(&mut self, mut sorting: Sorting<'_>) {
+        self.begin(&mut sorting);
+        self.add_keys(0..sorting.states.len(), &sorting);
+        for digit in 0..sorting.digits() {
+            self.sort_digit(digit, &sorting);
+        }
+        self.fill(FillWork::ALL, &mut sorting);
+        self.end(&mut sorting);
+    }
+
+    /// Forgets all groups and keys.
+    pub(super) fn begin(&mut self, sorting: &mut Sorting<'_>) {
+        self.groups.clear();
+        self.cold.clear();
+        self.visible.clear();
+        self.was_visible.clear();
+        self.parked.clear();
+        self.buckets.clear();
+        self.keys.clear();
+        for rest in &mut self.rest {
+            rest.clear();
+        }
+        self.filled = 0;
+        self.is_level_read = false;
+        self.pushed = [0; Mix::COUNT];
+        self.lines = 0;
+        self.first_late = usize::MAX;
+        self.reserve(sorting.states.len(), sorting.chunks);
+        self.rows.reset(sorting.states.len());
+        sorting.slots.fill(NOWHERE);
+    }
+
+    /// Adds the keys of some characters.
+    pub(super) fn add_keys(&mut self, ids: Range<usize>, sorting: &Sorting<'_>) {
+        let Sorting {
+            animations, now, ..
+        } = *sorting;
+        let clips = animations.clips();
+        let present = ids.clone().zip(&sorting.states[ids]);
+        let present = present.filter(|(_, state)| !state.is_inactive && !state.is_culled);
+        self.keys.extend(present.map(|(id, state)| {
+            let at = state.share(animations, now);
+            let time = (at * (1 << TIME_BITS) as f32) as u64;
+            let time = time.min((1 << TIME_BITS) - 1);
+            let kind = Mix::COUNT * state.level().index() + state.mix.index();
+            let plays = (kind * clips + state.clip.index()) as u64;
+            plays << (TIME_BITS + ID_BITS) | time << ID_BITS | id as u64
+        }));
+    }
+
+    /// Sorts the keys by one digit. Digits are sorted by from the lowest to the highest.
+    pub(super) fn sort_digit(&mut self, digit: u32, sorting: &Sorting<'_>) {
+        let low = ID_BITS + digit * radix_sort::DIGIT;
+        let high = sorting.key_bits().min(low + radix_sort::DIGIT);
+        radix_sort::sort(&mut self.keys, &mut self.spare, (low, high));
+    }
+
+    /// Fills groups in the order of the keys, until the groups and keys come to `most`; returns whether all keys are done.
+    pub(super) fn fill(&mut self, most: FillWork, sorting: &mut Sorting<'_>) -> bool {
+        let keys = std::mem::take(&mut self.keys);
+        let mut work = 0;
+        while work < most.0 && (self.is_level_read || self.filled < keys.len()) {
+            if self.is_level_read {
+                self.is_level_read = self.push_sixteen(sorting);
+                work += FillWork::GROUP;
+                continue;
+            }
+            let left = &keys[self.filled..];
+            let kind = sorting.kind(left[0]);
+            if sorting.are_near(left) {
+                let mut ids = [0; F32x16::LANES];
+                for (id, &key) in ids.iter_mut().zip(left) {
+                    *id = who(key) as u32;
+                }
+                self.push_fitting(kind, &ids, sorting);
+                self.filled += F32x16::LANES;
+                work += FillWork::GROUP;
+            } else {
+                self.rest[kind.mix.index()].push(who(left[0]) as u32);
+                self.filled += 1;
+                work += FillWork::KEY;
+            }
+            let next = keys.get(self.filled).map(|&key| sorting.kind(key).level);
+            self.is_level_read = next != Some(kind.level);
+        }
+        let is_done = !self.is_level_read && self.filled == keys.len();
+        self.keys = keys;
+        is_done
+    }
+
+    /// Makes the last groups, and puts those that are not visible aside. No group is added later but by moving characters.
+    pub(super) fn end(&mut self, sorting: &mut Sorting<'_>) {
+        for mix in Mix::all() {
+            self.push_rest(mix, sorting);
+        }
+        self.first_late = self.groups.len();
+        for id in 0..sorting.slots.len() {
+            if sorting.slots[id] == NOWHERE {
+                let state = &sorting.states[id];
+                if state.is_culled && !state.is_inactive {
+                    self.park(id as u32, sorting.states, sorting.slots);
+                }
+            }
+        }
+        self.share_out(sorting.chunks);
+    }
+
+    /// A group of characters that are not near others, of this level or left over from finer ones; returns whether there were
+    /// sixteen.
+    fn push_sixteen(&mut self, sorting: &mut Sorting<'_>) -> bool {
+        for mix in Mix::all() {
+            let (rest, pushed) = (&self.rest[mix.index()], self.pushed[mix.index()]);
+            if let Some(ids) = rest[pushed..].first_chunk() {
+                let ids = *ids;
+                self.pushed[mix.index()] += F32x16::LANES;
+                self.push_mixed(&ids, mix, sorting);
+                return true;
+            }
+            self.rest[mix.index()].drain(..pushed);
+            self.pushed[mix.index()] = 0;
+        }
+        false
+    }
+
+    /// The last group, of the characters that are left over.
+    fn push_rest(&mut self, mix: Mix, sorting: &mut Sorting<'_>) {
+        let rest = &mut self.rest[mix.index()];
+        let mut ids = [Group::NOBODY; F32x16::LANES];
+        for (to, id) in ids.iter_mut().zip(rest.drain(..)) {
+            *to = id;
+        }
+        self.push_mixed(&ids, mix, sorting);
+    }
+
+    /// A group of up to sixteen characters.
+    fn push_mixed(&mut self, ids: &[u32; F32x16::LANES], mix: Mix, sorting: &mut Sorting<'_>) {
+        let states = ids.iter().filter_map(|&id| sorting.states.get(id as usize));
+        let kind = GroupKind {
+            level: states.map(CharacterState::level).min().unwrap_or_default(),
+            near: None,
+            mix,
+        };
+        self.push_fitting(kind, ids, sorting);
+    }
+
+    /// A group of those of these characters that can be posed so: others have changed since their keys were noted.
+    fn push_fitting(
+        &mut self,
+        kind: GroupKind,
+        ids: &[u32; F32x16::LANES],
+        sorting: &mut Sorting<'_>,
+    ) {
+        let mut fitting = [Group::NOBODY; F32x16::LANES];
+        let mut count = 0;
+        for &id in ids {
+            let state = sorting.states.get(id as usize);
+            if state.is_some_and(|state| !state.is_inactive && kind.takes(state)) {
+                fitting[count] = id;
+                count += 1;
+            }
+        }
+        if count > 0 {
+            self.push(kind, &fitting, sorting);
+        }
+    }
+}
+
+impl Sorting<'_> {
+    /// The highest bit of a key.
+    fn key_bits(&self) -> u32 {
+        let kinds = Mix::COUNT * self.animations.levels() * self.animations.clips();
+        ID_BITS + TIME_BITS + kinds.next_power_of_two().ilog2()
+    }
+
+    /// Number of digits that keys are sorted by.
+    pub(super) fn digits(&self) -> u32 {
+        (self.key_bits() - ID_BITS).div_ceil(radix_sort::DIGIT)
+    }
+
+    /// How the character of a key is posed with others that are near it in time.
+    fn kind(&self, key: u64) -> GroupKind {
+        let plays = (key >> (TIME_BITS + ID_BITS)) as usize;
+        let (kind, clip) = (
+            plays / self.animations.clips(),
+            plays % self.animations.clips(),
+        );
+        GroupKind {
+            level: LevelId((kind / Mix::COUNT) as u16),
+            near: Some(ClipId(clip as u16)),
+            mix: Mix::of(kind % Mix::COUNT),
+        }
+    }
+
+    /// Whether the first sixteen can share their loads for a while: lanes drift apart.
+    fn are_near(&self, keys: &[u64]) -> bool {
+        let Some(sixteen) = keys.get(..F32x16::LANES) else {
+            return false;
+        };
+        let plays = |key: u64| key >> (TIME_BITS + ID_BITS);
+        if plays(sixteen[0]) != plays(sixteen[F32x16::LANES - 1]) {
+            return false;
+        }
+        let clip = plays(sixteen[0]) as usize % self.animations.clips();
+        let intervals = self.animations.range(ClipId(clip as u16)).intervals as u64;
+        let time = |key: u64| key >> ID_BITS & ((1 << TIME_BITS) - 1);
+        let between = time(sixteen[F32x16::LANES - 1]) - time(sixteen[0]);
+        between * intervals <= NEAR << TIME_BITS
+    }
+}
+
+fn who(key: u64) -> usize {
+    (key & MOST as u64) as usize
+}
