@@ -14,7 +14,13 @@ pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
+pub use crate::lod::blend::{Blend, affine};
+pub use crate::lod::displacement::LevelError;
+pub use crate::lod::energy::{Branch, joint_energies};
+pub use crate::lod::level::Seated;
+pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
+pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::Contact;
 pub use crate::maps::collect::DrawnMaps;

@@ -1,6 +1,6 @@
 //! What makes a level look like a coarser one: removed joints are carried by kept ones.
 //!
-//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see [`crate::lod::Blend`].
+//! Beyond Hasegawa, Nishio & Kobori, who leave the jumps between levels to future work (their 4.2): see `lod::blend`.
 //! A group may hold characters of several levels. It is posed on the finest of them; a character of a coarser level takes
 //! some steps from there, and the last of them in part.
 

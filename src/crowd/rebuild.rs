@@ -39,9 +39,9 @@ enum Stage {
 
 impl Rebuild {
     /// Frames in which the keys are noted.
-    const KEY_FRAMES: usize = 12;
+    const KEY_FRAMES: usize = 8;
     /// Frames in which groups are filled.
-    const FILL_FRAMES: usize = 16;
+    const FILL_FRAMES: usize = 12;
 
     /// Memory for so many characters.
     pub(super) fn reserve(&mut self, characters: usize, chunks: usize) {

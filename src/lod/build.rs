@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::attach::{Riders, Seat};
 use super::displacement::measure;
 use super::energy::Energies;
+use super::energy::joint_energies;
 use super::motion::check;
 use super::samples::Samples;
-use super::{EnergySettings, Level, Levels, LodError, joint_energies};
+use super::{EnergySettings, Level, Levels, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
 /// Settings of [`Levels::build`].

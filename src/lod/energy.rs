@@ -16,9 +16,10 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::frames::{Place, place_all};
+use super::mass::BoneShape;
 use super::mass::{Moments, moments_below};
 use super::motion::check;
-use super::{BoneShape, Level, LodError, Masses};
+use super::{Level, LodError, Masses};
 use crate::anim::{Clip, JointId, Skeleton};
 
 /// Settings of [`joint_energies`].

@@ -6,33 +6,32 @@
 //! removed joints is lost.
 
 mod attach;
-mod blend;
+pub(crate) mod blend;
 mod budget;
 mod build;
 mod cost_monitor;
-mod displacement;
+pub(crate) mod displacement;
 mod drawn;
-mod energy;
+pub(crate) mod energy;
 mod error;
 mod frames;
-mod level;
-mod mass;
+pub(crate) mod level;
+pub(crate) mod mass;
 pub(crate) mod motion;
 mod popping;
 mod samples;
 mod skin;
-mod switching;
+pub(crate) mod switching;
 mod view;
 
-pub use blend::{Blend, affine};
+pub(crate) use blend::affine;
 pub use budget::{Budget, Cost, Plan, Planner};
 pub use build::{Carrier, LevelSettings, Order};
 pub use cost_monitor::CostMonitor;
-pub use displacement::LevelError;
-pub use energy::{Branch, EnergySettings, Flexion, Inertia, joint_energies};
+pub use energy::{EnergySettings, Flexion, Inertia};
 pub use error::LodError;
-pub use level::{Level, LevelId, Levels, Seated};
-pub use mass::{BoneShape, Masses};
+pub use level::{Level, LevelId, Levels};
+pub use mass::Masses;
 pub(crate) use motion::{LevelMotion, LevelTrack, Translations};
-pub use switching::{Band, BlendSettings, Choice, Measure, Rule, SwitchSettings, Switching};
+pub use switching::{BlendSettings, Choice, Measure, Rule, SwitchSettings, Switching};
 pub use view::View;

@@ -8,7 +8,8 @@ use glam::{Affine3A, Vec3};
 
 use super::motion::check;
 use super::samples::Samples;
-use super::{Band, Choice, LevelId, Levels, LodError, SwitchSettings, Switching, affine};
+use super::switching::Band;
+use super::{Choice, LevelId, Levels, LodError, SwitchSettings, Switching, affine};
 use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
 
 /// Smallest distance of the camera from the body, in metres.
@@ -93,7 +94,8 @@ impl Levels {
         {
             blend.apply(choice.blend, &mut kept);
         }
-        let seated = |seat: &super::Seated| kept[usize::from(seat.carrier)] * affine(&seat.offset);
+        let seated =
+            |seat: &super::level::Seated| kept[usize::from(seat.carrier)] * affine(&seat.offset);
         out.clear();
         out.extend(level.seats.iter().map(seated));
     }

@@ -58,7 +58,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    pub(super) fn of(self, error: &super::LevelError) -> f32 {
+    pub(super) fn of(self, error: &super::displacement::LevelError) -> f32 {
         match self {
             Self::Greatest => error.max,
             Self::Mean => error.mean,

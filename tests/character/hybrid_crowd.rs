@@ -12,7 +12,8 @@ use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::character::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
 use sabaki::crowd::{CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
-use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching, affine};
+use sabaki::internal::affine;
+use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
 
 /// Metres.

@@ -12,7 +12,8 @@ use common::random::Random;
 use glam::{Affine3A, Vec3};
 use sabaki::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::internal::LevelMotion;
-use sabaki::lod::{LevelSettings, Levels, LodError, Order, affine};
+use sabaki::internal::affine;
+use sabaki::lod::{LevelSettings, Levels, LodError, Order};
 
 /// A vertex in bind space, bound to two joints.
 struct Vertex {

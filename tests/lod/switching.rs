@@ -7,9 +7,10 @@ use common::captures::captures;
 use common::lod::{build, frames_of, points_of, random_levels, screen_error, setting_of};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
+use sabaki::internal::affine;
 use sabaki::lod::{
     BlendSettings, Choice, Level, LevelId, LevelSettings, Levels, LodError, Measure, Order, Rule,
-    SwitchSettings, Switching, View, affine,
+    SwitchSettings, Switching, View,
 };
 
 /// Energy to 60 m and errors of 1 pixel, with blending.
@@ -180,8 +181,9 @@ fn drawn(levels: &Levels, choice: Choice, joints: &[JointTransform]) -> Vec<Affi
         let blend = levels.blend(choice.level).unwrap();
         blend.apply(choice.blend, &mut matrices);
     }
-    let seat =
-        |seat: &sabaki::lod::Seated| matrices[usize::from(seat.carrier)] * affine(&seat.offset);
+    let seat = |seat: &sabaki::internal::Seated| {
+        matrices[usize::from(seat.carrier)] * affine(&seat.offset)
+    };
     level.seats.iter().map(seat).collect()
 }
 
