@@ -19,7 +19,7 @@ const FRAMES: u32 = 2000;
 /// Number of frames before, from which the costs are learned.
 const LEARNING: u32 = 240;
 /// The default budget as a share of the time to pose all joints.
-const SHARE: f64 = 0.6;
+const SHARE: f64 = 0.8;
 
 /// What the frames took, and how far bodies were from where they should be.
 pub(super) struct BudgetRun {
