@@ -1,4 +1,5 @@
-//! The search for transitions in libraries of growing length: `cargo bench --bench library -- 10 60 600` (minutes).
+//! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
+//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes).
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -8,20 +9,36 @@
 
 #[path = "common/library.rs"]
 mod library;
+#[path = "common/stages.rs"]
+mod stages;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
-use library::Library;
+use library::{Library, MadeClips};
+use sabaki::archive;
+use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
 use sabaki::internal::{BandJobs, DistanceMap, GraphBuilder, PrunedSearch, Windows};
-use sabaki_import::{ReadOptions, read_clips};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker};
+use sabaki::query::cull::cpu;
+use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
+use sabaki_app::demo::throw::{ThrowSettings, throw};
+use sabaki_import::{ClipSet, ReadOptions, read_clips};
+use stages::StageClock;
 
 /// Standard deviation of the joints' turns, in degrees.
 const TURN: f32 = 12.0;
 
 /// Length up to which all pairs are measured too, in minutes.
 const ALL_PAIRS: f64 = 20.0;
+
+/// Maximum number of evasions of a library.
+const EVASIONS: usize = 500;
+
+/// Number of queries that are measured.
+const QUERIES: u64 = 400;
 
 fn main() {
     let Some(root) = std::env::var_os("SABAKI_MOCAP") else {
@@ -34,20 +51,129 @@ fn main() {
         false => minutes,
     };
     let folder = PathBuf::from(root).join("fight");
-    let mut set = read_clips(&[folder], None, &ReadOptions::default()).unwrap();
+    let events = folder.join("events.json");
+    let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
     set.add_mirrored().unwrap();
-    let library = Library {
+    match std::env::args().any(|arg| arg == "bake") {
+        true => bakes(&set, &minutes),
+        false => searches(&set, &minutes),
+    }
+}
+
+/// The library that the clips of a set make.
+fn library(set: &ClipSet) -> Library<'_> {
+    Library {
         skeleton: &set.skeleton,
         clips: &set.clips,
+        events: &set.events,
         turn: TURN.to_radians(),
+        evasions: EVASIONS,
+    }
+}
+
+/// Prints what whole bakes take.
+fn bakes(set: &ClipSet, minutes: &[f64]) {
+    StageClock::install();
+    let path = std::env::temp_dir().join(format!("library-{}.sabaki", std::process::id()));
+    for &minutes in minutes {
+        let made = library(set).of(60.0 * minutes);
+        println!("\n{minutes} minutes, {} clips:", made.clips.len());
+        whole_bake(set, &made, &path);
+        println!("peak memory: {:.0} MB", peak_memory());
+    }
+    let _ = std::fs::remove_file(path);
+}
+
+fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) {
+    let source = ClipSource {
+        skeleton: &set.skeleton,
+        clips: &made.clips,
+        events: &made.events,
     };
+    let settings = GraphSettings::default();
+    let started = Instant::now();
+    let stage = |name: &str| println!("{name}: at {:.2} s", started.elapsed().as_secs_f64());
+    let builder = GraphBuilder::new(source, &settings).unwrap();
+    stage("clips resampled");
+    let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) }.unwrap();
+    stage("transitions found");
+    let (graph, report) = builder.build(found).unwrap();
+    stage("graph built");
+    println!(
+        "{} pairs, {} nodes, {} edges, {} of them transitions",
+        report.window_pairs,
+        graph.nodes().len(),
+        graph.edges().len(),
+        graph.transitions()
+    );
+    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+    let baked = baker.finish_on_cpu().unwrap();
+    stage("baked");
+    archive::write(path, &baked).unwrap();
+    stage("written");
+    println!(
+        "file {} bytes, {} evasions, {} paths",
+        std::fs::metadata(path).unwrap().len(),
+        baked.evasions().len(),
+        baked.paths().report().kept
+    );
+    drop(baked);
+    print_stages();
+    let started = Instant::now();
+    let baked = archive::read(path).unwrap();
+    println!("loaded in {:.2} s", started.elapsed().as_secs_f64());
+    print_stages();
+    queries(&baked);
+    let started = Instant::now();
+    let _ = Characters::new(Arc::new(baked), CharacterSettings::default()).unwrap();
+    println!("steering table in {:.2} s", started.elapsed().as_secs_f64());
+}
+
+fn print_stages() {
+    for (name, seconds) in StageClock::take() {
+        println!("  {name}: {seconds:.2} s");
+    }
+}
+
+fn queries(baked: &BakedGraph) {
+    let throws = (0..QUERIES).map(|index| throw(baked, &ThrowSettings::default(), 5, index));
+    let throws: Vec<_> = throws.map(Result::unwrap).collect();
+    let settings = QuerySettings::default();
+    let query = Query::new(baked, &settings);
+    let (mut context, mut answer) = (QueryContext::default(), Answer::default());
+    let mut culler = cpu::Culler::default();
+    let mut avoided = 0;
+    let mut ask = || {
+        avoided = 0;
+        let one = throws.iter().map(|throw| {
+            let started = Instant::now();
+            let mut session = query.start(throw.request(), &mut context);
+            session.run_on_cpu(&mut culler, &mut answer);
+            avoided += usize::from(answer.avoided);
+            1e3 * started.elapsed().as_secs_f64()
+        });
+        let mut times: Vec<f64> = one.collect();
+        times.sort_by(f64::total_cmp);
+        times
+    };
+    ask();
+    let times = ask();
+    println!(
+        "query: {:.3} ms in the median, {:.3} ms in 99%; {avoided} of {QUERIES} attacks avoided",
+        times[times.len() / 2],
+        times[times.len() * 99 / 100]
+    );
+}
+
+/// Prints what the search for transitions takes.
+fn searches(set: &ClipSet, minutes: &[f64]) {
     println!(
         "| minutes | clips | pairs | distances | pairs per distance | 1 thread, s | 2 threads, s | growth | all pairs, s | memory, MB |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut before = None;
-    for minutes in minutes {
-        let clips = library.of(60.0 * minutes);
+    for &minutes in minutes {
+        let MadeClips { clips, .. } = library(set).of(60.0 * minutes);
         let source = ClipSource {
             skeleton: &set.skeleton,
             clips: &clips,

@@ -1,53 +1,97 @@
 //! A library of any length, made of a few clips.
 
 use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Skeleton};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg32;
+use sabaki::anim::{Clip, ClipDesc, Event, EventKind, Skeleton};
 
 /// A library that is made of clips by cutting, by changes of their speed and by turning joints.
 pub(crate) struct Library<'a> {
     pub(crate) skeleton: &'a Skeleton,
     pub(crate) clips: &'a [Clip],
+    pub(crate) events: &'a [Event],
     /// Standard deviation of the turn of each joint about a random axis, in radians. It is drawn once for each pass over the
     /// clips, as another person holds another posture. The first pass is not turned.
     pub(crate) turn: f32,
+    /// Maximum number of evasions. Later ones are not labelled.
+    pub(crate) evasions: usize,
+}
+
+/// The clips of a library, and their events.
+#[derive(Default)]
+pub(crate) struct MadeClips {
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) events: Vec<Event>,
+}
+
+/// A part of a clip, played at another rate.
+struct Cut {
+    first: usize,
+    frames: usize,
+    rate: f64,
 }
 
 impl Library<'_> {
     /// Clips of `seconds` at 30 Hz. A longer library begins with the clips of a shorter one.
-    pub(crate) fn of(&self, seconds: f64) -> Vec<Clip> {
-        let mut random = Random(1);
-        let (mut clips, mut total) = (Vec::new(), 0.0);
+    pub(crate) fn of(&self, seconds: f64) -> MadeClips {
+        let mut random = Pcg32::seed_from_u64(1);
+        let (mut made, mut total) = (MadeClips::default(), 0.0);
         for pass in 0.. {
             let turns: Vec<Quat> = (0..self.skeleton.len())
                 .map(|joint| match (pass, joint) {
                     (0, _) | (_, 0) => Quat::IDENTITY,
-                    _ => Quat::from_scaled_axis(self.turn * random.normal()),
+                    _ => Quat::from_scaled_axis(self.turn * normal(&mut random)),
                 })
                 .collect();
-            for clip in self.clips {
+            for (index, clip) in self.clips.iter().enumerate() {
                 if total >= seconds {
-                    return clips;
+                    return made;
                 }
-                let share = random.number(0.6, 1.0);
+                let share = random.random_range(0.6..1.0f32);
                 let frames = ((clip.frames() as f32 * share) as usize).max(1);
-                let first = (random.number(0.0, 1.0) * (clip.frames() - frames) as f32) as usize;
-                let desc = self.changed(clip, first..first + frames, &turns);
+                let cut = Cut {
+                    first: random.random_range(0..=clip.frames() - frames),
+                    frames,
+                    rate: f64::from(random.random_range(0.8..1.25f32)),
+                };
                 let desc = ClipDesc {
                     name: format!("{pass} {}", clip.name()),
-                    frame_rate: clip.frame_rate() * f64::from(random.number(0.8, 1.25)),
-                    ..desc
+                    ..self.changed(clip, &cut, &turns)
                 };
                 let clip = Clip::new(self.skeleton, desc).unwrap();
                 let clip = clip.resampled(30.0).unwrap();
                 total += clip.duration();
-                clips.push(clip);
+                self.add_events(index, &cut, &mut made);
+                made.clips.push(clip);
             }
         }
-        clips
+        made
     }
 
-    fn changed(&self, clip: &Clip, frames: std::ops::Range<usize>, turns: &[Quat]) -> ClipDesc {
+    /// Adds the events of a clip that lie within a cut of it, for the next clip of `made`.
+    fn add_events(&self, clip: usize, cut: &Cut, made: &mut MadeClips) {
+        let frame_rate = self.clips[clip].frame_rate();
+        let moved = |seconds: f64| (seconds - cut.first as f64 / frame_rate) / cut.rate;
+        let end = (cut.frames - 1) as f64 / frame_rate / cut.rate;
+        let evasion = |event: &&Event| event.kind == EventKind::Evasion;
+        for event in self.events.iter().filter(|event| event.clip == clip) {
+            let own = Event {
+                clip: made.clips.len(),
+                start: moved(event.start),
+                end: moved(event.end),
+                ..event.clone()
+            };
+            let is_full =
+                evasion(&&own) && made.events.iter().filter(evasion).count() >= self.evasions;
+            if own.start >= 0.0 && own.end <= end && !is_full {
+                made.events.push(own);
+            }
+        }
+    }
+
+    fn changed(&self, clip: &Clip, cut: &Cut, turns: &[Quat]) -> ClipDesc {
         let (joints, desc) = (self.skeleton.len(), clip.desc());
+        let frames = cut.first..cut.first + cut.frames;
         let rotations = &desc.rotations[frames.start * joints..frames.end * joints];
         let translations = match desc.translations.is_empty() {
             true => &[][..],
@@ -56,7 +100,7 @@ impl Library<'_> {
         let turned = rotations.iter().enumerate();
         ClipDesc {
             name: String::new(),
-            frame_rate: desc.frame_rate,
+            frame_rate: desc.frame_rate * cut.rate,
             roots: desc.roots[frames].to_vec(),
             rotations: turned
                 .map(|(index, rotation)| (*rotation * turns[index % joints]).normalize())
@@ -66,21 +110,8 @@ impl Library<'_> {
     }
 }
 
-/// Splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self, low: f32, high: f32) -> f32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        low + (high - low) * ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// Three numbers of about a normal distribution: sums of twelve uniform ones.
-    fn normal(&mut self) -> Vec3 {
-        let mut one = || (0..12).map(|_| self.number(-0.5, 0.5)).sum();
-        Vec3::new(one(), one(), one())
-    }
+/// Three numbers of about a normal distribution: sums of twelve uniform ones.
+fn normal(random: &mut Pcg32) -> Vec3 {
+    let mut one = || (0..12).map(|_| random.random_range(-0.5..0.5f32)).sum();
+    Vec3::new(one(), one(), one())
 }

@@ -166,7 +166,10 @@ impl<'a> GraphBuilder<'a> {
         let under_threshold = transitions.len();
         let mut darts = self.dart_test();
         let darting = match &darts {
-            Some(test) => self.leave_out_darts(test, &mut transitions),
+            Some(test) => {
+                let _span = tracing::trace_span!("bake: test for darting feet").entered();
+                self.leave_out_darts(test, &mut transitions)
+            }
             None => 0,
         };
         let source = LinkSource {
@@ -176,7 +179,10 @@ impl<'a> GraphBuilder<'a> {
             events: &events::merged(&self.events),
             settings: self.settings,
         };
-        let links = links::add((source, &mut darts), &mut transitions);
+        let links = {
+            let _span = tracing::trace_span!("bake: add links").entered();
+            links::add((source, &mut darts), &mut transitions)
+        };
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
@@ -218,6 +224,7 @@ impl<'a> GraphBuilder<'a> {
         transitions: &[Transition],
         counts: BuildCounts,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
+        let _span = tracing::trace_span!("bake: assemble the graph").entered();
         let Self {
             source, settings, ..
         } = self;

@@ -162,6 +162,7 @@ impl Baker {
     #[must_use]
     #[doc(hidden)]
     pub fn draw_on_cpu(&self) -> DrawnMaps {
+        let _span = tracing::trace_span!("bake: draw maps").entered();
         let threads = self.settings.threads;
         let (every, any) = (&self.every_frame, &self.any_frame);
         DrawnMaps {
@@ -210,7 +211,10 @@ impl Baker {
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
         let evasions: Vec<Evasion> = evasions;
         let how = (&self.settings.entries, self.settings.threads);
-        let entries = EntryTable::find(&self.graph, &evasions, how);
+        let entries = {
+            let _span = tracing::trace_span!("bake: find entries").entered();
+            EntryTable::find(&self.graph, &evasions, how)
+        };
         let parts = BakedParts {
             graph: self.graph,
             body: self.body,

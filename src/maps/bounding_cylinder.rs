@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use super::Body;
 use crate::anim::{Clip, Pose, Skeleton, forward_kinematics};
 use crate::graph::{EdgeId, MotionGraph};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, in_parallel};
 
 /// A cylinder with a vertical axis, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,9 +70,11 @@ pub(super) struct ClipCylinders {
 
 impl ClipCylinders {
     pub(super) fn new(graph: &MotionGraph, body: &Body) -> Self {
-        let of = |clip: &Clip| of_clip(graph.skeleton(), body, clip);
+        let clips = graph.clips();
         Self {
-            clips: graph.clips().iter().map(of).collect(),
+            clips: in_parallel(0, clips.len(), |clip| {
+                of_clip(graph.skeleton(), body, &clips[clip])
+            }),
         }
     }
 

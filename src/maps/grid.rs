@@ -11,7 +11,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{Body, BodyTrack, NodePath, PathId, PathTable};
-use crate::math::{Rigid2, Sphere, floor};
+use crate::math::{Rigid2, Sphere, floor, in_parallel};
 
 /// Settings of a [`Grid`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,8 @@ impl Grid {
                 grid.push_vacated(&ends);
             }
         }
-        grid.filed = source.paths.all().iter().map(|p| grid.file(p)).collect();
+        let paths = source.paths.all();
+        grid.filed = in_parallel(0, paths.len(), |path| grid.file(&paths[path]));
         grid
     }
 

@@ -143,9 +143,9 @@ pub(super) fn distance(a: &Row, b: &Row) -> f32 {
 impl Table {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         let mut table = Self::default();
-        let natural: Vec<EdgeId> = graph.natural_edges().collect();
-        for clip in 0..graph.clips().len() {
-            table.add_clip(graph, &natural, ClipId(clip as u32));
+        let edges = edges_by_clip(graph);
+        for (clip, edges) in (0..).map(ClipId).zip(&edges) {
+            table.add_clip(graph, clip, edges);
         }
         table
     }
@@ -163,26 +163,29 @@ impl Table {
         (index != u32::MAX).then_some(index as usize)
     }
 
-    fn add_clip(&mut self, graph: &MotionGraph, natural: &[EdgeId], clip: ClipId) {
+    /// Adds the moments of a clip, given the edge that plays each frame of it.
+    fn add_clip(&mut self, graph: &MotionGraph, clip: ClipId, edges: &PlayedBy) {
         let frames = graph.clip(clip).frames();
         self.first.push(self.index.len() as u32);
         let start = self.index.len();
         self.index.resize(start + frames, u32::MAX);
-        let edges = edges_of(graph, natural, clip);
         let posed = pose_clip(graph, clip);
         let frame_rate = graph.frame_rate() as f32;
         let longest = (AHEAD[1] * frame_rate).round() as usize;
+        let mut run = 0..0;
         for frame in 0..frames {
             let Some((edge, edge_frame)) = edges[frame] else {
                 continue;
             };
-            let run = edges[frame..].iter().take_while(|edge| edge.is_some());
-            let left = run.count().min(frames - 1 - frame);
+            if frame >= run.end {
+                let played = edges[frame..].iter().take_while(|edge| edge.is_some());
+                run = frame..frame + played.count();
+            }
+            let left = (run.end - frame).min(frames - 1 - frame);
             if left < longest + 1 {
                 continue;
             }
-            let before = edges[..frame].iter().rev().take_while(|e| e.is_some());
-            let clip_range = (frame - before.count(), frame + left);
+            let clip_range = (run.start, frame + left);
             let features = features(&posed, frame, frame_rate);
             let (velocity, heading) = stride(&posed, (frame, clip_range), frame_rate);
             let calm = features.ways[1].length() < 0.08
@@ -206,16 +209,16 @@ impl Table {
 }
 
 /// The edge that plays each frame of a clip without an event, and its frame.
-fn edges_of(graph: &MotionGraph, natural: &[EdgeId], clip: ClipId) -> Vec<Option<(EdgeId, u32)>> {
-    let mut edges = vec![None; graph.clip(clip).frames()];
-    for &id in natural {
+type PlayedBy = Vec<Option<(EdgeId, u32)>>;
+
+fn edges_by_clip(graph: &MotionGraph) -> Vec<PlayedBy> {
+    let clips = graph.clips().iter();
+    let mut edges: Vec<PlayedBy> = clips.map(|clip| vec![None; clip.frames()]).collect();
+    for id in graph.natural_edges() {
         let edge = graph.edge(id);
         let from = graph.node(edge.from);
-        if from.clip != clip {
-            continue;
-        }
         for ahead in 0..edge.frames {
-            edges[(from.frame + ahead) as usize] = Some((id, ahead));
+            edges[from.clip.index()][(from.frame + ahead) as usize] = Some((id, ahead));
         }
     }
     edges

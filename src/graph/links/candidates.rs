@@ -4,6 +4,7 @@ use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
 use super::source::LinkSource;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use crate::graph::distance::{DistanceMap, Windows};
 use crate::graph::moments::Moments;
@@ -84,13 +85,37 @@ impl<'a> Candidates<'a> {
             .filter_map(|&event| self.margin(event, side))
             .collect();
         let clips = self.source.clouds.len();
-        let found = in_parallel(self.source.settings.threads, margins.len() * clips, |job| {
-            self.between(&margins[job / clips], job % clips, allowed)
+        let mut found = in_parallel(self.source.settings.threads, clips, |clip| {
+            self.of_clip(&margins, clip, allowed)
         });
-        let mut found: Vec<Candidate> = found.into_iter().flatten().collect();
+        let in_order = (0..margins.len())
+            .flat_map(|margin| (0..clips).map(move |clip| (margin, clip)))
+            .flat_map(|(margin, clip)| std::mem::take(&mut found[clip][margin]));
+        let mut found: Vec<Candidate> = in_order.collect();
         // The sort is stable, so that ties keep the order of events, clips and frames.
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         found
+    }
+
+    /// Closest links between each range and each part of a clip, by range.
+    fn of_clip(
+        &self,
+        margins: &[EventMargin],
+        clip: usize,
+        allowed: Option<&[bool]>,
+    ) -> Vec<Vec<Candidate>> {
+        // The clip's windows of each length that a range has.
+        let mut windows: BTreeMap<usize, Cow<'_, Windows>> = BTreeMap::new();
+        let own = Cow::Borrowed(&self.source.windows[clip]);
+        windows.insert(self.lengths.window, own);
+        let of_margin = |margin: &EventMargin| {
+            let length = margin.window;
+            let windows = windows
+                .entry(length)
+                .or_insert_with(|| Cow::Owned(Windows::new(&self.source.clouds[clip], length)));
+            self.between(margin, (clip, windows), allowed)
+        };
+        margins.iter().map(of_margin).collect()
     }
 
     fn moment(&self, event: &GraphEvent, frame: u32) -> u32 {
@@ -122,11 +147,11 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// Closest link between a range and each part of a clip.
+    /// Closest link between a range and each part of a clip, given the clip's windows of the range's length.
     fn between(
         &self,
         margin: &EventMargin,
-        clip: usize,
+        (clip, windows): (usize, &Windows),
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
         let cloud = &self.source.clouds[clip];
@@ -134,26 +159,27 @@ impl<'a> Candidates<'a> {
         let spread = self.lengths.spread;
         let mut best: Vec<Option<Candidate>> = vec![None; cloud.frames().div_ceil(spread)];
         let limit = self.lengths.loosest * self.lengths.loosest;
-        let windows = if margin.window == self.lengths.window {
-            Cow::Borrowed(&self.source.windows[clip])
-        } else {
-            Cow::Owned(Windows::new(cloud, margin.window))
-        };
-        DistanceMap::new(&margin.windows, &windows).for_each_row(|row, squares| {
+        DistanceMap::new(&margin.windows, windows).for_each_row(|row, squares| {
             let beside = margin.start + row;
             for (start, &square) in squares.iter().enumerate() {
                 let same = clip == own_clip && start.abs_diff(beside) < self.lengths.separation;
                 if square > limit || same {
                     continue;
                 }
-                let Some(found) = self.candidate(margin, beside, (clip, start), square.sqrt())
-                else {
+                let Some(far) = margin.side.far_end(start, margin.window) else {
                     continue;
                 };
-                let far = margin.far_end(&found.link);
                 if allowed.is_some_and(|allowed| !allowed[self.moments.at(clip, far) as usize]) {
                     continue;
                 }
+                // A link's cost is at least its distance.
+                let distance = square.sqrt();
+                if best[far / spread].is_some_and(|best| distance >= best.cost) {
+                    continue;
+                }
+                let Some(found) = self.candidate(margin, beside, (clip, start), distance) else {
+                    continue;
+                };
                 let cell = &mut best[far / spread];
                 if cell.is_none_or(|best| found.cost < best.cost) {
                     *cell = Some(found);
@@ -218,12 +244,12 @@ impl<'a> Candidates<'a> {
     }
 }
 
-impl EventMargin {
-    /// The frame of a link's other end, away from the event.
-    fn far_end(&self, link: &Transition) -> usize {
-        match self.side {
-            Side::Before => link.source_frame,
-            Side::After => link.target_frame,
+impl Side {
+    /// The frame of a link's end in the clip whose window starts at `start`, or `None` if the clip has no such frame.
+    fn far_end(self, start: usize, window: usize) -> Option<usize> {
+        match self {
+            Self::Before => start.checked_sub(1),
+            Self::After => Some(start + window - 1),
         }
     }
 }

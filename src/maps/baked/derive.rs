@@ -36,6 +36,7 @@ impl BakedGraph {
     }
 
     pub(super) fn derived(mut self) -> Self {
+        let _span = tracing::trace_span!("bake: derive tables").entered();
         self.derive_from_maps();
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
@@ -64,6 +65,7 @@ impl BakedGraph {
             evasions: evasions.collect(),
             paths: &self.paths,
         };
+        let _span = tracing::trace_span!("bake: make the grid").entered();
         self.grid = Grid::new(&source, self.grid_settings);
         self
     }

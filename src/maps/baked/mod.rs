@@ -92,7 +92,10 @@ impl BakedGraph {
             retimable: &retimable,
             goals: &goals,
         };
-        let paths = find_paths(source, paths);
+        let paths = {
+            let _span = tracing::trace_span!("bake: find paths").entered();
+            find_paths(source, paths)
+        };
         let (grid, tracks) = (Grid::default(), Vec::new());
         let (frames_to_evasion, reach) = (Vec::new(), 0.0);
         Self {

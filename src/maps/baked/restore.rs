@@ -22,6 +22,7 @@ impl BakedGraph {
     /// # Errors
     /// A description of the first invalid item.
     pub fn restored_within(mut self, bytes: u64) -> Result<Self, String> {
+        let _span = tracing::trace_span!("load: check and restore").entered();
         self.graph.validate()?;
         let edges = self.graph.edges().len();
         let sorted = self
@@ -65,6 +66,7 @@ impl BakedGraph {
                 "it would need {needed} bytes of memory, and {bytes} are the most for its size"
             ));
         }
+        let _span = tracing::trace_span!("load: restore paths").entered();
         self.paths = self
             .paths
             .restored(&self.graph, &self.retimable, &self.evasions)?;

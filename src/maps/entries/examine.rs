@@ -77,15 +77,28 @@ pub(super) struct EnteredMotion<'a> {
     pub(super) toe_slows: bool,
 }
 
-/// Scratch of the test of motions.
-#[derive(Clone, Debug, Default)]
+/// Scratch of the test of motions of one graph.
+#[derive(Clone, Debug)]
 pub(super) struct Examiner {
+    head: JointId,
     pose: Pose,
     joints: Vec<JointTransform>,
     samples: Vec<Sample>,
+    /// Rotation vectors of the joints between the last two samples that were tested.
+    turns: Vec<Vec3>,
 }
 
 impl Examiner {
+    pub(super) fn new(graph: &MotionGraph) -> Self {
+        Self {
+            head: head(graph.skeleton()),
+            pose: Pose::default(),
+            joints: Vec::new(),
+            samples: Vec::new(),
+            turns: Vec::new(),
+        }
+    }
+
     /// Makes room for the samples of a test; returns the frames after which the departures end.
     fn reserve(&mut self, rate: f32, blend: usize) -> [usize; 2] {
         let after = DEPARTURES.map(|seconds| (seconds * rate).round() as usize);
@@ -95,13 +108,42 @@ impl Examiner {
         after
     }
 
-    /// Samples a frame of a motion. `head` is [`head_of`] the graph, which is not looked for in each frame.
-    fn take(&mut self, (graph, head): (&MotionGraph, JointId), motion: &Motion, frame: usize) {
+    /// Samples a frame of a motion.
+    fn take(&mut self, graph: &MotionGraph, motion: &Motion, frame: usize) {
         let seconds = frame as f32 / graph.frame_rate() as f32;
         motion.sample(graph, seconds, &mut self.pose);
         forward_kinematics(graph.skeleton(), &self.pose, &mut self.joints);
         let posed = (&self.pose, &self.joints[..]);
-        self.samples[frame].take(graph, head, posed);
+        self.samples[frame].take(graph, self.head, posed);
+    }
+
+    /// Tests the joints between the last three samples up to a frame. Frames are tested one after the other, from 0 on.
+    fn test_joints(
+        &mut self,
+        frame: usize,
+        limits: &MotionLimits,
+        rate: f32,
+    ) -> Result<(), Implausible> {
+        let Some(last) = frame.checked_sub(1) else {
+            self.turns.clear();
+            return Ok(());
+        };
+        let now = turns(&self.samples[last], &self.samples[frame]);
+        if last == 0 {
+            self.turns.extend(now);
+            return Ok(());
+        }
+        for (joint, (before, now)) in self.turns.iter_mut().zip(now).enumerate() {
+            let id = JointId(joint as u16);
+            if now.length() * rate > limits.joint_speed[joint] {
+                return Err(Implausible::JointSpeed(id));
+            }
+            if (now - *before).length() * rate * rate > limits.joint_acceleration[joint] {
+                return Err(Implausible::JointAcceleration(id));
+            }
+            *before = now;
+        }
+        Ok(())
     }
 
     /// Whether a motion that is entered at its second frame is plausible.
@@ -113,14 +155,14 @@ impl Examiner {
     ) -> Result<(), Implausible> {
         let &EnteredMotion { motion, blend, .. } = entered;
         let rate = graph.frame_rate() as f32;
-        let (head, after) = (head_of(graph), self.reserve(rate, blend));
+        let after = self.reserve(rate, blend);
         // The ends of the departures first: most entries fail there.
         let mut taken = [false; 64];
         let mut take = |examiner: &mut Self, frame: usize| {
             if frame >= taken.len() || std::mem::replace(&mut taken[frame], true) {
                 return;
             }
-            examiner.take((graph, head), motion, frame);
+            examiner.take(graph, motion, frame);
         };
         for (which, frames) in after.into_iter().enumerate() {
             let ends = [0, 1, 1 + frames];
@@ -134,9 +176,11 @@ impl Examiner {
                 return Err(Implausible::Head);
             }
         }
-        (0..blend + 3).for_each(|frame| take(self, frame));
+        for frame in 0..blend + 3 {
+            take(self, frame);
+            self.test_joints(frame, limits, rate)?;
+        }
         let samples = &self.samples[..blend + 3];
-        self::joints(samples, limits, rate)?;
         let speed = |pair: &[Sample]| {
             let ways = pair[0].toes.iter().zip(&pair[1].toes);
             let ways = ways.map(|(from, to)| from.distance(*to));
@@ -171,40 +215,23 @@ impl Examiner {
         (motion, blend): (&Motion, usize),
     ) -> Result<(), Implausible> {
         let rate = graph.frame_rate() as f32;
-        let (head, after) = (head_of(graph), self.reserve(rate, blend));
-        [0, 1]
-            .into_iter()
-            .for_each(|frame| self.take((graph, head), motion, frame));
+        let after = self.reserve(rate, blend);
+        (0..2).for_each(|frame| self.take(graph, motion, frame));
         for (which, frames) in after.into_iter().enumerate() {
-            self.take((graph, head), motion, 1 + frames);
+            self.take(graph, motion, 1 + frames);
             let ends = [0, 1, 1 + frames].map(|frame| self.samples[frame].head);
             if departure(ends, frames).length() > limits.head_departure[which] {
                 return Err(Implausible::Head);
             }
         }
-        (2..blend + 3).for_each(|frame| self.take((graph, head), motion, frame));
-        joints(&self.samples[..blend + 3], limits, rate)
-    }
-}
-
-fn head_of(graph: &MotionGraph) -> JointId {
-    head(graph.skeleton())
-}
-
-fn joints(samples: &[Sample], limits: &MotionLimits, rate: f32) -> Result<(), Implausible> {
-    for window in samples.windows(3) {
-        let both = turns(&window[0], &window[1]).zip(turns(&window[1], &window[2]));
-        for (joint, (before, now)) in both.enumerate() {
-            let id = JointId(joint as u16);
-            if now.length() * rate > limits.joint_speed[joint] {
-                return Err(Implausible::JointSpeed(id));
+        for frame in 0..blend + 3 {
+            if frame >= 2 {
+                self.take(graph, motion, frame);
             }
-            if (now - before).length() * rate * rate > limits.joint_acceleration[joint] {
-                return Err(Implausible::JointAcceleration(id));
-            }
+            self.test_joints(frame, limits, rate)?;
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Slide of the feet over the ground, in metres: at each moment that of the slower toe.

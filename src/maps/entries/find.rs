@@ -7,7 +7,7 @@ use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
-use crate::anim::{Pose, forward_kinematics};
+use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{ClipId, Entry, Motion, MotionGraph, Playhead};
 use crate::maps::Evasion;
 use crate::math::{Rigid2, in_parallel};
@@ -58,7 +58,7 @@ impl EntryTable {
             .collect();
         let batch = 16;
         let found = in_parallel(threads, all.len().div_ceil(batch), |number| {
-            let mut scratch = Scratch::default();
+            let mut scratch = Scratch::new(graph);
             let own = &all[number * batch..((number + 1) * batch).min(all.len())];
             own.iter()
                 .map(|&place| {
@@ -123,21 +123,30 @@ struct Points {
 }
 
 impl Points {
-    fn of(graph: &MotionGraph, clip: ClipId, frame: u32) -> Self {
+    /// `head` is the graph's, which is not looked for in each frame.
+    fn of((graph, head): (&MotionGraph, JointId), clip: ClipId, frame: u32) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
         graph.clip(clip).pose(frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
         Self {
             hip: pose.root,
-            head: joints[head(graph.skeleton()).index()].translation,
+            head: joints[head.index()].translation,
         }
     }
 }
 
-#[derive(Default)]
 pub(super) struct Scratch {
     pub(super) motion: Motion,
     pub(super) examiner: Examiner,
+}
+
+impl Scratch {
+    pub(super) fn new(graph: &MotionGraph) -> Self {
+        Self {
+            motion: Motion::default(),
+            examiner: Examiner::new(graph),
+        }
+    }
 }
 
 /// The search among some frames.
@@ -146,8 +155,9 @@ pub(super) struct Finder<'a> {
     pub(super) limits: &'a MotionLimits,
     /// Whether a toe may be faster than the limit, if it was when a motion is left.
     pub(super) toe_slows: bool,
-    places: &'a ClipPlaces,
+    pub(super) places: &'a ClipPlaces,
     pub(super) targets: Vec<ClipFrame>,
+    head: JointId,
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
@@ -183,16 +193,18 @@ impl<'a> Finder<'a> {
         targets: Vec<ClipFrame>,
     ) -> Self {
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
+        let head = head(graph.skeleton());
         let points = |target: &ClipFrame| {
             let last = graph.clip(target.clip).frames() as u32 - 1;
             let frame = (target.frame + after.round() as u32).min(last);
-            Points::of(graph, target.clip, frame)
+            Points::of((graph, head), target.clip, frame)
         };
         Self {
             graph,
             limits,
             toe_slows: false,
             places,
+            head,
             stances: { targets.iter() }
                 .map(|target| Stance::of_frame(graph, target.clip, target.frame))
                 .collect(),
@@ -220,7 +232,7 @@ impl<'a> Finder<'a> {
             standing: (0..legs)
                 .map(|leg| graph.feet().stands(clip, leg, at))
                 .collect(),
-            ways: [frame, at].map(|frame| Points::of(graph, clip, frame)),
+            ways: [frame, at].map(|frame| Points::of((graph, self.head), clip, frame)),
         })
     }
 

@@ -16,7 +16,7 @@ impl EntryTable {
         let mut places: Vec<(u32, (usize, u32))> = Vec::new();
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
             let first = self.moments_of(clip).start;
-            let mut stretches = PlayedFrames::of(graph, clip).stretches(self);
+            let mut stretches = PlayedFrames::of(graph, exits.places, clip).stretches(self);
             stretches.retain(|stretch| stretch.len() > longest);
             for stretch in stretches {
                 let moments = stretch.start.div_ceil(step)..stretch.end.div_ceil(step);
@@ -25,7 +25,7 @@ impl EntryTable {
             }
         }
         let found = in_parallel(threads, places.len(), |number| {
-            exits.exits(places[number].1, &mut Scratch::default())
+            exits.exits(places[number].1, &mut Scratch::new(graph))
         });
         let mut found = places
             .iter()

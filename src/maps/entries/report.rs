@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::stretches::PlayedFrames;
+use super::targets::ClipPlaces;
 use super::{EntryTable, Stretches};
 use crate::graph::{ClipId, MotionGraph};
 
@@ -58,8 +59,9 @@ impl EntryTable {
         }
         let (mut of_all_frames, mut of_event_frames) = (Vec::new(), Vec::new());
         let seconds = f64::from(self.step) / graph.frame_rate();
+        let places = ClipPlaces::new(graph);
         for clip in (0..graph.clips().len()).map(|clip| ClipId(clip as u32)) {
-            let frames = PlayedFrames::of(graph, clip);
+            let frames = PlayedFrames::of(graph, &places, clip);
             let is_event = frames.is_event.clone();
             for stretch in frames.stretches(self) {
                 let length = stretch.len() as u32;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::EntryTable;
-use crate::graph::{ClipId, EdgeMotion, MotionGraph};
+use super::targets::ClipPlaces;
+use crate::graph::{ClipId, MotionGraph};
 
 /// Statistics of the stretches of the clips between two branch points: frames with an entry, an exit, or a choice of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,18 +39,15 @@ pub(super) struct PlayedFrames {
 }
 
 impl PlayedFrames {
-    pub(super) fn of(graph: &MotionGraph, clip: ClipId) -> Self {
+    pub(super) fn of(graph: &MotionGraph, places: &ClipPlaces, clip: ClipId) -> Self {
         let frames = graph.clip(clip).frames();
         let (mut is_event, mut branches) = (vec![None; frames], vec![false; frames]);
-        for edge in graph.edges() {
-            let from = graph.node(edge.from);
-            if from.clip == clip && edge.motion == EdgeMotion::Clip {
-                let own = from.frame as usize..(from.frame + edge.frames) as usize;
-                for frame in &mut is_event[own] {
-                    *frame = Some(*frame == Some(true) || edge.event.is_some());
-                }
-                branches[from.frame as usize] |= graph.edges_from(edge.from).count() > 1;
+        for &(first, end, edge) in places.of(clip) {
+            let edge = graph.edge(edge);
+            for frame in &mut is_event[first as usize..end as usize] {
+                *frame = Some(*frame == Some(true) || edge.event.is_some());
             }
+            branches[first as usize] |= graph.edges_from(edge.from).count() > 1;
         }
         Self {
             clip,

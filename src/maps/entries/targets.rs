@@ -28,7 +28,7 @@ impl ClipFrame {
 
 /// The edges that play the frames of each clip.
 pub(super) struct ClipPlaces {
-    /// First frame and edge, by clip, in order.
+    /// First frame, end and edge, by clip, in order.
     edges: Vec<Vec<(u32, u32, EdgeId)>>,
 }
 
@@ -44,6 +44,11 @@ impl ClipPlaces {
         }
         edges.iter_mut().for_each(|list| list.sort_unstable());
         Self { edges }
+    }
+
+    /// First frame, end and edge of all edges that play a clip, in order.
+    pub(super) fn of(&self, clip: ClipId) -> &[(u32, u32, EdgeId)] {
+        &self.edges[clip.index()]
     }
 
     /// Edge that plays a frame, and the position on it in frames.
