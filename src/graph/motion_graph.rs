@@ -6,7 +6,7 @@ use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
 use crate::anim::{Clip, EventKind, Facing, JointId, Leg, Pose, Rig, Skeleton, forward_kinematics};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, in_parallel};
 
 /// A pose where motion can branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -246,6 +246,18 @@ impl MotionGraph {
         self.clip(clip).pose(frame as usize, &mut pose);
         forward_kinematics(&self.skeleton, &pose, &mut joints);
         Facing::of(&self.skeleton).placement(&joints)
+    }
+
+    /// [`MotionGraph::placement`] of each node.
+    pub(crate) fn placements(&self) -> Vec<Rigid2> {
+        let facing = Facing::of(&self.skeleton);
+        in_parallel(0, self.nodes.len(), |node| {
+            let Node { clip, frame } = self.nodes[node];
+            let (mut pose, mut joints) = (Pose::default(), Vec::new());
+            self.clip(clip).pose(frame as usize, &mut pose);
+            forward_kinematics(&self.skeleton, &pose, &mut joints);
+            facing.placement(&joints)
+        })
     }
 
     /// Edges that play a clip outside all events: also no part of an event, which is an edge where events overlap.

@@ -159,11 +159,26 @@ impl Grid {
             cell: Self::fitting_cell(source, settings.cell.clamp(0.05, 1.0)),
             ..Self::default()
         };
-        for (track, end) in &source.evasions {
+        let of_evasions = in_parallel(0, source.evasions.len(), |evasion| {
+            let (track, end) = source.evasions[evasion];
+            let mut own = Self {
+                cell: grid.cell,
+                ..Self::default()
+            };
             for kind in 0..Self::HEADINGS * Self::PARTS * Self::PARTS {
-                let ends = [0, *end].map(|tick| grid.occupied(source.body, track, tick, kind));
-                grid.push_vacated(&ends);
+                let ends = [0, end].map(|tick| own.occupied(source.body, track, tick, kind));
+                own.push_vacated(&ends);
             }
+            own
+        });
+        for own in of_evasions {
+            let first = grid.heights.len() as u32;
+            let moved = |cells: VacatedCells| VacatedCells {
+                first: first + cells.first,
+                ..cells
+            };
+            grid.vacated.extend(own.vacated.into_iter().map(moved));
+            grid.heights.extend(own.heights);
         }
         let paths = source.paths.all();
         grid.filed = in_parallel(0, paths.len(), |path| grid.file(&paths[path]));

@@ -1,11 +1,12 @@
 //! The tables that are computed from the parts of a graph, and that files do not store.
 
 use super::BakedGraph;
-use crate::graph::{MotionGraph, Node};
+use crate::graph::MotionGraph;
 use crate::maps::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use crate::maps::entries::EntryTracks;
 use crate::maps::grid::{Grid, GridSource};
 use crate::maps::{BodyRows, BodyTrack, Evasion, RegionMaps, TrackStart};
+use crate::math::in_parallel;
 
 impl BakedGraph {
     /// Estimated memory of the tables that files do not store, in bytes. It is computed from
@@ -42,10 +43,10 @@ impl BakedGraph {
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         self.body_rows = BodyRows::new(&self.body);
         self.cylinders = ClipCylinders::new(&self.graph, &self.body);
-        let placement = |node: &Node| self.graph.placement(node.clip, node.frame);
-        self.placements = self.graph.nodes().iter().map(placement).collect();
+        self.placements = self.graph.placements();
         let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
-        let track = |evasion: &Evasion| {
+        let track = |evasion: usize| {
+            let evasion = &self.evasions[evasion];
             let start = TrackStart {
                 edge: evasion.edge,
                 frame: 0.0,
@@ -54,7 +55,7 @@ impl BakedGraph {
             let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
             BodyTrack::along(&self.graph, &self.body, start, seconds)
         };
-        self.tracks = self.evasions.iter().map(track).collect();
+        self.tracks = in_parallel(0, self.evasions.len(), track);
         self.entry_tracks =
             EntryTracks::new(&self.graph, &self.body, &self.evasions, &self.entries);
         let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;

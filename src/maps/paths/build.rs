@@ -243,11 +243,7 @@ const TRANSITION_COST: f32 = 0.02;
 
 /// For each edge, the character's frame at its end, relative to that at its start.
 pub(super) fn steps(graph: &MotionGraph) -> Vec<Rigid2> {
-    let placements: Vec<Rigid2> = graph
-        .nodes()
-        .iter()
-        .map(|node| graph.placement(node.clip, node.frame))
-        .collect();
+    let placements = graph.placements();
     graph
         .edge_ids()
         .map(|id| {
