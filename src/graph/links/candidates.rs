@@ -80,17 +80,23 @@ impl<'a> Candidates<'a> {
         side: Side,
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
+        /// Number of ranges that share the windows of a clip.
+        const BATCH: usize = 16;
         let margins: Vec<EventMargin> = events
             .iter()
             .filter_map(|&event| self.margin(event, side))
             .collect();
         let clips = self.source.clouds.len();
-        let mut found = in_parallel(self.source.settings.threads, clips, |clip| {
-            self.of_clip(&margins, clip, allowed)
+        let batches: Vec<&[EventMargin]> = margins.chunks(BATCH).collect();
+        let jobs = batches.len() * clips;
+        let mut found = in_parallel(self.source.settings.threads, jobs, |job| {
+            self.of_clip(batches[job / clips], job % clips, allowed)
         });
         let in_order = (0..margins.len())
             .flat_map(|margin| (0..clips).map(move |clip| (margin, clip)))
-            .flat_map(|(margin, clip)| std::mem::take(&mut found[clip][margin]));
+            .flat_map(|(margin, clip)| {
+                std::mem::take(&mut found[margin / BATCH * clips + clip][margin % BATCH])
+            });
         let mut found: Vec<Candidate> = in_order.collect();
         // The sort is stable, so that ties keep the order of events, clips and frames.
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
