@@ -30,7 +30,7 @@ impl Crowd {
         self.advance(frame.seconds);
         let has_new_groups = {
             let _span = tracing::trace_span!("crowd: sort a part").entered();
-            self.step_rebuild(Some(frame))
+            self.step_rebuild(Some(frame), out.len())
         };
         {
             let _span = tracing::trace_span!("crowd: choose levels").entered();

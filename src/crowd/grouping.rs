@@ -13,9 +13,7 @@ use crate::lod::LevelId;
 impl Crowd {
     /// Length of what [`Crowd::pose`] writes now. Moves characters to other groups where that is due.
     pub fn output_len(&mut self) -> usize {
-        self.step_rebuild(None);
         self.prepare();
-        self.is_prepared = true;
         self.needed_len()
     }
 

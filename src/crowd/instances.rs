@@ -42,8 +42,6 @@ pub struct Crowd {
     pub(super) capacity: usize,
     /// Whether the groups have not been sorted since the last poses. Those that were made since stand behind the others.
     pub(super) is_settled: bool,
-    /// The caller knows the length of the poses: no other groups take over before they are posed.
-    pub(super) is_prepared: bool,
     pub(super) scratch_of_frames: FrameScratch,
 }
 
@@ -81,7 +79,6 @@ impl Crowd {
             history: History::default(),
             capacity: 0,
             is_settled: false,
-            is_prepared: false,
             scratch_of_frames: FrameScratch::default(),
         }
     }

@@ -26,7 +26,8 @@ impl Crowd {
     /// # Errors
     /// A buffer that is too small.
     pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
-        self.step_rebuild(None);
+        // A caller who has asked for the length has no more memory.
+        self.step_rebuild(None, self.needed_len());
         self.prepare();
         self.pose_prepared(out)
     }
@@ -34,8 +35,7 @@ impl Crowd {
     /// Poses the groups as they are.
     pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
         let (needed, found) = (self.needed_len(), out.len());
-        self.is_prepared = found < needed;
-        if self.is_prepared {
+        if found < needed {
             return Err(PoseError::TooSmall { needed, found });
         }
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());

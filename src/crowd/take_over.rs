@@ -3,15 +3,18 @@
 use super::debt::Debt;
 use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
+use super::output::Layout;
 use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
+use crate::lod::LevelId;
 
 impl Crowd {
     /// Share of the longest run of the groups' clock after which new groups are made: theirs starts at 0 again.
     const RUN_SHARE: f64 = 0.75;
 
     /// Makes a part of new groups, if they are due; returns whether they have taken over. `frame` is what chooses levels next.
-    pub(super) fn step_rebuild(&mut self, frame: Option<&Frame<'_>>) -> bool {
-        if self.is_prepared || !(self.rebuild.is_running() || self.is_rebuild_due()) {
+    /// New groups that take more than `most` lines are forgotten.
+    pub(super) fn step_rebuild(&mut self, frame: Option<&Frame<'_>>, most: usize) -> bool {
+        if !(self.rebuild.is_running() || self.is_rebuild_due()) {
             return false;
         }
         if !self.rebuild.is_running() {
@@ -28,11 +31,24 @@ impl Crowd {
             }
         }
         self.rebuild = rebuild;
+        is_done &= self.new_len() <= most;
         if is_done {
             let view = frame.and_then(|frame| frame.levels.as_ref());
             self.take_over(!view.is_some_and(|view| view.switching.blends()));
         }
         is_done
+    }
+
+    /// The most that the new groups take once all characters are in one of them.
+    fn new_len(&self) -> usize {
+        let output = self.settings.output;
+        let each = output.group_len(self.animations.joints(LevelId(0)));
+        match output.layout {
+            Layout::Instances => self.needed_len(),
+            Layout::Blocks | Layout::Rows => {
+                self.rebuild.schedule.lines + each * self.rebuild.misfits.len()
+            }
+        }
     }
 
     fn is_rebuild_due(&self) -> bool {
