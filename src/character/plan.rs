@@ -134,8 +134,16 @@ impl CharacterState {
             return;
         }
         let mut least = None;
-        let found = { [None, Some(LATE)] }.into_iter().find_map(|late| {
-            let wider = combined(moment, near, (world.settings.margin, late))?;
+        let margin = world.settings.margin;
+        let tries = [
+            (margin, None),
+            (margin, Some(LATE)),
+            (0.0, None),
+            (0.0, Some(LATE)),
+        ];
+        let differing = if margin > 0.0 { 4 } else { 2 };
+        let found = tries.into_iter().take(differing).find_map(|widened| {
+            let wider = combined(moment, near, widened)?;
             let tested = self.ask(world, (moment, [&attack, &wider]), scratch);
             if tested.is_clean() {
                 return Some(tested);

@@ -118,17 +118,17 @@ impl Duel<'_> {
             - if can_strike { 0.3 } else { 0.0 }
     }
 
-    /// The smallest distance between the roots, or from the arena's border.
+    /// The distance between the roots or from the arena's border, whichever is smaller, as the mean over the window.
     fn room(&self, motion: &Motion, other: &Motion) -> f32 {
-        let graph = self.baked.graph();
-        let ticks = (0..=12).map(|tick| tick as f32 * self.settings.window / 12.0);
-        ticks
-            .map(|t| {
-                let [a, b] = [motion, other].map(|motion| motion.root(graph, t));
-                let border = self.settings.arena - a.x.hypot(a.z);
-                (a.x - b.x).hypot(a.z - b.z).min(border)
-            })
-            .fold(f32::INFINITY, f32::min)
+        /// Number of samples.
+        const SAMPLES: u16 = 12;
+        let room = |sample: u16| {
+            let t = f32::from(sample) * self.settings.window / f32::from(SAMPLES);
+            let root = motion.root(self.baked.graph(), t);
+            let border = self.settings.arena - root.x.hypot(root.z);
+            self.apart([motion, other], t).min(border)
+        };
+        (1..=SAMPLES).map(room).sum::<f32>() / f32::from(SAMPLES)
     }
 }
 

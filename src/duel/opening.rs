@@ -5,14 +5,12 @@ use crate::graph::{EdgeId, MotionGraph};
 pub(super) fn opening_edge(graph: &MotionGraph, rng: &mut SplitMix64) -> EdgeId {
     /// Number of edges without events.
     const CALM: usize = 12;
-    let mut is_natural = vec![false; graph.edges().len()];
-    graph
-        .natural_edges()
-        .for_each(|edge| is_natural[edge.index()] = true);
+    let natural: Vec<EdgeId> = graph.natural_edges().collect();
+    let is_natural = |edge: &EdgeId| natural.binary_search(edge).is_ok();
     let is_calm = |&edge: &EdgeId| {
         let next = |edge: &EdgeId| Some(graph.natural_edge(graph.edge(*edge).to));
         let mut way = std::iter::successors(Some(edge), next).take(CALM);
-        way.all(|edge| is_natural[edge.index()])
+        way.all(|edge| is_natural(&edge))
     };
     let calm: Vec<EdgeId> = graph.edge_ids().filter(is_calm).collect();
     match calm.len() {

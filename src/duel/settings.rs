@@ -14,8 +14,8 @@ pub struct DuelSettings {
     pub closest: f32,
     /// Preferred distance of the roots if no attack asks for another. Default 0.85.
     pub distance: f32,
-    /// Shortest and longest time from the announcement of an attack to its impact, chosen at random. Default 0.5 to 1.3. An
-    /// attack is announced when it starts, at the latest.
+    /// Shortest and longest time from the announcement of an attack to its impact, chosen at random. Default 0.3 to 0.6:
+    /// what is seen of a blow before it lands. An attack is announced when it starts, at the latest.
     pub lead: (f32, f32),
     /// Depth by which an attack must enter trunk, head or thighs of an opponent that does not react. Default 0.02.
     pub depth: f32,
@@ -37,7 +37,7 @@ impl Default for DuelSettings {
             arena: 3.0,
             closest: 0.55,
             distance: 0.85,
-            lead: (0.5, 1.3),
+            lead: (0.3, 0.6),
             depth: 0.02,
             pause: 0.4,
             window: 1.2,

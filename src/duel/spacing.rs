@@ -8,6 +8,8 @@ use crate::query::Attack;
 
 /// Samples per second at which distances are tested.
 const RATE: f32 = 30.0;
+/// How much nearer or further out one may come who is too near or too far out already, metres: it allows standing still.
+const ROUNDING: f32 = 0.01;
 
 impl Duel<'_> {
     /// The smallest distance of an attack and its targets, metres, on a motion with the same clock. Hands and forearms are no targets.
@@ -31,40 +33,50 @@ impl Duel<'_> {
         nearest
     }
 
-    /// Whether two motions that start now keep the trunks apart for a time, seconds.
+    /// Whether two motions that start now keep the trunks apart for a time, seconds. Trunks that are too near now come no nearer.
     pub(super) fn stays_apart(&self, motions: [&Motion; 2], seconds: f32) -> bool {
         /// Smallest distance at the samples, metres: a reserve for the time between them.
         const SPARE: f32 = 0.04;
         /// Distance of the roots beyond which trunks cannot touch, metres.
         const FAR: f32 = 2.0;
         let graph = self.baked.graph();
-        ticks(seconds).all(|t| {
+        let distance = |t: f32| {
             let [a, b] = motions.map(|motion| motion.root(graph, t));
             if a.distance(b) > FAR {
-                return true;
+                return f32::INFINITY;
             }
             let playheads = motions.map(|motion| motion.playhead(graph, t));
-            self.trunk.distance(self.baked, playheads) > SPARE
-        })
+            self.trunk.distance(self.baked, playheads)
+        };
+        let least = SPARE.min(distance(0.0) - ROUNDING);
+        ticks(seconds).all(|t| distance(t) > least)
     }
 
-    /// Whether the root stays in the arena for a time, seconds.
+    /// Whether the root stays in the arena for a time, seconds. A root that is outside goes no further out.
     pub(super) fn stays_inside(&self, motion: &Motion, seconds: f32) -> bool {
         /// Smallest distance from the border, metres.
         const SPARE: f32 = 0.02;
-        ticks(seconds).all(|t| {
+        let away = |t: f32| {
             let root = motion.root(self.baked.graph(), t);
-            root.x.hypot(root.z) < self.settings.arena - SPARE
-        })
+            root.x.hypot(root.z)
+        };
+        let most = (self.settings.arena - SPARE).max(away(0.0) + ROUNDING);
+        ticks(seconds).all(|t| away(t) < most)
     }
 
-    /// Whether the roots keep the distance of [`DuelSettings::closest`](super::DuelSettings::closest) for a time, seconds.
+    /// Whether the roots keep the distance of [`DuelSettings::closest`](super::DuelSettings::closest) for a time, seconds. Roots that are
+    /// nearer now come no nearer.
     pub(super) fn keeps_distance(&self, motions: [&Motion; 2], seconds: f32) -> bool {
-        let graph = self.baked.graph();
-        ticks(seconds).step_by(3).all(|t| {
-            let [a, b] = motions.map(|motion| motion.root(graph, t));
-            (a.x - b.x).hypot(a.z - b.z) >= self.settings.closest
-        })
+        let least = (self.settings.closest).min(self.apart(motions, 0.0) - ROUNDING);
+        ticks(seconds)
+            .step_by(3)
+            .all(|t| self.apart(motions, t) >= least)
+    }
+
+    /// The distance of the roots over the ground at a time, metres.
+    pub(super) fn apart(&self, motions: [&Motion; 2], seconds: f32) -> f32 {
+        let [a, b] = motions.map(|motion| motion.root(self.baked.graph(), seconds));
+        (a.x - b.x).hypot(a.z - b.z)
     }
 }
 

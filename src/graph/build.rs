@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::DartTest;
+use super::feet::{Aligner, DartTest};
 use super::links::{self, LinkSource};
 use super::report::{BuildCounts, BuiltGraphs};
 use super::search::{BandJobs, MapBand, PrunedSearch, SearchSettings, TransitionList};
@@ -52,6 +52,7 @@ pub struct GraphBuilder<'a> {
     events: Vec<GraphEvent>,
     clouds: Vec<PointCloud>,
     windows: Vec<Windows>,
+    feet: Feet,
 }
 
 impl<'a> GraphBuilder<'a> {
@@ -81,9 +82,11 @@ impl<'a> GraphBuilder<'a> {
             .iter()
             .map(|cloud| Windows::new(cloud, window))
             .collect();
+        let feet = Feet::new(source.skeleton, &clips, &settings.feet);
         Ok(Self {
             source,
             settings,
+            feet,
             clips,
             events,
             clouds,
@@ -174,7 +177,7 @@ impl<'a> GraphBuilder<'a> {
         };
         let source = LinkSource {
             clips: &self.clips,
-            clouds: &self.clouds,
+            aligner: self.aligner(),
             windows: &self.windows,
             events: &events::merged(&self.events),
             settings: self.settings,
@@ -193,6 +196,13 @@ impl<'a> GraphBuilder<'a> {
         self.assemble(&transitions, counts)
     }
 
+    fn aligner(&self) -> Aligner<'_> {
+        Aligner {
+            clouds: &self.clouds,
+            feet: self.settings.feet.keep.then_some(&self.feet),
+        }
+    }
+
     fn dart_test(&self) -> Option<DartTest> {
         let clips = (self.source.skeleton, &self.clips[..]);
         DartTest::new(clips, self.settings.frame_rate, &self.settings.feet)
@@ -207,7 +217,7 @@ impl<'a> GraphBuilder<'a> {
             let mut test = test.clone();
             let all = transitions.len();
             let own = &transitions[job * BATCH..((job + 1) * BATCH).min(all)];
-            let align = |t: &Transition| t.windows(&self.clouds).alignment();
+            let align = |t: &Transition| self.aligner().align(t);
             own.iter()
                 .map(|transition| test.darts(transition, align(transition)))
                 .collect::<Vec<bool>>()
@@ -220,19 +230,17 @@ impl<'a> GraphBuilder<'a> {
 
     /// Assembles the graph, keeps its largest component and reports what was left out.
     fn assemble(
-        self,
+        mut self,
         transitions: &[Transition],
         counts: BuildCounts,
     ) -> Result<(MotionGraph, BuildReport), GraphError> {
         let _span = tracing::trace_span!("bake: assemble the graph").entered();
-        let Self {
-            source, settings, ..
-        } = self;
+        let (source, settings) = (self.source, self.settings);
         let parts = Parts {
             skeleton: source.skeleton,
-            clips: self.clips,
-            events: self.events,
-            clouds: &self.clouds,
+            clips: std::mem::take(&mut self.clips),
+            events: std::mem::take(&mut self.events),
+            aligner: self.aligner(),
             transitions,
             frame_rate: settings.frame_rate,
         };
@@ -296,7 +304,7 @@ struct Parts<'a> {
     skeleton: &'a Skeleton,
     clips: Vec<Clip>,
     events: Vec<GraphEvent>,
-    clouds: &'a [PointCloud],
+    aligner: Aligner<'a>,
     transitions: &'a [Transition],
     frame_rate: f64,
 }
@@ -374,7 +382,7 @@ impl Parts<'_> {
             to: node_id(nodes, node(t.target_clip, t.target_frame)),
             frames: t.frames as u32,
             motion: EdgeMotion::Transition {
-                align: t.windows(self.clouds).alignment(),
+                align: self.aligner.align(t),
                 distance: t.distance,
             },
             event: None,

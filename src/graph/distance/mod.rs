@@ -72,8 +72,17 @@ impl WindowPair<'_> {
     /// their clips.
     #[must_use]
     pub fn alignment(&self) -> Rigid2 {
-        let (of_a, of_b, pair) = self.sums();
-        let (dot, cross) = turn(of_a, of_b, pair, 1.0 / self.frames as f64);
+        self.weighted_alignment(|_, _| 0.0)
+    }
+
+    /// The same with weights added to those of the points. `extra` gives the weight of a joint in a frame of the windows; all weights of
+    /// a frame sum to 1 without it.
+    pub(in crate::graph) fn weighted_alignment(
+        &self,
+        extra: impl Fn(usize, usize) -> f64,
+    ) -> Rigid2 {
+        let (of_a, of_b, pair) = self.sums(extra);
+        let (dot, cross) = turn(of_a, of_b, pair, 1.0);
         let heading = cross.atan2(dot) as f32;
         // Ground means in the spaces of the clips: the clouds' centres are added back.
         let mean_a = Vec3::new(of_a.x as f32, 0.0, of_a.z as f32) + self.a.centre();
@@ -85,25 +94,28 @@ impl WindowPair<'_> {
     /// Root of the mean squared distance of the points after alignment, in metres.
     #[must_use]
     pub fn distance(&self) -> f32 {
-        let (of_a, of_b, pair) = self.sums();
-        squared_distance(of_a, of_b, pair, self.frames).sqrt() as f32
+        let (of_a, of_b, pair) = self.sums(|_, _| 0.0);
+        squared_distance(of_a, of_b, pair, 1).sqrt() as f32
     }
 
-    fn sums(&self) -> (WindowSums, WindowSums, PairSums) {
+    /// Sums with weights that sum to 1.
+    fn sums(&self, extra: impl Fn(usize, usize) -> f64) -> (WindowSums, WindowSums, PairSums) {
         let mut pair = PairSums::default();
         let (mut of_a, mut of_b) = (WindowSums::default(), WindowSums::default());
-        let scale = 1.0 / self.frames as f64;
-        for frame in 0..self.frames {
-            for joint in 0..self.a.joints() {
-                let weight = f64::from(self.a.weight(joint));
-                let p = self.a.point(joint, self.start_a + frame).as_dvec3();
-                let q = self.b.point(joint, self.start_b + frame).as_dvec3();
-                pair.heights += weight * p.y * q.y;
-                pair.dot += weight * (p.x * q.x + p.z * q.z);
-                pair.cross += weight * (p.x * q.z - p.z * q.x);
-                of_a.add(scale * weight, p);
-                of_b.add(scale * weight, q);
-            }
+        let joints = || {
+            (0..self.frames).flat_map(|frame| (0..self.a.joints()).map(move |joint| (joint, frame)))
+        };
+        let added: f64 = joints().map(|(joint, frame)| extra(joint, frame)).sum();
+        let scale = (self.frames as f64 + added).recip();
+        for (joint, frame) in joints() {
+            let weight = scale * (f64::from(self.a.weight(joint)) + extra(joint, frame));
+            let p = self.a.point(joint, self.start_a + frame).as_dvec3();
+            let q = self.b.point(joint, self.start_b + frame).as_dvec3();
+            pair.heights += weight * p.y * q.y;
+            pair.dot += weight * (p.x * q.x + p.z * q.z);
+            pair.cross += weight * (p.x * q.z - p.z * q.x);
+            of_a.add(weight, p);
+            of_b.add(weight, q);
         }
         (of_a, of_b, pair)
     }

@@ -1,6 +1,23 @@
 use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants};
-use crate::anim::{Leg, Skeleton};
+use crate::anim::{Clip, Leg, Skeleton};
 use crate::graph::MotionGraph;
+
+impl Feet {
+    /// Legs and plants of clips.
+    pub(in crate::graph) fn new(
+        skeleton: &Skeleton,
+        clips: &[Clip],
+        settings: &FeetSettings,
+    ) -> Self {
+        let legs = Leg::all(skeleton);
+        let plants = plants::find_all(skeleton, clips, &legs, settings);
+        Self {
+            legs,
+            plants,
+            ..Self::default()
+        }
+    }
+}
 
 impl MotionGraph {
     /// Legs, plants and foot blends.
@@ -13,13 +30,7 @@ impl MotionGraph {
     /// Finds plants and, if `settings` ask for it, plans the feet of all transitions. This is the
     /// last step of building a graph.
     pub(in crate::graph) fn with_feet(mut self, settings: &FeetSettings) -> Self {
-        let legs = Leg::all(&self.skeleton);
-        let plants = plants::find_all(&self.skeleton, &self.clips, &legs, settings);
-        self.feet = Feet {
-            legs,
-            plants,
-            ..Feet::default()
-        };
+        self.feet = Feet::new(&self.skeleton, &self.clips, settings);
         if settings.keep && !self.feet.legs.is_empty() {
             (self.feet.blends, self.feet.root_drops) = plan::all(&self);
         }

@@ -8,6 +8,7 @@
 //! in the source, only the target once it is planted in the target, and a step through the air
 //! between them. The remaining foot slide is that of the captures.
 
+mod align;
 mod blend;
 mod build;
 mod darts;
@@ -20,6 +21,7 @@ mod standing;
 
 use serde::{Deserialize, Serialize};
 
+pub(in crate::graph) use align::Aligner;
 pub(crate) use blend::LegBlend;
 pub(super) use darts::DartTest;
 pub use settings::FeetSettings;

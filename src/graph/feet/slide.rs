@@ -34,8 +34,9 @@ pub struct FootSlide {
     /// Number of steps in place. A step lifts a foot from its position in the source to its
     /// position in the target.
     pub steps: usize,
-    /// Mean length of a step in place, in metres.
-    pub step_length: f64,
+    /// Distance between the places where source and target plant a foot that stands in both at the middle of a transition, in metres:
+    /// the median, the 90th percentile and the largest. The foot goes from one to the other in a step in place.
+    pub displacement: [f32; 3],
 }
 
 impl MotionGraph {
@@ -45,30 +46,46 @@ impl MotionGraph {
         let is_blend = |&id: &EdgeId| self.edge(id).motion != EdgeMotion::Clip;
         let every = self.transitions().div_ceil(most.max(1)).max(1);
         let (mut blended, mut kept) = (Sum::default(), Sum::default());
-        let (mut transitions, mut steps) = (0, Vec::new());
+        let (mut transitions, mut steps, mut ways) = (0, 0, Vec::new());
         for id in self.edge_ids().filter(is_blend).step_by(every) {
             transitions += 1;
             self.slide_of_transition(id, Self::sample_blend, &mut blended);
             self.slide_of_transition(id, Self::sample_edge, &mut kept);
-            steps.extend((0..self.feet.legs.len()).filter_map(|leg| self.step_length(id, leg)));
+            let legs = 0..self.feet.legs.len();
+            let is_step = |leg: &usize| {
+                let blend = self.feet.blend(id, *leg);
+                blend.is_some_and(|blend| blend.lift > 0.0)
+            };
+            steps += legs.clone().filter(is_step).count();
+            ways.extend(legs.filter_map(|leg| self.displacement(id, leg)));
         }
+        ways.sort_by(f32::total_cmp);
+        let at = |share: f64| {
+            let last = ways.len().saturating_sub(1);
+            ways.get((share * last as f64) as usize).copied()
+        };
         FootSlide {
             transitions,
             planted_seconds: kept.seconds,
             blended: blended.rate(),
             kept: kept.rate(),
             clips: self.slide_of_clips().rate(),
-            steps: steps.len(),
-            step_length: steps.iter().sum::<f64>() / steps.len().max(1) as f64,
+            steps,
+            displacement: [0.5, 0.9, 1.0].map(|share| at(share).unwrap_or_default()),
         }
     }
 
-    /// Distance between a stepping foot's positions in source and target.
-    fn step_length(&self, id: EdgeId, leg: usize) -> Option<f64> {
-        let blend = self.feet.blend(id, leg).filter(|blend| blend.lift > 0.0)?;
-        let middle = 0.5 * (blend.leave + blend.land);
-        let sides = Sides::of(self, self.edge(id), middle)?;
-        Some(f64::from(sides.apart(self.feet.legs[leg].toe_or_foot())))
+    /// Distance between the places where both clips plant a foot at the middle of a transition.
+    fn displacement(&self, id: EdgeId, leg: usize) -> Option<f32> {
+        let edge = self.edge(id);
+        let (from, to) = (self.node(edge.from), self.node(edge.to));
+        let middle = edge.frames / 2;
+        let stands = self.feet.stands(from.clip, leg, from.frame + middle)
+            && self
+                .feet
+                .stands(to.clip, leg, to.frame - edge.frames + middle);
+        let sides = Sides::of(self, edge, middle as f32).filter(|_| stands)?;
+        Some(sides.apart(self.feet.legs[leg].toe_or_foot()))
     }
 
     fn slide_of_transition(

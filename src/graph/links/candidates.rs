@@ -52,8 +52,8 @@ pub(super) struct Candidates<'a> {
 
 impl<'a> Candidates<'a> {
     pub(super) fn new(source: LinkSource<'a>, lengths: Lengths) -> Self {
-        let moments = Moments::new(source.clouds.iter().map(PointCloud::frames));
-        let free_frames = FreeFrames::new(&moments, source.clouds, source.events);
+        let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
+        let free_frames = FreeFrames::new(&moments, source.aligner.clouds, source.events);
         Self {
             source,
             lengths,
@@ -86,7 +86,7 @@ impl<'a> Candidates<'a> {
             .iter()
             .filter_map(|&event| self.margin(event, side))
             .collect();
-        let clips = self.source.clouds.len();
+        let clips = self.source.aligner.clouds.len();
         let batches: Vec<&[EventMargin]> = margins.chunks(BATCH).collect();
         let jobs = batches.len() * clips;
         let mut found = in_parallel(self.source.settings.threads, jobs, |job| {
@@ -143,7 +143,7 @@ impl<'a> Candidates<'a> {
             // The first window starts after the event's last frame.
             Side::After => event.last as usize + 1,
         };
-        let cloud = &self.source.clouds[event.clip.index()];
+        let cloud = &self.source.aligner.clouds[event.clip.index()];
         Some(EventMargin {
             event: index,
             side,
@@ -160,7 +160,7 @@ impl<'a> Candidates<'a> {
         (clip, windows): (usize, &Windows),
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
-        let cloud = &self.source.clouds[clip];
+        let cloud = &self.source.aligner.clouds[clip];
         let own_clip = self.source.events[margin.event].clip.index();
         let spread = self.lengths.spread;
         let mut best: Vec<Option<Candidate>> = vec![None; cloud.frames().div_ceil(spread)];
@@ -243,7 +243,7 @@ impl<'a> Candidates<'a> {
     fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
         let link = &mut candidate.link;
         if link.frames != compared {
-            link.distance = link.windows(self.source.clouds).distance();
+            link.distance = link.windows(self.source.aligner.clouds).distance();
             candidate.cost = self.lengths.cost(link.distance, link.frames);
         }
         (candidate.cost <= self.lengths.loosest).then_some(candidate)

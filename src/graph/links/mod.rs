@@ -42,7 +42,7 @@ pub(super) fn add(
     let Some(settings) = &source.settings.links else {
         return LinkReport::default();
     };
-    let moments = Moments::new(source.clouds.iter().map(PointCloud::frames));
+    let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
     let jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
     let mut search = LinkSearch {
         candidates: Candidates::new(source, Lengths::new(source.settings, settings)),

@@ -29,7 +29,7 @@ impl LinkSearch<'_> {
 
     /// Whether a foot darts in a link. Counts those in which one does.
     pub(super) fn darts(&mut self, link: &Transition) -> bool {
-        let align = || link.windows(self.source.clouds).alignment();
+        let align = || self.source.aligner.align(link);
         let darts = self
             .darts
             .as_mut()

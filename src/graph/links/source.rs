@@ -1,14 +1,15 @@
 use crate::anim::Clip;
 use crate::graph::distance::Windows;
-use crate::graph::{GraphEvent, GraphSettings, PointCloud};
+use crate::graph::feet::Aligner;
+use crate::graph::{GraphEvent, GraphSettings};
 
 /// Input of the search for links.
 #[derive(Clone, Copy)]
 pub(in crate::graph) struct LinkSource<'a> {
     /// Clips, at the graph's frame rate.
     pub(in crate::graph) clips: &'a [Clip],
-    /// Point cloud of each clip.
-    pub(in crate::graph) clouds: &'a [PointCloud],
+    /// Points of the clips, and how they are aligned.
+    pub(in crate::graph) aligner: Aligner<'a>,
     /// Windows of each cloud, as long as the graph's transitions.
     pub(in crate::graph) windows: &'a [Windows],
     /// Events in frames of the clips. Those that overlap are merged.

@@ -482,6 +482,11 @@ pub(crate) fn describe(baked: &Baked) -> String {
                 "slide of planted feet: {:.0} mm/s in transitions ({:.0} without foot locking), {:.0} mm/s in the clips",
                 made.feet.kept, made.feet.blended, made.feet.clips
             ));
+            let [median, most, largest] = made.feet.displacement.map(|metres| 1e3 * metres);
+            line(format!(
+                "feet that stand in both clips of a transition: {median:.0} mm apart in the median, {most:.0} mm at 90%, {largest:.0} mm at most; they take {} steps in place",
+                made.feet.steps
+            ));
         }
         line(format!(
             "baked in {:.2} s; {:.1} MB of maps",

@@ -6,16 +6,7 @@ use super::without_times;
 #[test]
 fn a_duel_has_the_keys_that_it_promises_and_is_the_same_for_a_seed() {
     let folder = folder();
-    let args = [
-        "duel",
-        baked(),
-        "--apart",
-        "0.8",
-        "--rounds",
-        "3",
-        "--json",
-        "--seed",
-    ];
+    let args = ["duel", "--rounds", "3", "--json", "--seed"];
     let fight = |seed, threads| {
         let more = [seed, "--threads", threads];
         let mut document = sabaki(folder.path(), &[&args[..], &more].concat()).json(0);
