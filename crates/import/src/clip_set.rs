@@ -40,7 +40,8 @@ pub struct ClipSet {
 /// the clip's own file, which can contain events if it is a glTF file.
 ///
 /// All files must have the same joints as the first. With [`ReadOptions::keep_going`] the largest group of files with the same joints is
-/// read, and the others are left out, as are files with errors. Bone lengths may differ, because captures of
+/// read, and the others are left out, as are files with errors. With [`ReadOptions::retarget`] the others are put on that group's skeleton,
+/// as far as the joints' names agree. Bone lengths may differ, because captures of
 /// one person differ by calibration; differences of more than 1% are a warning. The offsets of the
 /// first file are used for all clips.
 ///
@@ -56,7 +57,7 @@ pub fn read_clips(
     let files = motion_files(paths)?;
     check_names(&files)?;
     let (loaded, mut failed) = load_all(&files, options);
-    let used = match options.keep_going {
+    let used = match options.keep_going || options.retarget {
         true => largest_group(&loaded),
         false => loaded.first().map(|first| &first.motion.skeleton),
     };
@@ -65,8 +66,14 @@ pub fn read_clips(
         used.as_ref()
             .is_some_and(|used| used.differences(&one.motion.skeleton).is_empty())
     };
+    let first_path = { loaded.iter().find(|one| is_used(one)) }.map(|first| first.path);
+    let loaded = match (&used, first_path) {
+        (Some(used), Some(first)) if options.retarget => {
+            retarget_others(loaded, (used, first), &mut failed)
+        }
+        _ => loaded,
+    };
     let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
-    let first_path = loaded.first().map(|first| first.path);
     if let (Some(used), Some(first)) = (&used, first_path) {
         failed.extend(others.iter().map(|other| other.differs(used, first)));
     }
@@ -251,6 +258,33 @@ impl Loaded<'_> {
             error,
         }
     }
+}
+
+/// Puts the motions of other skeletons on the used one. Those whose names do not agree have failed.
+fn retarget_others<'a>(
+    loaded: Vec<Loaded<'a>>,
+    (used, first): (&Skeleton, &Path),
+    failed: &mut Vec<Failed>,
+) -> Vec<Loaded<'a>> {
+    let mut kept = Vec::new();
+    for Loaded { path, file, motion } in loaded {
+        if used.differences(&motion.skeleton).is_empty() {
+            kept.push(Loaded { path, file, motion });
+            continue;
+        }
+        match motion.retargeted(used) {
+            Ok(motion) => kept.push(Loaded { path, file, motion }),
+            Err(missing) => failed.push(Failed {
+                file,
+                error: ReadError::NotRetargeted {
+                    path: path.clone(),
+                    first: first.to_owned(),
+                    missing,
+                },
+            }),
+        }
+    }
+    kept
 }
 
 /// The skeleton that most motions have; of equally frequent ones the first.

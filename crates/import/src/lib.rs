@@ -23,6 +23,7 @@ mod obj;
 mod options;
 mod read;
 mod recording;
+mod retarget;
 mod units;
 mod up;
 mod warnings;

@@ -23,4 +23,7 @@ pub struct ReadOptions {
     /// Leaves out files that cannot be read, and files whose skeleton differs from that of the largest group of files, instead of
     /// refusing a set of clips. Default `false`.
     pub keep_going: bool,
+    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, instead of refusing them. A warning
+    /// says what this costs. Default `false`.
+    pub retarget: bool,
 }

@@ -19,3 +19,4 @@ mod gltf_mesh;
 mod mirror;
 mod props;
 mod readme;
+mod retarget;

@@ -37,6 +37,7 @@ impl ReadArgs {
             up: self.up,
             amc_rate: Some(self.amc_rate),
             keep_going: false,
+            retarget: false,
         }
     }
 }
@@ -63,6 +64,9 @@ pub(crate) struct ClipArgs {
     /// of `bake`). Default: all such files are listed and nothing is baked.
     #[arg(long, requires = "clips")]
     pub(crate) keep_going: bool,
+    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
+    #[arg(long, requires = "clips")]
+    pub(crate) retarget: bool,
     /// Largest distance of the poses that a transition joins: root mean square over the joints, in
     /// metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
@@ -202,6 +206,7 @@ impl BakeInput {
     pub(crate) fn read(args: &ClipArgs) -> Result<Self, Failure> {
         let options = sabaki_import::ReadOptions {
             keep_going: args.keep_going,
+            retarget: args.retarget,
             ..args.read.options()
         };
         let mut set = sabaki_import::read_clips(&args.clips, args.events.as_deref(), &options)?;

@@ -145,6 +145,22 @@ pub enum ReadError {
         /// Names of the joints that differ.
         joints: Vec<String>,
     },
+    /// The motion of a file cannot be put on the skeleton of the others, because more than a quarter of that skeleton's joints have no joint of
+    /// their name in the file.
+    #[error(
+        "{}: it cannot be put on the skeleton of {}: no joint of it is named {}",
+        path.display(),
+        first.display(),
+        shortened(missing)
+    )]
+    NotRetargeted {
+        /// The file.
+        path: PathBuf,
+        /// First file of the set.
+        first: PathBuf,
+        /// Names of the joints that the file does not have.
+        missing: Vec<String>,
+    },
     /// An events file is invalid or does not fit the clips.
     #[error("{}: {error}", path.display())]
     Events {

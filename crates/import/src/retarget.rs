@@ -1,0 +1,232 @@
+//! Plays a motion on another skeleton whose joints have the same names.
+//!
+//! Source: the motion of each bone is copied and only the root's path is scaled, as in Monzani, Baerlocher, Boulic & Thalmann, "Using an
+//! Intermediate Skeleton and Inverse Kinematics for Motion Retargeting" (2000), section 3, without the inverse kinematics that follows there.
+//!
+//! With rest directions d of the bones below a joint, G its rotation in the space of the motion, and A the rotation with A d' = d:
+//! ```text
+//! G'(joint, frame) = G(joint, frame) A(joint)
+//! ```
+//! where a dash marks the skeleton that the motion is put on. Bones then have the directions of the captured ones in each frame, whatever the rest poses
+//! are. Lengths are those of the new skeleton: what this moves is measured.
+
+use std::collections::HashMap;
+
+use glam::{Mat3, Quat, Vec3};
+use sabaki::anim::{
+    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+};
+
+use super::loaded_clip::LoadedClip;
+
+/// Least share of the moving joints that must be found by name.
+const LEAST_FOUND: f32 = 0.75;
+
+/// Puts motions of one skeleton on another.
+struct Retargeter<'a> {
+    from: &'a Skeleton,
+    to: &'a Skeleton,
+    /// Joint of `from` for each joint of `to`.
+    twins: Vec<Option<JointId>>,
+    /// Rotation from the rest directions of `to` to those of `from`, for each joint of `to`.
+    adjustments: Vec<Quat>,
+}
+
+/// How far joints are from where the scaled skeleton of the file would have them, in metres.
+struct Cost {
+    mean: f64,
+    most: f32,
+}
+
+impl LoadedClip {
+    /// The motion on another skeleton, with a note that says what this costs.
+    ///
+    /// # Errors
+    /// Names of the moving joints of `to` that the file does not have, if they are more than a quarter.
+    pub(super) fn retargeted(mut self, to: &Skeleton) -> Result<Self, Vec<String>> {
+        let retargeter = Retargeter::new(&self.skeleton, to);
+        let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
+        let is_missing = |id: &JointId| retargeter.twins[id.index()].is_none();
+        let all = to.ids().filter(moving).count();
+        let missing: Vec<String> = { to.ids().filter(moving).filter(is_missing) }
+            .map(|id| to.joint(id).name.clone())
+            .collect();
+        let found = all - missing.len();
+        if (found as f32) < LEAST_FOUND * all as f32 {
+            return Err(missing);
+        }
+        let scale = retargeter.scale(&self.clip);
+        let (desc, cost) = retargeter.motion(&self.clip, scale);
+        // The rotations are products of unit quaternions, and the root is near if the file's is.
+        let Ok(clip) = Clip::new(to, desc) else {
+            return Err(missing);
+        };
+        let rest = match missing.is_empty() {
+            true => String::new(),
+            false => format!("; {} keep their rest pose", missing.join(", ")),
+        };
+        self.notes.push(format!(
+            "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{rest}",
+            100.0 * cost.mean,
+            100.0 * cost.most
+        ));
+        self.skeleton = to.clone();
+        self.clip = clip;
+        Ok(self)
+    }
+}
+
+impl<'a> Retargeter<'a> {
+    fn new(from: &'a Skeleton, to: &'a Skeleton) -> Self {
+        let mut by_name = HashMap::new();
+        for id in from.ids() {
+            by_name.entry(plain(&from.joint(id).name)).or_insert(id);
+        }
+        let twin = |id: JointId| match id {
+            JointId::ROOT => Some(JointId::ROOT),
+            _ => by_name.get(&plain(&to.joint(id).name)).copied(),
+        };
+        let mut retargeter = Self {
+            from,
+            to,
+            twins: to.ids().map(twin).collect(),
+            adjustments: Vec::new(),
+        };
+        for id in to.ids() {
+            let above = to.joint(id).parent;
+            let inherited = above.map_or(Quat::IDENTITY, |p| retargeter.adjustments[p.index()]);
+            let own = alignment(&retargeter.bones_below(id));
+            retargeter.adjustments.push(own.unwrap_or(inherited));
+        }
+        retargeter
+    }
+
+    /// Rest directions from a joint to the next joints below it that both skeletons have, in `to` and in `from`.
+    fn bones_below(&self, id: JointId) -> Vec<[Vec3; 2]> {
+        let Some(twin) = self.twins[id.index()] else {
+            return Vec::new();
+        };
+        let has_twin = |&id: &JointId| self.twins[id.index()].is_some();
+        let is_next = |&below: &JointId| {
+            let mut above = self.to.ancestry(below).skip(1);
+            has_twin(&below) && above.find(has_twin) == Some(id)
+        };
+        let bone = |below: JointId| {
+            let bones = [
+                rest_bone(self.to, id, below)?,
+                rest_bone(self.from, twin, self.twins[below.index()]?)?,
+            ];
+            let length = |bone: Vec3| bone.length();
+            (bones.map(length).iter().all(|&length| length > 1e-4))
+                .then(|| bones.map(Vec3::normalize))
+        };
+        self.to.ids().filter(is_next).filter_map(bone).collect()
+    }
+
+    /// Ratio of the lengths of the chains from the root to the lowest joint of the first frame.
+    fn scale(&self, clip: &Clip) -> f32 {
+        let (mut pose, mut joints) = (Pose::default(), Vec::new());
+        clip.pose(0, &mut pose);
+        forward_kinematics(self.from, &pose, &mut joints);
+        let height = |joint: JointId| joints[joint.index()].translation.y;
+        let pairs = self.to.ids().zip(&self.twins).skip(1);
+        let pairs = pairs.filter_map(|(id, twin)| Some((id, (*twin)?)));
+        let lengths = { pairs }
+            .min_by(|a, b| height(a.1).total_cmp(&height(b.1)))
+            .map(|(id, twin)| [self.to.chain_length(id), self.from.chain_length(twin)]);
+        match lengths {
+            Some([to, from]) if from > 1e-4 && to > 1e-4 => to / from,
+            _ => 1.0,
+        }
+    }
+
+    fn motion(&self, clip: &Clip, scale: f32) -> (ClipDesc, Cost) {
+        let (mut pose, mut own) = (Pose::default(), Pose::default());
+        let (mut joints, mut moved): (Vec<JointTransform>, Vec<JointTransform>) =
+            Default::default();
+        let mut desc = ClipDesc {
+            name: clip.name().to_owned(),
+            frame_rate: clip.frame_rate(),
+            roots: Vec::new(),
+            rotations: Vec::new(),
+            translations: Vec::new(),
+        };
+        let (mut sum, mut count, mut most) = (0.0, 0usize, 0f32);
+        for frame in 0..clip.frames() {
+            clip.pose(frame, &mut pose);
+            forward_kinematics(self.from, &pose, &mut joints);
+            own.root = scale * pose.root;
+            self.rotate(&joints, &mut own.rotations);
+            forward_kinematics(self.to, &own, &mut moved);
+            for (joint, twin) in moved.iter().zip(&self.twins) {
+                let Some(twin) = twin else { continue };
+                let away = joint
+                    .translation
+                    .distance(scale * joints[twin.index()].translation);
+                (sum, count, most) = (sum + f64::from(away), count + 1, most.max(away));
+            }
+            desc.roots.push(own.root);
+            desc.rotations.extend_from_slice(&own.rotations);
+        }
+        let mean = sum / count.max(1) as f64;
+        (desc, Cost { mean, most })
+    }
+
+    /// Writes the rotation of each joint of `to` relative to its parent. `joints` are those of `from`.
+    fn rotate(&self, joints: &[JointTransform], out: &mut Vec<Quat>) {
+        let mut global: Vec<Quat> = Vec::with_capacity(self.to.len());
+        out.clear();
+        for (id, joint) in self.to.ids().zip(self.to.joints()) {
+            let above = joint.parent.map_or(Quat::IDENTITY, |p| global[p.index()]);
+            let twin = self.twins[id.index()].filter(|_| joint.kind == JointKind::Moving);
+            let own = twin.map_or(above, |twin| {
+                joints[twin.index()].rotation * self.adjustments[id.index()]
+            });
+            global.push(own);
+            out.push(match joint.kind {
+                JointKind::Moving => (above.inverse() * own).normalize(),
+                JointKind::EndSite => Quat::IDENTITY,
+            });
+        }
+    }
+}
+
+/// A joint's name without its namespace, in small letters and digits: `mixamorig:Left_Arm` is `leftarm`.
+fn plain(name: &str) -> String {
+    let own = name.rsplit(':').next().unwrap_or(name);
+    let letters = own.chars().filter(|letter| letter.is_alphanumeric());
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+/// From a joint to one below it in the rest pose; `None` if it is not below.
+fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3> {
+    let is_below = skeleton.ancestry(below).skip(1).any(|id| id == above);
+    let chain = skeleton.ancestry(below).take_while(|&id| id != above);
+    is_below.then(|| chain.map(|id| skeleton.joint(id).offset).sum())
+}
+
+/// The rotation that turns the first direction of each pair to the second. Of more than two, the two that are least parallel count.
+fn alignment(pairs: &[[Vec3; 2]]) -> Option<Quat> {
+    /// Least sine of the angle between two directions that span a plane.
+    const LEAST: f32 = 0.2;
+    let all = || (0..pairs.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
+    let sine = |[a, b]: [usize; 2]| {
+        let of = |side: usize| pairs[a][side].cross(pairs[b][side]).length();
+        of(0).min(of(1))
+    };
+    let widest = all().max_by(|&a, &b| sine(a).total_cmp(&sine(b)));
+    match widest.filter(|&pair| sine(pair) > LEAST) {
+        Some([a, b]) => {
+            let frame = |side: usize| {
+                let (x, other) = (pairs[a][side], pairs[b][side]);
+                let z = x.cross(other).normalize();
+                Mat3::from_cols(x, z.cross(x), z)
+            };
+            Some(Quat::from_mat3(&(frame(1) * frame(0).transpose())).normalize())
+        }
+        None => {
+            let [from, to] = *pairs.first()?;
+            Some(Quat::from_rotation_arc(from, to))
+        }
+    }
+}
