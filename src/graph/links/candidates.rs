@@ -116,9 +116,9 @@ impl<'a> Candidates<'a> {
         windows.insert(self.lengths.window, own);
         let of_margin = |margin: &EventMargin| {
             let length = margin.window;
-            let windows = windows
-                .entry(length)
-                .or_insert_with(|| Cow::Owned(Windows::new(&self.source.clouds[clip], length)));
+            let windows = windows.entry(length).or_insert_with(|| {
+                Cow::Owned(Windows::new(&self.source.aligner.clouds[clip], length))
+            });
             self.between(margin, (clip, windows), allowed)
         };
         margins.iter().map(of_margin).collect()
