@@ -46,7 +46,7 @@ impl LoadedClip {
     pub(super) fn retargeted(mut self, to: &Skeleton) -> Result<Self, Vec<String>> {
         let retargeter = Retargeter::new(&self.skeleton, to);
         let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
-        let is_missing = |id: &JointId| retargeter.twins[id.index()].is_none();
+        let is_missing = |id: &JointId| retargeter.twin(*id).is_none();
         let all = to.ids().filter(moving).count();
         let missing: Vec<String> = { to.ids().filter(moving).filter(is_missing) }
             .map(|id| to.joint(id).name.clone())
@@ -92,35 +92,36 @@ impl<'a> Retargeter<'a> {
             twins: to.ids().map(twin).collect(),
             adjustments: Vec::new(),
         };
+        let mut below: Vec<Vec<JointId>> = vec![Vec::new(); to.len()];
+        for id in to.ids().filter(|&id| retargeter.twin(id).is_some()) {
+            let mut above = to.ancestry(id).skip(1);
+            if let Some(next) = above.find(|&above| retargeter.twin(above).is_some()) {
+                below[next.index()].push(id);
+            }
+        }
         for id in to.ids() {
             let above = to.joint(id).parent;
             let inherited = above.map_or(Quat::IDENTITY, |p| retargeter.adjustments[p.index()]);
-            let own = alignment(&retargeter.bones_below(id));
+            let bones = below[id.index()].iter();
+            let bones: Vec<_> = bones.filter_map(|&end| retargeter.bone(id, end)).collect();
+            let own = alignment(&bones);
             retargeter.adjustments.push(own.unwrap_or(inherited));
         }
         retargeter
     }
 
-    /// Rest directions from a joint to the next joints below it that both skeletons have, in `to` and in `from`.
-    fn bones_below(&self, id: JointId) -> Vec<[Vec3; 2]> {
-        let Some(twin) = self.twins[id.index()] else {
-            return Vec::new();
-        };
-        let has_twin = |&id: &JointId| self.twins[id.index()].is_some();
-        let is_next = |&below: &JointId| {
-            let mut above = self.to.ancestry(below).skip(1);
-            has_twin(&below) && above.find(has_twin) == Some(id)
-        };
-        let bone = |below: JointId| {
-            let bones = [
-                rest_bone(self.to, id, below)?,
-                rest_bone(self.from, twin, self.twins[below.index()]?)?,
-            ];
-            let length = |bone: Vec3| bone.length();
-            (bones.map(length).iter().all(|&length| length > 1e-4))
-                .then(|| bones.map(Vec3::normalize))
-        };
-        self.to.ids().filter(is_next).filter_map(bone).collect()
+    fn twin(&self, id: JointId) -> Option<JointId> {
+        self.twins[id.index()]
+    }
+
+    /// Rest directions from a joint to one below it, in `to` and in `from`; `None` if one of them has no bone there.
+    fn bone(&self, id: JointId, end: JointId) -> Option<[Vec3; 2]> {
+        let bones = [
+            rest_bone(self.to, id, end)?,
+            rest_bone(self.from, self.twin(id)?, self.twin(end)?)?,
+        ];
+        let is_long = bones.iter().all(|bone| bone.length() > 1e-4);
+        is_long.then(|| bones.map(Vec3::normalize))
     }
 
     /// Ratio of the lengths of the chains from the root to the lowest joint of the first frame.
@@ -178,7 +179,7 @@ impl<'a> Retargeter<'a> {
         out.clear();
         for (id, joint) in self.to.ids().zip(self.to.joints()) {
             let above = joint.parent.map_or(Quat::IDENTITY, |p| global[p.index()]);
-            let twin = self.twins[id.index()].filter(|_| joint.kind == JointKind::Moving);
+            let twin = self.twin(id).filter(|_| joint.kind == JointKind::Moving);
             let own = twin.map_or(above, |twin| {
                 joints[twin.index()].rotation * self.adjustments[id.index()]
             });
