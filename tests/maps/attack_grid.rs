@@ -160,7 +160,7 @@ fn of_a_cells_attacks_the_soonest_and_closest_are_kept_best_first() {
     );
     let mut cut = 0;
     for node in (0..baked.graph().nodes().len() as u32)
-        .step_by(11)
+        .step_by(7)
         .map(NodeId)
     {
         let cells = all.cells(node).map(|(cell, blows)| (cell, blows.to_vec()));

@@ -209,7 +209,7 @@ fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3
 /// The rotation that turns the first direction of each pair to the second. Of more than two, the two that are least parallel count.
 fn alignment(pairs: &[[Vec3; 2]]) -> Option<Quat> {
     /// Least sine of the angle between two directions that span a plane.
-    const LEAST: f32 = 0.2;
+    const LEAST: f32 = 0.05;
     let all = || (0..pairs.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
     let sine = |[a, b]: [usize; 2]| {
         let of = |side: usize| pairs[a][side].cross(pairs[b][side]).length();

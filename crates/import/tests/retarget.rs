@@ -117,25 +117,41 @@ fn captures_by_others_walk_on_the_same_skeleton() {
     let paths = [&own[..], &others[..]].concat();
     let set = read_clips(&paths, None, &RETARGET).unwrap();
     assert_eq!(set.clips.len(), 5);
-    let height = |clip: &Clip, frame: usize| {
-        let places = positions(&set.skeleton, clip, frame);
-        let head = set.skeleton.find("Head").unwrap();
-        let lowest = places
-            .iter()
-            .map(|place| place.y)
-            .fold(f32::INFINITY, f32::min);
-        places[head.index()].y - lowest
-    };
-    let own = height(&set.clips[0], 0);
-    for clip in &set.clips[2..] {
+    for (clip, path) in set.clips[2..].iter().zip(&others) {
         let note = note(&set, clip.name());
-        println!("{note}");
-        // Somebody who stands, and not in a heap or upside down.
-        let found = height(clip, clip.frames() / 2);
+        let number = |before: &str| -> f32 {
+            let rest = &note[note.find(before).unwrap() + before.len()..];
+            let digits = rest.find(|c: char| c != '.' && !c.is_ascii_digit());
+            rest[..digits.unwrap()].parse().unwrap()
+        };
+        let scale = number("times ");
+        let alone = read_clips(std::slice::from_ref(path), None, &ReadOptions::default()).unwrap();
+        let plain = |name: &str| name.rsplit(':').next().unwrap().to_lowercase();
+        let pairs: Vec<(usize, usize)> = { set.skeleton.joints().iter().enumerate() }
+            .filter_map(|(to, joint)| {
+                let mut own = alone.skeleton.joints().iter();
+                Some((
+                    to,
+                    own.position(|own| plain(&own.name) == plain(&joint.name))?,
+                ))
+            })
+            .collect();
+        assert!(pairs.len() > 16, "{note}");
+        let mut most = 0f32;
+        for frame in 0..clip.frames() {
+            let moved = positions(&set.skeleton, clip, frame);
+            let own = positions(&alone.skeleton, &alone.clips[0], frame);
+            let away = pairs
+                .iter()
+                .map(|&(to, from)| moved[to].distance(scale * own[from]));
+            most = away.fold(most, f32::max);
+        }
+        // What the note says, and far less than a limb.
         assert!(
-            (0.8 * own..1.1 * own).contains(&found),
-            "{note}: {found} m, {own} m"
+            (100.0 * most - number("on average, ")).abs() < 0.5,
+            "{note}: {most} m"
         );
+        assert!(number("joints are ") < 8.0 && most < 0.25, "{note}");
     }
 }
 
