@@ -126,7 +126,10 @@ fn captures_by_others_walk_on_the_same_skeleton() {
         };
         let scale = number("times ");
         let alone = read_clips(std::slice::from_ref(path), None, &ReadOptions::default()).unwrap();
-        let plain = |name: &str| name.rsplit(':').next().unwrap().to_lowercase();
+        let plain = |name: &str| {
+            let own = name.rsplit(':').next().unwrap();
+            own.to_lowercase().replace(['_', '-', '.', ' '], "")
+        };
         let pairs: Vec<(usize, usize)> = { set.skeleton.joints().iter().enumerate() }
             .filter_map(|(to, joint)| {
                 let mut own = alone.skeleton.joints().iter();
@@ -151,7 +154,7 @@ fn captures_by_others_walk_on_the_same_skeleton() {
             (100.0 * most - number("on average, ")).abs() < 0.5,
             "{note}: {most} m"
         );
-        assert!(number("joints are ") < 8.0 && most < 0.25, "{note}");
+        assert!(number("joints are ") < 15.0 && most < 0.35, "{note}");
     }
 }
 
