@@ -63,7 +63,7 @@ impl LoadedClip {
         };
         let rest = match missing.is_empty() {
             true => String::new(),
-            false => format!("; {} keep their rest pose", missing.join(", ")),
+            false => format!("; not in the file: {}", missing.join(", ")),
         };
         self.notes.push(format!(
             "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{rest}",
