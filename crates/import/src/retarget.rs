@@ -206,28 +206,27 @@ fn rest_bone(skeleton: &Skeleton, above: JointId, below: JointId) -> Option<Vec3
     is_below.then(|| chain.map(|id| skeleton.joint(id).offset).sum())
 }
 
-/// The rotation that turns the first direction of each pair to the second. Of more than two, the two that are least parallel count.
+/// The rotation that turns the first direction of each pair to the second, by least squares; `None` without a pair.
+///
+/// Source: Müller, Bender, Chentanez & Macklin, "A Robust Method to Extract the Rotational Part of Deformations" (2016). It starts
+/// from the smallest rotation of the first pair, so that a single one gives no twist.
 fn alignment(pairs: &[[Vec3; 2]]) -> Option<Quat> {
-    /// Least sine of the angle between two directions that span a plane.
-    const LEAST: f32 = 0.05;
-    let all = || (0..pairs.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
-    let sine = |[a, b]: [usize; 2]| {
-        let of = |side: usize| pairs[a][side].cross(pairs[b][side]).length();
-        of(0).min(of(1))
-    };
-    let widest = all().max_by(|&a, &b| sine(a).total_cmp(&sine(b)));
-    match widest.filter(|&pair| sine(pair) > LEAST) {
-        Some([a, b]) => {
-            let frame = |side: usize| {
-                let (x, other) = (pairs[a][side], pairs[b][side]);
-                let z = x.cross(other).normalize();
-                Mat3::from_cols(x, z.cross(x), z)
-            };
-            Some(Quat::from_mat3(&(frame(1) * frame(0).transpose())).normalize())
+    /// Maximum number of steps, and the angle below which they end, in radians.
+    const STEPS: (usize, f32) = (5000, 1e-7);
+    let sum = |column: usize| -> Vec3 { pairs.iter().map(|[from, to]| *to * from[column]).sum() };
+    let wanted = [0, 1, 2].map(sum);
+    let [from, to] = *pairs.first()?;
+    let mut rotation = Quat::from_rotation_arc(from, to);
+    for _ in 0..STEPS.0 {
+        let columns = Mat3::from_quat(rotation).to_cols_array_2d().map(Vec3::from);
+        let columns = || columns.iter().zip(&wanted);
+        let torque: Vec3 = columns().map(|(own, wanted)| own.cross(*wanted)).sum();
+        let fit: f32 = columns().map(|(own, wanted)| own.dot(*wanted)).sum();
+        let turn = torque / (fit.abs() + 1e-6);
+        if turn.length() < STEPS.1 {
+            break;
         }
-        None => {
-            let [from, to] = *pairs.first()?;
-            Some(Quat::from_rotation_arc(from, to))
-        }
+        rotation = (Quat::from_scaled_axis(turn) * rotation).normalize();
     }
+    Some(rotation)
 }
