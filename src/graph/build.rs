@@ -204,8 +204,8 @@ impl<'a> GraphBuilder<'a> {
     }
 
     fn dart_test(&self) -> Option<DartTest> {
-        let clips = (self.source.skeleton, &self.clips[..]);
-        DartTest::new(clips, self.settings.frame_rate, &self.settings.feet)
+        let clips = (self.source.skeleton, &self.clips[..], &self.feet);
+        DartTest::new(clips, self.settings)
     }
 
     /// Removes the transitions in which a foot darts, and returns how many there are.

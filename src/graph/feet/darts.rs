@@ -7,7 +7,7 @@ use super::plan;
 use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
-    ClipId, Edge, EdgeId, EdgeMotion, Feet, FeetSettings, MotionGraph, Node, NodeId, Transition,
+    ClipId, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId, Transition,
 };
 use crate::math::Rigid2;
 
@@ -29,34 +29,30 @@ pub(in crate::graph) struct DartTest {
 }
 
 impl DartTest {
-    /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet.
+    /// Creates the test; `None` if the settings do not ask for it or the skeleton has no feet. `feet` has the plants of the clips.
     pub(in crate::graph) fn new(
-        (skeleton, clips): (&Skeleton, &[Clip]),
-        frame_rate: f64,
-        settings: &FeetSettings,
+        (skeleton, clips, feet): (&Skeleton, &[Clip], &Feet),
+        settings: &GraphSettings,
     ) -> Option<Self> {
-        let limit = settings.fastest_step.filter(|_| settings.keep)?;
+        let asked = settings.feet.fastest_step;
+        let limit = asked.filter(|_| settings.feet.keep && !feet.legs.is_empty())?;
         let graph = MotionGraph {
             skeleton: skeleton.clone(),
-            frame_rate,
+            frame_rate: settings.frame_rate,
             clips: clips.to_vec(),
             events: Vec::new(),
             nodes: Vec::new(),
             edges: Vec::new(),
             first_edge: Vec::new(),
-            feet: Feet::default(),
+            feet: feet.clone(),
             rig: KnownRig::default(),
         };
-        let graph = graph.with_feet(settings);
         let mut test = Self {
             clips: Vec::new(),
             graph,
             limit,
             pose: Pose::default(),
         };
-        if test.graph.feet.legs.is_empty() {
-            return None;
-        }
         test.clips = (0..clips.len())
             .map(|clip| test.clip_speeds(clip))
             .collect();
