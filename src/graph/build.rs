@@ -168,10 +168,13 @@ impl<'a> GraphBuilder<'a> {
         transitions.retain(|transition| !by_clip.is_cut(transition));
         let under_threshold = transitions.len();
         let mut darts = self.dart_test();
-        let darting = match &darts {
+        let darting = match &mut darts {
             Some(test) => {
                 let _span = tracing::trace_span!("bake: test for darting feet").entered();
-                self.leave_out_darts(test, &mut transitions)
+                let before = transitions.len();
+                let mut darts = self.darts(test, &transitions).into_iter();
+                transitions.retain(|_| !darts.next().unwrap_or(false));
+                before - transitions.len()
             }
             None => 0,
         };
@@ -208,24 +211,14 @@ impl<'a> GraphBuilder<'a> {
         DartTest::new(clips, self.settings)
     }
 
-    /// Removes the transitions in which a foot darts, and returns how many there are.
-    fn leave_out_darts(&self, test: &DartTest, transitions: &mut Vec<Transition>) -> usize {
-        /// Number of transitions that one job tests.
-        const BATCH: usize = 512;
-        let jobs = transitions.len().div_ceil(BATCH);
-        let darts = in_parallel(self.settings.threads, jobs, |job| {
-            let mut test = test.clone();
-            let all = transitions.len();
-            let own = &transitions[job * BATCH..((job + 1) * BATCH).min(all)];
-            let align = |t: &Transition| self.aligner().align(t);
-            own.iter()
-                .map(|transition| test.darts(transition, align(transition)))
-                .collect::<Vec<bool>>()
-        });
-        let before = transitions.len();
-        let mut darts = darts.into_iter().flatten();
-        transitions.retain(|_| !darts.next().unwrap_or(false));
-        before - transitions.len()
+    /// For each transition, whether a foot darts in it.
+    fn darts(&self, test: &mut DartTest, transitions: &[Transition]) -> Vec<bool> {
+        /// Number of transitions that are tested together: more take memory, and no less time.
+        const BATCH: usize = 8192;
+        let batches = transitions.chunks(BATCH);
+        batches
+            .flat_map(|batch| test.darts(batch, |transition| self.aligner().align(transition)))
+            .collect()
     }
 
     /// Assembles the graph, keeps its largest component and reports what was left out.
@@ -243,6 +236,7 @@ impl<'a> GraphBuilder<'a> {
             aligner: self.aligner(),
             transitions,
             frame_rate: settings.frame_rate,
+            threads: settings.threads,
         };
         let full = parts.assemble();
         let graph = largest_component(&full).ok_or_else(|| GraphError::NoCycle {
@@ -250,7 +244,7 @@ impl<'a> GraphBuilder<'a> {
             seconds: source.clips.iter().map(Clip::duration).sum(),
             threshold: settings.threshold,
         })?;
-        let graph = graph.with_feet(&settings.feet);
+        let graph = graph.with_feet(self.feet, settings);
         let graphs = BuiltGraphs {
             full: &full,
             kept: &graph,
@@ -307,6 +301,7 @@ struct Parts<'a> {
     aligner: Aligner<'a>,
     transitions: &'a [Transition],
     frame_rate: f64,
+    threads: usize,
 }
 
 impl Parts<'_> {
@@ -322,11 +317,9 @@ impl Parts<'_> {
             is_new.then(|| clip_edge(ends, &nodes, None))
         });
         edges.extend(of_clips);
-        edges.extend(
-            self.transitions
-                .iter()
-                .map(|transition| self.blend(transition, &nodes)),
-        );
+        edges.extend(in_parallel(self.threads, self.transitions.len(), |index| {
+            self.blend(&self.transitions[index], &nodes)
+        }));
         MotionGraph {
             skeleton: self.skeleton.clone(),
             frame_rate: self.frame_rate,

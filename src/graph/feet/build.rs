@@ -1,6 +1,6 @@
 use super::{Feet, FeetSettings, LegBlend, Plant, plan, plants};
 use crate::anim::{Clip, Leg, Skeleton};
-use crate::graph::MotionGraph;
+use crate::graph::{GraphSettings, MotionGraph};
 
 impl Feet {
     /// Legs and plants of clips.
@@ -27,12 +27,12 @@ impl MotionGraph {
         &self.feet
     }
 
-    /// Finds plants and, if `settings` ask for it, plans the feet of all transitions. This is the
-    /// last step of building a graph.
-    pub(in crate::graph) fn with_feet(mut self, settings: &FeetSettings) -> Self {
-        self.feet = Feet::new(&self.skeleton, &self.clips, settings);
-        if settings.keep && !self.feet.legs.is_empty() {
-            (self.feet.blends, self.feet.root_drops) = plan::all(&self);
+    /// Takes the plants of `feet` and, if the settings ask for it, plans the feet of all transitions. This is the last step of
+    /// building a graph.
+    pub(in crate::graph) fn with_feet(mut self, feet: Feet, settings: &GraphSettings) -> Self {
+        self.feet = feet;
+        if settings.feet.keep && !self.feet.legs.is_empty() {
+            (self.feet.blends, self.feet.root_drops) = plan::all(&self, settings.threads);
         }
         self
     }

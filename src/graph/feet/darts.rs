@@ -9,23 +9,23 @@ use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
     ClipId, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId, Transition,
 };
-use crate::math::Rigid2;
+use crate::math::{Rigid2, in_parallel};
 
 /// Number of samples of a frame.
 const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
 
-/// Test of single transitions, with its scratch.
+/// Test of transitions.
 #[derive(Clone, Debug)]
 pub(in crate::graph) struct DartTest {
-    /// Graph of the clips, with the tested transition as its only edge.
+    /// Graph of the clips, with the tested transitions as its only edges.
     graph: MotionGraph,
     /// Speed of the fastest toe from each frame of each clip to the next one, in metres per second.
     clips: Vec<Vec<f32>>,
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
-    pose: Pose,
+    threads: usize,
 }
 
 impl DartTest {
@@ -47,93 +47,115 @@ impl DartTest {
             feet: feet.clone(),
             rig: KnownRig::default(),
         };
-        let mut test = Self {
-            clips: Vec::new(),
+        Some(Self {
+            clips: in_parallel(settings.threads, clips.len(), |clip| {
+                clip_speeds(&graph, clip)
+            }),
             graph,
             limit,
-            pose: Pose::default(),
-        };
-        test.clips = (0..clips.len())
-            .map(|clip| test.clip_speeds(clip))
-            .collect();
-        Some(test)
+            threads: settings.threads,
+        })
     }
 
-    /// Whether a foot darts in a transition, whose target is aligned by `align`.
-    pub(in crate::graph) fn darts(&mut self, transition: &Transition, align: Rigid2) -> bool {
+    /// For each of some transitions, whether a foot darts in it. `align` aligns a transition's target. The result does not depend on the
+    /// number of threads.
+    pub(in crate::graph) fn darts(
+        &mut self,
+        transitions: &[Transition],
+        align: impl Fn(&Transition) -> Rigid2 + Sync,
+    ) -> Vec<bool> {
+        let aligned = in_parallel(self.threads, transitions.len(), |index| {
+            align(&transitions[index])
+        });
+        let graph = &mut self.graph;
+        graph.nodes.clear();
+        graph.edges.clear();
+        for (transition, align) in transitions.iter().zip(aligned) {
+            let from = NodeId(graph.nodes.len() as u32);
+            graph.edges.push(Edge {
+                from,
+                to: NodeId(from.0 + 1),
+                frames: transition.frames as u32,
+                motion: EdgeMotion::Transition {
+                    align,
+                    distance: transition.distance,
+                },
+                event: None,
+            });
+            let node = |clip: usize, frame: usize| Node {
+                clip: ClipId(clip as u32),
+                frame: frame as u32,
+            };
+            graph.nodes.extend([
+                node(transition.source_clip, transition.source_frame),
+                node(transition.target_clip, transition.target_frame),
+            ]);
+        }
+        (graph.feet.blends, graph.feet.root_drops) = plan::all(graph, self.threads);
+        in_parallel(self.threads, transitions.len(), |index| {
+            let limit = self
+                .limit
+                .max(RATIO * self.fastest_of_clips(&transitions[index]));
+            is_faster(&self.graph, EdgeId(index as u32), limit)
+        })
+    }
+
+    /// Speed of the fastest toe of both clips in a transition.
+    fn fastest_of_clips(&self, transition: &Transition) -> f32 {
         let ends = [
             (transition.source_clip, transition.source_frame),
-            (transition.target_clip, transition.target_frame),
+            (
+                transition.target_clip,
+                transition.target_frame - transition.frames,
+            ),
         ];
-        self.graph.nodes.clear();
-        self.graph.nodes.extend(ends.map(|(clip, frame)| Node {
-            clip: ClipId(clip as u32),
-            frame: frame as u32,
-        }));
-        self.graph.edges.clear();
-        self.graph.edges.push(Edge {
-            from: NodeId(0),
-            to: NodeId(1),
-            frames: transition.frames as u32,
-            motion: EdgeMotion::Transition {
-                align,
-                distance: transition.distance,
-            },
-            event: None,
-        });
-        (self.graph.feet.blends, self.graph.feet.root_drops) = plan::all(&self.graph);
-        let firsts = [
-            transition.source_frame,
-            transition.target_frame - transition.frames,
-        ];
-        let of_clips = [0, 1].map(|side| {
-            let speeds = &self.clips[ends[side].0][firsts[side]..];
-            let speeds = speeds.iter().take(transition.frames).copied();
-            speeds.fold(0.0, f32::max)
-        });
-        let limit = self.limit.max(RATIO * of_clips[0].max(of_clips[1]));
-        self.is_faster(transition.frames as u32, limit)
+        let speeds = ends
+            .iter()
+            .flat_map(|&(clip, first)| self.clips[clip][first..].iter().take(transition.frames));
+        speeds.copied().fold(0.0, f32::max)
     }
+}
 
-    /// Whether a toe is faster than the limit on the only edge.
-    fn is_faster(&mut self, frames: u32, limit: f32) -> bool {
-        let rate = (f64::from(SAMPLES) * self.graph.frame_rate) as f32;
-        let legs = self.graph.feet.legs.len();
-        let mut before = vec![glam::Vec3::ZERO; legs];
-        for sample in 0..=frames * SAMPLES {
-            let frame = sample as f32 / SAMPLES as f32;
-            self.graph.sample_edge(EdgeId(0), frame, &mut self.pose);
-            let chain = Chain::of(&self.graph.skeleton, &self.pose);
-            for (leg, before) in self.graph.feet.legs.iter().zip(&mut before) {
-                let toe = chain.global(leg.toe_or_foot()).translation;
-                if sample > 0 && toe.distance(*before) * rate > limit {
-                    return true;
-                }
-                *before = toe;
+/// Whether a toe is faster than `limit` on an edge.
+fn is_faster(graph: &MotionGraph, edge: EdgeId, limit: f32) -> bool {
+    let rate = (f64::from(SAMPLES) * graph.frame_rate) as f32;
+    let mut pose = Pose::default();
+    let mut before = vec![glam::Vec3::ZERO; graph.feet.legs.len()];
+    for sample in 0..=graph.edge(edge).frames * SAMPLES {
+        let frame = sample as f32 / SAMPLES as f32;
+        graph.sample_edge(edge, frame, &mut pose);
+        let chain = Chain::of(&graph.skeleton, &pose);
+        for (leg, before) in graph.feet.legs.iter().zip(&mut before) {
+            let toe = chain.global(leg.toe_or_foot()).translation;
+            if sample > 0 && toe.distance(*before) * rate > limit {
+                return true;
             }
+            *before = toe;
         }
-        false
     }
+    false
+}
 
-    fn clip_speeds(&mut self, clip: usize) -> Vec<f32> {
-        let rate = self.graph.frame_rate as f32;
-        let graph = &self.graph;
-        let mut toes = |frame: usize| -> Vec<glam::Vec3> {
-            graph.clips[clip].pose(frame, &mut self.pose);
-            let chain = Chain::of(&graph.skeleton, &self.pose);
-            let legs = graph.feet.legs.iter();
-            legs.map(|leg| chain.global(leg.toe_or_foot()).translation)
-                .collect()
-        };
-        let mut before = toes(0);
-        (1..self.graph.clips[clip].frames())
-            .map(|frame| {
-                let now = toes(frame);
-                let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b) * rate);
-                let fastest = ways.fold(0.0, f32::max);
-                before = now;
-                fastest
-            })
+/// Speed of the fastest toe from each frame of a clip to the next one, in metres per second.
+fn clip_speeds(graph: &MotionGraph, clip: usize) -> Vec<f32> {
+    let rate = graph.frame_rate as f32;
+    let clip = &graph.clips[clip];
+    let mut pose = Pose::default();
+    let mut toes = |frame: usize| -> Vec<glam::Vec3> {
+        clip.pose(frame, &mut pose);
+        let chain = Chain::of(&graph.skeleton, &pose);
+        let legs = graph.feet.legs.iter();
+        legs.map(|leg| chain.global(leg.toe_or_foot()).translation)
             .collect()
-    }
+    };
+    let mut before = toes(0);
+    (1..clip.frames())
+        .map(|frame| {
+            let now = toes(frame);
+            let ways = before.iter().zip(&now).map(|(a, b)| a.distance(*b) * rate);
+            let fastest = ways.fold(0.0, f32::max);
+            before = now;
+            fastest
+        })
+        .collect()
 }

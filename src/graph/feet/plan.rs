@@ -7,6 +7,7 @@ use super::keep::{foot, root_drop_share};
 use crate::anim::free_distance;
 use crate::graph::sample::Sides;
 use crate::graph::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph};
+use crate::math::in_parallel;
 
 /// Minimum and maximum duration of a step in place, in seconds. A transition may be shorter.
 const STEP: [f64; 2] = [0.15, 0.30];
@@ -20,12 +21,18 @@ const MAX_ROOT_DROP: f32 = 0.04;
 const MIN_DROP_SHARE: f32 = 0.2;
 
 /// Blends of all edges, `[edge][leg]`, and the maximum lowering of the root on each edge.
-pub(super) fn all(graph: &MotionGraph) -> (Vec<Option<LegBlend>>, Vec<f32>) {
-    let (mut blends, mut root_drops) = (Vec::new(), Vec::new());
-    for id in graph.edge_ids() {
-        let first = blends.len();
+pub(super) fn all(graph: &MotionGraph, threads: usize) -> (Vec<Option<LegBlend>>, Vec<f32>) {
+    let planned = in_parallel(threads, graph.edges.len(), |edge| {
+        let id = EdgeId(edge as u32);
+        let mut blends = Vec::new();
         plan(graph, id, &mut blends);
-        root_drops.push(max_root_drop(graph, id, &blends[first..]));
+        let drop = max_root_drop(graph, id, &blends);
+        (blends, drop)
+    });
+    let (mut blends, mut root_drops) = (Vec::new(), Vec::new());
+    for (of_edge, drop) in planned {
+        blends.extend(of_edge);
+        root_drops.push(drop);
     }
     (blends, root_drops)
 }

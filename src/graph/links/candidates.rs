@@ -2,14 +2,20 @@
 
 use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
+use super::margin::{EventMargin, Side};
+use super::parts::ClipParts;
 use super::source::LinkSource;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::graph::distance::{DistanceMap, Windows};
 use crate::graph::moments::Moments;
-use crate::graph::{GraphEvent, PointCloud, Transition};
+use crate::graph::{PointCloud, Transition};
 use crate::math::in_parallel;
+
+/// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, however many events there are, and is more
+/// than any goal of [`LinkSettings`](super::LinkSettings) asks for by default.
+const MOST: usize = 16;
 
 /// A possible link.
 #[derive(Clone, Copy, Debug)]
@@ -22,32 +28,12 @@ pub(super) struct Candidate {
     pub(super) cost: f32,
 }
 
-/// Side of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
-    /// Before the event's first frame. Links end there.
-    Before,
-    /// After its last frame: links start there.
-    After,
-}
-
-/// The range of frames beside an event where links may end or start.
-struct EventMargin {
-    event: usize,
-    side: Side,
-    /// Points of the range, in windows of `window` frames.
-    windows: Windows,
-    window: usize,
-    /// First frame of the range's first window.
-    start: usize,
-}
-
 /// Finds possible links.
 pub(super) struct Candidates<'a> {
-    source: LinkSource<'a>,
+    pub(super) source: LinkSource<'a>,
     pub(super) lengths: Lengths,
-    moments: Moments,
-    free_frames: FreeFrames,
+    pub(super) moments: Moments,
+    pub(super) free_frames: FreeFrames,
 }
 
 impl<'a> Candidates<'a> {
@@ -62,145 +48,84 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Number of frames that a blend beside an event can use.
-    pub(super) fn free_frames(&self, event: usize, side: Side) -> usize {
-        let event = &self.source.events[event];
-        match side {
-            Side::Before => self.free_frames.before(self.moment(event, event.first)),
-            Side::After => self.free_frames.after(self.moment(event, event.last)),
-        }
-    }
-
-    /// Finds the closest links of `events` on one side, closest first. In each clip, at most one
-    /// link is kept for each `spread` frames. Only moments that `allowed` contains are linked;
-    /// `None` allows all moments.
+    /// Finds the closest links of `events` on one side, closest first. `events` are in ascending order. Of each event at most one link is
+    /// kept for each `spread` frames of a clip, and of all events the [`MOST`] closest ones. Only moments that `allowed` contains are
+    /// linked; `None` allows all moments.
     pub(super) fn find(
         &self,
         events: &[usize],
         side: Side,
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
-        /// Number of ranges that share the windows of a clip.
-        const BATCH: usize = 16;
         let margins: Vec<EventMargin> = events
             .iter()
             .filter_map(|&event| self.margin(event, side))
             .collect();
         let clips = self.source.aligner.clouds.len();
-        let batches: Vec<&[EventMargin]> = margins.chunks(BATCH).collect();
-        let jobs = batches.len() * clips;
-        let mut found = in_parallel(self.source.settings.threads, jobs, |job| {
-            self.of_clip(batches[job / clips], job % clips, allowed)
+        let found = in_parallel(self.source.settings.threads, clips, |clip| {
+            self.of_clip(&margins, clip, allowed)
         });
-        let in_order = (0..margins.len())
-            .flat_map(|margin| (0..clips).map(move |clip| (margin, clip)))
-            .flat_map(|(margin, clip)| {
-                std::mem::take(&mut found[margin / BATCH * clips + clip][margin % BATCH])
-            });
-        let mut found: Vec<Candidate> = in_order.collect();
-        // The sort is stable, so that ties keep the order of events, clips and frames.
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut found: Vec<Candidate> = found.into_iter().flatten().collect();
+        // The sort is stable, so that ties keep the order of clips and frames.
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
         found
     }
 
-    /// Closest links between each range and each part of a clip, by range.
+    /// Closest links between all ranges and each part of a clip.
     fn of_clip(
         &self,
         margins: &[EventMargin],
         clip: usize,
         allowed: Option<&[bool]>,
-    ) -> Vec<Vec<Candidate>> {
+    ) -> Vec<Candidate> {
         // The clip's windows of each length that a range has.
         let mut windows: BTreeMap<usize, Cow<'_, Windows>> = BTreeMap::new();
         let own = Cow::Borrowed(&self.source.windows[clip]);
         windows.insert(self.lengths.window, own);
-        let of_margin = |margin: &EventMargin| {
+        let parts = self.source.aligner.clouds[clip]
+            .frames()
+            .div_ceil(self.lengths.spread);
+        let mut of_parts = vec![Vec::new(); parts];
+        for (index, margin) in margins.iter().enumerate() {
             let length = margin.window;
             let windows = windows.entry(length).or_insert_with(|| {
                 Cow::Owned(Windows::new(&self.source.aligner.clouds[clip], length))
             });
-            self.between(margin, (clip, windows), allowed)
-        };
-        margins.iter().map(of_margin).collect()
-    }
-
-    fn moment(&self, event: &GraphEvent, frame: u32) -> u32 {
-        self.moments.at(event.clip.index(), frame as usize)
-    }
-
-    /// Range beside an event, or `None` if the shortest blend does not fit there.
-    fn margin(&self, index: usize, side: Side) -> Option<EventMargin> {
-        let event = &self.source.events[index];
-        let room = self.free_frames(index, side);
-        let window = self.lengths.window.min(room);
-        if window < self.lengths.shortest || event.first == event.last {
-            return None;
+            let found = self.between(margin, (clip, windows), allowed);
+            for (part, found) in of_parts.iter_mut().zip(found) {
+                part.extend(found.map(|candidate| (candidate, index)));
+            }
         }
-        let lead = self.lengths.lead.min(room - window);
-        let start = match side {
-            // The last window ends with the event's first frame.
-            Side::Before => event.first as usize + 1 - window - lead,
-            // The first window starts after the event's last frame.
-            Side::After => event.last as usize + 1,
-        };
-        let cloud = &self.source.aligner.clouds[event.clip.index()];
-        Some(EventMargin {
-            event: index,
-            side,
-            windows: Windows::new(&cloud.part(start..start + window + lead), window),
-            window,
-            start,
-        })
+        let closest = of_parts.into_iter().flat_map(|mut part| {
+            part.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+            part.truncate(MOST);
+            part
+        });
+        let refined =
+            closest.filter_map(|(candidate, index)| self.refined(candidate, margins[index].window));
+        refined.collect()
     }
 
-    /// Closest link between a range and each part of a clip, given the clip's windows of the range's length.
+    /// Closest link between a range and each part of a clip, given the clip's windows of the range's length. Its distance is that of the
+    /// windows, even if the blend has another length.
     fn between(
         &self,
         margin: &EventMargin,
         (clip, windows): (usize, &Windows),
         allowed: Option<&[bool]>,
-    ) -> Vec<Candidate> {
-        let cloud = &self.source.aligner.clouds[clip];
-        let own_clip = self.source.events[margin.event].clip.index();
-        let spread = self.lengths.spread;
-        let mut best: Vec<Option<Candidate>> = vec![None; cloud.frames().div_ceil(spread)];
-        let limit = self.lengths.loosest * self.lengths.loosest;
+    ) -> Vec<Option<Candidate>> {
+        let mut parts = ClipParts::new(self, (margin, clip), allowed);
         DistanceMap::new(&margin.windows, windows).for_each_row(|row, squares| {
-            let beside = margin.start + row;
             for (start, &square) in squares.iter().enumerate() {
-                let same = clip == own_clip && start.abs_diff(beside) < self.lengths.separation;
-                if square > limit || same {
-                    continue;
-                }
-                let Some(far) = margin.side.far_end(start, margin.window) else {
-                    continue;
-                };
-                if allowed.is_some_and(|allowed| !allowed[self.moments.at(clip, far) as usize]) {
-                    continue;
-                }
-                // A link's cost is at least its distance.
-                let distance = square.sqrt();
-                if best[far / spread].is_some_and(|best| distance >= best.cost) {
-                    continue;
-                }
-                let Some(found) = self.candidate(margin, beside, (clip, start), distance) else {
-                    continue;
-                };
-                let cell = &mut best[far / spread];
-                if cell.is_none_or(|best| found.cost < best.cost) {
-                    *cell = Some(found);
-                }
+                parts.take((row, start), square);
             }
         });
-        best.into_iter()
-            .flatten()
-            .filter_map(|candidate| self.refined(candidate, margin.window))
-            .collect()
+        parts.best
     }
 
     /// Link between the window that starts at frame `beside` of the event's clip and the window
     /// that starts at frame `start` of another clip, or `None` if it does not fit or is too far.
-    fn candidate(
+    pub(super) fn candidate(
         &self,
         margin: &EventMargin,
         beside: usize,
@@ -240,22 +165,12 @@ impl<'a> Candidates<'a> {
 
     /// Recomputes the distance for the frames that are actually blended. Returns `None` if it is
     /// too large.
-    fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
+    pub(super) fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
         let link = &mut candidate.link;
         if link.frames != compared {
             link.distance = link.windows(self.source.aligner.clouds).distance();
             candidate.cost = self.lengths.cost(link.distance, link.frames);
         }
         (candidate.cost <= self.lengths.loosest).then_some(candidate)
-    }
-}
-
-impl Side {
-    /// The frame of a link's end in the clip whose window starts at `start`, or `None` if the clip has no such frame.
-    fn far_end(self, start: usize, window: usize) -> Option<usize> {
-        match self {
-            Self::Before => start.checked_sub(1),
-            Self::After => Some(start + window - 1),
-        }
     }
 }

@@ -1,11 +1,14 @@
 //! Chooses the links that let more moments reach an evasion, closest links first.
 
-use super::candidates::{Candidate, Side};
+use super::candidates::Candidate;
+use super::margin::Side;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;
 use crate::anim::EventKind;
+use crate::graph::Transition;
 use crate::graph::waits::{Waits, within};
+use crate::math::in_parallel;
 
 /// Number of passes over the goals. Later passes include moments that earlier links added to the
 /// graph.
@@ -30,18 +33,8 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
             before = (0..goals.len()).map(|goal| progress.share(goal)).collect();
         }
         let links = search.links.len();
-        for (index, goal) in goals.iter().enumerate() {
-            candidates.retain(|candidate| {
-                let enough =
-                    progress.share(index) >= goal.share || search.links.len() >= search.most();
-                let helps =
-                    !enough && progress.gain(search, index, candidate) >= progress.least_gain;
-                if helps && !search.darts(&candidate.link) {
-                    progress.take(search, candidate);
-                    search.take(candidate.link);
-                }
-                !helps
-            });
+        for goal in 0..goals.len() {
+            candidates = progress.take_for(goal, search, candidates);
         }
         if search.links.len() == links {
             break;
@@ -69,7 +62,12 @@ struct GoalProgress {
     all: usize,
     least_gain: usize,
     goals: Vec<GoalState>,
+    /// For each [`BLOCK`] moments, whether the gain of a link may have changed that reads them.
+    changed: Vec<bool>,
 }
+
+/// Number of moments that are marked as changed together.
+const BLOCK: usize = 64;
 
 struct GoalState {
     goal: LinkGoal,
@@ -108,8 +106,9 @@ impl GoalProgress {
             waits: Waits::new(&search.moments, &search.jumps, horizon),
             evasions: evasions.to_vec(),
             all: counted.iter().filter(|&&counted| counted).count(),
-            counted,
             least_gain: ((search.settings.least_gain * frame_rate).round() as usize).max(1),
+            changed: vec![false; counted.len() / BLOCK + 1],
+            counted,
             goals,
         };
         for goal in &mut progress.goals {
@@ -132,6 +131,17 @@ impl GoalProgress {
     /// Share of the counted moments that meet a goal.
     fn share(&self, goal: usize) -> f64 {
         self.goals[goal].met as f64 / self.all.max(1) as f64
+    }
+
+    /// Whether the gain of a candidate may have changed since [`GoalProgress::changed`] was cleared.
+    fn may_differ(&self, search: &LinkSearch<'_>, goal: usize, candidate: &Candidate) -> bool {
+        let jump = search.moments.jump(&candidate.link);
+        let first = jump.from.saturating_sub(self.goals[goal].limit);
+        let before = first as usize / BLOCK..=jump.from as usize / BLOCK;
+        // The first frame of a clip follows no other, and its changes are not reported.
+        candidate.link.target_frame == 0
+            || self.changed[jump.to as usize / BLOCK]
+            || self.changed[before].contains(&true)
     }
 
     /// Number of moments before a link that do not meet the goal and would reach the link's evasion
@@ -157,10 +167,61 @@ impl GoalProgress {
             .count()
     }
 
+    /// Takes the candidates that help with a goal, one after the other, until it is reached, and returns those that do not.
+    fn take_for(
+        &mut self,
+        goal: usize,
+        search: &mut LinkSearch<'_>,
+        candidates: Vec<Candidate>,
+    ) -> Vec<Candidate> {
+        /// Number of candidates that are tested together, before those ahead of them are taken.
+        const BATCH: usize = 4096;
+        let share = self.goals[goal].goal.share;
+        let mut left = Vec::with_capacity(candidates.len());
+        for batch in candidates.chunks(BATCH) {
+            let is_reached = |progress: &Self, search: &LinkSearch<'_>| {
+                progress.share(goal) >= share || search.links.len() >= search.most()
+            };
+            if is_reached(self, search) {
+                left.extend_from_slice(batch);
+                continue;
+            }
+            // Most of those that help now will help when it is their turn.
+            let helps_now = in_parallel(search.source.settings.threads, batch.len(), |index| {
+                self.gain(search, goal, &batch[index]) >= self.least_gain
+            });
+            let tested = batch.iter().zip(&helps_now).filter(|(_, helps)| **helps);
+            self.changed.fill(false);
+            let links: Vec<Transition> = tested.map(|(candidate, _)| candidate.link).collect();
+            let mut darts = search.darts(&links).into_iter();
+            for (candidate, helped) in batch.iter().zip(helps_now) {
+                let known = if helped { darts.next() } else { None };
+                let gains = || self.gain(search, goal, candidate) >= self.least_gain;
+                let helps = match self.may_differ(search, goal, candidate) {
+                    true => gains(),
+                    false => helped,
+                };
+                if !helps || is_reached(self, search) {
+                    left.push(*candidate);
+                    continue;
+                }
+                let darts = known.unwrap_or_else(|| search.darts(&[candidate.link])[0]);
+                search.darting += usize::from(darts);
+                if !darts {
+                    self.take(search, candidate);
+                    search.take(candidate.link);
+                }
+            }
+        }
+        left
+    }
+
     fn take(&mut self, search: &LinkSearch<'_>, candidate: &Candidate) {
-        let (goals, counted) = (&mut self.goals, &self.counted);
+        let (goals, counted, changed) = (&mut self.goals, &self.counted, &mut self.changed);
         let jump = search.moments.jump(&candidate.link);
         self.waits.add_jump(jump, |moment, old, new| {
+            changed[moment as usize / BLOCK] = true;
+            changed[(moment as usize).saturating_sub(1) / BLOCK] = true;
             record(goals, counted, WaitChange { moment, old, new });
         });
     }

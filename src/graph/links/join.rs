@@ -1,13 +1,16 @@
 //! Links events that the graph would otherwise drop: each gets its best link in and its best link
 //! out.
 
-use super::candidates::{Candidate, Side};
+use super::candidates::Candidate;
+use super::margin::Side;
+use super::nearest::{NearestLinks, Wanted};
 use super::report::{LinkObstacle, UnlinkedEvent};
 use super::search::LinkSearch;
 
 /// Links events to the graph's largest component until no further event can be linked. Returns the
 /// events that could not be linked.
 pub(super) fn join(search: &mut LinkSearch<'_>) -> Vec<UnlinkedEvent> {
+    let mut nearest = NearestLinks::default();
     let playable = |index: &usize| {
         let event = &search.source.events[*index];
         event.first < event.last
@@ -22,7 +25,7 @@ pub(super) fn join(search: &mut LinkSearch<'_>) -> Vec<UnlinkedEvent> {
                     let [first, last] = search.ends(&search.source.events[event]);
                     !(core[first as usize] && core[last as usize])
                 });
-                to_core(search, &open, &core);
+                to_core(search, &mut nearest, (&open, &core));
             }
         }
         if search.links.len() == before {
@@ -51,24 +54,63 @@ fn first_cycle(search: &mut LinkSearch<'_>, open: &[usize]) {
 }
 
 /// Links each event that has both a link from the component and a link to it.
-fn to_core(search: &mut LinkSearch<'_>, open: &[usize], core: &[bool]) {
-    let links_in = search.candidates.find(open, Side::Before, Some(core));
-    let links_out = search.candidates.find(open, Side::After, Some(core));
-    for &event in open {
-        let ends = [&links_in, &links_out].map(|ways| best(search, ways, event));
-        if let [Some(link_in), Some(link_out)] = ends {
+fn to_core<'a>(
+    search: &mut LinkSearch<'a>,
+    nearest: &mut NearestLinks<'a>,
+    (open, core): (&[usize], &[bool]),
+) {
+    let [links_in, links_out] = [Side::Before, Side::After].map(|side| {
+        let wanted = Wanted {
+            events: open,
+            side,
+            allowed: core,
+        };
+        closest(search, nearest, wanted)
+    });
+    for ends in links_in.into_iter().zip(links_out) {
+        if let (Some(link_in), Some(link_out)) = ends {
             search.take(link_in.link);
             search.take(link_out.link);
         }
     }
 }
 
-/// The closest link of an event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
-fn best(search: &mut LinkSearch<'_>, ways: &[Candidate], event: usize) -> Option<Candidate> {
-    let own = || ways.iter().filter(|way| way.event == event).copied();
-    own()
-        .find(|way| !search.darts(&way.link))
-        .or_else(|| own().next())
+/// The closest link of each event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
+/// Links up to a limit are refined and compared before those up to the next.
+fn closest<'a>(
+    search: &mut LinkSearch<'a>,
+    nearest: &mut NearestLinks<'a>,
+    wanted: Wanted<'_>,
+) -> Vec<Option<Candidate>> {
+    let events = wanted.events;
+    let mut darting: Vec<Vec<Candidate>> = vec![Vec::new(); events.len()];
+    let mut found: Vec<Option<Candidate>> = vec![None; events.len()];
+    for limit in NearestLinks::limits(&search.candidates) {
+        let open = (0..events.len()).filter(|&index| found[index].is_none());
+        let open: Vec<usize> = open.map(|index| events[index]).collect();
+        let wanted = Wanted {
+            events: &open,
+            ..wanted
+        };
+        for way in nearest.within(&search.candidates, wanted, limit) {
+            let Ok(index) = events.binary_search(&way.event) else {
+                continue;
+            };
+            let is_known = darting[index].iter().any(|known| known.link == way.link);
+            if found[index].is_some() || is_known {
+                continue;
+            }
+            if search.darts(&[way.link])[0] {
+                search.darting += 1;
+                darting[index].push(way);
+            } else {
+                found[index] = Some(way);
+            }
+        }
+    }
+    let ways = found.into_iter().zip(darting);
+    ways.map(|(found, darting)| found.or(darting.first().copied()))
+        .collect()
 }
 
 fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {

@@ -13,7 +13,7 @@ pub(super) struct Lengths {
     /// Windows of one clip that are closer than this are the same motion.
     pub(super) separation: usize,
     /// Maximum distance at which a blend has the window's length, in metres.
-    threshold: f32,
+    pub(super) threshold: f32,
     pub(super) loosest: f32,
 }
 

@@ -15,6 +15,9 @@ mod choose;
 mod free_frames;
 mod join;
 mod lengths;
+mod margin;
+mod nearest;
+mod parts;
 mod report;
 mod search;
 mod settings;
@@ -54,9 +57,15 @@ pub(super) fn add(
         darts,
         darting: 0,
     };
-    let unlinked = join::join(&mut search);
+    let unlinked = {
+        let _span = tracing::trace_span!("bake: join events").entered();
+        join::join(&mut search)
+    };
     let joins = search.links.len();
-    let goals = choose::choose(&mut search);
+    let goals = {
+        let _span = tracing::trace_span!("bake: choose links").entered();
+        choose::choose(&mut search)
+    };
     let frame_rate = source.settings.frame_rate;
     let report = LinkReport {
         joins,

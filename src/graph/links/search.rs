@@ -27,15 +27,13 @@ impl LinkSearch<'_> {
         self.links.push(link);
     }
 
-    /// Whether a foot darts in a link. Counts those in which one does.
-    pub(super) fn darts(&mut self, link: &Transition) -> bool {
-        let align = || self.source.aligner.align(link);
-        let darts = self
-            .darts
-            .as_mut()
-            .is_some_and(|test| test.darts(link, align()));
-        self.darting += usize::from(darts);
-        darts
+    /// For each of some links, whether a foot darts in it.
+    pub(super) fn darts(&mut self, links: &[Transition]) -> Vec<bool> {
+        let aligner = self.source.aligner;
+        match &mut self.darts {
+            Some(test) => test.darts(links, |link| aligner.align(link)),
+            None => vec![false; links.len()],
+        }
     }
 
     /// First and last moment of an event.

@@ -10,6 +10,7 @@ mod bounds;
 mod jobs;
 mod list;
 mod minima;
+mod near;
 mod pruned;
 
 use std::ops::Range;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use jobs::BandJobs;
 pub use list::TransitionList;
 pub use minima::Minimum;
+pub(super) use near::{NearWindows, WindowCell};
 pub use pruned::{BandMinima, PrunedSearch, SearchScratch};
 
 use super::GraphError;

@@ -6,8 +6,9 @@
 
 use std::ops::Range;
 
-use super::bounds::{Features, NODE, NODES, Projection};
+use super::bounds::{Features, NODE, Projection};
 use super::minima::CloseMinima;
+use super::near::{NearSearch, WindowCell};
 use super::{MapBand, Minimum, SearchSettings};
 use crate::graph::GraphError;
 use crate::graph::distance::{Compared, Diagonals, Windows};
@@ -43,26 +44,19 @@ pub struct BandMinima {
 pub struct SearchScratch {
     diagonals: Diagonals,
     /// Pairs of the strip that may be near, as they are found, and by diagonal.
-    near: Vec<Cell>,
-    sorted: Vec<Cell>,
+    near: Vec<WindowCell>,
+    sorted: Vec<WindowCell>,
     /// First of `sorted` of each diagonal.
     firsts: Vec<u32>,
     /// Rows of one diagonal's pairs.
     rows: Vec<u32>,
     /// Computed pairs of the last two rows and of the strip.
-    cells: Vec<Cell>,
+    cells: Vec<WindowCell>,
     /// Squared distances of two rows, of the strip's rows and of one more; infinite where they were not computed.
     squared: Vec<f32>,
     /// Distances of the rows that are carried to the next strip.
     carried: Vec<f32>,
     found: Vec<Minimum>,
-}
-
-/// A window pair.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    row: u32,
-    column: u32,
 }
 
 impl<'a> PrunedSearch<'a> {
@@ -133,9 +127,13 @@ impl<'a> PrunedSearch<'a> {
                 b,
                 isa: self.isa,
             },
-            features: [band.a, band.b].map(|clip| &self.features[clip]),
-            limit: self.settings.threshold * self.settings.threshold,
-            gap: (band.a == band.b).then_some(self.settings.separation),
+            near: NearSearch {
+                features: [band.a, band.b].map(|clip| &self.features[clip]),
+                limit: self.settings.threshold * self.settings.threshold,
+                beyond: 0.0,
+                gap: (band.a == band.b).then_some(self.settings.separation),
+                columns: band.columns,
+            },
         };
         let mut close = CloseMinima::new(self.settings.separation);
         let mut computed = 0;
@@ -170,68 +168,18 @@ impl<'a> PrunedSearch<'a> {
 struct BandSearch<'a> {
     band: MapBand,
     compared: Compared<'a>,
-    features: [&'a Features; 2],
-    limit: f32,
-    /// Number of columns by which minima are right of the diagonal, in the map of a clip with itself.
-    gap: Option<usize>,
+    near: NearSearch<'a>,
 }
 
 impl BandSearch<'_> {
-    /// First column that is a minimum, or beside one.
-    fn first_column(&self, row: usize) -> usize {
-        self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
-    }
-
     /// Finds the pairs of a strip that may be near. Of those on one diagonal, the rows ascend.
     fn find_near(&self, rows: Range<usize>, scratch: &mut SearchScratch) {
         scratch.near.clear();
-        let nodes = rows.start / NODE..rows.end.div_ceil(NODE);
         let near = &mut scratch.near;
         self.compared.isa.run(
             #[inline(always)]
-            || {
-                for node in nodes {
-                    let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
-                    self.near_node((node, own), near);
-                }
-            },
+            || self.near.find(rows, near),
         );
-    }
-
-    /// Finds the pairs of the windows `rows`, which belong to one ball.
-    #[inline(always)]
-    fn near_node(&self, (node, rows): (usize, Range<usize>), near: &mut Vec<Cell>) {
-        let [a, b] = self.features;
-        let ball = a.ball(node);
-        for group in self.first_column(rows.start) / NODE / NODES..b.groups() {
-            let balls = b.near_balls(&ball, group);
-            if balls == 0 {
-                continue;
-            }
-            for row in rows.clone() {
-                let window = a.window(row);
-                let first = self.first_column(row);
-                let mut balls = balls & b.near_balls(&window, group);
-                while balls != 0 {
-                    let other = group * NODES + balls.trailing_zeros() as usize;
-                    balls &= balls - 1;
-                    if other >= b.nodes() || (other + 1) * NODE <= first {
-                        continue;
-                    }
-                    let mut columns = b.near_windows(&window.centre, (other, self.limit));
-                    while columns != 0 {
-                        let column = other * NODE + columns.trailing_zeros() as usize;
-                        columns &= columns - 1;
-                        if column >= first && column < self.band.columns {
-                            near.push(Cell {
-                                row: row as u32,
-                                column: column as u32,
-                            });
-                        }
-                    }
-                }
-            }
-        }
     }
 
     /// Computes the distances of the pairs that may be near, diagonal by diagonal, and returns their number.
@@ -257,7 +205,8 @@ impl BandSearch<'_> {
         }
         diagonals.load(self.compared.a, rows.clone());
         // A counting sort by diagonal keeps the order of the rows.
-        let diagonal = |cell: &Cell| (cell.column as usize + rows.end - 1) - cell.row as usize;
+        let diagonal =
+            |cell: &WindowCell| (cell.column as usize + rows.end - 1) - cell.row as usize;
         firsts.clear();
         firsts.resize(columns + rows.len() + 1, 0);
         for cell in near.iter() {
@@ -267,13 +216,13 @@ impl BandSearch<'_> {
             firsts[index] += firsts[index - 1];
         }
         sorted.clear();
-        sorted.resize(near.len(), Cell { row: 0, column: 0 });
+        sorted.resize(near.len(), WindowCell { row: 0, column: 0 });
         for cell in near.iter() {
             let place = &mut firsts[diagonal(cell)];
             sorted[*place as usize] = *cell;
             *place += 1;
         }
-        let same = |x: &Cell, y: &Cell| x.column + y.row == y.column + x.row;
+        let same = |x: &WindowCell, y: &WindowCell| x.column + y.row == y.column + x.row;
         for cells in sorted.chunk_by(same) {
             let shift = cells[0].column as isize - cells[0].row as isize;
             own.clear();
@@ -304,8 +253,8 @@ impl BandSearch<'_> {
             let own = value(row, column);
             let wanted = band.contains(&row)
                 && (rows.start.saturating_sub(1)..rows.end).contains(&row)
-                && self.gap.is_none_or(|gap| column >= row + gap);
-            if !wanted || own >= self.limit {
+                && self.near.gap.is_none_or(|gap| column >= row + gap);
+            if !wanted || own >= self.near.limit {
                 continue;
             }
             let above = row.saturating_sub(1);
@@ -331,7 +280,7 @@ impl BandSearch<'_> {
             ..
         } = scratch;
         let columns = self.band.columns;
-        let place = |cell: &Cell, first: usize| {
+        let place = |cell: &WindowCell, first: usize| {
             (cell.row as usize + 2 - first) * columns + cell.column as usize
         };
         carried.clear();

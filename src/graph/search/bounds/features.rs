@@ -247,14 +247,19 @@ impl Features {
         }
     }
 
-    /// Which balls of a group may hold a window that is near one of a ball, also where a distance is not a number.
+    /// Which balls of a group may hold a window that is near one of a ball, also where a distance is not a number. `beyond` is by how
+    /// much windows may be farther apart than the threshold, in metres.
     #[inline(always)]
-    pub(in crate::graph::search) fn near_balls(&self, ball: &Ball, group: usize) -> u32 {
+    pub(in crate::graph::search) fn near_balls(
+        &self,
+        ball: &Ball,
+        (group, beyond): (usize, f32),
+    ) -> u32 {
         let balls = &self.balls[group];
         let squared = balls.centres.squared(&ball.centre);
         let mut bits = [0; NODES];
         for lane in 0..NODES {
-            let reach = ball.radius + balls.radii[lane];
+            let reach = ball.radius + balls.radii[lane] + beyond;
             let far = squared[lane] > reach * reach;
             bits[lane] = if far { 0 } else { 1 << lane };
         }

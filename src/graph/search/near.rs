@@ -1,0 +1,138 @@
+//! Pairs of windows that a lower bound does not show to be far apart.
+
+use std::ops::Range;
+
+use super::bounds::{Features, NODE, NODES, Projection};
+use crate::graph::distance::Windows;
+use crate::math::{Isa, in_parallel};
+
+/// A window pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::graph) struct WindowCell {
+    /// Window of the first cloud.
+    pub(in crate::graph) row: u32,
+    /// Window of the second cloud.
+    pub(in crate::graph) column: u32,
+}
+
+/// The search for near pairs of the windows of two clouds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearSearch<'a> {
+    pub(super) features: [&'a Features; 2],
+    /// Square of the distance below which pairs are near.
+    pub(super) limit: f32,
+    /// By how much that distance is above the one that the features are made for, in metres.
+    pub(super) beyond: f32,
+    /// Number of columns by which minima are right of the diagonal, in the map of a clip with itself.
+    pub(super) gap: Option<usize>,
+    pub(super) columns: usize,
+}
+
+impl NearSearch<'_> {
+    /// First column that is a minimum, or beside one.
+    fn first_column(&self, row: usize) -> usize {
+        self.gap.map_or(0, |gap| (row + gap).saturating_sub(2))
+    }
+
+    /// Finds the near pairs of the windows `rows` of the first cloud. Of those on one diagonal, the rows ascend.
+    #[inline(always)]
+    pub(super) fn find(&self, rows: Range<usize>, near: &mut Vec<WindowCell>) {
+        for node in rows.start / NODE..rows.end.div_ceil(NODE) {
+            let own = rows.start.max(node * NODE)..rows.end.min((node + 1) * NODE);
+            self.find_of_node((node, own), near);
+        }
+    }
+
+    /// Finds the pairs of the windows `rows`, which belong to one ball.
+    #[inline(always)]
+    fn find_of_node(&self, (node, rows): (usize, Range<usize>), near: &mut Vec<WindowCell>) {
+        let [a, b] = self.features;
+        let ball = a.ball(node);
+        for group in self.first_column(rows.start) / NODE / NODES..b.groups() {
+            let balls = b.near_balls(&ball, (group, self.beyond));
+            if balls == 0 {
+                continue;
+            }
+            for row in rows.clone() {
+                let window = a.window(row);
+                let first = self.first_column(row);
+                let mut balls = balls & b.near_balls(&window, (group, self.beyond));
+                while balls != 0 {
+                    let other = group * NODES + balls.trailing_zeros() as usize;
+                    balls &= balls - 1;
+                    if other >= b.nodes() || (other + 1) * NODE <= first {
+                        continue;
+                    }
+                    let mut columns = b.near_windows(&window.centre, (other, self.limit));
+                    while columns != 0 {
+                        let column = other * NODE + columns.trailing_zeros() as usize;
+                        columns &= columns - 1;
+                        if column >= first && column < self.columns {
+                            near.push(WindowCell {
+                                row: row as u32,
+                                column: column as u32,
+                            });
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Windows of clips, prepared for finding those that are near windows of a short range of frames.
+#[derive(Debug)]
+pub(in crate::graph) struct NearWindows {
+    projection: Projection,
+    /// Least distance that is asked for, in metres.
+    least: f32,
+    clips: Vec<Features>,
+    columns: Vec<usize>,
+}
+
+/// A range of frames whose windows are compared with those of clips.
+#[derive(Debug)]
+pub(in crate::graph) struct NearRange(Features);
+
+impl NearWindows {
+    /// Prepares the windows of clips, which have the same joints and windows of one length. `least` is the least distance that is asked
+    /// for, in metres.
+    pub(in crate::graph) fn new(windows: &[Windows], least: f32, threads: usize) -> Self {
+        let projection = Projection::new(&windows.iter().collect::<Vec<_>>());
+        Self {
+            clips: in_parallel(threads, windows.len(), |clip| {
+                Features::new(&projection, &windows[clip], least)
+            }),
+            columns: windows.iter().map(Windows::count).collect(),
+            projection,
+            least,
+        }
+    }
+
+    /// Prepares the windows of a range.
+    pub(in crate::graph) fn range(&self, windows: &Windows) -> NearRange {
+        NearRange(Features::new(&self.projection, windows, self.least))
+    }
+
+    /// Finds all pairs of a window of `range`, of which there are `rows`, and a window of a clip whose distance is below `limit`, in
+    /// metres, and some others. `limit` is at least the least distance of [`NearWindows::new`].
+    pub(in crate::graph) fn find(
+        &self,
+        (range, rows): (&NearRange, usize),
+        (clip, limit): (usize, f32),
+        near: &mut Vec<WindowCell>,
+    ) {
+        let search = NearSearch {
+            features: [&range.0, &self.clips[clip]],
+            limit: limit * limit,
+            // A little more than that, against rounding.
+            beyond: (limit - self.least).max(0.0) + 1e-5 * limit,
+            gap: None,
+            columns: self.columns[clip],
+        };
+        Isa::best().run(
+            #[inline(always)]
+            || search.find(0..rows, near),
+        );
+    }
+}
