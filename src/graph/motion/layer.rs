@@ -95,7 +95,7 @@ impl Layer {
     }
 
     /// Moves the upper body of a pose towards that of the clip.
-    fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+    pub(crate) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
         let weight = self.weight(seconds);
         if weight <= 0.0 {
             return;

@@ -137,6 +137,8 @@ impl Points {
 
 pub(super) struct Scratch {
     pub(super) motion: Motion,
+    /// Frames of the motion without a layer.
+    pub(super) poses: Vec<Pose>,
     pub(super) examiner: Examiner,
 }
 
@@ -144,6 +146,7 @@ impl Scratch {
     pub(super) fn new(graph: &MotionGraph) -> Self {
         Self {
             motion: Motion::default(),
+            poses: Vec::new(),
             examiner: Examiner::new(graph),
         }
     }
@@ -342,19 +345,24 @@ impl<'a> Finder<'a> {
             rate,
             blend,
         };
-        let Scratch { motion, examiner } = scratch;
+        let Scratch {
+            motion, examiner, ..
+        } = scratch;
         let frame_rate = graph.frame_rate() as f32;
         motion.restart(graph, from.before, []);
         motion.enter(graph, 1.0 / frame_rate, &entry);
-        motion.extend(graph, 1.0);
         let blend = (entry.blend * frame_rate).ceil() as usize;
+        motion.extend(
+            graph,
+            Examiner::frames(frame_rate, blend) as f32 / frame_rate,
+        );
         let entered = EnteredMotion {
             motion,
             blend,
             stands: from.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
-        examiner.examine(graph, self.limits, &entered).is_ok()
+        examiner.is_plausible((graph, self.limits), &entered)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use super::examine::Examiner;
 use super::find::{Departed, Finder, Scratch, spread};
 use super::limits::{MotionLimits, head};
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
@@ -78,6 +79,7 @@ impl Finder<'_> {
         let Some(from) = self.depart(place) else {
             return found;
         };
+        self.sample_base(&from, scratch);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
@@ -89,7 +91,7 @@ impl Finder<'_> {
             }
             let mut plausible = |blend: usize, rate: usize| {
                 let how = (BLENDS[blend], RATES[rate]);
-                self.is_layer_plausible(&from, (target, &source.limits), how, scratch)
+                self.is_layer_plausible((target, &source.limits), how, scratch)
             };
             let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
                 continue;
@@ -106,12 +108,28 @@ impl Finder<'_> {
         found
     }
 
+    /// Samples the motion that goes on after a frame, without a layer.
+    fn sample_base(&self, from: &Departed, Scratch { motion, poses, .. }: &mut Scratch) {
+        let graph = self.graph;
+        let rate = graph.frame_rate() as f32;
+        let longest = BLENDS.into_iter().fold(0.0, f32::max);
+        let frames = Examiner::frames(rate, (longest * rate).ceil() as usize);
+        motion.restart(graph, from.before, []);
+        motion.extend(graph, frames as f32 / rate);
+        poses.resize_with(frames.max(poses.len()), Pose::default);
+        for (frame, pose) in poses[..frames].iter_mut().enumerate() {
+            motion.sample(graph, frame as f32 / rate, pose);
+        }
+    }
+
+    /// Whether a layer on the sampled motion is plausible.
     fn is_layer_plausible(
         &self,
-        from: &Departed,
         (target, limits): (usize, &MotionLimits),
         (blend, rate): (f32, f32),
-        scratch: &mut Scratch,
+        Scratch {
+            poses, examiner, ..
+        }: &mut Scratch,
     ) -> bool {
         let (graph, at) = (self.graph, &self.targets[target]);
         let frame_rate = graph.frame_rate() as f32;
@@ -122,14 +140,11 @@ impl Finder<'_> {
             release: 2.0,
             end: 3.0,
         };
-        let Scratch { motion, examiner } = scratch;
-        motion.restart(graph, from.before, []);
-        motion.extend(graph, 1.0);
         let layer = Layer::new((at.clip, at.frame as f32), rate, envelope);
-        motion.set_layer(Some(layer));
         let blend = (blend * frame_rate).ceil() as usize;
-        examiner
-            .examine_upper(graph, limits, (motion, blend))
-            .is_ok()
+        examiner.is_upper_plausible((graph, limits), blend, |frame, pose| {
+            pose.copy_from(&poses[frame]);
+            layer.apply(graph, frame as f32 / frame_rate, pose);
+        })
     }
 }

@@ -6,8 +6,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::examine::{Sample, departure, turns};
-use crate::anim::{Clip, JointId, Pose, Skeleton, forward_kinematics};
+use super::examine::{Sample, departure, departures, turns};
+use crate::anim::{Clip, JointId, Skeleton};
 use crate::graph::MotionGraph;
 
 /// Percentiles and bounds that define plausible motion.
@@ -140,12 +140,11 @@ impl MeasuredMotion {
     fn add_clip(&mut self, graph: &MotionGraph, clip: &Clip) {
         let rate = graph.frame_rate() as f32;
         let head = head(graph.skeleton());
-        let (mut pose, mut globals) = (Pose::default(), Vec::new());
+        let mut joints = Vec::new();
         let mut samples = vec![Sample::default(); clip.frames()];
         for (frame, sample) in samples.iter_mut().enumerate() {
-            clip.pose(frame, &mut pose);
-            forward_kinematics(graph.skeleton(), &pose, &mut globals);
-            sample.take(graph, head, (&pose, &globals));
+            clip.pose(frame, &mut sample.pose);
+            sample.locate(graph, head, &mut joints);
         }
         let mut before: Vec<Vec3> = Vec::new();
         for pair in samples.windows(2) {
@@ -162,11 +161,10 @@ impl MeasuredMotion {
             self.toe_speeds
                 .extend(ways.map(|(from, to)| from.distance(*to) * rate));
         }
-        for (which, seconds) in DEPARTURES.into_iter().enumerate() {
-            let frames = (seconds * rate).round() as usize;
+        for (which, frames) in departures(rate).into_iter().enumerate() {
             for window in samples.windows(frames + 2) {
                 let ends = [&window[0], &window[1], &window[frames + 1]];
-                let hips = departure(ends.map(|s| s.hip), frames).with_y(0.0);
+                let hips = departure(ends.map(|s| s.pose.root), frames).with_y(0.0);
                 self.hip_departures[which].push(hips.length());
                 self.head_departures[which].push(departure(ends.map(|s| s.head), frames).length());
             }
