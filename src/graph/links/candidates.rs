@@ -108,7 +108,7 @@ impl<'a> Candidates<'a> {
 
     /// Closest link between a range and each part of a clip, given the clip's windows of the range's length. Its distance is that of the
     /// windows, even if the blend has another length.
-    fn between(
+    pub(super) fn between(
         &self,
         margin: &EventMargin,
         (clip, windows): (usize, &Windows),

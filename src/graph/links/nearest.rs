@@ -163,3 +163,141 @@ impl Scratch {
         squares.sort_unstable_by_key(|(cell, _)| *cell);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::anim::{Clip, ClipDesc, EventKind, Joint, JointId, JointKind, Skeleton};
+    use crate::graph::feet::Aligner;
+    use crate::graph::links::lengths::Lengths;
+    use crate::graph::links::source::LinkSource;
+    use crate::graph::{ClipId, GraphEvent, GraphSettings, LinkSettings, PointCloud};
+    use glam::{Quat, Vec3};
+
+    const CLIPS: u32 = 5;
+    const FRAMES: u32 = 150;
+
+    fn skeleton() -> Skeleton {
+        let joint = |index: u16| Joint {
+            name: format!("joint {index}"),
+            parent: index.checked_sub(1).map(JointId),
+            offset: Vec3::new(0.0, 0.4, 0.1),
+            kind: JointKind::Moving,
+        };
+        Skeleton::new((0..4).map(joint).collect()).unwrap()
+    }
+
+    fn clip(skeleton: &Skeleton, seed: u32) -> Clip {
+        let phase = |joint: u32, frame: u32| {
+            let pace = 0.05 + 0.02 * ((seed + joint) % 3) as f32;
+            pace * frame as f32 + seed as f32
+        };
+        let rotation = |joint: u32, frame: u32| {
+            Quat::from_rotation_x(0.5 * phase(joint, frame).sin())
+                * Quat::from_rotation_z(0.4 * phase(joint + 1, frame).cos())
+        };
+        let desc = ClipDesc {
+            name: format!("clip {seed}"),
+            frame_rate: 30.0,
+            roots: (0..FRAMES)
+                .map(|frame| Vec3::new(0.01 * frame as f32, 1.0, 0.0))
+                .collect(),
+            rotations: (0..FRAMES)
+                .flat_map(|frame| (0..4).map(move |joint| rotation(joint, frame)))
+                .collect(),
+            translations: Vec::new(),
+        };
+        Clip::new(skeleton, desc).unwrap()
+    }
+
+    /// Events that leave room for windows of full length, and for shorter ones.
+    fn events() -> Vec<GraphEvent> {
+        let event = |(clip, [first, last]): (u32, [u32; 2])| GraphEvent {
+            clip: ClipId(clip),
+            kind: EventKind::Evasion,
+            first,
+            last,
+            joints: Vec::new(),
+        };
+        [
+            (0, [40, 60]),
+            (1, [30, 50]),
+            (1, [57, 70]),
+            (3, [80, 100]),
+            (3, [106, 120]),
+        ]
+        .map(event)
+        .to_vec()
+    }
+
+    #[test]
+    fn limits_and_bounds_leave_out_no_link() {
+        let skeleton = skeleton();
+        let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
+        let clouds: Vec<PointCloud> = { clips.iter() }
+            .map(|clip| PointCloud::new(&skeleton, clip, &[1.0; 4]))
+            .collect();
+        let settings = GraphSettings::default();
+        let lengths = Lengths::new(&settings, &LinkSettings::default());
+        let windows: Vec<Windows> = { clouds.iter() }
+            .map(|cloud| Windows::new(cloud, lengths.window))
+            .collect();
+        let events = events();
+        let source = LinkSource {
+            clips: &clips,
+            aligner: Aligner {
+                clouds: &clouds,
+                feet: None,
+            },
+            windows: &windows,
+            events: &events,
+            settings: &settings,
+        };
+        let candidates = Candidates::new(source, lengths);
+        let mut nearest = NearestLinks::default();
+        let all: Vec<usize> = (0..events.len()).collect();
+        let mut lengths = std::collections::BTreeSet::new();
+        let mut counts = Vec::new();
+        for side in [Side::Before, Side::After] {
+            let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
+            let wanted = Wanted {
+                events: &all,
+                side,
+                allowed: &allowed,
+            };
+            for limit in NearestLinks::limits(&candidates) {
+                let mut expected = Vec::new();
+                for margin in all
+                    .iter()
+                    .filter_map(|&event| candidates.margin(event, side))
+                {
+                    lengths.insert(margin.window);
+                    for clip in 0..clips.len() {
+                        let windows = Windows::new(&clouds[clip], margin.window);
+                        let parts = candidates.between(&margin, (clip, &windows), Some(&allowed));
+                        let near = parts.into_iter().flatten();
+                        expected.extend(
+                            near.filter(|candidate| candidate.cost <= limit)
+                                .filter_map(|it| candidates.refined(it, margin.window)),
+                        );
+                    }
+                }
+                expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+                let found = nearest.within(&candidates, wanted, limit);
+                let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
+                assert!(
+                    found.iter().map(key).eq(expected.iter().map(key)),
+                    "{limit}"
+                );
+                counts.push(found.len());
+            }
+        }
+        assert!(lengths.len() > 1, "no range is short: {lengths:?}");
+        assert!(
+            counts
+                .windows(2)
+                .any(|pair| 0 < pair[0] && pair[0] < pair[1]),
+            "{counts:?}"
+        );
+    }
+}
