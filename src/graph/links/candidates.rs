@@ -26,6 +26,8 @@ pub(super) struct Candidate {
     /// Cost: the link's distance, increased if its blend is shorter than the graph's window, in
     /// metres.
     pub(super) cost: f32,
+    /// Number of frames of the windows that its distance was measured of.
+    pub(super) compared: usize,
 }
 
 /// Finds possible links.
@@ -86,24 +88,24 @@ impl<'a> Candidates<'a> {
             .frames()
             .div_ceil(self.lengths.spread);
         let mut of_parts = vec![Vec::new(); parts];
-        for (index, margin) in margins.iter().enumerate() {
+        for margin in margins {
             let length = margin.window;
             let windows = windows.entry(length).or_insert_with(|| {
                 Cow::Owned(Windows::new(&self.source.aligner.clouds[clip], length))
             });
             let found = self.between(margin, (clip, windows), allowed);
             for (part, found) in of_parts.iter_mut().zip(found) {
-                part.extend(found.map(|candidate| (candidate, index)));
+                part.extend(found);
             }
         }
         let closest = of_parts.into_iter().flat_map(|mut part| {
-            part.sort_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost));
+            part.sort_by(|a: &Candidate, b| a.cost.total_cmp(&b.cost));
             part.truncate(MOST);
             part
         });
-        let refined =
-            closest.filter_map(|(candidate, index)| self.refined(candidate, margins[index].window));
-        refined.collect()
+        closest
+            .filter_map(|candidate| self.refined(candidate))
+            .collect()
     }
 
     /// Closest link between a range and each part of a clip, given the clip's windows of the range's length. Its distance is that of the
@@ -160,14 +162,15 @@ impl<'a> Candidates<'a> {
             link,
             event: margin.event,
             cost,
+            compared: margin.window,
         })
     }
 
     /// Recomputes the distance for the frames that are actually blended. Returns `None` if it is
     /// too large.
-    pub(super) fn refined(&self, mut candidate: Candidate, compared: usize) -> Option<Candidate> {
+    pub(super) fn refined(&self, mut candidate: Candidate) -> Option<Candidate> {
         let link = &mut candidate.link;
-        if link.frames != compared {
+        if link.frames != candidate.compared {
             link.distance = link.windows(self.source.aligner.clouds).distance();
             candidate.cost = self.lengths.cost(link.distance, link.frames);
         }

@@ -64,6 +64,7 @@ fn to_core<'a>(
             events: open,
             side,
             allowed: core,
+            most: 16,
         };
         closest(search, nearest, wanted)
     });
@@ -76,41 +77,61 @@ fn to_core<'a>(
 }
 
 /// The closest link of each event in which no foot darts, or the closest one if a foot darts in all: better so than without the event.
-/// Links up to a limit are refined and compared before those up to the next.
 fn closest<'a>(
     search: &mut LinkSearch<'a>,
     nearest: &mut NearestLinks<'a>,
     wanted: Wanted<'_>,
 ) -> Vec<Option<Candidate>> {
-    let events = wanted.events;
-    let mut darting: Vec<Vec<Candidate>> = vec![Vec::new(); events.len()];
-    let mut found: Vec<Option<Candidate>> = vec![None; events.len()];
-    for limit in NearestLinks::limits(&search.candidates) {
-        let open = (0..events.len()).filter(|&index| found[index].is_none());
-        let open: Vec<usize> = open.map(|index| events[index]).collect();
+    let mut ways = vec![EventWays::default(); wanted.events.len()];
+    let mut open: Vec<usize> = (0..ways.len()).collect();
+    let mut most = wanted.most;
+    while !open.is_empty() {
+        let events: Vec<usize> = open.iter().map(|&index| wanted.events[index]).collect();
         let wanted = Wanted {
-            events: &open,
+            events: &events,
+            most,
             ..wanted
         };
-        for way in nearest.within(&search.candidates, wanted, limit) {
-            let Ok(index) = events.binary_search(&way.event) else {
+        let found = nearest.find(&search.candidates, wanted);
+        let mut found = found.iter();
+        open.retain(|&index| {
+            let links = found.next().map_or(&[][..], Vec::as_slice);
+            ways[index].test(search, links);
+            ways[index].found.is_none() && links.len() == most
+        });
+        most *= 4;
+    }
+    ways.into_iter()
+        .map(|ways| ways.found.or(ways.darting))
+        .collect()
+}
+
+/// The links of one event that have been tested.
+#[derive(Clone, Default)]
+struct EventWays {
+    tested: usize,
+    /// The closest link in which a foot darts.
+    darting: Option<Candidate>,
+    /// The closest link in which no foot darts.
+    found: Option<Candidate>,
+}
+
+impl EventWays {
+    /// Tests links, closest first, the first of which have been tested before.
+    fn test(&mut self, search: &mut LinkSearch<'_>, links: &[Candidate]) {
+        for link in links.iter().skip(self.tested) {
+            self.tested += 1;
+            let Some(link) = search.candidates.refined(*link) else {
                 continue;
             };
-            let is_known = darting[index].iter().any(|known| known.link == way.link);
-            if found[index].is_some() || is_known {
-                continue;
+            if !search.darts(&[link.link])[0] {
+                self.found = Some(link);
+                return;
             }
-            if search.darts(&[way.link])[0] {
-                search.darting += 1;
-                darting[index].push(way);
-            } else {
-                found[index] = Some(way);
-            }
+            search.darting += 1;
+            self.darting.get_or_insert(link);
         }
     }
-    let ways = found.into_iter().zip(darting);
-    ways.map(|(found, darting)| found.or(darting.first().copied()))
-        .collect()
 }
 
 fn unlinked(search: &LinkSearch<'_>, open: &[usize]) -> Vec<UnlinkedEvent> {

@@ -1,5 +1,5 @@
-//! The closest links of many events, without most of the distances: limits are tried one after the other, and lower bounds show which
-//! windows are farther apart than a limit.
+//! The closest links of many events, without most of the distances: lower bounds show which windows are farther apart than the links
+//! that were found before.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -39,59 +39,47 @@ pub(super) struct Wanted<'a> {
     pub(super) side: Side,
     /// Moments that may be linked.
     pub(super) allowed: &'a [bool],
+    /// Number of links of each event.
+    pub(super) most: usize,
 }
 
 impl<'a> NearestLinks<'a> {
-    /// Limits that are tried, in metres: each is twice the one before, up to the loosest.
-    pub(super) fn limits(candidates: &Candidates<'_>) -> impl Iterator<Item = f32> + use<> {
-        let lengths = &candidates.lengths;
-        let (least, most) = (lengths.threshold.min(lengths.loosest), lengths.loosest);
-        let doubled = std::iter::successors(Some(least), |limit| Some(2.0 * limit));
-        doubled
-            .take_while(move |limit| *limit < 0.75 * most)
-            .chain([most])
-    }
-
-    /// Finds the links that cost at most `limit` before they are refined, closest first: in each clip, at most one of each event for
-    /// each `spread` frames.
-    pub(super) fn within(
+    /// Finds the links of each event whose windows are closest, closest first, before they are refined. In each clip there is at most one
+    /// of each event for each `spread` frames.
+    pub(super) fn find(
         &mut self,
         candidates: &Candidates<'a>,
         wanted: Wanted<'_>,
-        limit: f32,
-    ) -> Vec<Candidate> {
-        let margins = wanted.events.iter();
-        let margins: Vec<EventMargin> = margins
-            .filter_map(|&event| candidates.margin(event, wanted.side))
+    ) -> Vec<Vec<Candidate>> {
+        let margins: Vec<Option<EventMargin>> = { wanted.events.iter() }
+            .map(|&event| candidates.margin(event, wanted.side))
             .collect();
-        for margin in &margins {
+        for margin in margins.iter().flatten() {
             let of_length = || ClipWindows::new(candidates, margin.window);
             self.0.entry(margin.window).or_insert_with(of_length);
         }
         let threads = candidates.source.settings.threads;
-        let found = in_parallel(threads, margins.len(), |index| {
-            let margin = &margins[index];
-            self.0[&margin.window].links(candidates, (margin, wanted.allowed), limit)
-        });
-        let mut found: Vec<Candidate> = found.into_iter().flatten().collect();
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        found
+        in_parallel(threads, margins.len(), |index| match &margins[index] {
+            Some(margin) => self.0[&margin.window].links(candidates, margin, &wanted),
+            None => Vec::new(),
+        })
     }
 }
 
 impl<'a> ClipWindows<'a> {
-    /// The links of one range.
+    /// The closest links of one range.
     fn links(
         &self,
         candidates: &Candidates<'_>,
-        (margin, allowed): (&EventMargin, &[bool]),
-        limit: f32,
+        margin: &EventMargin,
+        wanted: &Wanted<'_>,
     ) -> Vec<Candidate> {
         let range = self.near.range(&margin.windows);
         let rows = margin.windows.count();
         let mut scratch = Scratch::default();
         scratch.diagonals.load(&margin.windows, 0..rows);
-        let mut found = Vec::new();
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut limit = candidates.lengths.loosest;
         for (clip, windows) in self.windows.iter().enumerate() {
             scratch.near.clear();
             let near = &mut scratch.near;
@@ -105,15 +93,18 @@ impl<'a> ClipWindows<'a> {
                 isa: Isa::best(),
             };
             scratch.measure(compared);
-            let mut parts = ClipParts::new(candidates, (margin, clip), Some(allowed));
+            let mut parts = ClipParts::new(candidates, (margin, clip), Some(wanted.allowed));
             for &(cell, square) in &scratch.squares {
                 parts.take((cell.row as usize, cell.column as usize), square);
             }
             let near = parts.best.into_iter().flatten();
-            found.extend(
-                near.filter(|candidate| candidate.cost <= limit)
-                    .filter_map(|candidate| candidates.refined(candidate, margin.window)),
-            );
+            found.extend(near.filter(|candidate| candidate.cost <= limit));
+            // The sort is stable, so that ties keep the order of clips and frames.
+            found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            found.truncate(wanted.most);
+            if found.len() == wanted.most {
+                limit = found.last().map_or(limit, |last| last.cost);
+            }
         }
         found
     }
@@ -231,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_and_bounds_leave_out_no_link() {
+    fn bounds_leave_out_no_link() {
         let skeleton = skeleton();
         let clips: Vec<Clip> = (0..CLIPS).map(|seed| clip(&skeleton, seed)).collect();
         let clouds: Vec<PointCloud> = { clips.iter() }
@@ -256,48 +247,40 @@ mod tests {
         let candidates = Candidates::new(source, lengths);
         let mut nearest = NearestLinks::default();
         let all: Vec<usize> = (0..events.len()).collect();
+        let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
         let mut lengths = std::collections::BTreeSet::new();
-        let mut counts = Vec::new();
         for side in [Side::Before, Side::After] {
-            let allowed: Vec<bool> = (0..CLIPS * FRAMES).map(|moment| moment % 7 != 3).collect();
-            let wanted = Wanted {
-                events: &all,
-                side,
-                allowed: &allowed,
-            };
-            for limit in NearestLinks::limits(&candidates) {
-                let mut expected = Vec::new();
-                for margin in all
-                    .iter()
-                    .filter_map(|&event| candidates.margin(event, side))
-                {
-                    lengths.insert(margin.window);
-                    for clip in 0..clips.len() {
-                        let windows = Windows::new(&clouds[clip], margin.window);
-                        let parts = candidates.between(&margin, (clip, &windows), Some(&allowed));
-                        let near = parts.into_iter().flatten();
-                        expected.extend(
-                            near.filter(|candidate| candidate.cost <= limit)
-                                .filter_map(|it| candidates.refined(it, margin.window)),
-                        );
-                    }
+            let margins = all.iter().map(|&event| candidates.margin(event, side));
+            let mut naive = |margin: EventMargin| {
+                let mut expected: Vec<Candidate> = Vec::new();
+                for (clip, cloud) in clouds.iter().enumerate() {
+                    let windows = Windows::new(cloud, margin.window);
+                    let parts = candidates.between(&margin, (clip, &windows), Some(&allowed));
+                    expected.extend(parts.into_iter().flatten());
                 }
                 expected.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-                let found = nearest.within(&candidates, wanted, limit);
+                lengths.insert(margin.window);
+                expected
+            };
+            let expected: Vec<Vec<Candidate>> = margins
+                .map(|margin| margin.map_or(Vec::new(), &mut naive))
+                .collect();
+            assert!(expected.iter().any(|links| links.len() > 20));
+            for most in [1, 3, 16, usize::MAX] {
+                let wanted = Wanted {
+                    events: &all,
+                    side,
+                    allowed: &allowed,
+                    most,
+                };
+                let found = nearest.find(&candidates, wanted);
                 let key = |it: &Candidate| (it.link, it.event, it.cost.to_bits());
-                assert!(
-                    found.iter().map(key).eq(expected.iter().map(key)),
-                    "{limit}"
-                );
-                counts.push(found.len());
+                for (found, expected) in found.iter().zip(&expected) {
+                    let expected = expected.iter().take(most).map(key);
+                    assert!(found.iter().map(key).eq(expected), "{most}");
+                }
             }
         }
         assert!(lengths.len() > 1, "no range is short: {lengths:?}");
-        assert!(
-            counts
-                .windows(2)
-                .any(|pair| 0 < pair[0] && pair[0] < pair[1]),
-            "{counts:?}"
-        );
     }
 }

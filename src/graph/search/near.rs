@@ -84,7 +84,7 @@ impl NearSearch<'_> {
 #[derive(Debug)]
 pub(in crate::graph) struct NearWindows {
     projection: Projection,
-    /// Least distance that is asked for, in metres.
+    /// Distance for which the balls are made, in metres.
     least: f32,
     clips: Vec<Features>,
     columns: Vec<usize>,
@@ -95,8 +95,8 @@ pub(in crate::graph) struct NearWindows {
 pub(in crate::graph) struct NearRange(Features);
 
 impl NearWindows {
-    /// Prepares the windows of clips, which have the same joints and windows of one length. `least` is the least distance that is asked
-    /// for, in metres.
+    /// Prepares the windows of clips, which have the same joints and windows of one length. Few pairs are found in vain for
+    /// distances of `least` metres and more.
     pub(in crate::graph) fn new(windows: &[Windows], least: f32, threads: usize) -> Self {
         let projection = Projection::new(&windows.iter().collect::<Vec<_>>());
         Self {
@@ -115,7 +115,7 @@ impl NearWindows {
     }
 
     /// Finds all pairs of a window of `range`, of which there are `rows`, and a window of a clip whose distance is below `limit`, in
-    /// metres, and some others. `limit` is at least the least distance of [`NearWindows::new`].
+    /// metres, and some others.
     pub(in crate::graph) fn find(
         &self,
         (range, rows): (&NearRange, usize),
