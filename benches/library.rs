@@ -37,6 +37,9 @@ const ALL_PAIRS: f64 = 20.0;
 /// Maximum number of evasions of a library.
 const EVASIONS: usize = 500;
 
+/// Memory that a bake may take, in bytes: enough for 10 hours.
+const MEMORY: u64 = 20 << 30;
+
 /// Number of queries that are measured.
 const QUERIES: u64 = 400;
 
@@ -90,7 +93,10 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) {
         clips: &made.clips,
         events: &made.events,
     };
-    let settings = GraphSettings::default();
+    let settings = GraphSettings {
+        memory: MEMORY,
+        ..GraphSettings::default()
+    };
     let started = Instant::now();
     let stage = |name: &str| println!("{name}: at {:.2} s", started.elapsed().as_secs_f64());
     let builder = GraphBuilder::new(source, &settings).unwrap();

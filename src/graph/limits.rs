@@ -8,7 +8,7 @@ impl GraphSettings {
     pub const MEMORY: u64 = 8 << 30;
 
     /// Maximum number of events of all clips. The maps of an event take about 1 MB.
-    pub const MOST_EVENTS: usize = 2048;
+    pub const MOST_EVENTS: usize = 8192;
 
     /// Maximum duration of an event, in seconds.
     pub const LONGEST_EVENT: f64 = 60.0;
