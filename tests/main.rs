@@ -3,6 +3,7 @@
 // The files mirror those of `src`, and a test uses an example's memory.
 #![allow(clippy::module_inception, clippy::duplicate_mod)]
 
+mod anim;
 mod archive;
 mod capi;
 mod character;

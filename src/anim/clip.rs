@@ -2,33 +2,24 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::pose::nlerp;
-use super::rows::{self, Block, LANES, RotationRows};
-use super::{JointId, Pose, Skeleton, SkeletonError};
+use super::moment::{Moment, PlainMoment};
+use super::packed::{CompressionSettings, PackedClip, largest_errors};
+use super::plain::PlainClip;
+use super::{Pose, Skeleton, SkeletonError};
 use crate::math::Isa;
 
-/// An immutable motion of a [`Skeleton`]: poses at a constant frame rate.
+/// An immutable motion of a [`Skeleton`]: poses at a constant frame rate. It is plain, or compressed
+/// ([`Clip::compressed`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "StoredClip")]
 pub struct Clip {
-    desc: ClipDesc,
-    joints: usize,
-    /// Copy of the rotations in the layout that sampling reads.
-    #[serde(skip)]
-    rows: RotationRows,
+    pub(super) frames: Frames,
 }
 
-/// The part of a clip that files store.
-#[derive(Deserialize)]
-struct StoredClip {
-    desc: ClipDesc,
-    joints: usize,
-}
-
-impl From<StoredClip> for Clip {
-    fn from(StoredClip { desc, joints }: StoredClip) -> Self {
-        Self::of(desc, joints)
-    }
+/// Frames of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Frames {
+    Plain(PlainClip),
+    Packed(PackedClip),
 }
 
 /// Data of a [`Clip`].
@@ -99,81 +90,85 @@ pub enum ClipError {
 }
 
 impl Clip {
-    /// Creates a clip after checking `desc` against `skeleton`.
+    /// Creates a plain clip after checking `desc` against `skeleton`.
     ///
     /// # Errors
     /// An array has the wrong length, or a frame of a joint is invalid.
     pub fn new(skeleton: &Skeleton, desc: ClipDesc) -> Result<Self, ClipError> {
-        let (frames, joints) = (desc.roots.len(), skeleton.len());
-        if frames == 0 {
-            return Err(ClipError::Empty(desc.name));
-        }
-        if !(desc.frame_rate.is_finite() && desc.frame_rate > 0.0) {
-            return Err(ClipError::FrameRate {
-                clip: desc.name,
-                rate: desc.frame_rate,
-            });
-        }
-        let expected = frames * joints;
-        let lengths = [
-            ("rotations", desc.rotations.len(), false),
-            ("translations", desc.translations.len(), true),
-        ];
-        for (what, found, may_be_empty) in lengths {
-            if found != expected && !(may_be_empty && found == 0) {
-                return Err(ClipError::Length {
-                    clip: desc.name,
-                    what,
-                    found,
-                    expected,
-                    frames,
-                    joints,
-                });
-            }
-        }
-        let clip = Self::of(desc, joints);
-        match clip.first_bad_value() {
-            Some((frame, joint)) => {
-                let joint = skeleton.joints()[joint].name.clone();
-                Err(ClipError::NotFinite {
-                    clip: clip.desc.name,
-                    frame,
-                    joint,
-                })
-            }
-            None => Ok(clip),
+        let clip = PlainClip::new(desc, skeleton.len());
+        clip.check(skeleton)?;
+        Ok(Self::plain(clip))
+    }
+
+    fn plain(clip: PlainClip) -> Self {
+        Self {
+            frames: Frames::Plain(clip),
         }
     }
 
-    fn of(desc: ClipDesc, joints: usize) -> Self {
-        let rows = RotationRows::new(&desc.rotations, joints);
-        Self { desc, joints, rows }
+    /// Returns the clip in a form that takes about a quarter of the memory. It is sampled in its compressed form. A clip that is
+    /// compressed already, or whose error cannot be held (bones of several metres, half a turn of a joint within one frame), is
+    /// returned as it is.
+    #[must_use]
+    pub fn compressed(&self, skeleton: &Skeleton, settings: &CompressionSettings) -> Self {
+        let Frames::Plain(plain) = &self.frames else {
+            return self.clone();
+        };
+        let packed = (plain.joints == skeleton.len())
+            .then(|| PackedClip::new(skeleton, &plain.desc, settings));
+        let Some(mut packed) = packed.flatten() else {
+            return self.clone();
+        };
+        let decoded = Self {
+            frames: Frames::Packed(packed.clone()),
+        };
+        let errors = largest_errors(skeleton, self, &decoded);
+        if !(errors[0] <= settings.joint_error && errors[1] <= settings.end_error) {
+            return self.clone();
+        }
+        packed.set_errors(errors);
+        Self {
+            frames: Frames::Packed(packed),
+        }
     }
 
-    fn first_bad_value(&self) -> Option<(usize, usize)> {
-        let place = |index: usize| (index / self.joints, index % self.joints);
-        let root = self
-            .desc
-            .roots
-            .iter()
-            .position(|&root| !Skeleton::is_near(root))
-            .map(|frame| (frame, 0));
-        // The comparison is false for NaN.
-        let unit = |q: &Quat| (q.length_squared() - 1.0).abs() < 1e-3;
-        let rotation = self.desc.rotations.iter().position(|q| !unit(q)).map(place);
-        let translation = self
-            .desc
-            .translations
-            .iter()
-            .position(|&t| !Skeleton::is_near(t))
-            .map(place);
-        [root, rotation, translation].into_iter().flatten().min()
+    /// Largest errors that compression has caused, in metres: at the joints, and at the ends ([`CompressionSettings`]). `None` for a
+    /// plain clip.
+    #[must_use]
+    pub fn compression_errors(&self) -> Option<[f32; 2]> {
+        match &self.frames {
+            Frames::Plain(_) => None,
+            Frames::Packed(packed) => Some(packed.errors()),
+        }
+    }
+
+    /// Size of the frames in a file, in bytes: as they are, and as a plain clip.
+    #[must_use]
+    pub fn stored_bytes(&self) -> [usize; 2] {
+        let place = size_of::<Vec3>();
+        let joint = size_of::<Quat>() + if self.moves_joints() { place } else { 0 };
+        let plain = self.frames() * (place + self.joints() * joint);
+        match &self.frames {
+            Frames::Plain(_) => [plain; 2],
+            Frames::Packed(packed) => [packed.stored_bytes(), plain],
+        }
+    }
+
+    /// Whether the clip is sound and of this skeleton: for clips from files.
+    pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
+        match &self.frames {
+            Frames::Plain(plain) => plain.joints == skeleton.len() && plain.check(skeleton).is_ok(),
+            Frames::Packed(packed) => packed.fits(skeleton),
+        }
     }
 
     /// Name, unique among the clips of a set.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.desc.name
+        match &self.frames {
+            Frames::Plain(plain) => &plain.desc.name,
+            Frames::Packed(packed) => packed.name(),
+        }
     }
 
     /// Name for display: words separated by spaces, without the file extension.
@@ -197,43 +192,75 @@ impl Clip {
     /// Frame rate, in frames per second.
     #[must_use]
     pub fn frame_rate(&self) -> f64 {
-        self.desc.frame_rate
+        match &self.frames {
+            Frames::Plain(plain) => plain.desc.frame_rate,
+            Frames::Packed(packed) => packed.frame_rate(),
+        }
     }
 
     /// Number of frames, at least 1.
     #[must_use]
     pub fn frames(&self) -> usize {
-        self.desc.roots.len()
+        match &self.frames {
+            Frames::Plain(plain) => plain.desc.roots.len(),
+            Frames::Packed(packed) => packed.frames(),
+        }
+    }
+
+    /// Number of joints of the skeleton.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        match &self.frames {
+            Frames::Plain(plain) => plain.joints,
+            Frames::Packed(packed) => packed.joints(),
+        }
+    }
+
+    /// Whether the clip has positions for its joints. Otherwise they keep the skeleton's offsets.
+    #[must_use]
+    pub fn moves_joints(&self) -> bool {
+        match &self.frames {
+            Frames::Plain(plain) => !plain.desc.translations.is_empty(),
+            Frames::Packed(packed) => packed.moves_joints(),
+        }
     }
 
     /// Time from the first frame to the last, in seconds. It is 0 for one frame.
     #[must_use]
     pub fn duration(&self) -> f64 {
-        (self.frames() - 1) as f64 / self.desc.frame_rate
+        (self.frames() - 1) as f64 / self.frame_rate()
     }
 
-    /// Data of the clip.
+    /// Copies all frames. [`Clip::pose`] reads a single one.
     #[must_use]
-    pub fn desc(&self) -> &ClipDesc {
-        &self.desc
+    pub fn desc(&self) -> ClipDesc {
+        if let Frames::Plain(plain) = &self.frames {
+            return plain.desc.clone();
+        }
+        let mut desc = ClipDesc {
+            name: self.name().to_owned(),
+            frame_rate: self.frame_rate(),
+            roots: Vec::with_capacity(self.frames()),
+            rotations: Vec::with_capacity(self.frames() * self.joints()),
+            translations: Vec::new(),
+        };
+        let mut pose = Pose::default();
+        for frame in 0..self.frames() {
+            self.pose(frame, &mut pose);
+            desc.push(&pose);
+        }
+        desc
     }
 
     /// Writes the pose of one frame to `out`.
     pub fn pose(&self, frame: usize, out: &mut Pose) {
-        let range = frame * self.joints..(frame + 1) * self.joints;
-        out.root = self.desc.roots[frame];
-        out.rotations.clear();
-        out.rotations
-            .extend_from_slice(&self.desc.rotations[range.clone()]);
-        out.translations.clear();
-        out.translations
-            .extend_from_slice(self.desc.translations.get(range).unwrap_or(&[]));
+        self.moment(frame, 0.0).pose(Isa::best(), out);
     }
 
     /// Position of the root in one frame.
     #[must_use]
     pub fn root(&self, frame: usize) -> Vec3 {
-        self.desc.roots[frame]
+        self.moment(frame, 0.0).root()
     }
 
     /// Position of the root in the pose of [`Clip::sample`].
@@ -245,22 +272,13 @@ impl Clip {
     /// Writes the pose at a fractional frame to `out`. The root is interpolated linearly, rotations
     /// along the shorter arc. Frames before the first and after the last are clamped.
     pub fn sample(&self, frame: f32, out: &mut Pose) {
-        let moment = self.at(frame);
-        self.pose(moment.lower, out);
-        if moment.weight > 0.0 {
-            out.root = moment.root();
-            Isa::best().run(
-                #[inline(always)]
-                || {
-                    for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
-                        rows::unpack(&moment.block(index), part);
-                    }
-                },
-            );
-            for (index, translation) in out.translations.iter_mut().enumerate() {
-                *translation = moment.translation(index).unwrap_or(*translation);
-            }
-        }
+        self.sample_on(Isa::best(), frame, out);
+    }
+
+    /// [`Clip::sample`] with an instruction set. All give the same bits.
+    #[doc(hidden)]
+    pub fn sample_on(&self, isa: Isa, frame: f32, out: &mut Pose) {
+        self.at(frame).pose(isa, out);
     }
 
     /// Moment at a fractional frame, from which single joints can be read.
@@ -274,10 +292,17 @@ impl Clip {
         } else {
             0.0
         };
-        Moment {
-            clip: self,
-            lower,
-            weight,
+        self.moment(lower, weight)
+    }
+
+    fn moment(&self, lower: usize, weight: f32) -> Moment<'_> {
+        match &self.frames {
+            Frames::Plain(plain) => Moment::Plain(PlainMoment {
+                clip: plain,
+                lower,
+                weight,
+            }),
+            Frames::Packed(packed) => Moment::Packed(packed.at(lower, weight)),
         }
     }
 
@@ -289,108 +314,43 @@ impl Clip {
     pub fn resampled(&self, frame_rate: f64) -> Result<Self, ClipError> {
         if !(frame_rate.is_finite() && frame_rate > 0.0) {
             return Err(ClipError::FrameRate {
-                clip: self.desc.name.clone(),
+                clip: self.name().to_owned(),
                 rate: frame_rate,
             });
         }
-        if (frame_rate / self.desc.frame_rate - 1.0).abs() < 1e-4 {
+        if (frame_rate / self.frame_rate() - 1.0).abs() < 1e-4 {
             let mut same = self.clone();
-            same.desc.frame_rate = frame_rate;
+            match &mut same.frames {
+                Frames::Plain(plain) => plain.desc.frame_rate = frame_rate,
+                Frames::Packed(packed) => packed.set_frame_rate(frame_rate),
+            }
             return Ok(same);
         }
         // Files store frame times with few digits. The tolerance keeps a last frame that rounding
         // would lose.
         let frames = (self.duration() * frame_rate + 1e-3).floor() as usize + 1;
         let mut desc = ClipDesc {
-            name: self.desc.name.clone(),
+            name: self.name().to_owned(),
             frame_rate,
             roots: Vec::with_capacity(frames),
-            rotations: Vec::with_capacity(frames * self.joints),
+            rotations: Vec::with_capacity(frames * self.joints()),
             translations: Vec::new(),
         };
         let mut pose = Pose::default();
         for frame in 0..frames {
-            let source = frame as f64 / frame_rate * self.desc.frame_rate;
+            let source = frame as f64 / frame_rate * self.frame_rate();
             self.sample(source as f32, &mut pose);
-            desc.roots.push(pose.root);
-            desc.rotations.extend_from_slice(&pose.rotations);
-            desc.translations.extend_from_slice(&pose.translations);
+            desc.push(&pose);
         }
-        Ok(Self::of(desc, self.joints))
+        Ok(Self::plain(PlainClip::new(desc, self.joints())))
     }
 }
 
-/// A moment of a clip. It gives the values of [`Clip::sample`] joint by joint, without computing
-/// the whole pose.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment<'a> {
-    clip: &'a Clip,
-    /// Frame at or before the moment.
-    lower: usize,
-    /// Weight of the next frame, 0 at the last frame.
-    weight: f32,
-}
-
-impl Moment<'_> {
-    #[inline]
-    pub(crate) fn root(&self) -> Vec3 {
-        let roots = &self.clip.desc.roots[self.lower..];
-        match self.weight {
-            0.0 => roots[0],
-            weight => roots[0].lerp(roots[1], weight),
-        }
-    }
-
-    #[inline]
-    pub(crate) fn rotation(&self, joint: usize) -> Quat {
-        let rotations = &self.clip.desc.rotations[self.lower * self.clip.joints + joint..];
-        match self.weight {
-            0.0 => rotations[0],
-            weight => nlerp(rotations[0], rotations[self.clip.joints], weight),
-        }
-    }
-
-    /// Rotations of 16 joints, from joint `16 * index` on.
-    #[inline(always)]
-    pub(crate) fn block(&self, index: usize) -> Block {
-        let here = self.clip.rows.frame(self.lower)[index];
-        match self.weight {
-            0.0 => here,
-            weight => rows::nlerp(&here, &self.clip.rows.frame(self.lower + 1)[index], weight),
-        }
-    }
-
-    /// Position of a joint in its parent's frame, or `None` if the skeleton's offset applies.
-    #[inline]
-    pub(crate) fn translation(&self, joint: usize) -> Option<Vec3> {
-        let translations = self
-            .clip
-            .desc
-            .translations
-            .get(self.lower * self.clip.joints + joint..)?;
-        let here = *translations.first()?;
-        Some(match self.weight {
-            0.0 => here,
-            weight => here.lerp(translations[self.clip.joints], weight),
-        })
-    }
-
-    /// Rotation and position of a joint in its parent's frame. The root's are in the space of the
-    /// clip.
-    #[inline]
-    pub(crate) fn local(&self, skeleton: &Skeleton, id: JointId) -> (Quat, Vec3) {
-        let index = id.index();
-        let place = match id {
-            JointId::ROOT => self.root(),
-            _ => self
-                .translation(index)
-                .unwrap_or_else(|| skeleton.joint(id).offset),
-        };
-        (self.rotation(index), place)
-    }
-
-    /// Whether the clip has translations for its joints.
-    pub(crate) fn moves_joints(&self) -> bool {
-        !self.clip.desc.translations.is_empty()
+impl ClipDesc {
+    /// Appends a frame.
+    fn push(&mut self, pose: &Pose) {
+        self.roots.push(pose.root);
+        self.rotations.extend_from_slice(&pose.rotations);
+        self.translations.extend_from_slice(&pose.translations);
     }
 }

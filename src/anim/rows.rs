@@ -10,8 +10,11 @@ use glam::Quat;
 /// Number of joints in a block.
 pub(crate) const LANES: usize = 16;
 
-/// Rotations of 16 joints: rows of x, y, z and w.
-pub(crate) type Block = [[f32; LANES]; 4];
+/// Rotations of several joints: rows of x, y, z and w.
+pub(crate) type Rows<const N: usize> = [[f32; N]; 4];
+
+/// Rotations of 16 joints.
+pub(crate) type Block = Rows<LANES>;
 
 /// Rotations of all frames of a clip, `[frame][block]`. Unused lanes hold the identity.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,9 +61,9 @@ pub(crate) fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
 
 /// Normalised linear interpolation along the shorter arc, lane by lane.
 #[inline(always)]
-pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
+pub(super) fn nlerp<const N: usize>(a: &Rows<N>, b: &Rows<N>, weight: f32) -> Rows<N> {
     let mut out = *a;
-    for lane in 0..LANES {
+    for lane in 0..N {
         let weight = if dot(a, b, lane) < 0.0 {
             -weight
         } else {
@@ -93,9 +96,9 @@ impl Slerp {
     /// Interpolates lane by lane. The error is at most a thousandth of a degree between rotations
     /// that differ by a quarter turn.
     #[inline(always)]
-    pub(crate) fn between(&self, a: &Block, b: &Block) -> Block {
+    pub(crate) fn between<const N: usize>(&self, a: &Rows<N>, b: &Rows<N>) -> Rows<N> {
         let mut out = *a;
-        for lane in 0..LANES {
+        for lane in 0..N {
             let cosine = dot(a, b, lane);
             let below = cosine.abs() - 1.0;
             let [of_a, of_b] = [self.series[0].at(below), self.series[1].at(below)];
@@ -147,16 +150,16 @@ impl Series {
 }
 
 #[inline(always)]
-fn dot(a: &Block, b: &Block, lane: usize) -> f32 {
+fn dot<const N: usize>(a: &Rows<N>, b: &Rows<N>, lane: usize) -> f32 {
     let part = |row: usize| a[row][lane] * b[row][lane];
     (part(0) + part(1)) + (part(2) + part(3))
 }
 
 #[inline(always)]
-fn normalized(block: &Block) -> Block {
-    let mut out = *block;
-    for lane in 0..LANES {
-        let scale = 1.0 / dot(block, block, lane).sqrt();
+fn normalized<const N: usize>(rows: &Rows<N>) -> Rows<N> {
+    let mut out = *rows;
+    for lane in 0..N {
+        let scale = 1.0 / dot(rows, rows, lane).sqrt();
         for row in &mut out {
             row[lane] *= scale;
         }

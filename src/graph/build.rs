@@ -16,7 +16,7 @@ use super::{
     BuildReport, ClipId, Edge, EdgeMotion, EventId, Feet, GraphError, GraphEvent, GraphSettings,
     MotionGraph, Node, NodeId, PointCloud, Transition, events,
 };
-use crate::anim::{Clip, Skeleton};
+use crate::anim::{Clip, ClipError, Skeleton};
 use crate::math::{in_parallel, thread_count};
 
 /// Builds a motion graph from `source`.
@@ -67,11 +67,7 @@ impl<'a> GraphBuilder<'a> {
         let weights = settings.checked_weights(source.skeleton.len())?;
         check_joints(source)?;
         settings.check_size(source)?;
-        let clips: Vec<Clip> = source
-            .clips
-            .iter()
-            .map(|clip| clip.resampled(settings.frame_rate))
-            .collect::<Result<_, _>>()?;
+        let clips = clips(source, settings)?;
         let events = events::in_frames(source, &clips, settings.frame_rate)?;
         let clouds: Vec<PointCloud> = clips
             .iter()
@@ -259,10 +255,23 @@ impl<'a> GraphBuilder<'a> {
     }
 }
 
+/// The clips at the graph's frame rate, compressed if the settings say so.
+fn clips(source: ClipSource<'_>, settings: &GraphSettings) -> Result<Vec<Clip>, ClipError> {
+    let _span = tracing::trace_span!("bake: compress clips").entered();
+    let clips = in_parallel(settings.threads, source.clips.len(), |index| {
+        let clip = source.clips[index].resampled(settings.frame_rate)?;
+        Ok(match &settings.compression {
+            Some(compression) => clip.compressed(source.skeleton, compression),
+            None => clip,
+        })
+    });
+    clips.into_iter().collect()
+}
+
 fn check_joints(source: ClipSource<'_>) -> Result<(), GraphError> {
     let joints = source.skeleton.len();
     for clip in source.clips {
-        let found = clip.desc().rotations.len() / clip.frames();
+        let found = clip.joints();
         if found != joints {
             return Err(GraphError::ClipJoints {
                 clip: clip.name().to_owned(),

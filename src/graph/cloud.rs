@@ -28,8 +28,8 @@ impl PointCloud {
     pub fn new(skeleton: &Skeleton, clip: &Clip, weights: &[f32]) -> Self {
         let (frames, joints) = (clip.frames(), skeleton.len());
         let total: f32 = weights.iter().sum();
-        let roots = &clip.desc().roots;
-        let mean = roots.iter().sum::<Vec3>() / frames as f32;
+        let roots = (0..frames).map(|frame| clip.root(frame));
+        let mean = roots.sum::<Vec3>() / frames as f32;
         let centre = Vec3::new(mean.x, 0.0, mean.z);
         let zeros = vec![0.0; frames * joints];
         let mut cloud = Self {

@@ -4,7 +4,11 @@
 use glam::{Quat, Vec3};
 
 use super::{ClipId, Edge, EdgeId, EdgeMotion, MotionGraph, blend_weight};
-use crate::anim::{Block, Chain, JointId, LANES, Moment, Pose, Skeleton, Slerp, slerp, unpack};
+use crate::anim::{
+    Chain, JointId, LANES, Moment, PackedMoment, Pose, Rows, Skeleton, Slerp, scatter, slerp,
+    unpack,
+};
+use crate::math::code_rows::{RowKernel, RowReader};
 use crate::math::{Isa, Rigid2};
 
 /// Both sides of a transition at one moment, in the space of the source's clip.
@@ -91,16 +95,9 @@ impl<'a> Sides<'a> {
     /// Writes the pose of the blend to `out`.
     fn pose(&self, out: &mut Pose) {
         out.root = self.root();
+        out.rotations.clear();
         out.rotations.resize(self.skeleton.len(), Quat::IDENTITY);
-        let slerp = Slerp::new(self.weight);
-        Isa::best().run(
-            #[inline(always)]
-            || {
-                for (index, part) in out.rotations.chunks_mut(LANES).enumerate() {
-                    unpack(&self.block(index, &slerp), part);
-                }
-            },
-        );
+        self.rotations(&mut out.rotations);
         out.translations.clear();
         // If only one of the clips moves joints, the other side uses the skeleton's offsets.
         if self.source.moves_joints() || self.target.moves_joints() {
@@ -110,18 +107,75 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// Blended rotations of 16 joints.
-    #[inline(always)]
-    fn block(&self, index: usize, slerp: &Slerp) -> Block {
-        let (source, mut target) = (self.source.block(index), self.target.block(index));
-        if index == 0 {
-            let [x, y, z, w] = target.map(|row| row[0]);
-            let turned = (self.turn * Quat::from_xyzw(x, y, z, w)).normalize();
-            for (row, value) in target.iter_mut().zip(turned.to_array()) {
-                row[0] = value;
+    /// Writes the blended rotations. End sites keep what they have.
+    fn rotations(&self, out: &mut [Quat]) {
+        let slerp = Slerp::new(self.weight);
+        match (&self.source, &self.target) {
+            (Moment::Plain(source), Moment::Plain(target)) => Isa::best().run(
+                #[inline(always)]
+                || {
+                    for (index, part) in out.chunks_mut(LANES).enumerate() {
+                        let (source, mut target) = (source.block(index), target.block(index));
+                        if index == 0 {
+                            self.turn_lane(&mut target, 0);
+                        }
+                        unpack(&slerp.between(&source, &target), part);
+                    }
+                },
+            ),
+            (Moment::Packed(source), Moment::Packed(target))
+                if source.lanes() == target.lanes() =>
+            {
+                Isa::best().read_rows(BlendedGroups {
+                    sides: self,
+                    moments: [source, target],
+                    slerp,
+                    out,
+                });
+            }
+            // Clips of one graph have one layout, but for those that could not be compressed.
+            _ => {
+                let blend = self.blend();
+                for (id, rotation) in self.skeleton.ids().zip(out) {
+                    *rotation = (blend.local)(id).0;
+                }
             }
         }
-        slerp.between(&source, &target)
+    }
+
+    /// Turns the root's rotation on the target's side to the source's space.
+    #[inline(always)]
+    fn turn_lane<const N: usize>(&self, target: &mut Rows<N>, lane: usize) {
+        let [x, y, z, w] = target.map(|row| row[lane]);
+        let turned = (self.turn * Quat::from_xyzw(x, y, z, w)).normalize();
+        for (row, value) in target.iter_mut().zip(turned.to_array()) {
+            row[lane] = value;
+        }
+    }
+}
+
+/// Writes the blended rotations of two compressed moments with the same lanes.
+struct BlendedGroups<'a, 's> {
+    sides: &'a Sides<'s>,
+    moments: [&'a PackedMoment<'s>; 2],
+    slerp: Slerp,
+    out: &'a mut [Quat],
+}
+
+impl RowKernel for BlendedGroups<'_, '_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<R: RowReader>(self, reader: R) {
+        let [mut sources, mut targets] = self.moments.map(|moment| moment.groups(reader));
+        for lanes in self.moments[0].lanes().chunks(LANES) {
+            let source = sources.next_block(lanes.len());
+            let mut target = targets.next_block(lanes.len());
+            if let Some(lane) = lanes.iter().position(|&joint| joint == 0) {
+                self.sides.turn_lane(&mut target, lane);
+            }
+            scatter(&self.slerp.between(&source, &target), lanes, self.out);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{FeetSettings, GraphError, LinkSettings};
+use crate::anim::CompressionSettings;
 
 /// Settings of a graph build.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +23,9 @@ pub struct GraphSettings {
     /// Settings of links: transitions with a looser threshold that bring evasions within reach.
     /// `None` builds a graph of the transitions under `threshold` alone.
     pub links: Option<LinkSettings>,
+    /// Largest errors that compressing the clips may cause. `None` keeps them plain. The graph is built from the decoded
+    /// clips. Default 0.1 mm at the joints and 0.3 mm at the ends.
+    pub compression: Option<CompressionSettings>,
     /// Number of threads for the distance maps, or 0 for one thread per CPU core. The graph does
     /// not depend on it.
     pub threads: usize,
@@ -40,6 +44,7 @@ impl Default for GraphSettings {
             joint_weights: Vec::new(),
             feet: FeetSettings::default(),
             links: Some(LinkSettings::default()),
+            compression: Some(CompressionSettings::default()),
             threads: 0,
             memory: Self::MEMORY,
         }
@@ -61,6 +66,9 @@ impl GraphSettings {
     /// The first setting that is out of range.
     pub(super) fn checked_weights(&self, joints: usize) -> Result<Vec<f32>, GraphError> {
         let threshold = f64::from(self.threshold);
+        let compression = self.compression.unwrap_or_default();
+        let [joint_error, end_error] =
+            [compression.joint_error, compression.end_error].map(f64::from);
         let ranges = [
             (
                 "frame_rate",
@@ -71,6 +79,8 @@ impl GraphSettings {
             ("window", self.window, 0.0..=10.0, "0 to 10 s"),
             ("separation", self.separation, 0.0..=60.0, "0 to 60 s"),
             ("threshold", threshold, 1e-6..=1e3, "0.000001 to 1000 m"),
+            ("joint_error", joint_error, 1e-6..=1.0, "0.000001 to 1 m"),
+            ("end_error", end_error, 1e-6..=1.0, "0.000001 to 1 m"),
         ];
         for (name, value, allowed, range) in ranges.into_iter().chain(self.feet.ranges()) {
             if !allowed.contains(&value) {

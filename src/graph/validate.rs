@@ -19,10 +19,8 @@ impl MotionGraph {
                 .map_or(0, |clip| clip.frames() as u32)
         };
         let joints = self.skeleton.len();
-        let clip_ok = |clip: &Clip| {
-            clip.frame_rate() == self.frame_rate
-                && Clip::new(&self.skeleton, clip.desc().clone()).is_ok_and(|same| same == *clip)
-        };
+        let clip_ok =
+            |clip: &Clip| clip.frame_rate() == self.frame_rate && clip.is_sound(&self.skeleton);
         let event_ok = |e: &GraphEvent| {
             e.first < e.last
                 && e.last < frames(e.clip)

@@ -18,7 +18,7 @@ impl Level {
         let mut desc = ClipDesc {
             name: clip.name().to_owned(),
             frame_rate: clip.frame_rate(),
-            roots: clip.desc().roots.clone(),
+            roots: (0..clip.frames()).map(|frame| clip.root(frame)).collect(),
             rotations: Vec::with_capacity(entries),
             translations: Vec::with_capacity(entries),
         };

@@ -88,7 +88,7 @@ impl LevelMotion {
 }
 
 pub(super) fn check(skeleton: &Skeleton, clip: &Clip) -> Result<(), LodError> {
-    let found = clip.desc().rotations.len() / clip.frames();
+    let found = clip.joints();
     if found == skeleton.len() {
         return Ok(());
     }

@@ -2,7 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{BodySphere, Prop};
-use crate::anim::{Clip, JointId, JointKind, JointTransform, Skeleton};
+use crate::anim::{Clip, JointId, JointKind, JointTransform, Pose, Skeleton};
 
 /// The body as spheres on its bones, with the props that it holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -141,10 +141,18 @@ impl Body {
             .iter()
             .map(|joint| joint.offset.length())
             .collect();
+        let mut pose = Pose::default();
         for clip in clips {
-            for (index, translation) in clip.desc().translations.iter().enumerate() {
-                let bone = &mut bones[index % skeleton.len()];
-                *bone = bone.max(translation.length());
+            let frames = if clip.moves_joints() {
+                clip.frames()
+            } else {
+                0
+            };
+            for frame in 0..frames {
+                clip.pose(frame, &mut pose);
+                for (bone, translation) in bones.iter_mut().zip(&pose.translations) {
+                    *bone = bone.max(translation.length());
+                }
             }
         }
         let chain = |joint| -> f32 {

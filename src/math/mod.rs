@@ -1,5 +1,6 @@
 //! Rigid transforms of the ground plane; the choice of an instruction set; lanes; threads; rounding.
 
+pub(crate) mod code_rows;
 mod isa;
 pub(crate) mod lanes;
 mod parallel;

@@ -132,10 +132,7 @@ fn as_clip(graph: &MotionGraph, (motion, seconds): &(Motion, f32)) -> Result<Cli
         rotations: Vec::new(),
         translations: Vec::new(),
     };
-    let moving_joints = graph
-        .clips()
-        .iter()
-        .any(|clip| !clip.desc().translations.is_empty());
+    let moving_joints = graph.clips().iter().any(|clip| clip.moves_joints());
     let mut pose = Pose::default();
     for frame in 0..=(seconds * SAMPLE_RATE).ceil() as usize {
         motion.sample(graph, frame as f32 / SAMPLE_RATE, &mut pose);

@@ -171,7 +171,7 @@ impl Mirror {
             roots,
             rotations,
             translations,
-        } = clip.desc();
+        } = &clip.desc();
         let joints = self.twins.len();
         let twin = |index: usize| {
             let (frame, joint) = (index / joints, index % joints);

@@ -63,7 +63,7 @@ impl Up {
             roots,
             rotations,
             translations,
-        } = clip.desc();
+        } = &clip.desc();
         let places = |places: &[Vec3]| places.iter().map(|&place| turn * place).collect();
         let rotations = rotations
             .iter()

@@ -413,7 +413,8 @@ fn sparse_accessors_replace_elements_of_a_view_or_of_zeros() {
             }
             let document = builder.document(Channel::new("translation", "STEP", [times, places]));
             let (_, clip) = clip_of(&document);
-            let arms = clip.desc().translations.chunks(2).map(|pair| pair[1].y);
+            let places = clip.desc().translations;
+            let arms = places.chunks(2).map(|pair| pair[1].y);
             assert_eq!(arms.collect::<Vec<_>>(), expected, "{component} {has_view}");
         }
     }

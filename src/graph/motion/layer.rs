@@ -100,14 +100,14 @@ impl Layer {
         if weight <= 0.0 {
             return;
         }
-        let (rig, skeleton) = (graph.rig(), graph.skeleton());
+        let rig = graph.rig();
         let moment = graph.clip(self.clip).at(self.frame_at(graph, seconds));
-        for id in skeleton.ids() {
-            if rig.part(id).is_above_pelvis() {
-                let rotation = &mut pose.rotations[id.index()];
-                *rotation = slerp(*rotation, moment.rotation(id.index()), weight);
+        moment.each_rotation(|joint, wanted| {
+            if rig.part(JointId(joint as u16)).is_above_pelvis() {
+                let rotation = &mut pose.rotations[joint];
+                *rotation = slerp(*rotation, wanted, weight);
             }
-        }
+        });
         let pelvis = pose.rotations[JointId::ROOT.index()];
         rig.turn_spine(tilt(pelvis, &moment) * weight, pose);
     }

@@ -126,7 +126,7 @@ impl MotionFile {
             "unit_found": reason(scale.found),
             "notes": self.notes,
             "stature": self.stature,
-            "moves_joints": !clip.desc().translations.is_empty(),
+            "moves_joints": clip.moves_joints(),
             "skeleton": joints,
             "clips": clips,
         })

@@ -69,7 +69,7 @@ impl Report {
         let levels = self.levels.levels.iter().enumerate();
         levels
             .map(|(index, level)| {
-                let mut desc = level.drawn(skeleton, clip)?.desc().clone();
+                let mut desc = level.drawn(skeleton, clip)?.desc();
                 desc.name = match level.removed {
                     Some(_) => format!("level {index}, without {}", self.name(level)),
                     None => "level 0".to_owned(),

@@ -7,6 +7,7 @@ mod answer_folder;
 mod bake;
 mod cancel;
 mod chart;
+mod clip_sizes;
 mod compare;
 mod coverage;
 mod coverage_by_time;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sabaki::anim::EventKind;
+use sabaki::anim::{CompressionSettings, EventKind};
 use sabaki::archive;
 use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
 use sabaki::internal::{GraphBuilder, SearchProgress, TransitionList};
@@ -11,6 +11,7 @@ use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
 use serde_json::{Value, json};
 
+use super::clip_sizes::ClipSizes;
 use super::figure::{Figure, FigureArgs};
 use super::maps::MapArgs;
 use super::{Failure, cancel, output};
@@ -71,6 +72,10 @@ pub(crate) struct ClipArgs {
     /// metres.
     #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
     pub(crate) threshold: f32,
+    /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
+    /// leaves the clips as they are.
+    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1)]
+    pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
     #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
     pub(crate) memory: f64,
@@ -84,9 +89,18 @@ impl ClipArgs {
     fn graph_settings(&self) -> GraphSettings {
         GraphSettings {
             threshold: self.threshold,
+            compression: self.compression(),
             memory: (self.memory * GB) as u64,
             ..GraphSettings::default()
         }
+    }
+
+    fn compression(&self) -> Option<CompressionSettings> {
+        let joint_error = 1e-3 * self.clip_error;
+        (self.clip_error != 0.0).then_some(CompressionSettings {
+            joint_error,
+            end_error: 3.0 * joint_error,
+        })
     }
 
     /// All files and folders that are read.
@@ -393,6 +407,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
             "1.5": baked.graph.responsive_share(1.5),
         },
     });
+    value["clip_bytes"] = ClipSizes::of(graph).to_json();
     let entries = baked.graph.entry_report();
     value["entries"] = json!(entries);
     value["entries"]["share"] = json!(entries.share());
@@ -423,6 +438,7 @@ pub(crate) fn describe(baked: &Baked) -> String {
         ),
         None => format!("{} clips; {kept}", graph.clips().len()),
     });
+    line(ClipSizes::of(graph).text());
     line(format!(
         "{} nodes, {} edges ({} of them transitions)",
         graph.nodes().len(),

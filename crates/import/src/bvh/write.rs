@@ -27,7 +27,7 @@ pub fn write(
     let mut writer = Writer {
         out,
         skeleton,
-        moves_joints: !clip.desc().translations.is_empty(),
+        moves_joints: clip.moves_joints(),
         units_per_metre: 1.0 / metres_per_unit,
     };
     let order = writer.hierarchy()?;

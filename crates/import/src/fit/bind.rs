@@ -41,7 +41,7 @@ impl<'a> BindPose<'a> {
     /// # Errors
     /// The clip has no such frame.
     pub fn of_frame(skeleton: &'a Skeleton, clip: &Clip, frame: usize) -> Result<Self, FitError> {
-        if frame >= clip.frames() || clip.desc().rotations.len() != clip.frames() * skeleton.len() {
+        if frame >= clip.frames() || clip.joints() != skeleton.len() {
             let (clip, frames) = (clip.name().to_owned(), clip.frames());
             return Err(FitError::NoFrame {
                 clip,

@@ -146,7 +146,7 @@ impl GltfFile {
         metres_per_unit: f64,
     ) -> Result<(Skeleton, Clip), MotionError> {
         let skeleton = self.scaled_skeleton(metres_per_unit)?;
-        let mut desc = animation.clip.desc().clone();
+        let mut desc = animation.clip.desc();
         name.clone_into(&mut desc.name);
         for place in desc.roots.iter_mut().chain(&mut desc.translations) {
             *place = (place.as_dvec3() * metres_per_unit).as_vec3();

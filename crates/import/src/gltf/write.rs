@@ -61,7 +61,7 @@ pub fn write_labelled(out: &mut impl Write, source: ClipSource<'_>) -> Result<()
     let binds = buffer.floats("MAT4", binds.flatten());
     let mut animations = Vec::new();
     for clip in clips {
-        if clip.desc().rotations.len() != clip.frames() * skeleton.len() {
+        if clip.joints() != skeleton.len() {
             let what = format!("clip \"{}\" is of another skeleton", clip.name());
             return Err(Error::new(ErrorKind::InvalidInput, what));
         }
@@ -148,7 +148,7 @@ fn nodes(skeleton: &Skeleton, first: Option<&Clip>) -> Vec<Value> {
             children[parent.index()].push(id.0);
         }
     }
-    let root = first.map_or(Vec3::ZERO, |clip| clip.desc().roots[0]);
+    let root = first.map_or(Vec3::ZERO, |clip| clip.root(0));
     let pairs = skeleton.joints().iter().zip(children);
     let node = |(joint, children): (&sabaki::anim::Joint, Vec<u16>)| {
         let place = if joint.parent.is_some() {

@@ -1,0 +1,2 @@
+//! Tests of `sabaki::anim`.
+mod compressed;
