@@ -5,6 +5,7 @@ use super::error::shortened;
 use super::file::clip_name;
 use super::motion_file::{ENDINGS, MotionFile, ends_with};
 use super::read::check;
+use super::retarget::Obstacle;
 use super::warnings::clip_warnings;
 use super::{
     ClipEvents, EventEntry, EventsFile, LengthUnit, LoadedClip, ReadError, ReadOptions, Scale,
@@ -71,12 +72,13 @@ pub fn read_clips(
         (Some(used), Some(first)) if options.retarget => {
             retarget_others(loaded, (used, first), &mut failed)
         }
+        (Some(used), Some(first)) => {
+            let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
+            failed.extend(others.iter().map(|other| other.differs(used, first)));
+            loaded
+        }
         _ => loaded,
     };
-    let (loaded, others): (Vec<_>, Vec<_>) = loaded.into_iter().partition(is_used);
-    if let (Some(used), Some(first)) = (&used, first_path) {
-        failed.extend(others.iter().map(|other| other.differs(used, first)));
-    }
     failed.sort_by_key(|failed| failed.file);
     failed.dedup_by_key(|failed| failed.file);
     let names: Vec<String> = failed
@@ -266,23 +268,39 @@ fn retarget_others<'a>(
     (used, first): (&Skeleton, &Path),
     failed: &mut Vec<Failed>,
 ) -> Vec<Loaded<'a>> {
+    let retargeted = in_parallel(0, loaded.len(), |index| {
+        let motion = &loaded[index].motion;
+        let is_other = !used.differences(&motion.skeleton).is_empty();
+        is_other.then(|| motion.retargeted(used))
+    });
     let mut kept = Vec::new();
-    for Loaded { path, file, motion } in loaded {
-        if used.differences(&motion.skeleton).is_empty() {
-            kept.push(Loaded { path, file, motion });
-            continue;
-        }
-        match motion.retargeted(used) {
-            Ok(motion) => kept.push(Loaded { path, file, motion }),
-            Err(missing) => failed.push(Failed {
-                file,
-                error: ReadError::NotRetargeted {
-                    path: path.clone(),
-                    first: first.to_owned(),
-                    missing,
-                },
-            }),
-        }
+    for (mut one, retargeted) in loaded.into_iter().zip(retargeted) {
+        let error = match retargeted {
+            None => {
+                kept.push(one);
+                continue;
+            }
+            Some(Ok((clip, note))) => {
+                one.motion.skeleton = used.clone();
+                one.motion.clip = clip;
+                one.motion.notes.push(note);
+                kept.push(one);
+                continue;
+            }
+            Some(Err(Obstacle::Missing(missing))) => ReadError::NotRetargeted {
+                path: one.path.clone(),
+                first: first.to_owned(),
+                missing,
+            },
+            Some(Err(Obstacle::Clip(error))) => ReadError::Retargeted {
+                path: one.path.clone(),
+                error,
+            },
+        };
+        failed.push(Failed {
+            file: one.file,
+            error,
+        });
     }
     kept
 }

@@ -14,7 +14,8 @@ use std::collections::HashMap;
 
 use glam::{Mat3, Quat, Vec3};
 use sabaki::anim::{
-    Clip, ClipDesc, JointId, JointKind, JointTransform, Pose, Skeleton, forward_kinematics,
+    Clip, ClipDesc, ClipError, JointId, JointKind, JointTransform, Pose, Skeleton,
+    forward_kinematics,
 };
 
 use super::loaded_clip::LoadedClip;
@@ -38,12 +39,17 @@ struct Cost {
     most: f32,
 }
 
+/// Why a motion cannot be put on another skeleton.
+pub(super) enum Obstacle {
+    /// Names of the moving joints that the file does not have: more than a quarter.
+    Missing(Vec<String>),
+    /// The motion is invalid there.
+    Clip(ClipError),
+}
+
 impl LoadedClip {
-    /// The motion on another skeleton, with a note that says what this costs.
-    ///
-    /// # Errors
-    /// Names of the moving joints of `to` that the file does not have, if they are more than a quarter.
-    pub(super) fn retargeted(mut self, to: &Skeleton) -> Result<Self, Vec<String>> {
+    /// The motion on another skeleton, and a note that says what this costs.
+    pub(super) fn retargeted(&self, to: &Skeleton) -> Result<(Clip, String), Obstacle> {
         let retargeter = Retargeter::new(&self.skeleton, to);
         let moving = |id: &JointId| to.joint(*id).kind == JointKind::Moving;
         let is_missing = |id: &JointId| retargeter.twin(*id).is_none();
@@ -53,26 +59,21 @@ impl LoadedClip {
             .collect();
         let found = all - missing.len();
         if (found as f32) < LEAST_FOUND * all as f32 {
-            return Err(missing);
+            return Err(Obstacle::Missing(missing));
         }
         let scale = retargeter.scale(&self.clip);
         let (desc, cost) = retargeter.motion(&self.clip, scale);
-        // The rotations are products of unit quaternions, and the root is near if the file's is.
-        let Ok(clip) = Clip::new(to, desc) else {
-            return Err(missing);
-        };
+        let clip = Clip::new(to, desc).map_err(Obstacle::Clip)?;
         let rest = match missing.is_empty() {
             true => String::new(),
             false => format!("; not in the file: {}", missing.join(", ")),
         };
-        self.notes.push(format!(
+        let note = format!(
             "retargeted: {found} of {all} joints by name, its size times {scale:.3}; joints are {:.1} cm from where its own bones would have them on average, {:.1} cm at most{rest}",
             100.0 * cost.mean,
             100.0 * cost.most
-        ));
-        self.skeleton = to.clone();
-        self.clip = clip;
-        Ok(self)
+        );
+        Ok((clip, note))
     }
 }
 

@@ -159,6 +159,29 @@ fn captures_by_others_walk_on_the_same_skeleton() {
 }
 
 #[test]
+fn a_motion_that_ends_too_far_away_is_refused_with_that_reason() {
+    let Some((files, _)) = captures() else { return };
+    let plain = read_clips(&files, None, &ReadOptions::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let far = folder.path().join("far.bvh");
+    let (other, clip) = disguised(&plain.skeleton, &plain.clips[0], 0.5);
+    let mut desc = clip.desc().clone();
+    desc.roots.iter_mut().for_each(|root| root.x += 600e3);
+    write(&far, &other, &Clip::new(&other, desc).unwrap());
+    let paths = [files[0].clone(), files[1].clone(), far.clone()];
+    let centimetres = ReadOptions {
+        scale: Some(0.01),
+        ..RETARGET
+    };
+    let refused = read_clips(&paths, None, &centimetres).unwrap_err();
+    let ReadError::Retargeted { path, error } = &refused else {
+        panic!("{refused}");
+    };
+    assert_eq!(path, &far);
+    assert!(error.to_string().contains("within 1000000 m"), "{refused}");
+}
+
+#[test]
 fn other_names_are_refused_and_told() {
     let Some((own, others)) = captures() else {
         return;

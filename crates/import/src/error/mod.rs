@@ -9,6 +9,7 @@ mod recording;
 
 use std::path::PathBuf;
 
+use sabaki::anim::ClipError;
 use thiserror::Error;
 
 use crate::asf::AsfError;
@@ -160,6 +161,14 @@ pub enum ReadError {
         first: PathBuf,
         /// Names of the joints that the file does not have.
         missing: Vec<String>,
+    },
+    /// The motion of a file is invalid on the skeleton of the others, for example because its root is too far away there.
+    #[error("{}: on the skeleton of the other files: {error}", path.display())]
+    Retargeted {
+        /// The file.
+        path: PathBuf,
+        /// What is invalid.
+        error: ClipError,
     },
     /// An events file is invalid or does not fit the clips.
     #[error("{}: {error}", path.display())]
