@@ -125,11 +125,11 @@ impl RowReader for PortableRows {
         let low = word(row.bytes, 0);
         let high = word(row.bytes, width as usize / 2) >> (4 * (width % 2));
         let mut out = [0.0; CODES];
-        for lane in 0..CODES {
+        for (lane, out) in out.iter_mut().enumerate() {
             let word = if lane < CODES / 2 { low } else { high };
             let code = word >> ((lane % (CODES / 2)) as u32 * width) & mask;
             let base = i16::from_le_bytes([row.bases[2 * lane], row.bases[2 * lane + 1]]);
-            out[lane] = (code as i32 + i32::from(base)) as f32;
+            *out = (code as i32 + i32::from(base)) as f32;
         }
         out
     }

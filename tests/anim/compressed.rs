@@ -218,13 +218,13 @@ fn read_naively(skeleton: &Skeleton, packed: &Clip) -> ClipDesc {
         }
         let (widths, bases) = &segment;
         let mut values = Vec::new();
-        for index in 0..8 * (rows + places) + 3 {
+        for (index, base) in bases.iter().enumerate() {
             let row = if index < 8 * (rows + places) {
                 index / 8
             } else {
                 rows + places + index - 8 * (rows + places)
             };
-            values.push(bases[index] + bits.take(widths[row]));
+            values.push(base + bits.take(widths[row]));
         }
         bits.at = bits.at.next_multiple_of(8);
         let metres = |value: i64| value as f32 / 32768.0;
