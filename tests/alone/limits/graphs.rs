@@ -143,7 +143,7 @@ fn a_hundred_thousand_events_are_refused() {
         .map(|i| event(i as f64 * 1e-4, (i + 1) as f64 * 1e-4))
         .collect();
     let (error, held) = refused(&skeleton, &clips, &events);
-    assert_eq!(error.to_string(), "100000 events; 2048 is the most");
+    assert_eq!(error.to_string(), "100000 events; 8192 is the most");
     assert!(held < MB, "{held}");
 }
 

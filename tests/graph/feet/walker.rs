@@ -156,6 +156,8 @@ pub fn graph(walk: &Walk, feet: &FeetSettings) -> MotionGraph {
     };
     let settings = GraphSettings {
         feet: feet.clone(),
+        // Bodies of different sizes are compared, and the error of compressed clips does not grow with the body.
+        compression: None,
         ..GraphSettings::default()
     };
     graph::build(source, &settings).unwrap().0
