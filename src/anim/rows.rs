@@ -7,11 +7,13 @@
 
 use glam::Quat;
 
+use crate::math::code_rows::{Vectors, unit};
+
 /// Number of joints in a block.
 pub(crate) const LANES: usize = 16;
 
 /// Rotations of several joints: rows of x, y, z and w.
-pub(crate) type Rows<const N: usize> = [[f32; N]; 4];
+pub(crate) type Rows<const N: usize> = Vectors<N>;
 
 /// Rotations of 16 joints.
 pub(crate) type Block = Rows<LANES>;
@@ -75,7 +77,7 @@ pub(super) fn nlerp<const N: usize>(a: &Rows<N>, b: &Rows<N>, weight: f32) -> Ro
             out[row][lane] = a[row][lane] * rest + b[row][lane] * weight;
         }
     }
-    normalized(&out)
+    unit(&out)
 }
 
 /// Slerp along the shorter arc, with one weight for all lanes.
@@ -107,7 +109,7 @@ impl Slerp {
                 out[row][lane] = a[row][lane] * of_a + b[row][lane] * of_b;
             }
         }
-        normalized(&out)
+        unit(&out)
     }
 }
 
@@ -153,18 +155,6 @@ impl Series {
 fn dot<const N: usize>(a: &Rows<N>, b: &Rows<N>, lane: usize) -> f32 {
     let part = |row: usize| a[row][lane] * b[row][lane];
     (part(0) + part(1)) + (part(2) + part(3))
-}
-
-#[inline(always)]
-fn normalized<const N: usize>(rows: &Rows<N>) -> Rows<N> {
-    let mut out = *rows;
-    for lane in 0..N {
-        let scale = 1.0 / dot(rows, rows, lane).sqrt();
-        for row in &mut out {
-            row[lane] *= scale;
-        }
-    }
-    out
 }
 
 #[cfg(test)]
