@@ -41,11 +41,16 @@ impl Facing {
     /// The character's frame: root on the ground, with the pelvis' facing direction.
     #[must_use]
     pub fn placement(self, joints: &[JointTransform]) -> Rigid2 {
-        let root = joints[JointId::ROOT.index()];
+        self.placement_by(|joint| joints[joint.index()])
+    }
+
+    /// The same, with the frame of each joint that is asked for.
+    pub(crate) fn placement_by(self, frame: impl Fn(JointId) -> JointTransform) -> Rigid2 {
+        let root = frame(JointId::ROOT);
         let forward = match self.pair {
-            Some((left, right)) => (joints[left.index()].translation
-                - joints[right.index()].translation)
-                .cross(Vec3::Y),
+            Some((left, right)) => {
+                (frame(left).translation - frame(right).translation).cross(Vec3::Y)
+            }
             None => root.rotation * Vec3::Z,
         };
         Rigid2::facing(

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::events::EventCover;
 use super::feet::Feet;
 use super::ids::{ClipId, EdgeId, EventId, NodeId};
-use crate::anim::{Clip, EventKind, Facing, JointId, Leg, Pose, Rig, Skeleton, forward_kinematics};
+use crate::anim::{Chain, Clip, EventKind, Facing, JointId, Leg, Rig, Skeleton};
 use crate::math::{Rigid2, in_parallel};
 
 /// A pose where motion can branch.
@@ -242,21 +242,23 @@ impl MotionGraph {
     /// direction.
     #[must_use]
     pub fn placement(&self, clip: ClipId, frame: u32) -> Rigid2 {
-        let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        self.clip(clip).pose(frame as usize, &mut pose);
-        forward_kinematics(&self.skeleton, &pose, &mut joints);
-        Facing::of(&self.skeleton).placement(&joints)
+        self.placement_facing(Facing::of(&self.skeleton), Node { clip, frame })
+    }
+
+    fn placement_facing(&self, facing: Facing, Node { clip, frame }: Node) -> Rigid2 {
+        let moment = self.clip(clip).at(frame as f32);
+        let chain = Chain {
+            skeleton: &self.skeleton,
+            local: |id| moment.local(&self.skeleton, id),
+        };
+        facing.placement_by(|joint| chain.global(joint))
     }
 
     /// [`MotionGraph::placement`] of each node.
     pub(crate) fn placements(&self) -> Vec<Rigid2> {
         let facing = Facing::of(&self.skeleton);
         in_parallel(0, self.nodes.len(), |node| {
-            let Node { clip, frame } = self.nodes[node];
-            let (mut pose, mut joints) = (Pose::default(), Vec::new());
-            self.clip(clip).pose(frame as usize, &mut pose);
-            forward_kinematics(&self.skeleton, &pose, &mut joints);
-            facing.placement(&joints)
+            self.placement_facing(facing, self.nodes[node])
         })
     }
 

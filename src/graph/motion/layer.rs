@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::Motion;
-use crate::anim::{Envelope, JointId, Moment, Pose, slerp};
+use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{ClipId, MotionGraph};
 
 /// Part of a clip that the upper body plays: spine, arms and head. Pelvis and legs go on.
@@ -109,14 +109,14 @@ impl Layer {
             }
         });
         let pelvis = pose.rotations[JointId::ROOT.index()];
-        rig.turn_spine(tilt(pelvis, &moment) * weight, pose);
+        let wanted = moment.rotation(JointId::ROOT.index());
+        rig.turn_spine(layer_tilt(pelvis, wanted) * weight, pose);
     }
 }
 
-/// Rotation vector, in the space of the motion, that tilts the trunk as the clip's pelvis does.
-fn tilt(pelvis: Quat, moment: &Moment<'_>) -> Vec3 {
-    let own = moment.rotation(JointId::ROOT.index());
-    let turn = heading(pelvis * own.conjugate()) * own * pelvis.conjugate();
+/// Rotation vector, in the space of the motion, that tilts the trunk as the pelvis of the layered clip does.
+pub(crate) fn layer_tilt(pelvis: Quat, wanted: Quat) -> Vec3 {
+    let turn = heading(pelvis * wanted.conjugate()) * wanted * pelvis.conjugate();
     let turn = if turn.w < 0.0 { -turn } else { turn };
     turn.to_scaled_axis().clamp_length_max(MOST_TILT)
 }

@@ -5,7 +5,7 @@ mod sample;
 use serde::{Deserialize, Serialize};
 
 pub use layer::Layer;
-pub(crate) use layer::heading;
+pub(crate) use layer::{heading, layer_tilt};
 
 use super::inertia::{EntryScratch, Inertia};
 use super::{EdgeId, EventId, MotionGraph, Playhead, Step};

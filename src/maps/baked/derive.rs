@@ -1,7 +1,7 @@
 //! The tables that are computed from the parts of a graph, and that files do not store.
 
 use super::BakedGraph;
-use crate::graph::MotionGraph;
+use crate::graph::{Edge, MotionGraph, NodeId};
 use crate::maps::bounding_cylinder::{BoundingCylinder, ClipCylinders};
 use crate::maps::entries::EntryTracks;
 use crate::maps::grid::{Grid, GridSource};
@@ -42,8 +42,10 @@ impl BakedGraph {
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         self.body_rows = BodyRows::new(&self.body);
-        self.cylinders = ClipCylinders::new(&self.graph, &self.body);
-        self.placements = self.graph.placements();
+        self.cylinders = {
+            let _span = tracing::trace_span!("bake: bounding cylinders").entered();
+            ClipCylinders::new(&self.graph, &self.body)
+        };
         let seconds = |evasion: &Evasion| self.graph.seconds(evasion.edge);
         let track = |evasion: usize| {
             let evasion = &self.evasions[evasion];
@@ -84,10 +86,13 @@ impl BakedGraph {
 /// Minimum number of frames from each node to an evasion's start: Dijkstra's algorithm from all
 /// starts, against the edges' direction.
 fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
-    let mut into: Vec<Vec<(u32, u32)>> = vec![Vec::new(); graph.nodes().len()];
-    for edge in graph.edges() {
-        into[edge.to.index()].push((edge.from.0, edge.frames));
-    }
+    // The edges into each node, one node after the other.
+    let mut into: Vec<&Edge> = graph.edges().iter().collect();
+    into.sort_by_key(|edge| edge.to);
+    let of = |node: NodeId| {
+        let first = into.partition_point(|edge| edge.to < node);
+        into[first..].iter().take_while(move |edge| edge.to == node)
+    };
     let mut frames = vec![u32::MAX; graph.nodes().len()];
     let mut open = std::collections::BinaryHeap::new();
     for evasion in evasions {
@@ -99,11 +104,12 @@ fn frames_to_evasion(graph: &MotionGraph, evasions: &[Evasion]) -> Vec<u32> {
         if so_far > frames[node as usize] {
             continue;
         }
-        for &(from, length) in &into[node as usize] {
-            let total = so_far.saturating_add(length);
-            if total < frames[from as usize] {
-                frames[from as usize] = total;
-                open.push(std::cmp::Reverse((total, from)));
+        for edge in of(NodeId(node)) {
+            let total = so_far.saturating_add(edge.frames);
+            let known = &mut frames[edge.from.index()];
+            if total < *known {
+                *known = total;
+                open.push(std::cmp::Reverse((total, edge.from.0)));
             }
         }
     }

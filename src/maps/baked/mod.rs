@@ -87,9 +87,11 @@ impl BakedGraph {
             entries,
         } = parts;
         let goals: Vec<EdgeId> = evasions.iter().map(|evasion| evasion.edge).collect();
+        let placements = graph.placements();
         let source = PathSource {
             graph: &graph,
             retimable: &retimable,
+            placements: &placements,
             goals: &goals,
         };
         let paths = {
@@ -116,7 +118,7 @@ impl BakedGraph {
             body_rows: BodyRows::default(),
             cylinders: ClipCylinders::default(),
             evasion_texels: Vec::new(),
-            placements: Vec::new(),
+            placements,
         }
         .derived()
     }

@@ -4,6 +4,7 @@ use super::BakedGraph;
 use crate::anim::{EventKind, Skeleton};
 use crate::graph::EdgeId;
 use crate::maps::Evasion;
+use crate::maps::paths::PathsBeside;
 use crate::math::Rigid2;
 
 impl BakedGraph {
@@ -66,10 +67,17 @@ impl BakedGraph {
                 "it would need {needed} bytes of memory, and {bytes} are the most for its size"
             ));
         }
-        let _span = tracing::trace_span!("load: restore paths").entered();
-        self.paths = self
-            .paths
-            .restored(&self.graph, &self.retimable, &self.evasions)?;
+        self.placements = self.graph.placements();
+        let paths = std::mem::take(&mut self.paths);
+        self.paths = {
+            let _span = tracing::trace_span!("load: restore paths").entered();
+            let beside = PathsBeside {
+                retimable: &self.retimable,
+                evasions: &self.evasions,
+                placements: &self.placements,
+            };
+            paths.restored(&self.graph, beside)?
+        };
         Ok(self.derived())
     }
 

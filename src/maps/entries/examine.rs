@@ -1,284 +1,404 @@
-//! The test of motions against the limits of plausible motion.
+//! The test of cuts from one motion to another against the limits of plausible motion.
 //!
-//! Most motions fail, so the tests that cost least come first: the hips need no pose, the joints need no positions.
+//! The played motion is that of [`Motion::enter`](crate::graph::Motion::enter): the offset of the motion that is left fades out. Most cuts fail,
+//! so the tests that cost least come first: the hips need no joint, a joint of no leg needs no other joint, the legs need all that carries them.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
-use super::limits::{DEPARTURES, MotionLimits, head};
-use crate::anim::{JointId, JointTransform, Pose, forward_kinematics};
-use crate::graph::{Motion, MotionGraph};
+use super::frames::{EnteredMotion, Frame, LeftMotion};
+use super::joint_steps::{JointLimits, JointSteps};
+use super::limits::{MotionLimits, departure, departures, head};
+use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton, reach};
+use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
+use crate::math::Rigid2;
 
-/// The part of a motion's frame that the limits depend on.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Sample {
-    pub(super) pose: Pose,
-    pub(super) head: Vec3,
-    pub(super) toes: Vec<Vec3>,
-    /// Whether the pose, and the positions, are those of the motion that is tested.
-    is_posed: bool,
-    is_located: bool,
-}
-
-impl Sample {
-    /// Finds the positions of head and toes in the pose.
-    pub(super) fn locate(
-        &mut self,
-        graph: &MotionGraph,
-        head: JointId,
-        joints: &mut Vec<JointTransform>,
-    ) {
-        forward_kinematics(graph.skeleton(), &self.pose, joints);
-        self.head = joints[head.index()].translation;
-        let toes = graph.feet().legs().iter();
-        self.toes.clear();
-        self.toes
-            .extend(toes.map(|leg| joints[leg.toe_or_foot().index()].translation));
-    }
-}
-
-/// Rotation vector of each joint between two samples, in radians.
-pub(super) fn turns<'a>(from: &'a Sample, to: &'a Sample) -> impl Iterator<Item = Vec3> + 'a {
-    let both = from.pose.rotations.iter().zip(&to.pose.rotations);
-    both.map(|(from, to)| {
-        let turn = *to * from.conjugate();
-        let turn = if turn.w < 0.0 { -turn } else { turn };
-        turn.to_scaled_axis()
-    })
-}
-
-/// Distance of a point from where its velocity between `before` and `now` would have taken it.
-pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
-    then - (now + (now - before) * frames as f32)
-}
-
-/// Frames at which departures are measured.
-pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
-    DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
-}
-
-/// A motion that is entered at its second frame.
-pub(super) struct EnteredMotion<'a> {
-    pub(super) motion: &'a Motion,
-    /// Duration of the blend, in frames.
-    pub(super) blend: usize,
-    /// Whether a foot stands when it is entered.
+/// A cut from one motion to another.
+#[derive(Clone, Copy)]
+pub(super) struct Cut<'a> {
+    pub(super) graph: &'a MotionGraph,
+    pub(super) limits: &'a MotionLimits,
+    pub(super) left: &'a LeftMotion,
+    pub(super) entered: &'a EnteredMotion,
+    /// Transform from the space of the entered clip to that of the left one.
+    pub(super) align: Rigid2,
+    /// Whether a foot stands at the cut.
     pub(super) stands: bool,
     /// Whether a toe may be faster than the limit, if it was when the motion was left.
     pub(super) toe_slows: bool,
 }
 
-/// Scratch of the test of motions of one graph.
+/// Scratch of the test of cuts in one graph.
 #[derive(Clone, Debug)]
 pub(super) struct Examiner {
     head: JointId,
-    joints: Vec<JointTransform>,
-    samples: Vec<Sample>,
-    /// Rotation vectors of the joints between the last two samples that were tested.
-    turns: Vec<Vec3>,
+    /// Joints that inverse kinematics moves: of each leg hip, knee and foot.
+    of_legs: Vec<JointId>,
+    /// All others.
+    others: Vec<JointId>,
+    offsets: Offsets,
+    /// Weights of the offsets in each frame, and `None` where they are 0.
+    weights: Vec<Option<Weights>>,
+    poses: Vec<Pose>,
 }
 
-/// A test of one motion, whose frames `pose` writes.
-struct Test<'a, P> {
-    graph: &'a MotionGraph,
-    limits: &'a MotionLimits,
-    examiner: &'a mut Examiner,
-    pose: P,
-    rate: f32,
-    /// Number of frames of which the joints are tested.
-    frames: usize,
+/// Offsets at a cut, in the space of the entered clip. Those of joints are computed when they are asked for.
+#[derive(Clone, Debug, Default)]
+struct Offsets {
+    root: Decay,
+    joints: Vec<Option<Decay>>,
+    places: Vec<Decay>,
+    feet: Vec<FootDecay>,
 }
+
+/// The test of one cut.
+pub(super) struct CutTest<'a> {
+    cut: Cut<'a>,
+    examiner: &'a mut Examiner,
+    /// Transform from the space of the left clip to that of the entered one.
+    back: Rigid2,
+    rate: f32,
+}
+
+/// Number of frames whose joints are tested before the head.
+const FIRST: usize = 4;
 
 impl Examiner {
     pub(super) fn new(graph: &MotionGraph) -> Self {
+        let legs = graph.feet().legs().iter();
+        let of_legs: Vec<JointId> = legs.flat_map(|leg| [leg.hip, leg.knee, leg.foot]).collect();
+        let skeleton = graph.skeleton();
         Self {
-            head: head(graph.skeleton()),
-            joints: Vec::new(),
-            samples: Vec::new(),
-            turns: Vec::new(),
+            head: head(skeleton),
+            others: skeleton.ids().filter(|id| !of_legs.contains(id)).collect(),
+            of_legs,
+            offsets: Offsets::default(),
+            weights: Vec::new(),
+            poses: Vec::new(),
         }
     }
 
-    /// Number of frames that a test of a motion with a blend of so many frames reads.
+    /// Number of frames of the entered motion that a test of a blend of so many frames reads.
     pub(super) fn frames(frame_rate: f32, blend: usize) -> usize {
-        (blend + 3).max(departures(frame_rate)[1] + 2)
+        (blend + 2).max(departures(frame_rate)[1] + 1)
     }
 
-    fn test<'a, P: FnMut(usize, &mut Pose)>(
-        &'a mut self,
-        (graph, limits): (&'a MotionGraph, &'a MotionLimits),
-        blend: usize,
-        pose: P,
-    ) -> Test<'a, P> {
-        let rate = graph.frame_rate() as f32;
-        let count = Self::frames(rate, blend).max(self.samples.len());
-        self.samples.resize_with(count, Sample::default);
-        for sample in &mut self.samples {
-            (sample.is_posed, sample.is_located) = (false, false);
-        }
-        Test {
-            graph,
-            limits,
+    pub(super) fn cut<'a>(&'a mut self, cut: Cut<'a>) -> CutTest<'a> {
+        let mut test = CutTest {
+            cut,
             examiner: self,
-            pose,
-            rate,
-            frames: blend + 3,
-        }
-    }
-
-    /// Whether a motion that is entered at its second frame is plausible.
-    pub(super) fn is_plausible(
-        &mut self,
-        (graph, limits): (&MotionGraph, &MotionLimits),
-        entered: &EnteredMotion<'_>,
-    ) -> bool {
-        let &EnteredMotion { motion, blend, .. } = entered;
-        let rate = graph.frame_rate() as f32;
-        let seconds = |frame: usize| frame as f32 / rate;
-        let hip_goes_on =
-            { departures(rate).into_iter().zip(limits.hip_departure) }.all(|(frames, limit)| {
-                let ends = [0, 1, 1 + frames].map(|frame| motion.root(graph, seconds(frame)));
-                departure(ends, frames).with_y(0.0).length() <= limit
-            });
-        if !hip_goes_on {
-            return false;
-        }
-        let pose = |frame, pose: &mut Pose| motion.sample(graph, seconds(frame), pose);
-        self.test((graph, limits), blend, pose).is_plausible()
-            && self.feet_are_plausible(limits, (entered, rate))
-    }
-
-    /// The last part of the test: the feet, of which the frames have positions.
-    fn feet_are_plausible(
-        &self,
-        limits: &MotionLimits,
-        (entered, rate): (&EnteredMotion<'_>, f32),
-    ) -> bool {
-        let samples = &self.samples[..entered.blend + 2];
-        let speed = |pair: &[Sample]| {
-            let ways = pair[0].toes.iter().zip(&pair[1].toes);
-            let ways = ways.map(|(from, to)| from.distance(*to));
-            ways.fold(0.0, f32::max) * rate
+            back: cut.align.inverse(),
+            rate: cut.graph.frame_rate() as f32,
         };
-        let own = match entered.toe_slows {
-            true => speed(&samples[..2]),
-            false => 0.0,
-        };
-        let fastest = limits.toe_speed.max(own);
-        samples[1..].windows(2).all(|pair| speed(pair) <= fastest)
-            && !(entered.stands && slide(&samples[1..]) > limits.slide)
-    }
-
-    /// Whether a motion whose upper body changes at its second frame, for so many frames, is plausible: its joints, and the departure of its
-    /// head. `pose` writes its frames.
-    pub(super) fn is_upper_plausible(
-        &mut self,
-        source: (&MotionGraph, &MotionLimits),
-        blend: usize,
-        pose: impl FnMut(usize, &mut Pose),
-    ) -> bool {
-        let mut test = self.test(source, blend, pose);
-        test.start_is_plausible() && test.joints_are_plausible()
+        test.measure();
+        test
     }
 }
 
-impl<P: FnMut(usize, &mut Pose)> Test<'_, P> {
-    /// Number of frames whose joints are tested before the head.
-    const FIRST: usize = 4;
+impl CutTest<'_> {
+    fn skeleton(&self) -> &Skeleton {
+        self.cut.graph.skeleton()
+    }
 
-    /// Tests all but the hips and the feet, and finds the positions of each frame.
-    fn is_plausible(&mut self) -> bool {
-        if !(self.start_is_plausible() && self.joints_are_plausible()) {
-            return false;
+    /// Time between two frames, in seconds.
+    fn step(&self) -> f32 {
+        1.0 / self.rate
+    }
+
+    /// Computes the offsets but for those of the joints.
+    fn measure(&mut self) {
+        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let (back, step) = (self.back, self.step());
+        let apart = |at: usize| back.point(left[at + 1].pose.root) - entered[at].pose.root;
+        let offsets = &mut self.examiner.offsets;
+        offsets.root = Decay::new(apart(0), apart(1), step);
+        offsets.joints.clear();
+        offsets.joints.resize(self.cut.graph.skeleton().len(), None);
+        offsets.places.clear();
+        offsets.feet.clear();
+        let moved = |frame: &Frame| !frame.pose.translations.is_empty();
+        if left.iter().any(moved) || entered.iter().any(moved) {
+            let places = self.cut.graph.skeleton().ids().map(|id| {
+                let place = |frame: &Frame| frame.pose.local(self.cut.graph.skeleton(), id).1;
+                let apart = |at: usize| place(&left[at + 1]) - place(&entered[at]);
+                Decay::new(apart(0), apart(1), step)
+            });
+            offsets.places.extend(places);
         }
-        (0..self.frames).for_each(|frame| self.locate(frame));
-        true
     }
 
-    /// The joints in the first frames, where an offset begins to fade out, then the head.
-    fn start_is_plausible(&mut self) -> bool {
-        (0..Self::FIRST.min(self.frames)).all(|frame| self.joints_fit(frame)) && self.head_goes_on()
+    /// Whether the cut is plausible with a blend of so many seconds.
+    pub(super) fn is_plausible(&mut self, blend: f32) -> bool {
+        let seconds = blend.max(self.step());
+        let frames = (blend * self.rate).ceil() as usize;
+        let weights = (0..Examiner::frames(self.rate, frames)).map(|frame| {
+            let share = frame as f32 * self.step() / seconds;
+            (share < 1.0).then(|| Weights::new(share, seconds))
+        });
+        let weights: Vec<Option<Weights>> = weights.collect();
+        self.examiner.weights.clone_from(&weights);
+        self.hips_go_on()
+            && self.joints_start()
+            && self.head_goes_on()
+            && self.joints_fit(frames + 3)
+            && self.legs_fit(frames + 3)
+            && self.toes_fit(frames + 2)
     }
 
-    /// The joints in all other frames.
-    fn joints_are_plausible(&mut self) -> bool {
-        (Self::FIRST..self.frames).all(|frame| self.joints_fit(frame))
+    fn hips_go_on(&self) -> bool {
+        let limits = self.cut.limits.hip_departure;
+        let mut both = departures(self.rate).into_iter().zip(limits);
+        both.all(|(frames, limit)| {
+            let ends = [0, 1, 1 + frames].map(|frame| self.root(frame));
+            departure(ends, frames).with_y(0.0).length() <= limit
+        })
     }
 
     fn head_goes_on(&mut self) -> bool {
-        let limits = self.limits.head_departure;
-        { departures(self.rate).into_iter().zip(limits) }.all(|(frames, limit)| {
-            let ends = [0, 1, 1 + frames].map(|frame| {
-                self.locate(frame);
-                self.examiner.samples[frame].head
-            });
+        let limits = self.cut.limits.head_departure;
+        let mut both = departures(self.rate).into_iter().zip(limits);
+        both.all(|(frames, limit)| {
+            let ends = [0, 1, 1 + frames].map(|frame| self.head(frame));
             departure(ends, frames).length() <= limit
         })
     }
 
-    fn take(&mut self, frame: usize) {
-        let sample = &mut self.examiner.samples[frame];
-        if !std::mem::replace(&mut sample.is_posed, true) {
-            (self.pose)(frame, &mut sample.pose);
-        }
+    /// Whether the joints of no leg are plausible in the first frames, where an offset begins to fade out.
+    fn joints_start(&mut self) -> bool {
+        self.others_fit(|test, joint| test.joint_fits(joint, 2..FIRST, |_, _| ()))
     }
 
-    fn locate(&mut self, frame: usize) {
-        self.take(frame);
-        let Examiner {
-            head,
-            joints,
-            samples,
-            ..
-        } = &mut *self.examiner;
-        let sample = &mut samples[frame];
-        if !std::mem::replace(&mut sample.is_located, true) {
-            sample.locate(self.graph, *head, joints);
+    /// Whether the joints of no leg are plausible in all frames, whose poses are written.
+    fn joints_fit(&mut self, frames: usize) -> bool {
+        let joints = self.skeleton().len();
+        let mut poses = std::mem::take(&mut self.examiner.poses);
+        poses.resize_with(frames.max(poses.len()), Pose::default);
+        for pose in &mut poses[..frames] {
+            pose.rotations.resize(joints, Quat::IDENTITY);
         }
+        let fit = self.others_fit(|test, joint| {
+            test.joint_fits(joint, 2..frames, |frame, rotation| {
+                poses[frame].rotations[joint.index()] = rotation;
+            })
+        });
+        self.examiner.poses = poses;
+        fit
     }
 
-    /// Tests the joints between the last three samples up to a frame. Frames are tested one after the other, from 0 on.
-    fn joints_fit(&mut self, frame: usize) -> bool {
-        self.take(frame);
-        let (limits, rate) = (self.limits, self.rate);
-        let Examiner { samples, turns, .. } = &mut *self.examiner;
-        let Some(last) = frame.checked_sub(1) else {
-            turns.clear();
-            return true;
+    /// Whether all joints of no leg pass a test. One that fails is the first to be tested next time: it will often fail again.
+    fn others_fit(&mut self, mut fits: impl FnMut(&mut Self, JointId) -> bool) -> bool {
+        let mut others = std::mem::take(&mut self.examiner.others);
+        let failed = others.iter().position(|&joint| !fits(self, joint));
+        if let Some(failed) = failed {
+            others[..=failed].rotate_right(1);
+        }
+        self.examiner.others = others;
+        failed.is_none()
+    }
+
+    /// Whether a joint is plausible in some frames, whose rotations are handed out.
+    fn joint_fits(
+        &mut self,
+        joint: JointId,
+        frames: std::ops::Range<usize>,
+        mut visit: impl FnMut(usize, Quat),
+    ) -> bool {
+        let (mut steps, limits) = self.steps(joint);
+        frames.into_iter().all(|frame| {
+            let rotation = self.rotation(joint, frame);
+            visit(frame, rotation);
+            steps.fits(rotation, limits)
+        })
+    }
+
+    /// Whether the joints of the legs are plausible in all frames. Those of the others are known.
+    fn legs_fit(&mut self, frames: usize) -> bool {
+        self.measure_feet();
+        let mut poses = std::mem::take(&mut self.examiner.poses);
+        for (frame, pose) in poses[..frames].iter_mut().enumerate().skip(2) {
+            self.bend_legs(frame, pose);
+        }
+        let fit = self.examiner.of_legs.iter().all(|&joint| {
+            let (mut steps, limits) = self.steps(joint);
+            let rotation = |pose: &Pose| pose.rotations[joint.index()];
+            { poses[2..frames].iter() }.all(|pose| steps.fits(rotation(pose), limits))
+        });
+        self.examiner.poses = poses;
+        fit
+    }
+
+    /// The step to the cut.
+    fn steps(&self, joint: JointId) -> (JointSteps, JointLimits) {
+        let turn = self.cut.left.turns[joint.index()];
+        let steps = JointSteps {
+            before: self.left_rotation(joint, 1),
+            turn: match joint {
+                JointId::ROOT => self.back.vector(turn),
+                _ => turn,
+            },
         };
-        let now = self::turns(&samples[last], &samples[frame]);
-        if last == 0 {
-            turns.extend(now);
-            return true;
+        (steps, JointLimits::of(self.cut.limits, joint, self.rate))
+    }
+
+    fn measure_feet(&mut self) {
+        if !self.examiner.offsets.feet.is_empty() {
+            return;
         }
-        let limits = limits.joint_speed.iter().zip(&limits.joint_acceleration);
-        for ((before, now), (speed, acceleration)) in turns.iter_mut().zip(now).zip(limits) {
-            let change = (now - *before).length() * rate * rate;
-            if now.length() * rate > *speed || change > *acceleration {
+        let (left, entered) = (&self.cut.left.frames, &self.cut.entered.frames);
+        let back = |foot: JointTransform| JointTransform {
+            rotation: self.back.rotation() * foot.rotation,
+            translation: self.back.point(foot.translation),
+        };
+        let step = self.step();
+        let feet = (0..self.cut.graph.feet().legs().len()).map(|leg| {
+            let from = [1, 2].map(|frame: usize| back(left[frame].feet[leg].at_toe));
+            let to = [0, 1].map(|frame: usize| entered[frame].feet[leg].at_toe);
+            FootDecay::new(from, to, step)
+        });
+        self.examiner.offsets.feet.extend(feet);
+    }
+
+    /// Completes the pose of a frame by root and legs.
+    fn bend_legs(&mut self, frame: usize, pose: &mut Pose) {
+        (pose.root, pose.translations) = (self.root(frame), Vec::new());
+        for index in 0..self.examiner.of_legs.len() {
+            let joint = self.examiner.of_legs[index];
+            pose.rotations[joint.index()] = self.rotation(joint, frame);
+        }
+        let skeleton = self.cut.graph.skeleton();
+        if !self.examiner.offsets.places.is_empty() {
+            let places = skeleton.ids().map(|id| self.place(id, frame));
+            pose.translations.extend(places);
+        }
+        let Some(weights) = self.examiner.weights[frame - 1] else {
+            return;
+        };
+        let feet = &self.cut.entered.frames[frame - 1].feet;
+        let legs = self.cut.graph.feet().legs();
+        for ((leg, foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
+            reach(skeleton, pose, leg, decay.moved(foot, weights));
+        }
+    }
+
+    /// Whether the toes are plausible in so many frames, whose poses are known.
+    fn toes_fit(&self, frames: usize) -> bool {
+        let first = self.cut.left.frames[1].toes();
+        let mut before: Vec<Vec3> = first.map(|toe| self.back.point(toe)).collect();
+        let own = match self.cut.toe_slows {
+            true => self.own_toe_speed(),
+            false => 0.0,
+        };
+        let fastest = self.cut.limits.toe_speed.max(own);
+        let mut slide = 0.0;
+        for frame in 2..frames {
+            let now = self.toes(frame);
+            let ways = before.iter().zip(&now).map(|(from, to)| *to - *from);
+            let (mut longest, mut slower) = (0.0_f32, f32::INFINITY);
+            for way in ways {
+                longest = longest.max(way.length());
+                slower = slower.min(way.with_y(0.0).length());
+            }
+            if longest * self.rate > fastest {
                 return false;
             }
-            *before = now;
+            slide += slower;
+            before = now;
         }
-        true
+        !(self.cut.stands && slide > self.cut.limits.slide)
     }
-}
 
-/// Slide of the feet over the ground, in metres: at each moment that of the slower toe.
-fn slide(samples: &[Sample]) -> f32 {
-    let slower = |pair: &[Sample]| {
-        let ways = pair[0].toes.iter().zip(&pair[1].toes);
-        let over_ground = ways.map(|(from, to)| (*to - *from).with_y(0.0).length());
-        over_ground.fold(f32::INFINITY, f32::min)
-    };
-    samples.windows(2).map(slower).sum()
-}
+    /// Speed of the fastest toe before the cut.
+    fn own_toe_speed(&self) -> f32 {
+        let [before, now, _] = &self.cut.left.frames;
+        let ways = before
+            .toes()
+            .zip(now.toes())
+            .map(|(from, to)| from.distance(to));
+        ways.fold(0.0, f32::max) * self.rate
+    }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+    fn toes(&self, frame: usize) -> Vec<Vec3> {
+        let legs = self.cut.graph.feet().legs();
+        let chain = Chain::of(self.skeleton(), &self.examiner.poses[frame]);
+        let toe = |joint| chain.global(joint).translation;
+        legs.iter().map(|leg| toe(leg.toe_or_foot())).collect()
+    }
 
-    #[test]
-    fn what_goes_straight_on_departs_from_nothing() {
-        let at = |t: f32| Vec3::new(0.1, 0.0, -0.2) * t;
-        assert!(departure([at(0.0), at(1.0), at(7.0)], 6).length() < 1e-6);
+    /// Position of the root in a frame. Frame 1 is that of the cut.
+    fn root(&self, frame: usize) -> Vec3 {
+        if frame < 2 {
+            return self.back.point(self.cut.left.frames[frame].pose.root);
+        }
+        let root = self.cut.entered.frames[frame - 1].pose.root;
+        let weights = self.examiner.weights[frame - 1];
+        root + weights.map_or(Vec3::ZERO, |weights| self.examiner.offsets.root.at(weights))
+    }
+
+    /// Rotation of a joint in a frame, before inverse kinematics.
+    fn rotation(&mut self, joint: JointId, frame: usize) -> Quat {
+        if frame < 2 {
+            return self.left_rotation(joint, frame);
+        }
+        let rotation = self.cut.entered.frames[frame - 1].pose.rotations[joint.index()];
+        match self.examiner.weights[frame - 1] {
+            Some(weights) => self.decay(joint).rotated(rotation, weights),
+            None => rotation,
+        }
+    }
+
+    fn left_rotation(&self, joint: JointId, frame: usize) -> Quat {
+        let rotation = self.cut.left.frames[frame].pose.rotations[joint.index()];
+        match joint {
+            JointId::ROOT => self.back.rotation() * rotation,
+            _ => rotation,
+        }
+    }
+
+    fn decay(&mut self, joint: JointId) -> Decay {
+        if let Some(decay) = self.examiner.offsets.joints[joint.index()] {
+            return decay;
+        }
+        let from = [1, 2].map(|frame| self.left_rotation(joint, frame));
+        let entered = &self.cut.entered.frames;
+        let to = [0, 1].map(|frame: usize| entered[frame].pose.rotations[joint.index()]);
+        let decay = Decay::of_rotations(from, to, self.step());
+        self.examiner.offsets.joints[joint.index()] = Some(decay);
+        decay
+    }
+
+    /// Position of a joint in its parent's frame.
+    fn place(&self, joint: JointId, frame: usize) -> Vec3 {
+        let skeleton = self.skeleton();
+        if frame < 2 {
+            return self.cut.left.frames[frame].pose.local(skeleton, joint).1;
+        }
+        let place = self.cut.entered.frames[frame - 1]
+            .pose
+            .local(skeleton, joint)
+            .1;
+        let decay = self.examiner.offsets.places.get(joint.index());
+        match (self.examiner.weights[frame - 1], decay) {
+            (Some(weights), Some(decay)) => place + decay.at(weights),
+            _ => place,
+        }
+    }
+
+    /// Position of the head in a frame.
+    fn head(&mut self, frame: usize) -> Vec3 {
+        if frame < 2 {
+            return self.back.point(self.cut.left.frames[frame].head);
+        }
+        if self.examiner.weights[frame - 1].is_none() {
+            return self.cut.entered.frames[frame - 1].head;
+        }
+        let (mut next, mut point) = (Some(self.examiner.head), Vec3::ZERO);
+        while let Some(joint) = next {
+            let place = match joint {
+                JointId::ROOT => self.root(frame),
+                _ => self.place(joint, frame),
+            };
+            point = self.rotation(joint, frame) * point + place;
+            next = self.skeleton().joint(joint).parent;
+        }
+        point
     }
 }

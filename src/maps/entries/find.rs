@@ -2,13 +2,15 @@
 
 use glam::Vec3;
 
-use super::examine::{EnteredMotion, Examiner};
+use super::examine::{Cut, Examiner};
+use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
+use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
-use super::{BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
+use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
 use crate::anim::{JointId, Pose, forward_kinematics};
-use crate::graph::{ClipId, Entry, Motion, MotionGraph, Playhead};
+use crate::graph::{ClipId, MotionGraph, Playhead};
 use crate::maps::Evasion;
 use crate::math::{Rigid2, in_parallel};
 
@@ -41,9 +43,19 @@ impl EntryTable {
         let frames = targets
             .iter()
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
-        let entries = Finder::new((graph, &limits), &places, frames.collect());
+        let ways = Ways {
+            blends: &BLENDS,
+            rates: &RATES,
+        };
+        let how = (ways, threads);
+        let entries = Finder::new((graph, &limits), &places, frames.collect(), how);
+        let ways = Ways {
+            blends: &EXIT_BLENDS,
+            rates: &[1.0],
+        };
+        let how = (ways, threads);
         let frames = natural(graph, settings.target_step);
-        let exits = Finder::new((graph, &limits), &places, frames);
+        let exits = Finder::new((graph, &limits), &places, frames, how);
         let layers = LayerSource::new((graph, evasions), &targets, &limits);
         let clips = graph.clips().len();
         let moments = |clip: usize| {
@@ -67,7 +79,7 @@ impl EntryTable {
                     (
                         found,
                         found_exits,
-                        entries.layers(place, &layers, &mut scratch),
+                        entries.layers(place, &layers, &mut scratch.layers),
                     )
                 })
                 .collect::<Vec<_>>()
@@ -135,21 +147,27 @@ impl Points {
     }
 }
 
-pub(super) struct Scratch {
-    pub(super) motion: Motion,
-    /// Frames of the motion without a layer.
-    pub(super) poses: Vec<Pose>,
+pub(super) struct Scratch<'a> {
+    pub(super) sampler: FrameSampler<'a>,
     pub(super) examiner: Examiner,
+    pub(super) layers: LayerTest<'a>,
 }
 
-impl Scratch {
-    pub(super) fn new(graph: &MotionGraph) -> Self {
+impl<'a> Scratch<'a> {
+    pub(super) fn new(graph: &'a MotionGraph) -> Self {
         Self {
-            motion: Motion::default(),
-            poses: Vec::new(),
+            sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
+            layers: LayerTest::new(graph),
         }
     }
+}
+
+/// How cuts lead to targets.
+#[derive(Clone, Copy)]
+struct Ways<'a> {
+    blends: &'a [f32],
+    rates: &'a [f32],
 }
 
 /// The search among some frames.
@@ -164,6 +182,10 @@ pub(super) struct Finder<'a> {
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
+    blends: &'a [f32],
+    rates: &'a [f32],
+    /// The motion that starts at each target, by rate.
+    entered: Vec<Vec<EnteredMotion>>,
 }
 
 /// A frame of a clip that is left.
@@ -194,7 +216,18 @@ impl<'a> Finder<'a> {
         (graph, limits): (&'a MotionGraph, &'a MotionLimits),
         places: &'a ClipPlaces,
         targets: Vec<ClipFrame>,
+        (Ways { blends, rates }, threads): (Ways<'a>, usize),
     ) -> Self {
+        let frame_rate = graph.frame_rate() as f32;
+        let longest = blends.iter().copied().fold(0.0, f32::max);
+        let frames = Examiner::frames(frame_rate, (longest * frame_rate).ceil() as usize);
+        let entered = in_parallel(threads, targets.len(), |target| {
+            let mut sampler = FrameSampler::new(graph);
+            let rates = rates.iter();
+            rates
+                .map(|&rate| sampler.entered(&targets[target], rate, frames))
+                .collect()
+        });
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
         let points = |target: &ClipFrame| {
@@ -212,6 +245,9 @@ impl<'a> Finder<'a> {
                 .map(|target| Stance::of_frame(graph, target.clip, target.frame))
                 .collect(),
             points: targets.iter().map(points).collect(),
+            blends,
+            rates,
+            entered,
             targets,
         }
     }
@@ -240,11 +276,17 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds entries of a frame of a clip.
-    fn entries(&self, place: (usize, u32), most: usize, scratch: &mut Scratch) -> Vec<KnownEntry> {
+    fn entries(
+        &self,
+        place: (usize, u32),
+        most: usize,
+        scratch: &mut Scratch<'_>,
+    ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         let Some(from) = self.depart(place) else {
             return found;
         };
+        let left = scratch.sampler.left(from.before);
         for target in spread(self.targets.len()) {
             if found.len() == most {
                 break;
@@ -255,17 +297,12 @@ impl<'a> Finder<'a> {
             if !aligned.goes_on {
                 continue;
             }
-            let mut plausible = |blend: usize, rate: usize| {
-                let how = (BLENDS[blend], RATES[rate]);
-                self.is_plausible(&from, (target, aligned), how, scratch)
-            };
-            let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
+            let Some((blend, fastest)) =
+                self.plausible((&from, &left), (target, aligned), &mut scratch.examiner)
+            else {
                 continue;
             };
-            let fastest = (1..RATES.len())
-                .take_while(|&rate| plausible(blend, rate))
-                .last();
-            let how = (blend, aligned.pin, fastest.unwrap_or(0));
+            let how = (blend, aligned.pin, fastest);
             found.push(KnownEntry::new(target as u16, how));
         }
         found.sort_unstable_by_key(|entry| entry.target);
@@ -330,39 +367,29 @@ impl<'a> Finder<'a> {
         costs.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    pub(super) fn is_plausible(
+    /// The first plausible blend of a cut, and the fastest plausible rate.
+    pub(super) fn plausible(
         &self,
-        from: &Departed,
+        (from, left): (&Departed, &LeftMotion),
         (target, aligned): (usize, Aligned),
-        (blend, rate): (f32, f32),
-        scratch: &mut Scratch,
-    ) -> bool {
-        let (graph, at) = (self.graph, &self.targets[target]);
-        let entry = Entry {
-            edge: at.edge,
-            frame: at.edge_frame as f32,
-            clip_to_world: aligned.align,
-            rate,
-            blend,
-        };
-        let Scratch {
-            motion, examiner, ..
-        } = scratch;
-        let frame_rate = graph.frame_rate() as f32;
-        motion.restart(graph, from.before, []);
-        motion.enter(graph, 1.0 / frame_rate, &entry);
-        let blend = (entry.blend * frame_rate).ceil() as usize;
-        motion.extend(
-            graph,
-            Examiner::frames(frame_rate, blend) as f32 / frame_rate,
-        );
-        let entered = EnteredMotion {
-            motion,
-            blend,
+        examiner: &mut Examiner,
+    ) -> Option<(usize, usize)> {
+        let entered = &self.entered[target];
+        let cut = |rate: usize| Cut {
+            graph: self.graph,
+            limits: self.limits,
+            left,
+            entered: &entered[rate],
+            align: aligned.align,
             stands: from.standing.contains(&true),
             toe_slows: self.toe_slows,
         };
-        examiner.is_plausible((graph, self.limits), &entered)
+        let mut test = examiner.cut(cut(0));
+        let blend = (0..self.blends.len()).find(|&blend| test.is_plausible(self.blends[blend]))?;
+        let fastest = (1..self.rates.len())
+            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(self.blends[blend]))
+            .last();
+        Some((blend, fastest.unwrap_or(0)))
     }
 }
 

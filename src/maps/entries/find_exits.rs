@@ -2,7 +2,7 @@
 
 use super::find::{Aligned, Finder, Scratch};
 use super::stretches::PlayedFrames;
-use super::{EXIT_BLENDS, EntryTable, KnownEntry, MomentLists};
+use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::ClipId;
 use crate::math::in_parallel;
 
@@ -45,7 +45,7 @@ impl EntryTable {
 
 impl Finder<'_> {
     /// Finds exits of a frame of a clip, the least departure first.
-    pub(super) fn exits(&self, place: (usize, u32), scratch: &mut Scratch) -> Vec<KnownEntry> {
+    pub(super) fn exits(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
         /// Maximum number of exits of a moment.
         const MOST: usize = 3;
         /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
@@ -57,6 +57,7 @@ impl Finder<'_> {
         let Some(from) = self.depart(place) else {
             return found;
         };
+        let left = scratch.sampler.left(from.before);
         let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
             .filter_map(|target| {
                 let aligned = self.align(&from, target)?;
@@ -76,13 +77,10 @@ impl Finder<'_> {
             if found.iter().any(is_alike) {
                 continue;
             }
-            let plausible = |&blend: &usize| {
-                let how = (EXIT_BLENDS[blend], 1.0);
-                self.is_plausible(&from, (target, aligned), how, scratch)
-            };
-            let blend = (0..EXIT_BLENDS.len()).find(plausible);
-            found
-                .extend(blend.map(|blend| KnownEntry::new(target as u16, (blend, aligned.pin, 0))));
+            let how = self.plausible((&from, &left), (target, aligned), &mut scratch.examiner);
+            found.extend(
+                how.map(|(blend, _)| KnownEntry::new(target as u16, (blend, aligned.pin, 0))),
+            );
         }
         found
     }

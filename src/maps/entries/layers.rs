@@ -2,12 +2,12 @@
 
 use glam::{Quat, Vec3};
 
-use super::examine::Examiner;
-use super::find::{Departed, Finder, Scratch, spread};
+use super::find::{Finder, spread};
+use super::layer_test::LayerTest;
 use super::limits::{MotionLimits, head};
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
-use crate::anim::{Envelope, JointId, Pose, forward_kinematics};
-use crate::graph::{ClipId, Layer, MotionGraph, heading};
+use crate::anim::{JointId, Pose, forward_kinematics};
+use crate::graph::{ClipId, MotionGraph, heading};
 use crate::maps::Evasion;
 
 /// Distance that an evasion has to move the head over the pelvis to be layered, in metres.
@@ -16,6 +16,8 @@ const LEANS: f32 = 0.12;
 /// What can be layered, and within which limits.
 pub(super) struct LayerSource<'a> {
     targets: &'a [EntryTarget],
+    /// Poses of the clip from each target on, by rate, of the evasions that can be layered.
+    wanted: Vec<[Vec<Pose>; RATES.len()]>,
     /// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
     layerable: Vec<bool>,
     limits: MotionLimits,
@@ -43,12 +45,21 @@ impl<'a> LayerSource<'a> {
             let most = most.fold(0.0, f32::max);
             spine.iter().for_each(|joint| values[joint.index()] = most);
         }
+        let layerable: Vec<bool> = evasions
+            .iter()
+            .map(|evasion| has_upper_body && leans(evasion))
+            .collect();
+        let wanted = |target: &EntryTarget| {
+            let clip = graph.node(graph.edge(target.edge).from).clip;
+            RATES.map(|rate| match layerable[usize::from(target.evasion)] {
+                true => LayerTest::wanted(graph, (clip, target.frame), rate),
+                false => Vec::new(),
+            })
+        };
         Self {
             targets,
-            layerable: evasions
-                .iter()
-                .map(|evasion| has_upper_body && leans(evasion))
-                .collect(),
+            wanted: targets.iter().map(wanted).collect(),
+            layerable,
             limits,
         }
     }
@@ -73,13 +84,13 @@ impl Finder<'_> {
         &self,
         place: (usize, u32),
         source: &LayerSource<'_>,
-        scratch: &mut Scratch,
+        test: &mut LayerTest<'_>,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         let Some(from) = self.depart(place) else {
             return found;
         };
-        self.sample_base(&from, scratch);
+        let base = test.base(from.before, &source.limits);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
@@ -90,8 +101,7 @@ impl Finder<'_> {
                 continue;
             }
             let mut plausible = |blend: usize, rate: usize| {
-                let how = (BLENDS[blend], RATES[rate]);
-                self.is_layer_plausible((target, &source.limits), how, scratch)
+                test.is_plausible((&base, &source.limits), &source.wanted[target][rate], blend)
             };
             let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
                 continue;
@@ -106,45 +116,5 @@ impl Finder<'_> {
         }
         found.sort_unstable_by_key(|layer| layer.target);
         found
-    }
-
-    /// Samples the motion that goes on after a frame, without a layer.
-    fn sample_base(&self, from: &Departed, Scratch { motion, poses, .. }: &mut Scratch) {
-        let graph = self.graph;
-        let rate = graph.frame_rate() as f32;
-        let longest = BLENDS.into_iter().fold(0.0, f32::max);
-        let frames = Examiner::frames(rate, (longest * rate).ceil() as usize);
-        motion.restart(graph, from.before, []);
-        motion.extend(graph, frames as f32 / rate);
-        poses.resize_with(frames.max(poses.len()), Pose::default);
-        for (frame, pose) in poses[..frames].iter_mut().enumerate() {
-            motion.sample(graph, frame as f32 / rate, pose);
-        }
-    }
-
-    /// Whether a layer on the sampled motion is plausible.
-    fn is_layer_plausible(
-        &self,
-        (target, limits): (usize, &MotionLimits),
-        (blend, rate): (f32, f32),
-        Scratch {
-            poses, examiner, ..
-        }: &mut Scratch,
-    ) -> bool {
-        let (graph, at) = (self.graph, &self.targets[target]);
-        let frame_rate = graph.frame_rate() as f32;
-        let start = 1.0 / frame_rate;
-        let envelope = Envelope {
-            start,
-            full: start + blend,
-            release: 2.0,
-            end: 3.0,
-        };
-        let layer = Layer::new((at.clip, at.frame as f32), rate, envelope);
-        let blend = (blend * frame_rate).ceil() as usize;
-        examiner.is_upper_plausible((graph, limits), blend, |frame, pose| {
-            pose.copy_from(&poses[frame]);
-            layer.apply(graph, frame as f32 / frame_rate, pose);
-        })
     }
 }

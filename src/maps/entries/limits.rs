@@ -6,8 +6,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::examine::{Sample, departure, departures, turns};
-use crate::anim::{Clip, JointId, Skeleton};
+use super::frames::turns;
+use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
 
 /// Percentiles and bounds that define plausible motion.
@@ -91,6 +91,36 @@ impl MotionLimits {
     }
 }
 
+/// Distance of a point from where its velocity between `before` and `now` would have taken it.
+pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
+    then - (now + (now - before) * frames as f32)
+}
+
+/// Frames at which departures are measured.
+pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
+    DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
+}
+
+/// The part of a clip's frame that the limits depend on.
+#[derive(Clone, Debug, Default)]
+struct Sample {
+    pose: Pose,
+    head: Vec3,
+    toes: Vec<Vec3>,
+}
+
+impl Sample {
+    /// Finds the positions of head and toes in the pose.
+    fn locate(&mut self, graph: &MotionGraph, head: JointId, joints: &mut Vec<JointTransform>) {
+        forward_kinematics(graph.skeleton(), &self.pose, joints);
+        self.head = joints[head.index()].translation;
+        let toes = graph.feet().legs().iter();
+        self.toes.clear();
+        self.toes
+            .extend(toes.map(|leg| joints[leg.toe_or_foot().index()].translation));
+    }
+}
+
 /// Percentile of values in ascending order, 0 if there are none.
 fn percentile(values: &[f32], percent: f32) -> f32 {
     let last = values.len().saturating_sub(1) as f32;
@@ -148,7 +178,7 @@ impl MeasuredMotion {
         }
         let mut before: Vec<Vec3> = Vec::new();
         for pair in samples.windows(2) {
-            let now: Vec<Vec3> = turns(&pair[0], &pair[1]).collect();
+            let now = turns(&pair[0].pose, &pair[1].pose);
             for (joint, turn) in now.iter().enumerate() {
                 self.joint_speeds[joint].push(turn.length() * rate);
                 if let Some(before) = before.get(joint) {
@@ -196,6 +226,12 @@ impl MeasuredMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_goes_straight_on_departs_from_nothing() {
+        let at = |t: f32| Vec3::new(0.1, 0.0, -0.2) * t;
+        assert!(departure([at(0.0), at(1.0), at(7.0)], 6).length() < 1e-6);
+    }
 
     #[test]
     fn percentiles_are_those_of_sorted_values() {

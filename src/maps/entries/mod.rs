@@ -9,6 +9,9 @@ mod examine;
 mod exits;
 mod find;
 mod find_exits;
+mod frames;
+mod joint_steps;
+mod layer_test;
 mod layers;
 mod limits;
 mod moment_lists;
@@ -16,6 +19,8 @@ mod report;
 mod stance;
 mod stretches;
 mod targets;
+#[cfg(test)]
+mod tests;
 
 use std::ops::Range;
 

@@ -14,6 +14,8 @@ use crate::math::{Rigid2, in_parallel};
 pub(in crate::maps) struct PathSource<'a> {
     pub graph: &'a MotionGraph,
     pub retimable: &'a [Retimable],
+    /// Character's frame at each node, in the space of the node's clip.
+    pub placements: &'a [Rigid2],
     /// Edges that paths lead to. [`NodePath::evasion`] is an index into this list.
     pub goals: &'a [EdgeId],
 }
@@ -109,7 +111,7 @@ impl<'a> Layers<'a> {
                 .min(PathSettings::MOST_OF_ALL / graph.nodes().len().max(1))
                 .div_euclid(longest + 1)
                 .max(1),
-            steps: steps(graph),
+            steps: steps(graph, source.placements),
             starts,
         }
     }
@@ -242,8 +244,7 @@ fn better(a: &Draft, b: &Draft) -> std::cmp::Ordering {
 const TRANSITION_COST: f32 = 0.02;
 
 /// For each edge, the character's frame at its end, relative to that at its start.
-pub(super) fn steps(graph: &MotionGraph) -> Vec<Rigid2> {
-    let placements = graph.placements();
+pub(super) fn steps(graph: &MotionGraph, placements: &[Rigid2]) -> Vec<Rigid2> {
     graph
         .edge_ids()
         .map(|id| {

@@ -15,6 +15,7 @@ mod restore;
 use serde::{Deserialize, Serialize};
 
 pub(super) use build::{PathSource, build};
+pub(super) use restore::PathsBeside;
 
 use super::Retimable;
 use crate::graph::{EdgeId, NodeId};

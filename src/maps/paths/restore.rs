@@ -6,13 +6,21 @@ use crate::graph::{EdgeId, MotionGraph, NodeId};
 use crate::maps::{Evasion, Retimable};
 use crate::math::Rigid2;
 
+/// What paths depend on beside their graph.
+#[derive(Clone, Copy)]
+pub(in crate::maps) struct PathsBeside<'a> {
+    pub(in crate::maps) retimable: &'a [Retimable],
+    pub(in crate::maps) evasions: &'a [Evasion],
+    /// Character's frame at each node, in the space of the node's clip.
+    pub(in crate::maps) placements: &'a [Rigid2],
+}
+
 impl PathTable {
     /// Rebuilds the paths of a table from a file and checks them against the graph.
     pub(in crate::maps) fn restored(
         self,
         graph: &MotionGraph,
-        retimable: &[Retimable],
-        evasions: &[Evasion],
+        beside: PathsBeside<'_>,
     ) -> Result<Self, String> {
         let ends = self.first.windows(2).all(|pair| pair[0] <= pair[1]);
         let all = self.first.last().map(|&end| end as usize);
@@ -26,9 +34,9 @@ impl PathTable {
         let paths = Restorer {
             table: &self,
             graph,
-            retimable,
-            evasions,
-            steps: steps(graph),
+            retimable: beside.retimable,
+            evasions: beside.evasions,
+            steps: steps(graph, beside.placements),
             paths: vec![None; self.links.len()],
         }
         .run()

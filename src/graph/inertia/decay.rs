@@ -1,0 +1,202 @@
+//! Offsets that decay to 0: of points, of rotations, of feet.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton};
+use crate::math::Rigid2;
+
+/// An offset that decays to 0: its initial value and its initial rate of change per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Decay {
+    value: Vec3,
+    speed: Vec3,
+}
+
+impl Decay {
+    /// Decay of an offset that is `now` at first and `then` after `seconds`.
+    pub(crate) fn new(now: Vec3, then: Vec3, seconds: f32) -> Self {
+        Self {
+            value: now,
+            speed: (then - now) / seconds,
+        }
+    }
+
+    /// Decay of the rotation vector from `to` to `from`, at the cut and `seconds` later. Vectors near half a turn may differ by a whole
+    /// turn. Then the velocity is unknown and taken as 0.
+    pub(crate) fn of_rotations(from: [Quat; 2], to: [Quat; 2], seconds: f32) -> Self {
+        let [now, then] = [0, 1].map(|at| rotation_vector(from[at] * to[at].conjugate()));
+        match (then - now).length() > std::f32::consts::PI {
+            true => Self::new(now, now, seconds),
+            false => Self::new(now, then, seconds),
+        }
+    }
+
+    pub(crate) fn at(&self, weights: Weights) -> Vec3 {
+        self.value * weights.value + self.speed * weights.speed
+    }
+
+    /// A rotation with the offset added, which is a rotation vector.
+    pub(crate) fn rotated(&self, rotation: Quat, weights: Weights) -> Quat {
+        (Quat::from_scaled_axis(self.at(weights)) * rotation).normalize()
+    }
+
+    /// The same in a space that is turned.
+    pub(super) fn turn(&mut self, by: Rigid2) {
+        self.value = by.vector(self.value);
+        self.speed = by.vector(self.speed);
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.value.is_finite() && self.speed.is_finite()
+    }
+}
+
+/// Weights of a decay's initial value and initial velocity at a moment. The latter is in seconds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    value: f32,
+    speed: f32,
+    /// Weight of a foot's lift, 1 in the middle of the decay.
+    lift: f32,
+}
+
+impl Weights {
+    /// Weights at a share of a decay of a given duration: quintics whose velocity and acceleration are 0 at the end.
+    pub(crate) fn new(share: f32, seconds: f32) -> Self {
+        let s = share.clamp(0.0, 1.0);
+        let cube = s * s * s;
+        let flat = s * (1.0 - s);
+        Self {
+            value: 1.0 - cube * (10.0 - s * (15.0 - 6.0 * s)),
+            speed: seconds * (s - cube * (6.0 - s * (8.0 - 3.0 * s))),
+            lift: 16.0 * flat * flat,
+        }
+    }
+}
+
+/// Decaying offset of the position of a foot's toe and of the foot's rotation, in the space of the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FootDecay {
+    place: Decay,
+    rotation: Decay,
+    /// Height to which the foot is lifted on its way, in metres.
+    lift: f32,
+    /// Height of the toe at the cut, in metres.
+    floor: f32,
+}
+
+/// Minimum distance that a foot moves to be lifted, in metres.
+const DRAGGED: f32 = 0.02;
+/// Height of a step as a share of its length, and maximum height in metres.
+const LIFT: (f32, f32) = (0.25, 0.12);
+
+/// The frame of a foot with its origin at the toe, and the position of the toe in the ankle's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Foot {
+    pub(crate) at_toe: JointTransform,
+    toe: Vec3,
+}
+
+impl Foot {
+    pub(crate) fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
+        let chain = Chain::of(skeleton, pose);
+        let toe = chain.within(leg.toe_or_foot(), leg.foot).translation;
+        let ankle = chain.global(leg.foot);
+        let at_toe = JointTransform {
+            translation: ankle.point(toe),
+            ..ankle
+        };
+        Self { at_toe, toe }
+    }
+}
+
+impl FootDecay {
+    /// Decay from the frames of a foot in one motion to those in another, at the cut and `step` seconds later.
+    pub(crate) fn new(from: [JointTransform; 2], to: [JointTransform; 2], step: f32) -> Self {
+        let apart = |at: usize| from[at].translation - to[at].translation;
+        let way = apart(0).with_y(0.0).length();
+        let (share, most) = LIFT;
+        Self {
+            place: Decay::new(apart(0), apart(1), step),
+            rotation: Decay::of_rotations(
+                from.map(|foot| foot.rotation),
+                to.map(|foot| foot.rotation),
+                step,
+            ),
+            lift: share * (way - DRAGGED).clamp(0.0, most / share),
+            floor: from[0].translation.y,
+        }
+    }
+
+    /// Frame of the ankle of `foot` with the offset added.
+    pub(crate) fn moved(&self, foot: &Foot, weights: Weights) -> JointTransform {
+        let Foot { at_toe, toe } = foot;
+        let lift = Vec3::Y * (self.lift * weights.lift);
+        let mut place = at_toe.translation + self.place.at(weights) + lift;
+        place.y = place.y.max(at_toe.translation.y.min(self.floor));
+        let rotation = self.rotation.rotated(at_toe.rotation, weights);
+        JointTransform {
+            rotation,
+            translation: place - rotation * *toe,
+        }
+    }
+
+    /// The same in a space that is turned.
+    pub(super) fn turn(&mut self, by: Rigid2) {
+        self.place.turn(by);
+        self.rotation.turn(by);
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.place.is_finite()
+            && self.rotation.is_finite()
+            && self.lift.is_finite()
+            && self.floor.is_finite()
+    }
+}
+
+/// Rotation vector (axis times angle, in radians) of the shorter rotation.
+pub(crate) fn rotation_vector(turn: Quat) -> Vec3 {
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let (axis, sin) = (turn.xyz(), turn.xyz().length());
+    if sin < 1e-6 {
+        return 2.0 * axis;
+    }
+    axis * (2.0 * sin.atan2(turn.w) / sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_decays_starts_as_it_was_and_comes_to_rest() {
+        let seconds = 0.2;
+        let decay = Decay {
+            value: Vec3::new(0.3, -0.1, 0.0),
+            speed: Vec3::new(1.0, 0.0, -2.0),
+        };
+        let at = |t: f32| decay.at(Weights::new(t / seconds, seconds));
+        assert_eq!(at(0.0), decay.value);
+        assert_eq!(at(seconds), Vec3::ZERO);
+        let h = 1e-3;
+        let first = (at(h) - at(0.0)) / h;
+        assert!(first.distance(decay.speed) < 0.05, "{first}");
+        let last = (at(seconds) - at(seconds - h)) / h;
+        assert!(last.length() < 0.01, "{last}");
+    }
+
+    #[test]
+    fn turns_come_back_from_their_vectors() {
+        for turn in [
+            Quat::from_rotation_x(0.4) * Quat::from_rotation_z(-2.0),
+            Quat::from_rotation_y(3.0),
+            Quat::IDENTITY,
+            -Quat::from_rotation_y(1e-4),
+        ] {
+            let back = Quat::from_scaled_axis(rotation_vector(turn));
+            assert!(back.dot(turn).abs() > 1.0 - 1e-6, "{turn}");
+        }
+    }
+}

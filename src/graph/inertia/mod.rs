@@ -1,0 +1,182 @@
+//! Inertialization: a cut from one motion to another, after which the offset between the two fades out.
+//!
+//! Source: Bollo, "Inertialization: High-Performance Animation Transitions in Gears of War" (GDC 2018): after the cut only the new
+//! motion is evaluated. The offset of the old motion at the cut, with its velocity, is added as a quintic that decays to 0. Differs:
+//! offsets of rotations are rotation vectors with three quintics each, not an angle about one axis, and their initial acceleration is 0.
+//! Feet have offsets in the space of the motion, and the legs follow by inverse kinematics. The offset of a foot is that of its toe, about
+//! which it also turns: a foot whose toe is planted at the same place in both motions pivots on it. A foot that has to move takes a step,
+//! and no toe is lower than in the lower one of both motions.
+
+mod decay;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::{EdgeId, MotionGraph, Playhead};
+use crate::anim::{JointTransform, Pose, reach};
+use crate::math::Rigid2;
+
+pub(crate) use decay::{Decay, Foot, FootDecay, Weights, rotation_vector};
+
+/// Position in the graph at which a motion continues without an edge that leads there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Edge to play.
+    pub edge: EdgeId,
+    /// Position on the edge, in frames.
+    pub frame: f32,
+    /// Transform from the space of the clip in which the edge starts to the world.
+    pub clip_to_world: Rigid2,
+    /// Playback rate of the edge and of the following edges of its clip, up to the end of the next event.
+    pub rate: f32,
+    /// Duration of the fade-out of the previous motion, in seconds. Above 0.
+    pub blend: f32,
+}
+
+impl Entry {
+    /// The position that it leads to.
+    pub(crate) fn playhead(&self) -> Playhead {
+        Playhead {
+            edge: self.edge,
+            frame: self.frame,
+            clip_to_world: self.clip_to_world,
+        }
+    }
+}
+
+/// Decaying offsets after one cut of a motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Inertia {
+    /// Time of the cut, in seconds since the motion's start. Negative if the motion is the remainder of another.
+    pub(super) start: f32,
+    pub(super) seconds: f32,
+    root: Decay,
+    /// Offset of each joint's rotation.
+    joints: Vec<Decay>,
+    /// Offset of each joint's translation, if one of the motions has translations.
+    places: Vec<Decay>,
+    /// Offset of each leg's foot.
+    feet: Vec<FootDecay>,
+}
+
+/// Scratch: poses of both motions at the cut and a moment later.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EntryScratch {
+    pub(super) from: [Pose; 2],
+    pub(super) to: [Pose; 2],
+}
+
+impl Inertia {
+    /// Computes the offsets from `poses.to` to `poses.from` at `start`. The second pose of each is `step` seconds later.
+    pub(super) fn measure(
+        &mut self,
+        graph: &MotionGraph,
+        poses: &mut EntryScratch,
+        (start, seconds, step): (f32, f32, f32),
+    ) {
+        let skeleton = graph.skeleton();
+        let EntryScratch { from, to } = poses;
+        (self.start, self.seconds) = (start, seconds);
+        self.root = Decay::new(from[0].root - to[0].root, from[1].root - to[1].root, step);
+        self.joints.clear();
+        let rotations =
+            |poses: &[Pose; 2], joint: usize| [0, 1].map(|at| poses[at].rotations[joint]);
+        self.joints.extend(
+            (0..skeleton.len()).map(|joint| {
+                Decay::of_rotations(rotations(from, joint), rotations(to, joint), step)
+            }),
+        );
+        self.feet.clear();
+        for leg in graph.feet().legs() {
+            let foot = |pose: &Pose| Foot::of(skeleton, pose, leg).at_toe;
+            let (from, to) = (
+                [foot(&from[0]), foot(&from[1])],
+                [foot(&to[0]), foot(&to[1])],
+            );
+            self.feet.push(FootDecay::new(from, to, step));
+        }
+        self.places.clear();
+        let moved = |poses: &[Pose; 2]| poses.iter().any(|pose| !pose.translations.is_empty());
+        if moved(from) || moved(to) {
+            from.iter_mut()
+                .chain(to.iter_mut())
+                .for_each(|pose| pose.fill_translations(skeleton));
+            let apart =
+                |at: usize, joint: usize| from[at].translations[joint] - to[at].translations[joint];
+            let places =
+                (0..skeleton.len()).map(|joint| Decay::new(apart(0, joint), apart(1, joint), step));
+            self.places.extend(places);
+        }
+    }
+
+    /// Turns what stands in the space of the motion: root, root rotation and feet.
+    pub(super) fn turn(&mut self, by: Rigid2) {
+        self.root.turn(by);
+        if let Some(root) = self.joints.first_mut() {
+            root.turn(by);
+        }
+        for foot in &mut self.feet {
+            foot.turn(by);
+        }
+    }
+
+    /// Whether it fits a skeleton: asked of what is read from a file.
+    pub(super) fn is_sound(&self, joints: usize, legs: usize) -> bool {
+        let feet = self.feet.iter().all(FootDecay::is_finite);
+        let lists = [&self.joints, &self.places];
+        let finite = lists.iter().all(|list| list.iter().all(Decay::is_finite));
+        self.start.is_finite()
+            && self.seconds > 0.0
+            && self.seconds.is_finite()
+            && self.root.is_finite()
+            && self.joints.len() == joints
+            && (self.places.is_empty() || self.places.len() == joints)
+            && self.feet.len() == legs
+            && feet
+            && finite
+    }
+
+    /// Whether the offsets are not yet 0 at `seconds` of the motion.
+    pub(super) fn lasts(&self, seconds: f32) -> bool {
+        seconds - self.start < self.seconds
+    }
+
+    /// End of the decay, in seconds since the motion's start.
+    pub(super) fn end(&self) -> f32 {
+        self.start + self.seconds
+    }
+
+    fn weights(&self, seconds: f32) -> Weights {
+        Weights::new((seconds - self.start) / self.seconds, self.seconds)
+    }
+
+    /// Offset of the root from that of the new motion, in metres.
+    pub(super) fn root(&self, seconds: f32) -> Vec3 {
+        self.root.at(self.weights(seconds))
+    }
+
+    /// Adds the offsets at `seconds` to the pose of the new motion.
+    pub(super) fn apply(&self, graph: &MotionGraph, seconds: f32, pose: &mut Pose) {
+        /// Maximum number of legs.
+        const MOST: usize = 8;
+        let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
+        let legs = graph.feet().legs();
+        let mut feet = [JointTransform::IDENTITY; MOST];
+        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(&mut feet) {
+            *foot = decay.moved(&Foot::of(skeleton, pose, leg), weights);
+        }
+        pose.root += self.root.at(weights);
+        for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
+            *rotation = decay.rotated(*rotation, weights);
+        }
+        if !self.places.is_empty() {
+            pose.fill_translations(skeleton);
+            for (place, decay) in pose.translations.iter_mut().zip(&self.places) {
+                *place += decay.at(weights);
+            }
+        }
+        for (leg, foot) in legs.iter().zip(feet) {
+            reach(skeleton, pose, leg, foot);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The steps of a joint from frame to frame, against the limits of its velocity and acceleration.
+
+use glam::{Quat, Vec3};
+
+use super::limits::MotionLimits;
+use crate::anim::JointId;
+use crate::graph::rotation_vector;
+
+/// Rotation vector of a rotation, which is small from one frame to the next: without an arc tangent up to 35°, by the first terms
+/// of the series of the arc sine, whose error is below 1e-8 of the angle.
+fn small_turn(rotation: Quat) -> Vec3 {
+    /// Square of the sine of half the largest angle.
+    const MOST: f32 = 0.09;
+    let vector = rotation.xyz();
+    let square = vector.length_squared();
+    if square > MOST {
+        return rotation_vector(rotation);
+    }
+    let series = [35.0 / 1152.0, 5.0 / 112.0, 3.0 / 40.0, 1.0 / 6.0, 1.0];
+    let share = series
+        .into_iter()
+        .fold(63.0 / 2816.0, |sum, term| sum * square + term);
+    vector * (2.0 * share).copysign(rotation.w)
+}
+
+/// The limits of a joint.
+#[derive(Clone, Copy)]
+pub(super) struct JointLimits {
+    /// Rotation between two frames, in radians.
+    step: f32,
+    /// Difference between two such rotations, in radians.
+    change: f32,
+}
+
+impl JointLimits {
+    pub(super) fn of(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
+        Self {
+            step: limits.joint_speed[joint.index()] / rate,
+            change: limits.joint_acceleration[joint.index()] / (rate * rate),
+        }
+    }
+}
+
+/// The steps of a joint.
+#[derive(Clone, Copy)]
+pub(super) struct JointSteps {
+    /// Rotation in the last frame.
+    pub(super) before: Quat,
+    /// Rotation vector of the last step, in the space of the joint's parent.
+    pub(super) turn: Vec3,
+}
+
+impl JointSteps {
+    /// Makes the step to the next rotation and returns whether it is within the limits.
+    pub(super) fn fits(&mut self, rotation: Quat, limits: JointLimits) -> bool {
+        let turn = small_turn(rotation * self.before.conjugate());
+        let change = turn - self.turn;
+        (self.before, self.turn) = (rotation, turn);
+        turn.length_squared() <= limits.step * limits.step
+            && change.length_squared() <= limits.change * limits.change
+    }
+}

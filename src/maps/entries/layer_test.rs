@@ -1,0 +1,247 @@
+//! The test of layers against the limits of plausible motion.
+//!
+//! The played motion is that of [`Layer`](crate::graph::Layer). The joints that the layer does not move are those of the motion without it,
+//! and are tested once.
+
+use glam::{Quat, Vec3};
+
+use super::BLENDS;
+use super::examine::Examiner;
+use super::frames::{FrameSampler, turns};
+use super::joint_steps::{JointLimits, JointSteps};
+use super::limits::{MotionLimits, departure, departures, head};
+use crate::anim::{Envelope, JointId, Pose, slerp};
+use crate::graph::{ClipId, MotionGraph, Playhead, layer_tilt};
+
+/// Scratch of the test of layers in one graph.
+pub(super) struct LayerTest<'a> {
+    graph: &'a MotionGraph,
+    rate: f32,
+    /// Joints from the root to the head.
+    head_chain: Vec<JointId>,
+    /// Joints that a layer moves, without the spine.
+    free: Vec<JointId>,
+    /// Joints that it does not move.
+    kept: Vec<JointId>,
+    sampler: FrameSampler<'a>,
+    /// Frames whose spine is known.
+    poses: Vec<Pose>,
+}
+
+/// The motion that goes on after a frame, without a layer.
+pub(super) struct LayerBase {
+    poses: Vec<Pose>,
+    /// Rotation vector of each joint between the first two frames.
+    turns: Vec<Vec3>,
+    /// Whether the joints that a layer does not move are plausible, for each of [`BLENDS`].
+    fits: [bool; BLENDS.len()],
+}
+
+/// One layer on a motion.
+#[derive(Clone, Copy)]
+struct Layered<'a> {
+    base: &'a LayerBase,
+    limits: &'a MotionLimits,
+    /// Poses of the clip that is layered, from the second frame of the base on.
+    wanted: &'a [Pose],
+    envelope: Envelope,
+}
+
+/// Number of frames whose joints are tested before the head.
+const FIRST: usize = 4;
+
+impl<'a> LayerTest<'a> {
+    pub(super) fn new(graph: &'a MotionGraph) -> Self {
+        let (skeleton, rig) = (graph.skeleton(), graph.rig());
+        let is_kept = |id: &JointId| !rig.part(*id).is_above_pelvis();
+        let (kept, moved): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_kept);
+        let mut head_chain: Vec<JointId> = skeleton.ancestry(head(skeleton)).collect();
+        head_chain.reverse();
+        Self {
+            graph,
+            rate: graph.frame_rate() as f32,
+            head_chain,
+            free: { moved.into_iter() }
+                .filter(|id| !rig.spine().contains(id))
+                .collect(),
+            kept,
+            sampler: FrameSampler::new(graph),
+            poses: Vec::new(),
+        }
+    }
+
+    /// Number of frames that a test of the longest blend reads, of the motion without a layer.
+    fn frames(rate: f32) -> usize {
+        let longest = BLENDS.into_iter().fold(0.0, f32::max);
+        1 + Examiner::frames(rate, (longest * rate).ceil() as usize)
+    }
+
+    /// Poses of a clip from a frame on, at a playback rate.
+    pub(super) fn wanted(
+        graph: &MotionGraph,
+        (clip, frame): (ClipId, u32),
+        rate: f32,
+    ) -> Vec<Pose> {
+        let poses = (1..Self::frames(graph.frame_rate() as f32)).map(|after| {
+            let mut pose = Pose::default();
+            let at = frame as f32 + (after - 1) as f32 * rate;
+            graph.clip(clip).sample(at, &mut pose);
+            pose
+        });
+        poses.collect()
+    }
+
+    /// Samples the motion that goes on after a frame, without a layer.
+    pub(super) fn base(&mut self, before: Playhead, limits: &MotionLimits) -> LayerBase {
+        let rate = self.rate;
+        let poses = self.sampler.goes_on(before, Self::frames(rate));
+        let mut base = LayerBase {
+            turns: turns(&poses[0], &poses[1]),
+            poses,
+            fits: [false; BLENDS.len()],
+        };
+        base.fits = BLENDS.map(|blend| {
+            let frames = self.tested(blend);
+            self.kept.iter().all(|&joint| {
+                let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
+                let limits = JointLimits::of(limits, joint, rate);
+                base.fits(joint, limits, (2..frames).map(rotation))
+            })
+        });
+        base
+    }
+
+    /// Number of frames whose joints are tested.
+    fn tested(&self, blend: f32) -> usize {
+        (blend * self.rate).ceil() as usize + 3
+    }
+
+    /// Whether a layer, which fades in within the blend of an index of [`BLENDS`], is plausible: its joints, and the departure of its head.
+    pub(super) fn is_plausible(
+        &mut self,
+        (base, limits): (&LayerBase, &MotionLimits),
+        wanted: &[Pose],
+        blend: usize,
+    ) -> bool {
+        let start = 1.0 / self.rate;
+        let layered = Layered {
+            base,
+            limits,
+            wanted,
+            envelope: Envelope {
+                start,
+                full: start + BLENDS[blend],
+                release: 2.0,
+                end: 3.0,
+            },
+        };
+        let frames = self.tested(BLENDS[blend]);
+        base.fits[blend]
+            && self.joints_fit(layered, FIRST)
+            && self.head_goes_on(layered)
+            && self.joints_fit(layered, frames)
+    }
+
+    /// Whether the joints that the layer moves are plausible in the first frames.
+    fn joints_fit(&mut self, layered: Layered<'_>, frames: usize) -> bool {
+        let rate = self.rate;
+        let limits = |joint| JointLimits::of(layered.limits, joint, rate);
+        let failed = self.free.iter().position(|&joint| {
+            let rotations = (2..frames).map(|frame| layered.rotation(joint, (frame, rate)));
+            !layered.base.fits(joint, limits(joint), rotations)
+        });
+        if let Some(failed) = failed {
+            // It will often fail again.
+            self.free[..=failed].rotate_right(1);
+            return false;
+        }
+        (2..frames).for_each(|frame| self.bend_spine(layered, frame));
+        self.graph.rig().spine().iter().all(|&joint| {
+            let rotations = (2..frames).map(|frame| self.poses[frame].rotations[joint.index()]);
+            layered.base.fits(joint, limits(joint), rotations)
+        })
+    }
+
+    /// Computes the spine in a frame.
+    fn bend_spine(&mut self, layered: Layered<'_>, frame: usize) {
+        let joints = self.graph.skeleton().len();
+        if self.poses.len() <= frame {
+            self.poses.resize_with(frame + 1, Pose::default);
+        }
+        let (rig, pose) = (self.graph.rig(), &mut self.poses[frame]);
+        pose.rotations.resize(joints, Quat::IDENTITY);
+        for &joint in rig.spine() {
+            pose.rotations[joint.index()] = layered.rotation(joint, (frame, self.rate));
+        }
+        let root = JointId::ROOT.index();
+        let pelvis = layered.base.poses[frame].rotations[root];
+        pose.rotations[root] = pelvis;
+        if let Some(wanted) = layered.wanted(frame) {
+            let weight = layered.weight(frame, self.rate);
+            let tilt = layer_tilt(pelvis, wanted.rotations[root]) * weight;
+            rig.turn_spine(tilt, pose);
+        }
+    }
+
+    fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
+        let limits = layered.limits.head_departure;
+        let mut both = departures(self.rate).into_iter().zip(limits);
+        both.all(|(frames, limit)| {
+            let ends = [0, 1, 1 + frames].map(|frame| self.head(layered, frame));
+            departure(ends, frames).length() <= limit
+        })
+    }
+
+    fn head(&mut self, layered: Layered<'_>, frame: usize) -> Vec3 {
+        self.bend_spine(layered, frame);
+        let (skeleton, rig) = (self.graph.skeleton(), self.graph.rig());
+        let mut point = Vec3::ZERO;
+        for &joint in self.head_chain.iter().rev() {
+            let (own, place) = layered.base.poses[frame].local(skeleton, joint);
+            let rotation = match rig.part(joint).is_above_pelvis() {
+                true if rig.spine().contains(&joint) => self.poses[frame].rotations[joint.index()],
+                true => layered.rotation(joint, (frame, self.rate)),
+                false => own,
+            };
+            point = rotation * point + place;
+        }
+        point
+    }
+}
+
+impl LayerBase {
+    /// Whether a joint that has some rotations from the third frame on is plausible.
+    fn fits(
+        &self,
+        joint: JointId,
+        limits: JointLimits,
+        mut rotations: impl Iterator<Item = Quat>,
+    ) -> bool {
+        let mut steps = JointSteps {
+            before: self.poses[1].rotations[joint.index()],
+            turn: self.turns[joint.index()],
+        };
+        rotations.all(|rotation| steps.fits(rotation, limits))
+    }
+}
+
+impl<'a> Layered<'a> {
+    fn weight(&self, frame: usize, rate: f32) -> f32 {
+        self.envelope.weight(frame as f32 / rate)
+    }
+
+    fn wanted(&self, frame: usize) -> Option<&'a Pose> {
+        self.wanted.get(frame.checked_sub(1)?)
+    }
+
+    /// Rotation of a joint that the layer moves, before the spine takes over the pelvis' tilt.
+    fn rotation(&self, joint: JointId, (frame, rate): (usize, f32)) -> Quat {
+        let own = self.base.poses[frame].rotations[joint.index()];
+        match (self.wanted(frame), self.weight(frame, rate)) {
+            (Some(wanted), weight) if weight > 0.0 => {
+                slerp(own, wanted.rotations[joint.index()], weight)
+            }
+            _ => own,
+        }
+    }
+}

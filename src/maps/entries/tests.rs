@@ -1,0 +1,306 @@
+//! The fast tests of cuts and layers have the limits of the played motion, sampled frame by frame.
+
+use glam::{Quat, Vec3};
+
+use super::examine::{Cut, Examiner};
+use super::frames::FrameSampler;
+use super::layer_test::LayerTest;
+use super::limits::{MotionLimits, departure, departures, head};
+use super::targets::ClipFrame;
+use crate::anim::{
+    Clip, ClipDesc, Envelope, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton,
+    forward_kinematics,
+};
+use crate::graph::{
+    ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, Playhead, build,
+    rotation_vector,
+};
+use crate::math::Rigid2;
+
+fn skeleton() -> Skeleton {
+    let (up, side) = (Vec3::Y * 0.2, Vec3::X * 0.2);
+    let joints = [
+        ("Hips", None, Vec3::ZERO),
+        ("Spine", Some(0), up),
+        ("Chest", Some(1), up),
+        ("Neck", Some(2), up),
+        ("Head", Some(3), up),
+        ("LeftArm", Some(2), side),
+        ("LeftForeArm", Some(5), side),
+        ("LeftHand", Some(6), side),
+        ("RightArm", Some(2), -side),
+        ("RightForeArm", Some(8), -side),
+        ("RightHand", Some(9), -side),
+        ("LeftUpLeg", Some(0), side * 0.4),
+        ("LeftLeg", Some(11), -up * 2.0),
+        ("LeftFoot", Some(12), -up * 2.0),
+        ("LeftToe", Some(13), Vec3::Z * 0.15),
+        ("RightUpLeg", Some(0), -side * 0.4),
+        ("RightLeg", Some(15), -up * 2.0),
+        ("RightFoot", Some(16), -up * 2.0),
+        ("RightToe", Some(17), Vec3::Z * 0.15),
+    ];
+    let joint = |&(name, parent, offset): &(&str, Option<u16>, Vec3)| Joint {
+        name: name.into(),
+        parent: parent.map(JointId),
+        offset,
+        kind: JointKind::Moving,
+    };
+    Skeleton::new(joints.iter().map(joint).collect()).unwrap()
+}
+
+/// A body that sways with a period of two seconds: each joint by its own amplitude and phase.
+fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {
+    let frames = 240;
+    let phase = |frame: usize| std::f32::consts::TAU * frame as f32 / 60.0;
+    let noise = |joint: usize, axis: usize| ((joint * 3 + axis) as f32 * 12.9898).sin();
+    let rotation = |frame: usize, joint: usize| {
+        let bend = |axis: usize| {
+            let sway = (phase(frame) + 6.0 * noise(joint, axis)).sin();
+            0.25 * noise(joint + 40, axis) * sway
+        };
+        Quat::from_scaled_axis(Vec3::new(0.2 + bend(0), bend(1), bend(2)))
+    };
+    let place = |frame: usize, joint: usize| {
+        skeleton.joints()[joint].offset * (1.0 + 0.05 * (phase(frame) + joint as f32).sin())
+    };
+    let all = (0..frames).flat_map(|frame| (0..skeleton.len()).map(move |joint| (frame, joint)));
+    let desc = ClipDesc {
+        name: "sway".to_owned(),
+        frame_rate: 30.0,
+        roots: (0..frames)
+            .map(|frame| Vec3::new(0.1 * phase(frame).sin(), 0.8, 0.2 * phase(frame).cos()))
+            .collect(),
+        rotations: all
+            .clone()
+            .map(|(frame, joint)| rotation(frame, joint))
+            .collect(),
+        translations: match moves_joints {
+            true => all.map(|(frame, joint)| place(frame, joint)).collect(),
+            false => Vec::new(),
+        },
+    };
+    Clip::new(skeleton, desc).unwrap()
+}
+
+fn graph(moves_joints: bool) -> MotionGraph {
+    let skeleton = skeleton();
+    let clips = [clip(&skeleton, moves_joints)];
+    let event = Event {
+        clip: 0,
+        kind: EventKind::Evasion,
+        start: 3.0,
+        end: 4.0,
+        joints: Vec::new(),
+    };
+    let source = ClipSource {
+        skeleton: &skeleton,
+        clips: &clips,
+        events: &[event],
+    };
+    let settings = GraphSettings {
+        compression: None,
+        ..GraphSettings::default()
+    };
+    build(source, &settings).unwrap().0
+}
+
+/// Limits of no body: those that bind differ from cut to cut.
+fn limits(joints: usize, scale: f32) -> MotionLimits {
+    MotionLimits {
+        joint_speed: (0..joints)
+            .map(|j| scale * (3.0 + j as f32 * 0.1))
+            .collect(),
+        joint_acceleration: (0..joints)
+            .map(|j| scale * (60.0 + j as f32 * 2.0))
+            .collect(),
+        hip_departure: [0.2, 0.3].map(|limit| scale * limit),
+        head_departure: [0.25, 0.35].map(|limit| scale * limit),
+        toe_speed: scale * 2.0,
+        slide: scale * 0.1,
+    }
+}
+
+/// The played motion, frame by frame: largest share of a limit that it takes.
+struct Played<'a> {
+    graph: &'a MotionGraph,
+    poses: Vec<Pose>,
+}
+
+impl Played<'_> {
+    fn sampled(graph: &MotionGraph, frames: usize, sample: impl Fn(f32, &mut Pose)) -> Played<'_> {
+        let rate = graph.frame_rate() as f32;
+        let poses = (0..frames).map(|frame| {
+            let mut pose = Pose::default();
+            sample(frame as f32 / rate, &mut pose);
+            pose
+        });
+        Played {
+            graph,
+            poses: poses.collect(),
+        }
+    }
+
+    fn place(&self, frame: usize, joint: JointId) -> Vec3 {
+        let mut joints = Vec::new();
+        forward_kinematics(self.graph.skeleton(), &self.poses[frame], &mut joints);
+        joints[joint.index()].translation
+    }
+
+    fn joints(&self, limits: &MotionLimits, frames: usize) -> f32 {
+        let rate = self.graph.frame_rate() as f32;
+        let turn = |frame: usize, joint: usize| {
+            let [from, to] = [frame, frame + 1].map(|at| self.poses[at].rotations[joint]);
+            rotation_vector(to * from.conjugate())
+        };
+        let all =
+            (1..frames - 1).flat_map(|at| (0..limits.joint_speed.len()).map(move |j| (at, j)));
+        let shares = all.map(|(at, joint)| {
+            let speed = turn(at, joint).length() * rate / limits.joint_speed[joint];
+            let change = (turn(at, joint) - turn(at - 1, joint)).length() * rate * rate;
+            speed.max(change / limits.joint_acceleration[joint])
+        });
+        shares.fold(0.0, f32::max)
+    }
+
+    fn departure(&self, joint: JointId, limits: [f32; 2], flat: bool) -> f32 {
+        let frames = departures(self.graph.frame_rate() as f32);
+        let shares = frames.into_iter().zip(limits).map(|(frames, limit)| {
+            let ends = [0, 1, 1 + frames].map(|frame| self.place(frame, joint));
+            let way = departure(ends, frames);
+            let way = if flat { way.with_y(0.0) } else { way };
+            way.length() / limit
+        });
+        shares.fold(0.0, f32::max)
+    }
+
+    fn toes(&self, limits: &MotionLimits, frames: usize) -> [f32; 2] {
+        let rate = self.graph.frame_rate() as f32;
+        let (mut fastest, mut slide) = (0.0_f32, 0.0);
+        for frame in 1..frames - 1 {
+            let ways = self.graph.feet().legs().iter().map(|leg| {
+                let toe = leg.toe_or_foot();
+                self.place(frame + 1, toe) - self.place(frame, toe)
+            });
+            let ways: Vec<Vec3> = ways.collect();
+            let longest = ways.iter().map(|way| way.length()).fold(0.0, f32::max);
+            fastest = fastest.max(longest * rate / limits.toe_speed);
+            let slow = ways.iter().map(|way| way.with_y(0.0).length());
+            slide += slow.fold(f32::INFINITY, f32::min);
+        }
+        [fastest, slide / limits.slide]
+    }
+}
+
+/// An edge that plays the clip, and a frame on it, for a frame of the clip.
+fn place(graph: &MotionGraph, frame: u32) -> ClipFrame {
+    let plays = |id: &crate::graph::EdgeId| {
+        let edge = graph.edge(*id);
+        let from = graph.node(edge.from).frame;
+        edge.motion == EdgeMotion::Clip && (from..from + edge.frames).contains(&frame)
+    };
+    let edge = graph.edge_ids().find(plays).unwrap();
+    ClipFrame::of(graph, edge, frame - graph.node(graph.edge(edge).from).frame)
+}
+
+#[test]
+fn a_cut_is_plausible_within_the_limits_of_the_played_motion() {
+    for moves_joints in [false, true] {
+        let graph = graph(moves_joints);
+        let (joints, rate) = (graph.skeleton().len(), 30.0);
+        let mut sampler = FrameSampler::new(&graph);
+        let mut examiner = Examiner::new(&graph);
+        let mut binding = Vec::new();
+        for number in 0..60_u32 {
+            let now = place(&graph, 3 + number * 7 % 80);
+            let target = place(&graph, 88 + number * 5 % 60);
+            let blend = [0.15, 0.2, 0.25, 0.45][number as usize % 4];
+            let entry = Entry {
+                edge: target.edge,
+                frame: target.edge_frame as f32,
+                clip_to_world: Rigid2::new(0.02 * number as f32, 0.1, -0.01 * number as f32),
+                rate: [1.0, 1.25, 1.5][number as usize % 3],
+                blend,
+            };
+            let before = Playhead::at(&graph, now.edge, now.edge_frame as f32, Rigid2::IDENTITY);
+            let mut motion = Motion::new(&graph, before, &[]);
+            motion.enter(&graph, 1.0 / rate, &entry);
+            motion.extend(&graph, 2.0);
+            let frames = (blend * rate).ceil() as usize;
+            let count = 1 + Examiner::frames(rate, frames);
+            let played = Played::sampled(&graph, count, |t, pose| motion.sample(&graph, t, pose));
+            let plain = limits(joints, 1.0);
+            let [toes, slide] = played.toes(&plain, frames + 2);
+            let shares = [
+                played.joints(&plain, frames + 3),
+                played.departure(JointId::ROOT, plain.hip_departure, true),
+                played.departure(head(graph.skeleton()), plain.head_departure, false),
+                toes,
+                slide,
+            ];
+            let share = shares.into_iter().fold(0.0, f32::max);
+            binding.push(shares.iter().position(|&one| one == share).unwrap());
+            let left = sampler.left(before);
+            let entered = sampler.entered(&target, entry.rate, count);
+            let mut fits = |scale: f32| {
+                let cut = Cut {
+                    graph: &graph,
+                    limits: &limits(joints, scale),
+                    left: &left,
+                    entered: &entered,
+                    align: entry.clip_to_world,
+                    stands: true,
+                    toe_slows: false,
+                };
+                examiner.cut(cut).is_plausible(blend)
+            };
+            assert!(fits(share * 1.005), "cut {number}: {shares:?}");
+            assert!(!fits(share * 0.995), "cut {number}: {shares:?}");
+        }
+        binding.sort_unstable();
+        binding.dedup();
+        assert!(binding.len() > 2, "{binding:?} alone decide");
+    }
+}
+
+#[test]
+fn a_layer_is_plausible_within_the_limits_of_the_played_motion() {
+    let graph = graph(false);
+    let (joints, rate) = (graph.skeleton().len(), 30.0);
+    assert!(graph.rig().has_upper_body());
+    let mut test = LayerTest::new(&graph);
+    for number in 0..60_u32 {
+        let now = place(&graph, 3 + number * 7 % 80);
+        let target = place(&graph, 88 + number * 5 % 60);
+        let index = number as usize % super::BLENDS.len();
+        let (blend, speed) = (super::BLENDS[index], super::RATES[number as usize / 3 % 3]);
+        let start = 1.0 / rate;
+        let envelope = Envelope {
+            start,
+            full: start + blend,
+            release: 2.0,
+            end: 3.0,
+        };
+        let layer = Layer::new((target.clip, target.frame as f32), speed, envelope);
+        let before = Playhead::at(&graph, now.edge, now.edge_frame as f32, Rigid2::IDENTITY);
+        let mut motion = Motion::new(&graph, before, &[]);
+        motion.extend(&graph, 2.0);
+        let frames = (blend * rate).ceil() as usize;
+        let played = Played::sampled(&graph, 1 + Examiner::frames(rate, frames), |t, pose| {
+            motion.sample(&graph, t, pose);
+            layer.apply(&graph, t, pose);
+        });
+        let plain = limits(joints, 1.0);
+        let joint_share = played.joints(&plain, frames + 3);
+        let head = played.departure(head(graph.skeleton()), plain.head_departure, false);
+        let share = joint_share.max(head);
+        let wanted = LayerTest::wanted(&graph, (target.clip, target.frame), speed);
+        let mut fits = |scale: f32| {
+            let limits = limits(joints, scale);
+            let base = test.base(before, &limits);
+            test.is_plausible((&base, &limits), &wanted, index)
+        };
+        assert!(fits(share * 1.005), "layer {number}: {joint_share} {head}");
+        assert!(!fits(share * 0.995), "layer {number}: {joint_share} {head}");
+    }
+}
