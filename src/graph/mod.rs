@@ -37,7 +37,7 @@ pub(crate) use feet::Feet;
 pub use feet::{FeetSettings, FootSlide};
 pub use ids::{ClipId, EdgeId, EventId, NodeId};
 pub use inertia::Entry;
-pub(crate) use inertia::{Decay, Foot, FootDecay, Weights, rotation_vector};
+pub(crate) use inertia::{Decay, FootDecay, Weights, foot_at_toe, rotation_vector};
 pub use links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent};
 pub use motion::{Layer, Motion};
 pub(crate) use motion::{heading, layer_tilt};

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton};
+use crate::anim::{Chain, JointTransform, Leg, Pose, Skeleton, reach};
 use crate::math::Rigid2;
 
 /// An offset that decays to 0: its initial value and its initial rate of change per second.
@@ -91,23 +91,18 @@ const DRAGGED: f32 = 0.02;
 /// Height of a step as a share of its length, and maximum height in metres.
 const LIFT: (f32, f32) = (0.25, 0.12);
 
-/// The frame of a foot with its origin at the toe, and the position of the toe in the ankle's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Foot {
-    pub(crate) at_toe: JointTransform,
-    toe: Vec3,
+/// Position of a leg's toe in the frame of its ankle.
+fn toe_in_ankle(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Vec3 {
+    let chain = Chain::of(skeleton, pose);
+    chain.within(leg.toe_or_foot(), leg.foot).translation
 }
 
-impl Foot {
-    pub(crate) fn of(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> Self {
-        let chain = Chain::of(skeleton, pose);
-        let toe = chain.within(leg.toe_or_foot(), leg.foot).translation;
-        let ankle = chain.global(leg.foot);
-        let at_toe = JointTransform {
-            translation: ankle.point(toe),
-            ..ankle
-        };
-        Self { at_toe, toe }
+/// The frame of a leg's foot with its origin at the toe.
+pub(crate) fn foot_at_toe(skeleton: &Skeleton, pose: &Pose, leg: &Leg) -> JointTransform {
+    let ankle = Chain::of(skeleton, pose).global(leg.foot);
+    JointTransform {
+        translation: ankle.point(toe_in_ankle(skeleton, pose, leg)),
+        ..ankle
     }
 }
 
@@ -129,17 +124,22 @@ impl FootDecay {
         }
     }
 
-    /// Frame of the ankle of `foot` with the offset added.
-    pub(crate) fn moved(&self, foot: &Foot, weights: Weights) -> JointTransform {
-        let Foot { at_toe, toe } = foot;
+    /// Adds the offset to a foot of the new motion, given by its frame at the toe: the leg of `pose` reaches for it.
+    pub(crate) fn reach(
+        &self,
+        (skeleton, leg): (&Skeleton, &Leg),
+        (at_toe, weights): (JointTransform, Weights),
+        pose: &mut Pose,
+    ) {
         let lift = Vec3::Y * (self.lift * weights.lift);
         let mut place = at_toe.translation + self.place.at(weights) + lift;
         place.y = place.y.max(at_toe.translation.y.min(self.floor));
         let rotation = self.rotation.rotated(at_toe.rotation, weights);
-        JointTransform {
+        let ankle = JointTransform {
             rotation,
-            translation: place - rotation * *toe,
-        }
+            translation: place - rotation * toe_in_ankle(skeleton, pose, leg),
+        };
+        reach(skeleton, pose, leg, ankle);
     }
 
     /// The same in a space that is turned.

@@ -13,10 +13,10 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::{EdgeId, MotionGraph, Playhead};
-use crate::anim::{JointTransform, Pose, reach};
+use crate::anim::{JointTransform, Pose};
 use crate::math::Rigid2;
 
-pub(crate) use decay::{Decay, Foot, FootDecay, Weights, rotation_vector};
+pub(crate) use decay::{Decay, FootDecay, Weights, foot_at_toe, rotation_vector};
 
 /// Position in the graph at which a motion continues without an edge that leads there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,7 +88,7 @@ impl Inertia {
         );
         self.feet.clear();
         for leg in graph.feet().legs() {
-            let foot = |pose: &Pose| Foot::of(skeleton, pose, leg).at_toe;
+            let foot = |pose: &Pose| foot_at_toe(skeleton, pose, leg);
             let (from, to) = (
                 [foot(&from[0]), foot(&from[1])],
                 [foot(&to[0]), foot(&to[1])],
@@ -162,8 +162,8 @@ impl Inertia {
         let (skeleton, weights) = (graph.skeleton(), self.weights(seconds));
         let legs = graph.feet().legs();
         let mut feet = [JointTransform::IDENTITY; MOST];
-        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(&mut feet) {
-            *foot = decay.moved(&Foot::of(skeleton, pose, leg), weights);
+        for (leg, foot) in legs.iter().zip(&mut feet) {
+            *foot = foot_at_toe(skeleton, pose, leg);
         }
         pose.root += self.root.at(weights);
         for (rotation, decay) in pose.rotations.iter_mut().zip(&self.joints) {
@@ -175,8 +175,8 @@ impl Inertia {
                 *place += decay.at(weights);
             }
         }
-        for (leg, foot) in legs.iter().zip(feet) {
-            reach(skeleton, pose, leg, foot);
+        for ((leg, decay), foot) in legs.iter().zip(&self.feet).zip(feet) {
+            decay.reach((skeleton, leg), (foot, weights), pose);
         }
     }
 }

@@ -8,7 +8,7 @@ use glam::{Quat, Vec3};
 use super::frames::{EnteredMotion, Frame, LeftMotion};
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, departure, departures, head};
-use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton, reach};
+use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
 use crate::math::Rigid2;
 
@@ -220,7 +220,8 @@ impl CutTest<'_> {
         let fit = self.examiner.of_legs.iter().all(|&joint| {
             let (mut steps, limits) = self.steps(joint);
             let rotation = |pose: &Pose| pose.rotations[joint.index()];
-            { poses[2..frames].iter() }.all(|pose| steps.fits(rotation(pose), limits))
+            let mut later = poses[2..frames].iter();
+            later.all(|pose| steps.fits(rotation(pose), limits))
         });
         self.examiner.poses = poses;
         fit
@@ -250,8 +251,8 @@ impl CutTest<'_> {
         };
         let step = self.step();
         let feet = (0..self.cut.graph.feet().legs().len()).map(|leg| {
-            let from = [1, 2].map(|frame: usize| back(left[frame].feet[leg].at_toe));
-            let to = [0, 1].map(|frame: usize| entered[frame].feet[leg].at_toe);
+            let from = [1, 2].map(|frame: usize| back(left[frame].feet[leg]));
+            let to = [0, 1].map(|frame: usize| entered[frame].feet[leg]);
             FootDecay::new(from, to, step)
         });
         self.examiner.offsets.feet.extend(feet);
@@ -274,8 +275,8 @@ impl CutTest<'_> {
         };
         let feet = &self.cut.entered.frames[frame - 1].feet;
         let legs = self.cut.graph.feet().legs();
-        for ((leg, foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
-            reach(skeleton, pose, leg, decay.moved(foot, weights));
+        for ((leg, &foot), decay) in legs.iter().zip(feet).zip(&self.examiner.offsets.feet) {
+            decay.reach((skeleton, leg), (foot, weights), pose);
         }
     }
 

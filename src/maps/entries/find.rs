@@ -32,7 +32,7 @@ impl EntryTable {
             return Self::default();
         }
         let places = ClipPlaces::new(graph);
-        let measured = MeasuredMotion::of(graph);
+        let measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
         let targets = targets(graph, evasions, settings, &places);
         let mut table = Self {
@@ -43,17 +43,9 @@ impl EntryTable {
         let frames = targets
             .iter()
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
-        let ways = Ways {
-            blends: &BLENDS,
-            rates: &RATES,
-        };
-        let how = (ways, threads);
+        let how = (Ways::ENTRIES, threads);
         let entries = Finder::new((graph, &limits), &places, frames.collect(), how);
-        let ways = Ways {
-            blends: &EXIT_BLENDS,
-            rates: &[1.0],
-        };
-        let how = (ways, threads);
+        let how = (Ways::EXITS, threads);
         let frames = natural(graph, settings.target_step);
         let exits = Finder::new((graph, &limits), &places, frames, how);
         let layers = LayerSource::new((graph, evasions), &targets, &limits);
@@ -165,9 +157,22 @@ impl<'a> Scratch<'a> {
 
 /// How cuts lead to targets.
 #[derive(Clone, Copy)]
-struct Ways<'a> {
-    blends: &'a [f32],
-    rates: &'a [f32],
+struct Ways {
+    /// Durations of the blend, the one that is wanted most first, in seconds.
+    blends: &'static [f32],
+    /// Playback rates.
+    rates: &'static [f32],
+}
+
+impl Ways {
+    const ENTRIES: Self = Self {
+        blends: &BLENDS,
+        rates: &RATES,
+    };
+    const EXITS: Self = Self {
+        blends: &EXIT_BLENDS,
+        rates: &[1.0],
+    };
 }
 
 /// The search among some frames.
@@ -182,8 +187,7 @@ pub(super) struct Finder<'a> {
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
-    blends: &'a [f32],
-    rates: &'a [f32],
+    ways: Ways,
     /// The motion that starts at each target, by rate.
     entered: Vec<Vec<EnteredMotion>>,
 }
@@ -216,17 +220,15 @@ impl<'a> Finder<'a> {
         (graph, limits): (&'a MotionGraph, &'a MotionLimits),
         places: &'a ClipPlaces,
         targets: Vec<ClipFrame>,
-        (Ways { blends, rates }, threads): (Ways<'a>, usize),
+        (ways, threads): (Ways, usize),
     ) -> Self {
         let frame_rate = graph.frame_rate() as f32;
-        let longest = blends.iter().copied().fold(0.0, f32::max);
+        let longest = ways.blends.iter().copied().fold(0.0, f32::max);
         let frames = Examiner::frames(frame_rate, (longest * frame_rate).ceil() as usize);
         let entered = in_parallel(threads, targets.len(), |target| {
             let mut sampler = FrameSampler::new(graph);
-            let rates = rates.iter();
-            rates
-                .map(|&rate| sampler.entered(&targets[target], rate, frames))
-                .collect()
+            let entered = |&rate: &f32| sampler.entered(&targets[target], rate, frames);
+            ways.rates.iter().map(entered).collect()
         });
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
@@ -245,8 +247,7 @@ impl<'a> Finder<'a> {
                 .map(|target| Stance::of_frame(graph, target.clip, target.frame))
                 .collect(),
             points: targets.iter().map(points).collect(),
-            blends,
-            rates,
+            ways,
             entered,
             targets,
         }
@@ -374,7 +375,7 @@ impl<'a> Finder<'a> {
         (target, aligned): (usize, Aligned),
         examiner: &mut Examiner,
     ) -> Option<(usize, usize)> {
-        let entered = &self.entered[target];
+        let (entered, Ways { blends, rates }) = (&self.entered[target], self.ways);
         let cut = |rate: usize| Cut {
             graph: self.graph,
             limits: self.limits,
@@ -385,9 +386,9 @@ impl<'a> Finder<'a> {
             toe_slows: self.toe_slows,
         };
         let mut test = examiner.cut(cut(0));
-        let blend = (0..self.blends.len()).find(|&blend| test.is_plausible(self.blends[blend]))?;
-        let fastest = (1..self.rates.len())
-            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(self.blends[blend]))
+        let blend = blends.iter().position(|&blend| test.is_plausible(blend))?;
+        let fastest = (1..rates.len())
+            .take_while(|&rate| examiner.cut(cut(rate)).is_plausible(blends[blend]))
             .last();
         Some((blend, fastest.unwrap_or(0)))
     }

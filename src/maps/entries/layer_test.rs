@@ -54,16 +54,15 @@ impl<'a> LayerTest<'a> {
     pub(super) fn new(graph: &'a MotionGraph) -> Self {
         let (skeleton, rig) = (graph.skeleton(), graph.rig());
         let is_kept = |id: &JointId| !rig.part(*id).is_above_pelvis();
-        let (kept, moved): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_kept);
+        let (kept, mut moved): (Vec<JointId>, Vec<JointId>) = skeleton.ids().partition(is_kept);
+        moved.retain(|id| !rig.spine().contains(id));
         let mut head_chain: Vec<JointId> = skeleton.ancestry(head(skeleton)).collect();
         head_chain.reverse();
         Self {
             graph,
             rate: graph.frame_rate() as f32,
             head_chain,
-            free: { moved.into_iter() }
-                .filter(|id| !rig.spine().contains(id))
-                .collect(),
+            free: moved,
             kept,
             sampler: FrameSampler::new(graph),
             poses: Vec::new(),

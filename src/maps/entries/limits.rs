@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::frames::turns;
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
+use crate::math::in_parallel;
 
 /// Percentiles and bounds that define plausible motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -128,43 +129,43 @@ fn percentile(values: &[f32], percent: f32) -> f32 {
     values.get(at).copied().unwrap_or(0.0)
 }
 
-/// What is measured in the clips, in ascending order. The limits are percentiles of it.
+/// What is measured in the clips. The limits are percentiles of it.
 pub(super) struct MeasuredMotion {
-    joint_speeds: Vec<Vec<f32>>,
-    joint_accelerations: Vec<Vec<f32>>,
-    hip_departures: [Vec<f32>; 2],
-    head_departures: [Vec<f32>; 2],
-    toe_speeds: Vec<f32>,
+    joints: usize,
+    /// Speeds of each joint, accelerations of each joint, departures of the hips and of the head after each of [`DEPARTURES`], and speeds of
+    /// the toes; each in ascending order.
+    lists: Vec<Vec<f32>>,
 }
 
 impl MeasuredMotion {
     /// Measures all clips of a graph.
     #[must_use]
-    pub(super) fn of(graph: &MotionGraph) -> Self {
-        let joints = graph.skeleton().len();
-        let mut measured = Self {
-            joint_speeds: vec![Vec::new(); joints],
-            joint_accelerations: vec![Vec::new(); joints],
-            hip_departures: [Vec::new(), Vec::new()],
-            head_departures: [Vec::new(), Vec::new()],
-            toe_speeds: Vec::new(),
-        };
-        for clip in graph.clips() {
-            measured.add_clip(graph, clip);
+    pub(super) fn of(graph: &MotionGraph, threads: usize) -> Self {
+        let clips = graph.clips();
+        let of_clips = in_parallel(threads, clips.len(), |clip| {
+            let mut of_clip = Self::nothing(graph.skeleton().len());
+            of_clip.add_clip(graph, &clips[clip]);
+            of_clip
+        });
+        let Self { joints, lists } = Self::nothing(graph.skeleton().len());
+        let lists = in_parallel(threads, lists.len(), |list| {
+            let parts: Vec<&[f32]> = of_clips
+                .iter()
+                .map(|of_clip| of_clip.lists[list].as_slice())
+                .collect();
+            let mut all = parts.concat();
+            all.sort_unstable_by(f32::total_cmp);
+            all
+        });
+        Self { joints, lists }
+    }
+
+    fn nothing(joints: usize) -> Self {
+        let departures = 2 * DEPARTURES.len();
+        Self {
+            joints,
+            lists: vec![Vec::new(); 2 * joints + departures + 1],
         }
-        let Self {
-            joint_speeds,
-            joint_accelerations,
-            hip_departures,
-            head_departures,
-            toe_speeds,
-        } = &mut measured;
-        let joints = joint_speeds.iter_mut().chain(joint_accelerations);
-        let departures = hip_departures.iter_mut().chain(head_departures);
-        for values in joints.chain(departures).chain([toe_speeds]) {
-            values.sort_unstable_by(f32::total_cmp);
-        }
-        measured
     }
 
     fn add_clip(&mut self, graph: &MotionGraph, clip: &Clip) {
@@ -176,27 +177,30 @@ impl MeasuredMotion {
             clip.pose(frame, &mut sample.pose);
             sample.locate(graph, head, &mut joints);
         }
+        let (speeds, rest) = self.lists.split_at_mut(self.joints);
+        let (accelerations, rest) = rest.split_at_mut(self.joints);
+        let (hips, rest) = rest.split_at_mut(DEPARTURES.len());
+        let (heads, toes) = rest.split_at_mut(DEPARTURES.len());
         let mut before: Vec<Vec3> = Vec::new();
         for pair in samples.windows(2) {
             let now = turns(&pair[0].pose, &pair[1].pose);
             for (joint, turn) in now.iter().enumerate() {
-                self.joint_speeds[joint].push(turn.length() * rate);
+                speeds[joint].push(turn.length() * rate);
                 if let Some(before) = before.get(joint) {
                     let change = (*turn - *before).length();
-                    self.joint_accelerations[joint].push(change * rate * rate);
+                    accelerations[joint].push(change * rate * rate);
                 }
             }
             before = now;
             let ways = pair[0].toes.iter().zip(&pair[1].toes);
-            self.toe_speeds
-                .extend(ways.map(|(from, to)| from.distance(*to) * rate));
+            toes[0].extend(ways.map(|(from, to)| from.distance(*to) * rate));
         }
         for (which, frames) in departures(rate).into_iter().enumerate() {
             for window in samples.windows(frames + 2) {
                 let ends = [&window[0], &window[1], &window[frames + 1]];
-                let hips = departure(ends.map(|s| s.pose.root), frames).with_y(0.0);
-                self.hip_departures[which].push(hips.length());
-                self.head_departures[which].push(departure(ends.map(|s| s.head), frames).length());
+                let hip = departure(ends.map(|s| s.pose.root), frames).with_y(0.0);
+                hips[which].push(hip.length());
+                heads[which].push(departure(ends.map(|s| s.head), frames).length());
             }
         }
     }
@@ -204,20 +208,20 @@ impl MeasuredMotion {
     /// The limits of some settings.
     #[must_use]
     pub(super) fn limits(&self, settings: &PlausibilitySettings) -> MotionLimits {
-        let of_joints = |all: &[Vec<f32>]| {
-            let of_joint = |values: &Vec<f32>| percentile(values, settings.joints);
-            all.iter().map(of_joint).collect()
-        };
-        let of_departures = |both: &[Vec<f32>; 2]| {
-            both.each_ref()
-                .map(|values| percentile(values, settings.departure))
-        };
+        let (joints, others) = self.lists.split_at(2 * self.joints);
+        let of_joints: Vec<f32> = joints
+            .iter()
+            .map(|values| percentile(values, settings.joints))
+            .collect();
+        let (speeds, accelerations) = of_joints.split_at(self.joints);
+        let departure = |list: usize| percentile(&others[list], settings.departure);
+        let toe_speed = percentile(&others[2 * DEPARTURES.len()], settings.joints);
         MotionLimits {
-            joint_speed: of_joints(&self.joint_speeds),
-            joint_acceleration: of_joints(&self.joint_accelerations),
-            hip_departure: of_departures(&self.hip_departures),
-            head_departure: of_departures(&self.head_departures),
-            toe_speed: percentile(&self.toe_speeds, settings.joints).min(settings.toe_speed),
+            joint_speed: speeds.to_vec(),
+            joint_acceleration: accelerations.to_vec(),
+            hip_departure: [0, 1].map(departure),
+            head_departure: [2, 3].map(departure),
+            toe_speed: toe_speed.min(settings.toe_speed),
             slide: settings.slide,
         }
     }
