@@ -13,8 +13,7 @@ use divan::counter::ItemsCount;
 use glam::Vec3;
 use plain::PlainMemory;
 use sabaki::crowd::{
-    CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, LevelView, Output, PoseSlice,
-    WriteMode,
+    CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, Output, PoseSlice, WriteMode,
 };
 use sabaki::math::{F32x16, Isa};
 use scene::Scene;
@@ -135,13 +134,10 @@ fn whole_frame(bencher: Bencher<'_, '_>, speed: f32) {
     let mut walked = 0.0;
     bencher.counter(ItemsCount::new(joints)).bench_local(|| {
         walked += speed / 60.0;
-        let levels = LevelView {
-            switching: &switching,
-            eye: Vec3::new(0.0, 0.0, -(walked % 500.0)),
-        };
         let frame = Frame {
             seconds: 1.0 / 60.0,
-            levels: Some(levels),
+            switching: Some(&switching),
+            eye: Vec3::new(0.0, 0.0, -(walked % 500.0)),
             ..Frame::default()
         };
         crowd.frame(&frame, &mut out).unwrap();

@@ -4,43 +4,53 @@
 pub use crate::anim::facing::Facing;
 pub use crate::anim::leg::Leg;
 pub use crate::anim::limbs::Limbs;
+pub use crate::anim::warp::{Bend, Envelope, Warp};
+pub use crate::duel::trunk::Trunk;
 #[cfg(feature = "vulkan")]
 pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::build::{GraphBuilder, SearchProgress};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
-pub use crate::graph::feet::{Feet, Plant};
+pub use crate::graph::feet::{Feet, FootSlide, Plant};
+pub use crate::graph::motion::Layer;
 pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
 pub use crate::lod::blend::{Blend, affine};
+pub use crate::lod::build::Carrier;
 pub use crate::lod::displacement::LevelError;
-pub use crate::lod::energy::{Branch, joint_energies};
+pub use crate::lod::energy::{Branch, Flexion, Inertia, joint_energies};
 pub use crate::lod::level::Seated;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
 pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
-pub use crate::maps::attack_grid::Contact;
+pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
+pub use crate::maps::attack_move::AttackMove;
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
+pub use crate::maps::entries::{EntryReport, PlausibilitySettings, Stretches};
 pub use crate::maps::fixed_transform::FixedTransform2;
-pub use crate::maps::grid::{CellColumn, Grid, TouchedCells};
+pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use crate::maps::map::{BitMap, Drawing, MapRect};
 pub use crate::maps::mask::MaskMap;
-pub use crate::maps::paths::{NodePath, PathId, PathTable};
+pub use crate::maps::paths::{NodePath, PathId, PathReport, PathTable};
 pub use crate::maps::raster::EvasionMaps;
 pub use crate::maps::region_maps::{AttackMaps, RegionMaps, SlabMaps};
-pub use crate::maps::retime::Retimable;
+pub use crate::maps::retime::{Retimable, RetimeSettings};
 pub use crate::maps::slab::{Section, Slab};
 pub use crate::maps::track::{BodyTrack, TrackStart};
+pub use crate::query::answer::EnteredAt;
 pub use crate::query::clearance::{
     ExactTest, Extent, MotionBody, PlacedEvasion, SAMPLE_RATE, Sampling, closest,
 };
 pub use crate::query::cull::drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub use crate::query::cull::input::CullCandidate;
+pub use crate::query::moves::{MoveSettings, SearchReport};
 pub use crate::query::obstacle::{ObstacleHit, ObstacleScratch, ObstacleTest};
+pub use crate::query::retime::{Rate, RateError};
+pub use crate::query::warp::{WarpBounds, WarpLimits};
 
 /// The rasterizer that the shaders mirror.
 pub mod raster {

@@ -33,4 +33,4 @@ pub(crate) use pose::slerp;
 pub(crate) use rig::Rig;
 pub(crate) use rows::{LANES, Rows, Slerp, unpack};
 pub use skeleton::{Joint, JointId, JointKind, Skeleton, SkeletonError};
-pub use warp::{Bend, Envelope, Warp};
+pub(crate) use warp::{Bend, Envelope, Warp};

@@ -5,20 +5,15 @@ use glam::Vec3;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::{
     AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
-    CrowdSettings, ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseError,
-    PoseSlice,
+    CrowdSettings, ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseSlice,
 };
 use crate::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
 use crate::math::F32x16;
 
-/// A member of a [`HybridCrowd`], numbered in the order of [`HybridCrowd::add`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct MemberId(pub u32);
-
 /// The implementation that poses a member.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PosedBy {
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum PosedBy {
     /// The motion graph, one by one and with all joints.
     Graph,
     /// The crowd's kernels, sixteen at a time and on the member's level of detail.
@@ -110,11 +105,12 @@ impl<'a> HybridCrowd<'a> {
         self.members.is_empty()
     }
 
-    /// Adds a member at a position of the graph. The graph poses it until [`HybridCrowd::look_from`] chooses its level.
+    /// Adds a member at a position of the graph. Members are numbered in the order in which they are added, from 0. The graph poses it
+    /// until [`HybridCrowd::look_from`] chooses its level.
     ///
     /// # Errors
     /// A crowd that is full.
-    pub fn add(&mut self, playhead: Playhead) -> Result<MemberId, CrowdError> {
+    pub fn add(&mut self, playhead: Playhead) -> Result<CharacterId, CrowdError> {
         let character = self.crowd.add(&Character::default())?;
         self.crowd.deactivate(character)?;
         self.members.push(Member {
@@ -127,30 +123,31 @@ impl<'a> HybridCrowd<'a> {
             posed_by: PosedBy::Graph,
             single: 0,
         });
-        Ok(MemberId(self.members.len() as u32 - 1))
+        Ok(CharacterId(self.members.len() as u32 - 1))
     }
 
     /// The position of a member in graph and world, for example for a query.
     #[must_use]
-    pub fn playhead(&self, id: MemberId) -> Option<Playhead> {
+    pub fn playhead(&self, id: CharacterId) -> Option<Playhead> {
         Some(self.members.get(id.0 as usize)?.playhead)
     }
 
     /// The level of detail of a member. The fraction blends to the next level.
     #[must_use]
-    pub fn detail(&self, id: MemberId) -> Option<f32> {
+    pub fn detail(&self, id: CharacterId) -> Option<f32> {
         Some(self.members.get(id.0 as usize)?.detail)
     }
 
-    /// The implementation that poses a member in the next [`HybridCrowd::pose`].
+    /// Whether the graph poses a member in the next [`HybridCrowd::pose`], by itself and with all joints. Otherwise the crowd's
+    /// kernels pose it on its level of detail.
     #[must_use]
-    pub fn posed_by(&self, id: MemberId) -> Option<PosedBy> {
-        Some(self.members.get(id.0 as usize)?.posed_by)
+    pub fn is_posed_by_graph(&self, id: CharacterId) -> Option<bool> {
+        Some(self.members.get(id.0 as usize)?.posed_by == PosedBy::Graph)
     }
 
     /// Starts a motion at the member's position, such as the answer to an attack. The graph poses the member while it plays; then the
     /// member goes on along natural edges. An unknown member is ignored.
-    pub fn play(&mut self, id: MemberId, motion: &Motion) {
+    pub fn play(&mut self, id: CharacterId, motion: &Motion) {
         if let Some(member) = self.members.get_mut(id.0 as usize) {
             member.motion.clone_from(motion);
             member.seconds = 0.0;
@@ -276,10 +273,10 @@ impl<'a> HybridCrowd<'a> {
     ///
     /// # Errors
     /// An output that is too small.
-    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
         let (needed, found) = (self.lines(), out.len());
         if found < needed {
-            return Err(PoseError::TooSmall { needed, found });
+            return Err(CrowdError::TooSmall { needed, found });
         }
         self.crowd.pose(out)?;
         let first_line = self.crowd.output_len();
@@ -314,7 +311,7 @@ impl<'a> HybridCrowd<'a> {
     ///
     /// # Errors
     /// A member that is unknown, or was added since.
-    pub fn pose_slice(&mut self, id: MemberId) -> Result<PoseSlice, CrowdError> {
+    pub fn pose_slice(&mut self, id: CharacterId) -> Result<PoseSlice, CrowdError> {
         let Some(member) = self.members.get(id.0 as usize) else {
             return Err(CrowdError::NoSuchCharacter {
                 id: id.0,

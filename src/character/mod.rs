@@ -39,10 +39,11 @@
 //! therefore moves smoothly when its poser changes.
 //!
 //! ```no_run
-//! # use sabaki::character::{HybridCrowd, MemberId};
+//! # use sabaki::character::HybridCrowd;
+//! # use sabaki::crowd::CharacterId;
 //! # use sabaki::maps::BakedGraph;
 //! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-//! # fn frame(baked: &BakedGraph, attack: &Attack, crowd: &mut HybridCrowd<'_>, member: MemberId)
+//! # fn frame(baked: &BakedGraph, attack: &Attack, crowd: &mut HybridCrowd<'_>, member: CharacterId)
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! // A member is attacked: it plays the answer, near or far.
 //! let settings = QuerySettings::default();
@@ -84,9 +85,9 @@ pub use characters::Characters;
 pub use error::CharacterError;
 pub use event::{CharacterEvent, CharacterEventKind};
 pub use goal::Goal;
-pub use hybrid_crowd::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
+pub use hybrid_crowd::{HybridCrowd, HybridCrowdSettings};
 pub use ids::{CharacterId, ThreatId};
 pub use saved::CharactersState;
 pub use settings::CharacterSettings;
 pub use steer::SteerSettings;
-pub use threat::{Threat, ThreatSphere};
+pub use threat::Threat;

@@ -2,16 +2,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::ids::CharacterId;
-use crate::maps::SphereKey;
-
-/// One of the spheres that a threat consists of.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ThreatSphere {
-    /// Offset from the threat's position, in metres.
-    pub offset: Vec3,
-    /// Radius, in metres.
-    pub radius: f32,
-}
+use crate::maps::{LocalSphere, SphereKey};
 
 /// A moving thing in the world that characters avoid.
 ///
@@ -26,8 +17,8 @@ pub struct Threat {
     pub velocity: Vec3,
     /// Acceleration downwards, in metres per second squared. Default 0.
     pub gravity: f32,
-    /// Spheres that move together.
-    pub spheres: Vec<ThreatSphere>,
+    /// Spheres that move together, each by its offset from the position.
+    pub spheres: Vec<LocalSphere>,
     /// Time for which it exists, in seconds. Default 10.
     pub seconds: f32,
     /// The character that has to avoid it; `None` for all.
@@ -55,7 +46,7 @@ impl Threat {
             position,
             velocity,
             gravity: 0.0,
-            spheres: vec![ThreatSphere {
+            spheres: vec![LocalSphere {
                 offset: Vec3::ZERO,
                 radius,
             }],
@@ -70,7 +61,7 @@ impl Threat {
         const FURTHEST: f32 = 5_000.0;
         const FASTEST: f32 = 1_000.0;
         let near = |v: Vec3, most: f32| v.is_finite() && v.length() < most;
-        let sphere = |s: &ThreatSphere| near(s.offset, 100.0) && s.radius > 0.0 && s.radius < 50.0;
+        let sphere = |s: &LocalSphere| near(s.offset, 100.0) && s.radius > 0.0 && s.radius < 50.0;
         self.time.is_finite()
             && near(self.position, FURTHEST)
             && near(self.velocity, FASTEST)
@@ -94,7 +85,7 @@ impl Threat {
 
     /// Largest distance of a point of its spheres from its position, in metres.
     pub(super) fn radius(&self) -> f32 {
-        let reach = |s: &ThreatSphere| s.offset.length() + s.radius;
+        let reach = |s: &LocalSphere| s.offset.length() + s.radius;
         self.spheres.iter().map(reach).fold(0.0, f32::max)
     }
 

@@ -10,7 +10,7 @@ use super::character::{CharacterId, Placement};
 use super::frame_input::{Frame, FrameReport};
 use super::instances::Crowd;
 use super::level_pass::{FrameScratch, LevelPass};
-use super::settings::PoseError;
+use super::settings::CrowdError;
 use super::slot::{NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 use crate::math::F32x16;
@@ -26,7 +26,7 @@ impl Crowd {
         &mut self,
         frame: &Frame<'_>,
         out: &mut [F32x16],
-    ) -> Result<FrameReport, PoseError> {
+    ) -> Result<FrameReport, CrowdError> {
         self.advance(frame.seconds);
         let has_new_groups = {
             let _span = tracing::trace_span!("crowd: sort a part").entered();
@@ -59,11 +59,12 @@ impl Crowd {
     /// Levels and visibility of all characters.
     fn choose(&mut self, frame: &Frame<'_>) {
         let mut scratch = std::mem::take(&mut self.scratch_of_frames);
-        if let Some(view) = &frame.levels {
-            scratch.ramps.update(view.switching);
+        if let Some(switching) = frame.switching {
+            scratch.ramps.update(switching);
         }
         self.choose_late(frame);
-        if frame.levels.is_some() || frame.frustum.is_some() || !self.schedule.parked.is_empty() {
+        if frame.switching.is_some() || frame.frustum.is_some() || !self.schedule.parked.is_empty()
+        {
             self.choose_in_groups(frame, &mut scratch);
             self.unpark(frame, &mut scratch);
         }
@@ -123,11 +124,9 @@ impl Crowd {
         state.is_culled = frame
             .frustum
             .is_some_and(|frustum| !frustum.contains(position));
-        if let Some(view) = &frame.levels {
+        if let Some(switching) = frame.switching {
             let before = LevelId(state.detail as u16);
-            let choice = view
-                .switching
-                .choose(position.distance(view.eye), Some(before));
+            let choice = switching.choose(position.distance(frame.eye), Some(before));
             state.set_detail(f32::from(choice.level.0) + choice.blend, last);
         }
     }

@@ -9,22 +9,15 @@ use crate::lod::Switching;
 pub struct Frame<'a> {
     /// Seconds since the frame before. 0 by default.
     pub seconds: f64,
-    /// Where levels of detail come from. `None`, the default: characters keep their levels.
-    pub levels: Option<LevelView<'a>>,
+    /// The distances from `eye` at which levels of detail change. `None`, the default: characters keep their levels.
+    pub switching: Option<&'a Switching>,
+    /// The camera's position in the world, in metres. Only `switching` uses it.
+    pub eye: Vec3,
     /// The camera's frustum. `None`, the default: all characters are posed.
     pub frustum: Option<Frustum>,
     /// World positions by [`CharacterId`](super::CharacterId), in metres, that distances and culling are measured from. `None`, the default:
     /// the characters' placements.
     pub positions: Option<&'a [Vec3]>,
-}
-
-/// Chooses levels by the distance from a camera.
-#[derive(Clone, Copy, Debug)]
-pub struct LevelView<'a> {
-    /// The distances at which levels change.
-    pub switching: &'a Switching,
-    /// The camera's position in the world, in metres.
-    pub eye: Vec3,
 }
 
 /// The volume that a camera sees. Characters outside it are neither given levels nor posed.

@@ -146,10 +146,10 @@ impl Kernel for LevelPass<'_> {
                     continue;
                 }
                 found.hidden += visible.count_zeros() as usize * bucket.lines / F32x16::LANES;
-                let Some(view) = &frame.levels else {
+                if frame.switching.is_none() {
                     continue;
-                };
-                let (distance, reach) = distances::<L>(&at, view.eye);
+                }
+                let (distance, reach) = distances::<L>(&at, frame.eye);
                 let (ends, mut is_finer) = (ramps.coarsest.between(reach, &mut hints[0]), false);
                 let sticky = match ramps.has_hysteresis {
                     true => Some(ramps.finest.between(reach, &mut hints[1])),

@@ -9,7 +9,7 @@
 //! ```
 //! use std::sync::Arc;
 //! use sabaki::anim::{Clip, Skeleton};
-//! use sabaki::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame, LevelView};
+//! use sabaki::crowd::{AnimationSet, Character, Crowd, CrowdSettings, Frame};
 //! use sabaki::lod::{LevelSettings, Levels, SwitchSettings, Switching};
 //! use sabaki::math::F32x16;
 //!
@@ -23,8 +23,8 @@
 //!     let mut out = vec![F32x16::ZERO; crowd.max_output_len(1000)];
 //!     // Every frame:
 //!     let eye = glam::Vec3::new(0.0, 1.7, 25.0);
-//!     let levels = Some(LevelView { switching: &switching, eye });
-//!     crowd.frame(&Frame { seconds: 1.0 / 60.0, levels, ..Frame::default() }, &mut out)?;
+//!     let frame = Frame { seconds: 1.0 / 60.0, switching: Some(&switching), eye, ..Frame::default() };
+//!     crowd.frame(&frame, &mut out)?;
 //!     // The first joint's X coordinate. Joints stand in the order of `AnimationSet::joint_ids`.
 //!     let x = crowd.pose_slice(id)?.number(&out, 0, 3);
 //!     println!("{x} m");
@@ -82,7 +82,7 @@ pub use crate::lod::LevelId;
 pub use animation_set::{AnimationSet, AnimationSetDesc, AnimationSetError};
 pub use character::{Character, CharacterId, ClipId, ClipMix, Placement};
 pub(crate) use external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
-pub use frame_input::{Frame, FrameReport, Frustum, LevelView};
+pub use frame_input::{Frame, FrameReport, Frustum};
 pub use instances::Crowd;
 pub use output::{Form, Layout, Output, PoseSlice, WriteMode};
-pub use settings::{CrowdError, CrowdSettings, Hold, PoseError};
+pub use settings::{CrowdError, CrowdSettings, Hold};

@@ -7,7 +7,7 @@ use super::instances::{Crowd, MOST_CHUNKS};
 use super::output::Layout;
 use super::run::{Level, Run, RunMemory, Turn};
 use super::schedule::Schedule;
-use super::settings::PoseError;
+use super::settings::CrowdError;
 use crate::math::{F32x16, RowSet};
 
 /// What one chunk of the groups writes.
@@ -25,7 +25,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A buffer that is too small.
-    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
         // A caller who has asked for the length has no more memory.
         self.step_rebuild(None, self.needed_len());
         self.prepare();
@@ -33,10 +33,10 @@ impl Crowd {
     }
 
     /// Poses the groups as they are.
-    pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+    pub(super) fn pose_prepared(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
         let (needed, found) = (self.needed_len(), out.len());
         if found < needed {
-            return Err(PoseError::TooSmall { needed, found });
+            return Err(CrowdError::TooSmall { needed, found });
         }
         let mut parts = [(); MOST_CHUNKS].map(|()| Part::none());
         let row_len = self.row_len();

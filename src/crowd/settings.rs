@@ -46,7 +46,7 @@ impl Default for CrowdSettings {
     }
 }
 
-/// Why a character was not added or changed, or has no pose.
+/// Why a character was not added or changed, or was not posed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum CrowdError {
     /// A clip that the animations do not have.
@@ -86,12 +86,7 @@ pub enum CrowdError {
     /// The crowd is full.
     #[error("a crowd has {max} characters at most", max = slot::MOST)]
     Full,
-}
-
-/// Why a crowd was not posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum PoseError {
-    /// The memory is too small; nothing was written.
+    /// The memory for the poses is too small; nothing was written.
     #[error("the poses take {needed} lines of 64 bytes, the memory has {found}")]
     TooSmall {
         /// Lines that are needed.

@@ -5,7 +5,7 @@ use super::frame_input::Frame;
 use super::instances::{Crowd, LONGEST_RUN};
 use super::output::Layout;
 use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
-use crate::lod::LevelId;
+use crate::lod::{LevelId, Switching};
 
 impl Crowd {
     /// Share of the longest run of the groups' clock after which new groups are made: theirs starts at 0 again.
@@ -33,8 +33,8 @@ impl Crowd {
         self.rebuild = rebuild;
         is_done &= self.new_len() <= most;
         if is_done {
-            let view = frame.and_then(|frame| frame.levels.as_ref());
-            self.take_over(!view.is_some_and(|view| view.switching.blends()));
+            let switching = frame.and_then(|frame| frame.switching);
+            self.take_over(!switching.is_some_and(Switching::blends));
         }
         is_done
     }

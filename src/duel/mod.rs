@@ -22,7 +22,7 @@ mod rng;
 mod settings;
 mod side;
 mod spacing;
-mod trunk;
+pub(crate) mod trunk;
 
 pub use challenge::Challenge;
 pub use duel_state::Duel;
@@ -30,4 +30,3 @@ pub use fighter::Fighter;
 pub use record::{Exchange, Score, Settled};
 pub use settings::{DuelError, DuelSettings};
 pub use side::Side;
-pub use trunk::Trunk;

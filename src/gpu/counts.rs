@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use ash::vk;
 
 use super::{
-    Context, GpuError, Memory, MemoryUse, Mismatch,
+    Context, GpuError, Memory, MemoryUse,
     barriers::{self, Access},
     passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
@@ -75,7 +75,7 @@ impl Counts {
         words: usize,
     ) -> Result<Option<impl Iterator<Item = u32> + Clone>, GpuError> {
         if serial != self.serial {
-            return Err(Mismatch::Ticket.into());
+            return Err(GpuError::StaleTicket);
         }
         self.buffer.invalidate(context)?;
         if self.buffer.word(0)? != serial {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use ash::vk;
 
 use super::{
-    Context, Counting, CullerDesc, GpuError, Memory, Mismatch, PassTime,
+    Context, Counting, CullerDesc, GpuError, Memory, PassTime,
     compute::ComputePath,
     device_path::{CullRequest, DevicePath},
     passes::{Passes, Stamps},
@@ -67,7 +67,7 @@ impl Culler {
     ///
     /// # Errors
     /// Those of Vulkan calls and of the allocator; [`GpuError::Limit`] where the maps or a maximum are more than the device
-    /// offers; [`GpuError::Missing`] where the context lacks what the path needs; [`Mismatch::Path`] where
+    /// offers; [`GpuError::Missing`] where the context lacks what the path needs; [`GpuError::NotADevicePath`] where
     /// [`CullerDesc::path`] is no path of the device.
     pub fn new(
         context: &Context,
@@ -77,7 +77,7 @@ impl Culler {
         let implementation: Box<dyn DevicePath> = match desc.path {
             CullPath::Stencil => Box::new(StencilPath::new(context, memory, desc)?),
             CullPath::Compute => Box::new(ComputePath::new(context, memory, desc)?),
-            other => return Err(Mismatch::Path(other).into()),
+            other => return Err(GpuError::NotADevicePath(other)),
         };
         let counting = match desc.path {
             CullPath::Stencil => Some(StencilPath::counting(context, desc)),
@@ -127,7 +127,7 @@ impl Culler {
         match desc.path {
             CullPath::Stencil => StencilPath::bytes(context, desc),
             CullPath::Compute => ComputePath::bytes(context, desc),
-            other => Err(Mismatch::Path(other).into()),
+            other => Err(GpuError::NotADevicePath(other)),
         }
     }
 
@@ -208,7 +208,7 @@ impl Culler {
     /// bound stands in the [contract](super).
     ///
     /// # Errors
-    /// [`GpuError::Limit`] names the maximum that the input exceeds, [`GpuError::Mismatch`] what does not fit the uploaded
+    /// [`GpuError::Limit`] names the maximum that the input exceeds, [`GpuError::NoSuchRegion`] a candidate that does not fit the uploaded
     /// atlas. Nothing is recorded then, and [`cpu`](crate::query::cull::cpu) counts the same input.
     ///
     /// # Safety
@@ -235,7 +235,7 @@ impl Culler {
     /// compute path. Each entry gets its ticket.
     ///
     /// # Errors
-    /// As for [`Culler::record`], for the first entry that is refused; [`Mismatch::Slot`] also where two entries have one slot.
+    /// As for [`Culler::record`], for the first entry that is refused; [`GpuError::NoSuchSlot`] also where two entries have one slot.
     /// Nothing is recorded then.
     ///
     /// # Safety
@@ -251,7 +251,7 @@ impl Culler {
         for (index, entry) in batch.iter().enumerate() {
             let slot = entry.slot;
             if slot >= slots || self.batch.contains(&(slot as usize)) {
-                return Err(Mismatch::Slot { slot, slots }.into());
+                return Err(GpuError::NoSuchSlot { slot, slots });
             }
             self.batch.push(slot as usize);
             let request = CullRequest {
@@ -293,11 +293,11 @@ impl Culler {
     /// guarantee, poll after seeing the submission's fence or timeline semaphore.
     ///
     /// # Errors
-    /// [`Mismatch::Ticket`] when the slot holds another cull; an invalidate that failed.
+    /// [`GpuError::StaleTicket`] when the slot holds another cull; an invalidate that failed.
     pub fn poll(&self, ticket: Ticket, overlaps: &mut Vec<Overlap>) -> Result<bool, GpuError> {
         let _span = tracing::trace_span!("gpu cull: poll", path = self.path.name()).entered();
         let index = ticket.slot as usize;
-        let slot = self.slots.get(index).ok_or(Mismatch::Ticket)?;
+        let slot = self.slots.get(index).ok_or(GpuError::StaleTicket)?;
         let words = self.implementation.words(index);
         let counts = self.implementation.counts(index);
         let Some(mut words) = counts.read(&self.context, ticket.serial, words)? else {
@@ -320,10 +320,10 @@ impl Culler {
     /// not finished. Never waits.
     ///
     /// # Errors
-    /// [`Mismatch::Ticket`] when the slot holds another cull; that of `vkGetQueryPoolResults`.
+    /// [`GpuError::StaleTicket`] when the slot holds another cull; that of `vkGetQueryPoolResults`.
     pub fn pass_times(&self, ticket: Ticket, times: &mut Vec<PassTime>) -> Result<bool, GpuError> {
         let index = ticket.slot as usize;
-        let slot = self.slots.get(index).ok_or(Mismatch::Ticket)?;
+        let slot = self.slots.get(index).ok_or(GpuError::StaleTicket)?;
         times.clear();
         let counts = self.implementation.counts(index);
         // Before the commands have run, the queries may never have been reset.

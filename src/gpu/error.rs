@@ -44,9 +44,39 @@ pub enum GpuError {
         /// Name of the buffer.
         name: String,
     },
-    /// Another input than the one that the component was made for.
-    #[error("{0}")]
-    Mismatch(Mismatch),
+    /// A candidate's region is not in the atlas that was uploaded.
+    #[error("candidate {candidate} names region {region}, the uploaded atlas has {regions}")]
+    NoSuchRegion {
+        /// Position among the candidates.
+        candidate: usize,
+        /// What it names.
+        region: u32,
+        /// How many there are.
+        regions: usize,
+    },
+    /// A culling path that does not run on a device.
+    #[error("the {0} path does not run on a device")]
+    NotADevicePath(
+        /// Which.
+        CullPath,
+    ),
+    /// A slot that does not exist.
+    #[error("slot {slot} of {slots}")]
+    NoSuchSlot {
+        /// Which was named.
+        slot: u32,
+        /// How many there are.
+        slots: u32,
+    },
+    /// A ticket of another culler, or one whose slot has been recorded anew.
+    #[error("the ticket's slot has been recorded anew, or it is another culler's")]
+    StaleTicket,
+    /// A drawing whose frame ends do not divide its discs.
+    #[error("drawing {drawing}: its frame ends do not divide its discs")]
+    FrameEnds {
+        /// Position among the drawings.
+        drawing: usize,
+    },
     /// No Vulkan loader on this machine.
     #[error("no Vulkan loader: {0}")]
     NoLoader(String),
@@ -72,45 +102,6 @@ pub enum GpuError {
     },
 }
 
-/// How an input differs from what a component was made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Mismatch {
-    /// A candidate's region is not in the atlas that was uploaded.
-    #[error("candidate {candidate} names region {region}, the uploaded atlas has {regions}")]
-    Region {
-        /// Position among the candidates.
-        candidate: usize,
-        /// What it names.
-        region: u32,
-        /// How many there are.
-        regions: usize,
-    },
-    /// A culling path that does not run on a device.
-    #[error("the {0} path does not run on a device")]
-    Path(
-        /// Which.
-        CullPath,
-    ),
-    /// A slot that does not exist.
-    #[error("slot {slot} of {slots}")]
-    Slot {
-        /// Which was named.
-        slot: u32,
-        /// How many there are.
-        slots: u32,
-    },
-    /// A ticket of another culler, or one whose slot has been recorded anew.
-    #[error("the ticket's slot has been recorded anew, or it is another culler's")]
-    Ticket,
-    /// A drawing whose frame ends do not divide its discs.
-    #[error("drawing {drawing}: its frame ends do not divide its discs")]
-    Frames {
-        /// Position among the drawings.
-        drawing: usize,
-    },
-}
-
 impl GpuError {
     /// Whether the caller's device is lost. Then everything on it is to be destroyed; after every other error the device,
     /// and the component that reports it, can go on.
@@ -118,12 +109,6 @@ impl GpuError {
     pub fn is_device_lost(&self) -> bool {
         let lost = vk::Result::ERROR_DEVICE_LOST;
         matches!(self, Self::Call { result, .. } if *result == lost)
-    }
-}
-
-impl From<Mismatch> for GpuError {
-    fn from(mismatch: Mismatch) -> Self {
-        Self::Mismatch(mismatch)
     }
 }
 

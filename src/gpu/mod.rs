@@ -77,7 +77,7 @@ pub use context::Context;
 pub use context_desc::{ContextDesc, RawContextDesc};
 pub use culler::{BatchEntry, Culler, Ticket};
 pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSettings};
-pub use error::{GpuError, Mismatch};
+pub use error::GpuError;
 pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};
 pub use offer::{check, check_enabled};

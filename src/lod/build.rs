@@ -30,6 +30,7 @@ pub struct LevelSettings {
     /// give further levels.
     pub ends: Option<Vec<JointId>>,
     /// Joint that carries the skin of a removed one. Default: [`Carrier::Nearest`].
+    #[doc(hidden)]
     pub carrier: Carrier,
     /// Thickness of the body around its bones, in metres. Without it a twist would count as no error. Default 0.05.
     pub skin: f32,

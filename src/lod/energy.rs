@@ -31,8 +31,10 @@ pub struct EnergySettings {
     /// Distribution of a bone's mass. Default: [`BoneShape::Rod`].
     pub shape: BoneShape,
     /// Reference of the moment of inertia. Default: [`Inertia::Joint`].
+    #[doc(hidden)]
     pub inertia: Inertia,
     /// Weight of bending. Default: [`Flexion::Raised`].
+    #[doc(hidden)]
     pub flexion: Flexion,
     /// Child bone to which the bend is measured. Default: [`Branch::Straightest`].
     pub branch: Branch,

@@ -8,7 +8,7 @@
 mod attach;
 pub(crate) mod blend;
 mod budget;
-mod build;
+pub(crate) mod build;
 mod cost_monitor;
 pub(crate) mod displacement;
 mod drawn;
@@ -26,9 +26,9 @@ mod view;
 
 pub(crate) use blend::affine;
 pub use budget::{Budget, Cost, Plan, Planner};
-pub use build::{Carrier, LevelSettings, Order};
+pub use build::{LevelSettings, Order};
 pub use cost_monitor::CostMonitor;
-pub use energy::{EnergySettings, Flexion, Inertia};
+pub use energy::EnergySettings;
 pub use error::LodError;
 pub use level::{Level, LevelId, Levels};
 pub use mass::Masses;

@@ -11,10 +11,12 @@ pub struct BakeSettings {
     /// Texel size, slab height and time slices of the maps.
     pub maps: MapGrid,
     /// Thresholds that decide which edges may be retimed.
+    #[doc(hidden)]
     pub retime: RetimeSettings,
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,
     /// Size of the cells that paths are filed in.
+    #[doc(hidden)]
     pub grid: GridSettings,
     /// Settings of the jumps into evasions that need no edge.
     pub entries: EntrySettings,

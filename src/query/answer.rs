@@ -26,6 +26,7 @@ pub struct Answer {
     /// Number of candidates by result.
     pub counts: Counts,
     /// Statistics of the search for candidates.
+    #[doc(hidden)]
     pub search: SearchReport,
     /// Edges of all moves.
     pub(super) edges: Vec<EdgeId>,
@@ -38,10 +39,13 @@ pub struct CandidateReport {
     /// Edge of the evasion, which follows the path; `None` for a move.
     pub evasion: Option<EdgeId>,
     /// Entry into the evasion, if no edge leads to it.
+    #[doc(hidden)]
     pub entry: Option<EnteredAt>,
     /// Layer that plays the evasion's upper body while the natural motion goes on; otherwise `None`.
+    #[doc(hidden)]
     pub layer: Option<Layer>,
     /// Rate of the retimable edges, or the reason why there is none.
+    #[doc(hidden)]
     pub rate: Result<Rate, RateError>,
     /// Texels that the candidate's maps share with the attack; `None` if they were not counted.
     pub overlap: Option<Overlap>,
@@ -50,6 +54,7 @@ pub struct CandidateReport {
     /// Score; `None` for a hit and for a candidate that was not tested.
     pub score: Option<Score>,
     /// Warp that makes the motion clean; clearance and score are those of the warped motion. `None` without a warp.
+    #[doc(hidden)]
     pub warp: Option<Warp>,
     /// Result of the candidate.
     pub fate: Fate,

@@ -6,7 +6,7 @@
 //!
 //! Architecture invariant: no file of this module uses the GPU. Maps go out as plain data, and counts come back.
 
-mod answer;
+pub(crate) mod answer;
 mod ask;
 mod attack;
 mod candidate;
@@ -33,17 +33,17 @@ mod place;
 mod prefix_cache;
 mod report;
 mod request;
-mod retime;
+pub(crate) mod retime;
 mod score;
 mod select;
 mod session;
 mod settings;
 mod source;
 mod state;
-mod warp;
+pub(crate) mod warp;
 mod workers;
 
-pub use answer::{Answer, CandidateReport, Counts, EnteredAt, Fate};
+pub use answer::{Answer, CandidateReport, Counts, Fate};
 pub use ask::Query;
 pub use attack::{Attack, AttackError};
 pub use clearance::Clearance;
@@ -52,12 +52,12 @@ pub use cull::CullPath;
 pub use entry_use::EntryUse;
 pub use evaluation::Evaluation;
 pub(crate) use evaluation_input::evasions_end;
-pub use moves::{MoveSettings, SearchReport};
+pub(crate) use moves::MoveSettings;
 pub use obstacle::{Obstacle, ObstacleError};
 pub use request::Request;
-pub use retime::{Rate, RateError, RateSettings};
+pub use retime::RateSettings;
 pub use score::{Score, Weights};
 pub use session::{Session, SessionId, Step};
 pub use settings::{Enumerate, Lookup, QuerySettings, QuerySettingsError};
 pub use source::Source;
-pub use warp::{WarpBounds, WarpLimits, WarpSettings};
+pub use warp::WarpSettings;

@@ -56,6 +56,7 @@ pub struct QuerySettings {
     #[serde(default = "EntryUse::none")]
     pub entries: EntryUse,
     /// Limits of the search for moves.
+    #[doc(hidden)]
     pub moves: MoveSettings,
     /// Weights of the score.
     pub weights: Weights,

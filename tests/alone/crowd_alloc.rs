@@ -9,7 +9,7 @@ use common::crowd::{Stage, crowd_of, forms, posed, settings};
 use counting::all_allocations;
 use glam::{Vec3, Vec4};
 use sabaki::anim::JointId;
-use sabaki::crowd::{Crowd, Frame, Frustum, LevelId, LevelView};
+use sabaki::crowd::{Crowd, Frame, Frustum, LevelId};
 use sabaki::lod::{Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa};
 use std::sync::Arc;
@@ -98,13 +98,10 @@ fn whole_frames_while_levels_change() {
                     radius: 0.5,
                     centre: 0.9,
                 };
-                let view = LevelView {
-                    switching: &switching,
-                    eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
-                };
                 let frame = Frame {
                     seconds: 1.0 / 60.0,
-                    levels: Some(view),
+                    switching: Some(&switching),
+                    eye: Vec3::new(4.0 * walked.sin(), 1.5, 4.0 * (0.7 * walked).cos()),
                     frustum: (frame % 90 < 60).then_some(frustum),
                     positions: None,
                 };

@@ -9,8 +9,8 @@ use common::random::Random;
 use common::small::small;
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::character::{HybridCrowd, HybridCrowdSettings, MemberId, PosedBy};
-use sabaki::crowd::{CrowdSettings, Form};
+use sabaki::character::{HybridCrowd, HybridCrowdSettings};
+use sabaki::crowd::{CharacterId, CrowdSettings, Form};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::internal::affine;
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
@@ -56,7 +56,7 @@ impl Scene {
     }
 
     /// Everywhere in the graph and on the ground.
-    fn fill(&self, crowd: &mut HybridCrowd<'_>, count: usize) -> Vec<MemberId> {
+    fn fill(&self, crowd: &mut HybridCrowd<'_>, count: usize) -> Vec<CharacterId> {
         let mut random = Random::new(9);
         let mut number = |most: f32| most * (random.next() >> 40) as f32 / (1 << 24) as f32;
         let edges = self.graph.edges().len() as f32;
@@ -97,9 +97,9 @@ impl Scene {
     fn check(
         &self,
         (crowd, out): (&mut HybridCrowd<'_>, &[F32x16]),
-        member: MemberId,
+        member: CharacterId,
         form: Form,
-    ) -> (f64, PosedBy) {
+    ) -> (f64, bool) {
         let slice = crowd.pose_slice(member).unwrap();
         let detail = crowd.detail(member).unwrap();
         let drawn = self.drawn(crowd.playhead(member).unwrap(), detail);
@@ -114,7 +114,7 @@ impl Scene {
                 worst = worst.max(apart);
             }
         }
-        (worst, crowd.posed_by(member).unwrap())
+        (worst, crowd.is_posed_by_graph(member).unwrap())
     }
 }
 
@@ -131,7 +131,7 @@ fn members_are_where_their_playheads_are() {
         let mut out = Vec::new();
         let mut seen = [0, 0];
         let mut changes = 0;
-        let mut before = vec![PosedBy::Graph; members.len()];
+        let mut before = vec![true; members.len()];
         for frame in 0..90 {
             crowd.advance(1.0 / 30.0).unwrap();
             // A camera that flies across.
@@ -140,18 +140,18 @@ fn members_are_where_their_playheads_are() {
             out.resize(crowd.lines(), F32x16::ZERO);
             crowd.pose(&mut out).unwrap();
             for (&member, before) in members.iter().zip(&mut before) {
-                let (worst, by) = scene.check((&mut crowd, &out), member, output.form);
+                let (worst, by_graph) = scene.check((&mut crowd, &out), member, output.form);
                 // Quaternions and matrices are blended differently.
                 let blend = crowd.detail(member).unwrap().fract();
                 if output.form == Form::Matrices || blend == 0.0 {
                     assert!(
                         worst < NEAR,
-                        "{output:?}, frame {frame}: {worst} m by {by:?}"
+                        "{output:?}, frame {frame}: {worst} m, by the graph: {by_graph}"
                     );
                 }
-                seen[usize::from(by == PosedBy::Crowd)] += 1;
-                changes += usize::from(*before != by);
-                *before = by;
+                seen[usize::from(!by_graph)] += 1;
+                changes += usize::from(*before != by_graph);
+                *before = by_graph;
             }
         }
         assert!(
@@ -191,9 +191,9 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
             let found = crowd.playhead(members[3]).unwrap();
             assert_eq!(found.edge, expected.edge);
             assert!((found.frame - expected.frame).abs() < 1e-3);
-            by_graph += usize::from(by == PosedBy::Graph);
+            by_graph += usize::from(by);
         } else {
-            by_crowd += usize::from(by == PosedBy::Crowd);
+            by_crowd += usize::from(!by);
         }
     }
     assert!(by_graph > 5 && by_crowd > 5, "{by_graph} {by_crowd}");
@@ -203,15 +203,15 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
 fn strangers_and_small_memory_are_errors() {
     let scene = Scene::new();
     let mut crowd = scene.crowd(CrowdSettings::default());
-    assert!(crowd.is_empty() && crowd.pose_slice(MemberId(0)).is_err());
-    assert_eq!(crowd.playhead(MemberId(0)), None);
+    assert!(crowd.is_empty() && crowd.pose_slice(CharacterId(0)).is_err());
+    assert_eq!(crowd.playhead(CharacterId(0)), None);
     scene.fill(&mut crowd, 3);
     assert_eq!(crowd.len(), 3);
     let needed = crowd.lines();
     assert!(crowd.pose(&mut vec![F32x16::ZERO; needed - 1]).is_err());
     crowd.pose(&mut vec![F32x16::ZERO; needed]).unwrap();
-    let frozen = crowd.playhead(MemberId(0));
+    let frozen = crowd.playhead(CharacterId(0));
     crowd.advance(f32::NAN).unwrap();
     crowd.advance(-1.0).unwrap();
-    assert_eq!(crowd.playhead(MemberId(0)), frozen);
+    assert_eq!(crowd.playhead(CharacterId(0)), frozen);
 }

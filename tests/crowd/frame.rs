@@ -8,8 +8,8 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
 use sabaki::crowd::{
-    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout,
-    LevelView, Output, Placement, PoseSlice,
+    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout, Output,
+    Placement, PoseSlice,
 };
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2};
@@ -137,10 +137,8 @@ fn run(stage: &Stage, switching: &Switching, (isa, culls, index): (Isa, bool, us
         let frustum = culls.then(|| frustum(step));
         let frame = Frame {
             seconds: SECONDS,
-            levels: Some(LevelView {
-                switching,
-                eye: eye(step),
-            }),
+            switching: Some(switching),
+            eye: eye(step),
             frustum,
             positions: None,
         };
@@ -210,12 +208,9 @@ fn positions_of_the_callers_are_measured_from() {
     for index in 0..40 {
         let far = |id: usize| 0.1 * ((id * 7 + index) % 100) as f32;
         let positions: Vec<Vec3> = (0..ids.len()).map(|id| Vec3::X * far(id)).collect();
-        let view = LevelView {
-            switching,
-            eye: Vec3::ZERO,
-        };
         let frame = Frame {
-            levels: Some(view),
+            switching: Some(switching),
+            eye: Vec3::ZERO,
             positions: Some(&positions),
             ..Frame::default()
         };
@@ -327,10 +322,8 @@ fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
             let out = &mut buffers[frame % 2];
             let input = Frame {
                 seconds: SECONDS,
-                levels: Some(LevelView {
-                    switching: &switching,
-                    eye: eye(frame),
-                }),
+                switching: Some(&switching),
+                eye: eye(frame),
                 frustum: (frame % 3 > 0).then(|| frustum(frame)),
                 ..Frame::default()
             };
@@ -387,10 +380,8 @@ fn held_poses_are_those_of_the_last_frames_whatever_the_camera_does() {
         for index in 0..120 {
             let frame = Frame {
                 seconds: SECONDS,
-                levels: Some(LevelView {
-                    switching: &switching,
-                    eye: eye(index),
-                }),
+                switching: Some(&switching),
+                eye: eye(index),
                 frustum: has_frustum.then(|| frustum(index)),
                 ..Frame::default()
             };

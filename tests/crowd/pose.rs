@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
     AnimationSet, AnimationSetError, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdError,
-    CrowdSettings, Form, Hold, LevelId, Output, PoseError,
+    CrowdSettings, Form, Hold, LevelId, Output,
 };
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::math::{F32x16, Isa};
@@ -491,7 +491,7 @@ fn errors_say_what_is_missing() {
     let found = needed - 1;
     assert_eq!(
         crowd.pose(&mut small),
-        Err(PoseError::TooSmall { needed, found })
+        Err(CrowdError::TooSmall { needed, found })
     );
 
     let skeleton = small_skeleton();

@@ -10,8 +10,8 @@ use common::lod::{order_of, random_case};
 use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
-use sabaki::internal::{BoneShape, Branch, joint_energies};
-use sabaki::lod::{EnergySettings, Flexion, Inertia, Level, Levels, LodError, Masses};
+use sabaki::internal::{BoneShape, Branch, Flexion, Inertia, joint_energies};
+use sabaki::lod::{EnergySettings, Level, Levels, LodError, Masses};
 
 type Place = (DQuat, DVec3);
 

@@ -8,8 +8,8 @@ use common::lod::{each_capture, frames_of, points_of, random_case};
 use common::random::Random;
 use glam::Vec3;
 use sabaki::anim::{Clip, ClipDesc, JointId, JointKind, JointTransform, Skeleton};
-use sabaki::internal::joint_energies;
-use sabaki::lod::{Carrier, EnergySettings, Level, LevelSettings, Levels, LodError, Order};
+use sabaki::internal::{Carrier, joint_energies};
+use sabaki::lod::{EnergySettings, Level, LevelSettings, Levels, LodError, Order};
 
 fn build(skeleton: &Skeleton, clip: &Clip, settings: &LevelSettings) -> Levels {
     Levels::build(skeleton, std::slice::from_ref(clip), settings).unwrap()

@@ -2,7 +2,6 @@
 //! like any other attack.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use sabaki::maps::AttackMove;
 use sabaki_testing as common;
 
 use common::answer::{answer_request, first_counts};
@@ -10,7 +9,7 @@ use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
-use sabaki::internal::AttackMaps;
+use sabaki::internal::{AttackMaps, AttackMove};
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Query, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};

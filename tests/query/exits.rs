@@ -4,7 +4,8 @@
 use sabaki::BakedGraph;
 use sabaki::anim::Pose;
 use sabaki::graph::{self, ClipSource, Entry, GraphSettings, Motion, Playhead};
-use sabaki::maps::{BakeSettings, Baker, EntryReport};
+use sabaki::internal::EntryReport;
+use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Rigid2;
 use sabaki_app::demo;
 use sabaki_testing::baked::embedded;

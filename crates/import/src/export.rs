@@ -12,10 +12,10 @@ use super::{Question, bvh, gltf};
 use sabaki::anim::{Clip, ClipDesc, ClipError, Event, Pose};
 use sabaki::archive::write_atomically;
 use sabaki::graph::{ClipSource, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead};
-use sabaki::internal::SAMPLE_RATE;
+use sabaki::internal::{EnteredAt, SAMPLE_RATE};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
-use sabaki::query::{Answer, Attack, CandidateReport, EnteredAt};
+use sabaki::query::{Answer, Attack, CandidateReport};
 
 /// Unit of exported BVH positions: centimetres.
 const METRES_PER_UNIT: f64 = 0.01;

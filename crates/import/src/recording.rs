@@ -6,12 +6,12 @@ use super::attacks::AttackEntry;
 use super::error::{ReadError, RecordingError};
 use super::file::read_bytes;
 use super::json;
-use sabaki::anim::Warp;
 use sabaki::archive;
-use sabaki::graph::{EdgeId, Layer, Playhead};
+use sabaki::graph::{EdgeId, Playhead};
+use sabaki::internal::{EnteredAt, Layer, Warp};
 use sabaki::maps::BakedGraph;
 use sabaki::query::{
-    Answer, Attack, EnteredAt, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,
+    Answer, Attack, Evaluation, Query, QueryContext, QuerySettings, Request, cull::cpu,
 };
 
 /// The input of a query. Together with the graph it determines the answer.

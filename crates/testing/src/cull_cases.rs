@@ -1,6 +1,6 @@
 //! The cases that every culling path of a device is held to, against the CPU's counts.
 
-use sabaki::gpu::{BatchEntry, Counting, Culler, CullerDesc, GpuError, Mismatch};
+use sabaki::gpu::{BatchEntry, Counting, Culler, CullerDesc, GpuError};
 use sabaki::internal::{AttackDrawing, AttackLayer, CullCandidate, MapRect, Slab, SlabMaps};
 use sabaki::maps::{MapGrid, RegionAtlas};
 use sabaki::query::cull::{CullInput, CullPath, Overlap};
@@ -330,7 +330,7 @@ pub fn slots_in_flight_keep_their_own_counts(way: Way) {
             .unwrap();
         assert!(matches!(
             culler.poll(tickets[0], &mut overlaps),
-            Err(GpuError::Mismatch(Mismatch::Ticket))
+            Err(GpuError::StaleTicket)
         ));
         assert!(culler.poll(late, &mut overlaps).unwrap());
         assert_eq!(overlaps, counted(&input(2)));
@@ -389,7 +389,7 @@ pub fn a_batch_counts_what_its_culls_count_alone(way: Way) {
         let twice = device.run(|cmd| unsafe { culler.record_batch(cmd, &mut batch) });
         assert!(matches!(
             twice,
-            Err(GpuError::Mismatch(Mismatch::Slot { slot, .. })) if slot == first
+            Err(GpuError::NoSuchSlot { slot, .. }) if slot == first
         ));
     }
     culler.destroy(device.memory().unwrap());

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     gpu::{
-        GpuError, Mismatch,
+        GpuError,
         device_path::CullRequest,
         error::within,
         shader_table::{COUNTS, CandidateGroup, CountSettings, PlacedPlanes},
@@ -163,7 +163,7 @@ impl Gathered {
         self.order.clear();
         for (candidate, index) in candidates.iter().zip(0..) {
             let region = planes.regions.get(candidate.region.index());
-            let region = region.ok_or(Mismatch::Region {
+            let region = region.ok_or(GpuError::NoSuchRegion {
                 candidate: index as usize,
                 region: candidate.region.0,
                 regions: planes.regions.len(),

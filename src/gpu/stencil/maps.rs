@@ -1,10 +1,7 @@
 //! The evasions' maps as shaders read them, and the bounding rectangle of each slice.
 
 use crate::{
-    gpu::{
-        GpuError,
-        error::{Mismatch, within},
-    },
+    gpu::{GpuError, error::within},
     maps::{MapRect, MaskMap, PackedAtlas, PackedMap, RegionAtlas, Slab, SlabMaps},
     query::cull::CullCandidate,
 };
@@ -110,12 +107,11 @@ impl Maps {
     pub(super) fn check(&self, candidates: &[CullCandidate]) -> Result<(), GpuError> {
         let stranger = |one: &CullCandidate| one.region.index() >= self.regions;
         match candidates.iter().position(stranger) {
-            Some(candidate) => Err(Mismatch::Region {
+            Some(candidate) => Err(GpuError::NoSuchRegion {
                 candidate,
                 region: candidates[candidate].region.0,
                 regions: self.regions,
-            }
-            .into()),
+            }),
             None => Ok(()),
         }
     }

@@ -2,10 +2,7 @@
 
 use super::{batch::Batch, rules, shelves::Shelves};
 use crate::{
-    gpu::{
-        GpuError,
-        error::{Mismatch, within},
-    },
+    gpu::{GpuError, error::within},
     maps::Drawing,
 };
 
@@ -23,7 +20,7 @@ pub(crate) fn plan(drawings: &[Drawing], room: Room) -> Result<Vec<Batch>, GpuEr
     let mut order = Vec::with_capacity(drawings.len());
     for (index, drawing) in drawings.iter().enumerate() {
         if !is_sound(drawing) {
-            return Err(Mismatch::Frames { drawing: index }.into());
+            return Err(GpuError::FrameEnds { drawing: index });
         }
         if drawing.rect.is_empty() || drawing.frames() == 0 {
             continue;

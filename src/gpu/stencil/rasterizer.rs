@@ -147,7 +147,7 @@ impl Rasterizer {
     /// Deals drawings out to batches that fit the target.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when one drawing alone is too large, [`GpuError::Mismatch`] when its frame ends are wrong.
+    /// [`GpuError::Limit`] when one drawing alone is too large, [`GpuError::FrameEnds`] when its frame ends are wrong.
     pub fn plan(&self, drawings: &[Drawing]) -> Result<Vec<Batch>, GpuError> {
         packing::plan(drawings, self.room)
     }

@@ -133,12 +133,14 @@ pub(crate) fn heading(rotation: Quat) -> Quat {
 impl Motion {
     /// Lets the upper body play a part of a clip, or, with `None`, no longer does. It changes nothing on a skeleton whose spine, legs and
     /// arms are not known.
+    #[doc(hidden)]
     pub fn set_layer(&mut self, layer: Option<Layer>) {
         self.layer = layer;
     }
 
     /// The layer of the upper body.
     #[must_use]
+    #[doc(hidden)]
     pub fn layer(&self) -> Option<&Layer> {
         self.layer.as_ref()
     }

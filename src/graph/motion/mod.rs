@@ -151,12 +151,14 @@ impl Motion {
     }
 
     /// Bends what is played for a moment, or, with `None`, no longer does. The graph's skeleton may lack the parts: what it lacks is not bent.
+    #[doc(hidden)]
     pub fn bend(&mut self, warp: Option<Warp>) {
         self.warp = warp;
     }
 
     /// How it is bent.
     #[must_use]
+    #[doc(hidden)]
     pub fn warp(&self) -> Option<&Warp> {
         self.warp.as_ref()
     }

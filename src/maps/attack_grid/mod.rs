@@ -107,6 +107,7 @@ impl AttackGrid {
 
     /// Attacks that hit `target`, best first. `target` is in the character's frame at the node.
     #[must_use]
+    #[doc(hidden)]
     pub fn at(&self, node: NodeId, target: Vec3) -> &[AttackOption] {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
         let cells = &self.cells[from as usize..to as usize];
@@ -120,6 +121,7 @@ impl AttackGrid {
     }
 
     /// Non-empty cells of a node in sorted order, each with its attacks.
+    #[doc(hidden)]
     pub fn cells(&self, node: NodeId) -> impl Iterator<Item = ([i16; 3], &[AttackOption])> {
         let (from, to) = (self.first[node.index()], self.first[node.index() + 1]);
         (from as usize..to as usize).map(|index| (self.cells[index].cell, self.options_of(index)))
@@ -163,6 +165,7 @@ impl AttackGrid {
 
     /// Time from the node to the hit, in frames.
     #[must_use]
+    #[doc(hidden)]
     pub fn frames(&self, option: AttackOption) -> u32 {
         u32::from(self.paths.path(option.path).frames) + self.contact(option).frame
     }
@@ -192,6 +195,7 @@ impl AttackGrid {
 
     /// Counts of nodes, cells, entries and bytes.
     #[must_use]
+    #[doc(hidden)]
     pub fn report(&self) -> AttackGridReport {
         AttackGridReport {
             nodes: self.first.len() as u64 - 1,

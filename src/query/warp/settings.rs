@@ -21,8 +21,10 @@ pub struct WarpSettings {
     /// Maximum number of linearisations. Default 5.
     pub rounds: usize,
     /// Maximum displacements.
+    #[doc(hidden)]
     pub bounds: WarpBounds,
     /// Maximum speeds and durations.
+    #[doc(hidden)]
     pub limits: WarpLimits,
 }
 

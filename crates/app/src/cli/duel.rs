@@ -6,7 +6,8 @@ use std::time::Instant;
 use sabaki::duel::Fighter;
 use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
 use sabaki::graph::EdgeId;
-use sabaki::maps::{AttackGrid, AttackGridReport, AttackGridSettings, BakedGraph};
+use sabaki::internal::AttackGridReport;
+use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use serde_json::{Value, json};
 

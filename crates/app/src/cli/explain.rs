@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use sabaki::anim::Warp;
 use sabaki::graph::{EdgeId, EdgeMotion};
+use sabaki::internal::{RateError, Warp};
 use sabaki::maps::BakedGraph;
-use sabaki::query::RateError;
 use sabaki::query::{Answer, CandidateReport, Fate, QuerySettings, Source};
 use sabaki_app::demo::throw::Throw;
 use sabaki_import::{self, Question};

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use sabaki::anim::{JointId, Pose, Skeleton};
 use sabaki::archive;
+use sabaki::internal::{Carrier, Flexion, Inertia};
 use sabaki::lod::{
-    Carrier, EnergySettings, Flexion, Inertia, LevelSettings, Levels, LodError, Masses, Measure,
-    Order, Rule, SwitchSettings, Switching, View,
+    EnergySettings, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings,
+    Switching, View,
 };
 use sabaki_app::demo;
 

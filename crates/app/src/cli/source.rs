@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use sabaki::anim::{CompressionSettings, EventKind};
 use sabaki::archive;
-use sabaki::graph::{BuildReport, ClipSource, FootSlide, GraphSettings, MotionGraph};
-use sabaki::internal::{GraphBuilder, SearchProgress, TransitionList};
+use sabaki::graph::{BuildReport, ClipSource, GraphSettings, MotionGraph};
+use sabaki::internal::{FootSlide, GraphBuilder, SearchProgress, TransitionList};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
 use serde_json::{Value, json};

@@ -4,10 +4,9 @@ use std::time::{Duration, Instant};
 
 use super::map_quality::Round;
 use sabaki::graph::EdgeId;
+use sabaki::internal::SearchReport;
 use sabaki::maps::BakedGraph;
-use sabaki::query::{
-    Answer, Counts, Query, QueryContext, QuerySettings, Request, SearchReport, Source,
-};
+use sabaki::query::{Answer, Counts, Query, QueryContext, QuerySettings, Request, Source};
 use sabaki_app::demo::throw::Throw;
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use sabaki::crowd::PoseError;
+use sabaki::crowd::CrowdError;
 use sabaki::math::F32x16;
 use sabaki_draw::scene::{Camera, Crowd, CrowdShot, FormationError, Mesh, Orbit, Outfit, Shot};
 
@@ -165,5 +165,5 @@ pub enum LiveCrowdError {
     Formation(#[from] FormationError),
     /// An error of the pose evaluation.
     #[error(transparent)]
-    Pose(#[from] PoseError),
+    Pose(#[from] CrowdError),
 }

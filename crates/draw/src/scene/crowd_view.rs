@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::crowd::{Crowd, FormationError};
 use super::{Camera, CrowdMember, CrowdShot, Detail, Light, MemberGroup, Shot};
-use sabaki::crowd::{LevelId, PoseError};
+use sabaki::crowd::{CrowdError, LevelId};
 use sabaki::lod::{Measure, Rule, SwitchSettings, Switching, View};
 use sabaki::math::{F32x16, Sphere};
 
@@ -66,7 +66,7 @@ impl Crowd {
     ///
     /// # Errors
     /// `out` is smaller than [`Crowd::most_lines`].
-    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), PoseError> {
+    pub fn pose(&mut self, out: &mut [F32x16]) -> Result<(), CrowdError> {
         self.crowd.pose(out)
     }
 

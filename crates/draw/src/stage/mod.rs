@@ -18,7 +18,7 @@ pub use desc::StageDesc;
 use mesh::Meshes;
 use pipelines::Pipelines;
 use sabaki::gpu::internal::{Buffer, BufferDesc, DeviceMemory, within};
-use sabaki::gpu::{Context, GpuError, Memory, MemoryUse, Mismatch};
+use sabaki::gpu::{Context, GpuError, Memory, MemoryUse};
 use sabaki::math::F32x16;
 use skins::Skins;
 use slot::Slot;
@@ -167,7 +167,7 @@ impl Stage {
     /// [`crowd::Crowd::pose`](sabaki::crowd::Crowd::pose) writes them.
     ///
     /// # Errors
-    /// [`GpuError::Mismatch`] if the slot does not exist.
+    /// [`GpuError::NoSuchSlot`] if the slot does not exist.
     ///
     /// # Safety
     /// The commands that were last recorded into this slot have finished or were never submitted.
@@ -180,7 +180,7 @@ impl Stage {
     /// Records a picture.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] if the shot exceeds the stage's sizes; [`GpuError::Mismatch`] if the
+    /// [`GpuError::Limit`] if the shot exceeds the stage's sizes; [`GpuError::NoSuchSlot`] if the
     /// slot does not exist; an error if memory cannot be flushed.
     ///
     /// # Safety
@@ -208,7 +208,7 @@ impl Stage {
     fn slot_mut(&mut self, slot: u32) -> Result<&mut Slot, GpuError> {
         let slots = self.parts.slots.len() as u32;
         let found = self.parts.slots.get_mut(slot as usize);
-        found.ok_or(Mismatch::Slot { slot, slots }.into())
+        found.ok_or(GpuError::NoSuchSlot { slot, slots })
     }
 
     /// Frees all resources. The device must have finished all recorded commands.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use sabaki::crowd::{Frame, LevelView};
+use sabaki::crowd::Frame;
 use sabaki::lod::{Budget, Cost, CostMonitor, Measure, Planner, SwitchSettings};
 use sabaki::math::F32x16;
 use sabaki_app::percentile::percentile;
@@ -72,13 +72,10 @@ impl Scene {
                 .map_err(usage)?;
             budget.before = Some(plan.pixels);
             let planned = started.elapsed().as_secs_f64();
-            let view = LevelView {
-                switching: planner.switching(),
-                eye,
-            };
             let frame_input = Frame {
                 seconds: SECONDS,
-                levels: Some(view),
+                switching: Some(planner.switching()),
+                eye,
                 ..Frame::default()
             };
             crowd.frame(&frame_input, &mut out).map_err(usage)?;

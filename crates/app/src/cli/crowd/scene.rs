@@ -9,7 +9,7 @@ use rand_pcg::Pcg32;
 use sabaki::anim::{Clip, ClipDesc, Skeleton};
 use sabaki::crowd::{
     AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Frame, Hold,
-    LevelId, LevelView, Output, Placement,
+    LevelId, Output, Placement,
 };
 use sabaki::lod::{LevelSettings, Levels, Measure, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Rigid2};
@@ -197,13 +197,10 @@ impl Scene {
             crowd.advance(SECONDS);
             return crowd.pose(out).map_err(usage);
         };
-        let view = LevelView {
-            switching: &self.switching,
-            eye: self.eye(motion, frame),
-        };
         let frame = Frame {
             seconds: SECONDS,
-            levels: Some(view),
+            switching: Some(&self.switching),
+            eye: self.eye(motion, frame),
             ..Frame::default()
         };
         crowd.frame(&frame, out).map(drop).map_err(usage)
