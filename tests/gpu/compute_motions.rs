@@ -4,24 +4,14 @@
 
 use sabaki_testing as common;
 
-use common::baked::{embedded, embedded_graph};
+use common::baked::embedded;
 use common::captures::fight;
 use common::{device, finish};
 use sabaki::gpu::{Culler, CullerDesc};
-use sabaki::graph::{GraphSettings, MotionGraph};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::cull::{CullPath, cpu};
 use sabaki::query::{Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
-
-fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
-    let settings = BakeSettings {
-        maps,
-        ..BakeSettings::default()
-    };
-    let baker = Baker::new(graph, settings).unwrap();
-    baker.finish_on_cpu().unwrap()
-}
 
 /// Counts everything that many queries count.
 fn agree(baked: &BakedGraph) {
@@ -66,8 +56,7 @@ fn on_the_embedded_motions() {
 
 #[test]
 fn on_the_embedded_motions_with_the_papers_maps() {
-    let graph = embedded_graph(&GraphSettings::default());
-    agree(&bake(graph, MapGrid::PAPER));
+    agree(&embedded().with_maps(MapGrid::PAPER).unwrap());
 }
 
 #[test]
@@ -77,8 +66,7 @@ fn on_the_embedded_motions_with_two_words_a_mask() {
         slice_seconds: 1.0 / 60.0,
         ..MapGrid::default()
     };
-    let graph = embedded_graph(&GraphSettings::default());
-    agree(&bake(graph, maps));
+    agree(&embedded().with_maps(maps).unwrap());
 }
 
 #[test]

@@ -43,8 +43,8 @@ fn device() -> Headless {
     unsafe { Headless::with_loader(shim::entry(), &desc()) }.unwrap()
 }
 
-/// Lets every call of `work` fail with every result, at its first use, its second one, and so on; `check` sees how each
-/// ended, and which fault there was. Returns the number of faults.
+/// Lets every call of `work` fail, at its first use, its second one, and so on; `check` sees how each ended, and which fault there
+/// was. The first use fails with every result, the later ones with one after the other. Returns the number of faults.
 fn each_fault<T>(
     mut work: impl FnMut() -> Result<T, GpuError>,
     mut check: impl FnMut(Result<T, GpuError>, Option<Fault>),
@@ -55,18 +55,18 @@ fn each_fault<T>(
     let used = used.filter(|(call, count)| before.get(call) != Some(count));
     let mut faults = BTreeMap::new();
     for (call, _) in used.collect::<Vec<_>>() {
-        for result in RESULTS {
-            for nth in 1.. {
-                let fault = Fault { call, nth, result };
-                shim::fail(fault);
-                let ended = work();
-                if shim::call_off() {
-                    check(ended, None);
-                    break;
-                }
-                *faults.entry(call).or_default() += 1;
-                check(ended, Some(fault));
+        let first_use = RESULTS.map(|result| (1, result));
+        let later = (2..).zip(RESULTS.into_iter().cycle());
+        for (nth, result) in first_use.into_iter().chain(later) {
+            let fault = Fault { call, nth, result };
+            shim::fail(fault);
+            let ended = work();
+            if shim::call_off() {
+                check(ended, None);
+                break;
             }
+            *faults.entry(call).or_default() += 1;
+            check(ended, Some(fault));
         }
     }
     faults

@@ -5,11 +5,10 @@
 
 use sabaki_testing as common;
 
-use common::baked::embedded_graph;
-use common::captures::fight_graph;
+use common::baked::embedded;
+use common::captures::fight;
 use common::{device, finish};
 use sabaki::gpu::{Culler, CullerDesc};
-use sabaki::graph::{GraphSettings, MotionGraph};
 use sabaki::internal::{Drawing, DrawnMaps, Rasterizer, RasterizerDesc, raster};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
 use sabaki::query::cull::{CullPath, cpu};
@@ -40,16 +39,18 @@ fn draw(device: &mut Headless, rasterizer: &mut Rasterizer, baker: &Baker) -> Dr
 
 /// Draws everything that a bake and many queries draw on the paper's maps, and counts everything
 /// that they count; counts the same on maps of slices.
-fn agree(device: &mut Headless, graph: MotionGraph) {
-    for slices in [8, 32] {
-        let maps = MapGrid {
-            slices,
-            ..MapGrid::default()
-        };
-        let baker = Baker::new(graph.clone(), settings(maps)).unwrap();
-        counts_agree(device, &baker.finish_on_cpu().unwrap());
-    }
-    let baker = Baker::new(graph, settings(MapGrid::PAPER)).unwrap();
+fn agree(device: &mut Headless, baked: &BakedGraph) {
+    let maps = MapGrid {
+        slices: 8,
+        ..MapGrid::default()
+    };
+    counts_agree(device, &baked.with_maps(maps).unwrap());
+    counts_agree(device, baked);
+    let settings = BakeSettings {
+        maps: MapGrid::PAPER,
+        ..BakeSettings::default()
+    };
+    let baker = Baker::new(baked.graph().clone(), settings).unwrap();
     let desc = RasterizerDesc {
         name: "bake",
         ..RasterizerDesc::default()
@@ -69,13 +70,6 @@ fn agree(device: &mut Headless, graph: MotionGraph) {
         assert_eq!(*map, raster::any_frame(drawing));
     }
     rasterizer.destroy(device.memory().unwrap());
-}
-
-fn settings(maps: MapGrid) -> BakeSettings {
-    BakeSettings {
-        maps,
-        ..BakeSettings::default()
-    }
 }
 
 /// Counts what many queries count; returns the attacks' inner maps as drawings.
@@ -126,8 +120,7 @@ fn counts_agree(device: &mut Headless, baked: &BakedGraph) -> Vec<Drawing> {
 #[test]
 fn slices_of_time_are_drawn_alike() {
     let mut device = device();
-    let graph = embedded_graph(&GraphSettings::default());
-    let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+    let baker = Baker::new(embedded().graph().clone(), BakeSettings::default()).unwrap();
     let desc = RasterizerDesc {
         name: "slices",
         ..RasterizerDesc::default()
@@ -159,22 +152,14 @@ fn slices_of_time_are_drawn_alike() {
 #[test]
 fn on_the_embedded_motions() {
     let mut device = device();
-    agree(
-        &mut device,
-        embedded_graph(&GraphSettings {
-            threshold: 0.06,
-            ..GraphSettings::default()
-        }),
-    );
+    agree(&mut device, embedded());
     finish(device);
 }
 
 #[test]
 fn on_real_motion_capture() {
-    let Some(graph) = fight_graph() else {
-        return;
-    };
+    let Some(baked) = fight() else { return };
     let mut device = device();
-    agree(&mut device, graph);
+    agree(&mut device, baked);
     finish(device);
 }

@@ -4,7 +4,7 @@
 
 use sabaki_testing as common;
 
-use common::baked::embedded_graph;
+use common::baked::{embedded, embedded_graph};
 use common::clips::{small_skeleton, swinging_clip};
 use glam::Vec3;
 use sabaki::anim::{Clip, Event, EventKind, Pose, forward_kinematics};
@@ -38,15 +38,15 @@ fn reached(graph: &MotionGraph, forwards: bool) -> usize {
 
 #[test]
 fn from_every_node_every_other_can_be_reached() {
-    let graph = embedded_graph(&GraphSettings::default());
-    assert_eq!(reached(&graph, true), graph.nodes().len());
-    assert_eq!(reached(&graph, false), graph.nodes().len());
+    let graph = embedded().graph();
+    assert_eq!(reached(graph, true), graph.nodes().len());
+    assert_eq!(reached(graph, false), graph.nodes().len());
     graph.validate().unwrap();
 }
 
 #[test]
 fn events_are_never_cut_or_blended() {
-    let graph = embedded_graph(&GraphSettings::default());
+    let graph = embedded().graph();
     assert!(
         graph.edges_with(EventKind::Evasion).count() >= 8
             && graph.edges_with(EventKind::Attack).count() >= 6
@@ -88,7 +88,7 @@ fn the_same_for_any_number_of_threads() {
 
 #[test]
 fn transitions_start_and_end_on_their_clips() {
-    let graph = embedded_graph(&GraphSettings::default());
+    let graph = embedded().graph();
     let (mut at, mut pure) = (Pose::default(), Pose::default());
     for id in graph
         .edge_ids()

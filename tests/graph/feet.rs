@@ -7,10 +7,8 @@ mod darts;
 mod legs;
 mod walker;
 
-use std::sync::OnceLock;
-
 use common::baked::{embedded, embedded_graph};
-use common::captures::{captures, fight_graph};
+use common::captures::{self, captures};
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::graph::{
@@ -18,6 +16,7 @@ use sabaki::graph::{
     blend_weight,
 };
 use sabaki::internal::Leg;
+use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 
 type Sample = fn(&MotionGraph, EdgeId, f32, &mut Pose);
@@ -45,8 +44,7 @@ fn places_at(graph: &MotionGraph, sample: Sample, edge: EdgeId, frame: f32) -> V
 }
 
 fn fight() -> Option<&'static MotionGraph> {
-    static GRAPH: OnceLock<Option<MotionGraph>> = OnceLock::new();
-    GRAPH.get_or_init(fight_graph).as_ref()
+    captures::fight().map(BakedGraph::graph)
 }
 
 fn graphs() -> Vec<&'static MotionGraph> {

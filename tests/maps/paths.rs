@@ -7,11 +7,11 @@ use sabaki_testing as common;
 
 use std::collections::BTreeSet;
 
-use common::baked::{embedded, embedded_graph};
+use common::baked::embedded;
 use common::small::small;
-use sabaki::graph::{GraphSettings, Motion, NodeId, Playhead, Step};
+use sabaki::graph::{Motion, NodeId, Playhead, Step};
 use sabaki::internal::{NodePath, PathId};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, EntrySettings, MapGrid, PathSettings};
 use sabaki::math::Rigid2;
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.
@@ -162,11 +162,16 @@ fn ends_at(
 
 #[test]
 fn any_number_of_threads_finds_the_same_paths() {
-    let graph = embedded_graph(&GraphSettings::default());
+    let graph = embedded().graph();
     let bake = |threads: usize| {
         let settings = BakeSettings {
             maps: MapGrid::PAPER,
             threads,
+            // Paths do not depend on entries, which take most of a bake.
+            entries: EntrySettings {
+                moment_step: 0,
+                ..EntrySettings::default()
+            },
             paths: PathSettings {
                 threads,
                 most: 200,

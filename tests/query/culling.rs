@@ -3,25 +3,13 @@
 
 use sabaki_testing as common;
 
-use common::baked::embedded_graph;
+use common::baked::embedded;
 use common::captures::fight;
-use sabaki::graph::{GraphSettings, MotionGraph};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid};
+use sabaki::maps::{BakedGraph, MapGrid};
 use sabaki::query::WarpSettings;
 use sabaki::query::cull::cpu::Culler;
 use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
-
-fn bake(graph: MotionGraph, maps: MapGrid) -> BakedGraph {
-    let settings = BakeSettings {
-        maps,
-        ..BakeSettings::default()
-    };
-    Baker::new(graph, settings)
-        .unwrap()
-        .finish_on_cpu()
-        .unwrap()
-}
 
 /// What the maps said of candidates, against the exact test.
 #[derive(Debug, Default)]
@@ -91,14 +79,12 @@ fn is_certain(tally: &Tally) {
 
 #[test]
 fn on_the_embedded_motions() {
-    let graph = embedded_graph(&GraphSettings::default());
-    is_certain(&tally(&bake(graph, MapGrid::default()), 200));
+    is_certain(&tally(embedded(), 200));
 }
 
 #[test]
 fn the_papers_maps_are_weak_and_wrong() {
-    let graph = embedded_graph(&GraphSettings::default());
-    let tally = tally(&bake(graph, MapGrid::PAPER), 200);
+    let tally = tally(&embedded().with_maps(MapGrid::PAPER).unwrap(), 200);
     assert!(tally.hit_removed > 0 && tally.clean_removed > 0);
     assert_eq!(tally.hit_proven_clean, 0, "a hit is said to be clean");
 }

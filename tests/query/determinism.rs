@@ -10,13 +10,16 @@ use common::baked::{embedded, embedded_graph};
 use sabaki::archive::to_bytes;
 use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeSettings, Baker, PathSettings};
+use sabaki::math::thread_count;
 use sabaki::query::WarpSettings;
 use sabaki::query::{Answer, EntryUse, Enumerate, Evaluation, Query, QuerySettings};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 #[test]
 fn any_number_of_threads_bakes_the_same_bytes() {
-    let bytes = |threads: usize| {
+    // The shared bake has a thread for each core.
+    let threads = if thread_count(0) > 1 { 1 } else { 3 };
+    let bytes = {
         let graph = embedded_graph(&GraphSettings {
             threads,
             ..GraphSettings::default()
@@ -32,7 +35,7 @@ fn any_number_of_threads_bakes_the_same_bytes() {
         let baker = Baker::new(graph, settings).unwrap();
         to_bytes(&baker.finish_on_cpu().unwrap()).unwrap()
     };
-    assert!(bytes(1) == bytes(3));
+    assert!(bytes == to_bytes(embedded()).unwrap());
 }
 
 /// Positions are rounded to texels, edges and paths are numbers: what is held here does not hang on the last bit of a sine.

@@ -6,12 +6,11 @@ use sabaki_testing as common;
 
 use std::path::Path;
 
-use common::baked::{embedded, embedded_graph};
+use common::baked::embedded;
 use common::shapes::Shape;
 use glam::{Quat, Vec3};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::archive::{from_bytes, to_bytes};
-use sabaki::graph::GraphSettings;
 use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, LocalSphere, Prop};
 use sabaki_import::fit::{FitSettings, Mesh};
 use sabaki_import::parse_obj;
@@ -55,7 +54,7 @@ fn baked(props: Vec<Prop>) -> Result<BakedGraph, BakeError> {
         props,
         ..BakeSettings::default()
     };
-    Baker::new(embedded_graph(&GraphSettings::default()), settings)?.finish_on_cpu()
+    Baker::new(embedded().graph().clone(), settings)?.finish_on_cpu()
 }
 
 /// The ends of the staff in every frame of a strike, in the character's frame at its start, by hand.

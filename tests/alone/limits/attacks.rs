@@ -25,6 +25,7 @@ fn answered(attack: &Attack, most: usize) -> Answer {
     for enumerate in [Enumerate::default(), Enumerate::Whole] {
         let settings = QuerySettings {
             enumerate,
+            threads: 0,
             ..QuerySettings::default()
         };
         let started = std::time::Instant::now();

@@ -1,12 +1,12 @@
 //! Settings and playheads that no program means.
 
 use glam::Vec3;
-use sabaki::graph::{EdgeId, GraphSettings, Playhead};
+use sabaki::graph::{EdgeId, Playhead};
 use sabaki::maps::{BakeError, BakeSettings, Baker, SphereKey};
 use sabaki::math::Rigid2;
 use sabaki::query::{Answer, Attack, AttackError, Query, QueryContext, QuerySettings, Request};
 
-use super::common::baked::{embedded, embedded_graph};
+use super::common::baked::embedded;
 use super::common::small::small;
 
 /// A way to spoil what a bake is asked for.
@@ -140,11 +140,10 @@ fn bake_settings_out_of_range_are_refused_by_name() {
         ("paths.most", |s| s.paths.most = 0),
         ("grid.cell", |s| s.grid.cell = f32::NAN),
     ];
-    let graph = embedded_graph(&GraphSettings::default());
     for (wrong, spoil) in spoils {
         let mut settings = BakeSettings::default();
         spoil(&mut settings);
-        match Baker::new(graph.clone(), settings).map(|_| ()) {
+        match Baker::new(embedded().graph().clone(), settings).map(|_| ()) {
             Err(BakeError::Setting { name, .. }) => assert_eq!(name, wrong),
             other => panic!("{wrong}: {other:?}"),
         }
