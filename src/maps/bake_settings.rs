@@ -11,7 +11,6 @@ pub struct BakeSettings {
     /// Texel size, slab height and time slices of the maps.
     pub maps: MapGrid,
     /// Thresholds that decide which edges may be retimed.
-    #[doc(hidden)]
     pub retime: RetimeSettings,
     /// Horizon of the path search, and limits on the paths that are kept.
     pub paths: PathSettings,

@@ -9,7 +9,8 @@ use common::baked::embedded;
 use sabaki::anim::{Pose, forward_kinematics};
 
 use sabaki::graph::Playhead;
-use sabaki::internal::{AttackMaps, AttackMove};
+use sabaki::internal::AttackMaps;
+use sabaki::maps::AttackMove;
 use sabaki::math::{Rigid2, Sphere};
 use sabaki::query::{Attack, Query, QuerySettings, Request};
 use sabaki_app::demo::throw::{ThrowSettings, throw};

@@ -156,7 +156,6 @@ impl BakedGraph {
 
     /// All attacks, sorted by edge.
     #[must_use]
-    #[doc(hidden)]
     pub fn attack_moves(&self) -> &[AttackMove] {
         &self.attack_moves
     }
@@ -164,7 +163,6 @@ impl BakedGraph {
     /// Spheres of an attack over time, in the character's frame at the attack's start. Time 0 is
     /// the start.
     #[must_use]
-    #[doc(hidden)]
     pub fn attack_spheres(&self, attack: &AttackMove) -> Vec<MovingSphere> {
         let event = self
             .graph
