@@ -38,7 +38,10 @@ impl BakedGraph {
 
     pub(super) fn derived(mut self) -> Self {
         let _span = tracing::trace_span!("bake: derive tables").entered();
-        self.derive_from_maps();
+        {
+            let _span = tracing::trace_span!("bake: coarse maps").entered();
+            self.derive_from_maps();
+        }
         self.frames_to_evasion = frames_to_evasion(&self.graph, &self.evasions);
         self.reach = self.body.reach(self.graph.skeleton(), self.graph.clips());
         self.body_rows = BodyRows::new(&self.body);
@@ -57,9 +60,11 @@ impl BakedGraph {
             let seconds = seconds(evasion).max(Self::TRACK_SECONDS);
             BodyTrack::along(&self.graph, &self.body, start, seconds)
         };
+        let tracks = tracing::trace_span!("bake: body tracks").entered();
         self.tracks = in_parallel(0, self.evasions.len(), track);
         self.entry_tracks =
             EntryTracks::new(&self.graph, &self.body, &self.evasions, &self.entries);
+        drop(tracks);
         let end = |evasion| (seconds(evasion) * BodyTrack::RATE).round() as usize;
         let evasions = self.tracks.iter().zip(self.evasions.iter().map(end));
         let source = GridSource {

@@ -130,12 +130,13 @@ impl CutTest<'_> {
     pub(super) fn is_plausible(&mut self, blend: f32) -> bool {
         let seconds = blend.max(self.step());
         let frames = (blend * self.rate).ceil() as usize;
+        let step = self.step();
         let weights = (0..Examiner::frames(self.rate, frames)).map(|frame| {
-            let share = frame as f32 * self.step() / seconds;
+            let share = frame as f32 * step / seconds;
             (share < 1.0).then(|| Weights::new(share, seconds))
         });
-        let weights: Vec<Option<Weights>> = weights.collect();
-        self.examiner.weights.clone_from(&weights);
+        self.examiner.weights.clear();
+        self.examiner.weights.extend(weights);
         self.hips_go_on()
             && self.joints_start()
             && self.head_goes_on()

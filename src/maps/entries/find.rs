@@ -9,8 +9,8 @@ use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
-use crate::anim::{JointId, Pose, forward_kinematics};
-use crate::graph::{ClipId, MotionGraph, Playhead};
+use crate::anim::{Facing, JointId, Pose, forward_kinematics};
+use crate::graph::{ClipId, MotionGraph, Node, Playhead};
 use crate::maps::Evasion;
 use crate::math::{Rigid2, in_parallel};
 
@@ -184,6 +184,7 @@ pub(super) struct Finder<'a> {
     pub(super) places: &'a ClipPlaces,
     pub(super) targets: Vec<ClipFrame>,
     head: JointId,
+    facing: Facing,
     stances: Vec<Stance>,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
@@ -232,6 +233,7 @@ impl<'a> Finder<'a> {
         });
         let after = f64::from(DEPARTURES[DEPARTURES.len() - 1]) * graph.frame_rate();
         let head = head(graph.skeleton());
+        let facing = Facing::of(graph.skeleton());
         let points = |target: &ClipFrame| {
             let last = graph.clip(target.clip).frames() as u32 - 1;
             let frame = (target.frame + after.round() as u32).min(last);
@@ -243,8 +245,9 @@ impl<'a> Finder<'a> {
             toe_slows: false,
             places,
             head,
+            facing,
             stances: { targets.iter() }
-                .map(|target| Stance::of_frame(graph, target.clip, target.frame))
+                .map(|target| Stance::of_frame(graph, facing, target.node()))
                 .collect(),
             points: targets.iter().map(points).collect(),
             ways,
@@ -268,7 +271,7 @@ impl<'a> Finder<'a> {
             clip,
             now,
             before,
-            stance: Stance::of_frame(graph, clip, at),
+            stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
             standing: (0..legs)
                 .map(|leg| graph.feet().stands(clip, leg, at))
                 .collect(),

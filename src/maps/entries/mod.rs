@@ -26,18 +26,19 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use exits::{ExitTable, ExitTarget};
+use exits::ExitTable;
 pub(crate) use limits::MotionLimits;
 pub use limits::PlausibilitySettings;
 use moment_lists::MomentLists;
 pub use report::EntryReport;
 pub(crate) use stance::Stance;
 pub use stretches::Stretches;
+use targets::ClipFrame;
 
 use super::{Body, BodyTrack, Evasion, TrackStart};
 use crate::anim::Facing;
 use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Playhead};
-use crate::math::Rigid2;
+use crate::math::{Rigid2, in_parallel};
 
 /// Settings of the search for entries.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -323,14 +324,14 @@ impl EntryTracks {
         evasions: &[Evasion],
         table: &EntryTable,
     ) -> Self {
-        let stance = |target: &EntryTarget| {
-            let clip = graph.node(graph.edge(target.edge).from).clip;
-            Stance::of_frame(graph, clip, target.frame)
+        let facing = Facing::of(graph.skeleton());
+        let at = |edge: EdgeId, edge_frame: u32| {
+            let at = ClipFrame::of(graph, edge, edge_frame);
+            Stance::of_frame(graph, facing, at.node())
         };
-        let exit_stance = |target: &ExitTarget| {
-            let from = graph.node(graph.edge(target.edge).from);
-            Stance::of_frame(graph, from.clip, from.frame + target.edge_frame)
-        };
+        let stance = |target: &EntryTarget| at(target.edge, target.edge_frame);
+        let exits = table.exits.targets();
+        let exit_stance = |target: usize| at(exits[target].edge, exits[target].edge_frame);
         let of_evasion = |evasion: usize| {
             let of = |target: &&EntryTarget| usize::from(target.evasion) == evasion;
             let first = table.targets.iter().find(of)?;
@@ -348,10 +349,10 @@ impl EntryTracks {
             })
         };
         Self {
-            tracks: (0..evasions.len()).map(of_evasion).collect(),
+            tracks: in_parallel(0, evasions.len(), of_evasion),
             stances: table.targets.iter().map(stance).collect(),
-            exit_stances: table.exits.targets().iter().map(exit_stance).collect(),
-            facing: Some(Facing::of(graph.skeleton())),
+            exit_stances: in_parallel(0, exits.len(), exit_stance),
+            facing: Some(facing),
         }
     }
 

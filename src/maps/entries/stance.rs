@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::anim::{Facing, JointId, JointTransform, Pose, forward_kinematics};
-use crate::graph::{ClipId, MotionGraph};
+use crate::graph::{MotionGraph, Node};
 use crate::math::Rigid2;
 
 /// Position and facing direction of a body, and positions of its root and feet.
@@ -42,11 +42,11 @@ impl Stance {
 
     /// Stance at a frame of a clip, in the clip's space.
     #[must_use]
-    pub(crate) fn of_frame(graph: &MotionGraph, clip: ClipId, frame: u32) -> Self {
+    pub(crate) fn of_frame(graph: &MotionGraph, facing: Facing, at: Node) -> Self {
         let (mut pose, mut joints) = (Pose::default(), Vec::new());
-        graph.clip(clip).pose(frame as usize, &mut pose);
+        graph.clip(at.clip).pose(at.frame as usize, &mut pose);
         forward_kinematics(graph.skeleton(), &pose, &mut joints);
-        Self::of(graph, Facing::of(graph.skeleton()), &joints)
+        Self::of(graph, facing, &joints)
     }
 
     /// Transform from the space of `target` to that of this stance that makes the facing directions equal and the positions of a foot (or,

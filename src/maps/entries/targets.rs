@@ -1,7 +1,7 @@
 //! Frames of the clips that can be entered.
 
 use super::{EntrySettings, EntryTarget};
-use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph};
+use crate::graph::{ClipId, EdgeId, EdgeMotion, MotionGraph, Node};
 use crate::maps::Evasion;
 
 /// A frame of a clip, and the edge that plays it.
@@ -22,6 +22,14 @@ impl ClipFrame {
             frame: from.frame + edge_frame,
             edge,
             edge_frame,
+        }
+    }
+
+    /// The frame as a node of a graph would have it.
+    pub(super) fn node(&self) -> Node {
+        Node {
+            clip: self.clip,
+            frame: self.frame,
         }
     }
 }
