@@ -1,5 +1,7 @@
 //! Skeletons, clips and poses: sampling, forward kinematics, and inverse kinematics of legs.
 
+#[cfg(test)]
+pub(crate) mod bodies;
 mod clip;
 mod event;
 pub(crate) mod facing;

@@ -153,41 +153,12 @@ fn spine(skeleton: &Skeleton, left: JointId, right: JointId) -> Vec<JointId> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::anim::{Joint, JointKind};
+    use crate::anim::bodies::{biped, skeleton};
     use glam::Vec3;
-
-    fn skeleton(names: &[(&str, Option<u16>, Vec3)]) -> Skeleton {
-        let joint = |&(name, parent, offset): &(&str, Option<u16>, Vec3)| Joint {
-            name: name.into(),
-            parent: parent.map(JointId),
-            offset,
-            kind: JointKind::Moving,
-        };
-        Skeleton::new(names.iter().map(joint).collect()).unwrap()
-    }
 
     #[test]
     fn the_spine_ends_where_the_arms_begin() {
-        let (up, side) = (Vec3::Y * 0.2, Vec3::X * 0.25);
-        let skeleton = skeleton(&[
-            ("Hips", None, Vec3::ZERO),
-            ("Spine", Some(0), up),
-            ("Chest", Some(1), up),
-            ("Neck", Some(2), up),
-            ("Head", Some(3), up),
-            ("LeftArm", Some(2), side),
-            ("LeftForeArm", Some(5), side),
-            ("LeftHand", Some(6), side),
-            ("RightArm", Some(2), -side),
-            ("RightForeArm", Some(8), -side),
-            ("RightHand", Some(9), -side),
-            ("LeftUpLeg", Some(0), side * 0.4),
-            ("LeftLeg", Some(11), -up * 2.0),
-            ("LeftFoot", Some(12), -up * 2.0),
-            ("RightUpLeg", Some(0), -side * 0.4),
-            ("RightLeg", Some(14), -up * 2.0),
-            ("RightFoot", Some(15), -up * 2.0),
-        ]);
+        let skeleton = biped();
         let rig = Rig::of(&skeleton);
         assert_eq!(rig.spine(), [JointId(1), JointId(2)]);
         let hips = rig.limbs().map(|limb| limb.unwrap().hip.0);

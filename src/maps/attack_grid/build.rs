@@ -38,7 +38,7 @@ impl AttackGrid {
         let source = PathSource {
             graph,
             retimable: &vec![nothing; graph.edges().len()],
-            placements: &graph.placements(),
+            placements: baked.placements(),
             goals: &edges(baked),
         };
         let paths = paths::build(source, &settings.paths);

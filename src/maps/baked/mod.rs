@@ -341,6 +341,11 @@ impl BakedGraph {
         self.cylinders.at(&self.graph, edge, frame)
     }
 
+    /// [`BakedGraph::placement`] of each node.
+    pub(super) fn placements(&self) -> &[Rigid2] {
+        &self.placements
+    }
+
     /// Character's frame (root on the ground, facing +Z) at a node, in the space of the node's
     /// clip.
     #[must_use]

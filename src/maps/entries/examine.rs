@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 
 use super::frames::{EnteredMotion, Frame, LeftMotion};
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, departure, departures, head};
+use super::limits::{MotionLimits, departures, goes_on, head};
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
 use crate::math::Rigid2;
@@ -128,9 +128,9 @@ impl CutTest<'_> {
 
     /// Whether the cut is plausible with a blend of so many seconds.
     pub(super) fn is_plausible(&mut self, blend: f32) -> bool {
-        let seconds = blend.max(self.step());
-        let frames = (blend * self.rate).ceil() as usize;
         let step = self.step();
+        let seconds = blend.max(step);
+        let frames = (blend * self.rate).ceil() as usize;
         let weights = (0..Examiner::frames(self.rate, frames)).map(|frame| {
             let share = frame as f32 * step / seconds;
             (share < 1.0).then(|| Weights::new(share, seconds))
@@ -147,20 +147,12 @@ impl CutTest<'_> {
 
     fn hips_go_on(&self) -> bool {
         let limits = self.cut.limits.hip_departure;
-        let mut both = departures(self.rate).into_iter().zip(limits);
-        both.all(|(frames, limit)| {
-            let ends = [0, 1, 1 + frames].map(|frame| self.root(frame));
-            departure(ends, frames).with_y(0.0).length() <= limit
-        })
+        goes_on(self.rate, limits, |frame| self.root(frame).with_y(0.0))
     }
 
     fn head_goes_on(&mut self) -> bool {
         let limits = self.cut.limits.head_departure;
-        let mut both = departures(self.rate).into_iter().zip(limits);
-        both.all(|(frames, limit)| {
-            let ends = [0, 1, 1 + frames].map(|frame| self.head(frame));
-            departure(ends, frames).length() <= limit
-        })
+        goes_on(self.rate, limits, |frame| self.head(frame))
     }
 
     /// Whether the joints of no leg are plausible in the first frames, where an offset begins to fade out.
@@ -335,11 +327,8 @@ impl CutTest<'_> {
         root + weights.map_or(Vec3::ZERO, |weights| self.examiner.offsets.root.at(weights))
     }
 
-    /// Rotation of a joint in a frame, before inverse kinematics.
+    /// Rotation of a joint in a frame after the cut, before inverse kinematics.
     fn rotation(&mut self, joint: JointId, frame: usize) -> Quat {
-        if frame < 2 {
-            return self.left_rotation(joint, frame);
-        }
         let rotation = self.cut.entered.frames[frame - 1].pose.rotations[joint.index()];
         match self.examiner.weights[frame - 1] {
             Some(weights) => self.decay(joint).rotated(rotation, weights),
@@ -367,16 +356,10 @@ impl CutTest<'_> {
         decay
     }
 
-    /// Position of a joint in its parent's frame.
+    /// Position of a joint in its parent's frame, in a frame after the cut.
     fn place(&self, joint: JointId, frame: usize) -> Vec3 {
-        let skeleton = self.skeleton();
-        if frame < 2 {
-            return self.cut.left.frames[frame].pose.local(skeleton, joint).1;
-        }
-        let place = self.cut.entered.frames[frame - 1]
-            .pose
-            .local(skeleton, joint)
-            .1;
+        let pose = &self.cut.entered.frames[frame - 1].pose;
+        let (_, place) = pose.local(self.skeleton(), joint);
         let decay = self.examiner.offsets.places.get(joint.index());
         match (self.examiner.weights[frame - 1], decay) {
             (Some(weights), Some(decay)) => place + decay.at(weights),

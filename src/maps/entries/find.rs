@@ -66,15 +66,16 @@ impl EntryTable {
             let own = &all[number * batch..((number + 1) * batch).min(all.len())];
             own.iter()
                 .map(|&place| {
-                    let found = entries.entries(place, settings.most as usize, &mut scratch);
-                    let found_exits = exits.exits(place, &mut scratch);
+                    let Some(from) = entries.depart(place, &mut scratch.sampler) else {
+                        return Default::default();
+                    };
                     (
-                        found,
-                        found_exits,
-                        entries.layers(place, &layers, &mut scratch.layers),
+                        entries.entries(&from, settings.most as usize, &mut scratch.examiner),
+                        exits.exits(&from, &mut scratch.examiner),
+                        entries.layers(&from, &layers, &mut scratch.layers),
                     )
                 })
-                .collect::<Vec<_>>()
+                .collect::<Vec<(Vec<_>, Vec<_>, Vec<_>)>>()
         });
         for (entries, exits, layers) in found.into_iter().flatten() {
             table.cut += u64::from(entries.len() == settings.most as usize);
@@ -200,6 +201,7 @@ pub(super) struct Departed {
     now: u32,
     /// The frame before it.
     pub(super) before: Playhead,
+    left: LeftMotion,
     stance: Stance,
     standing: Vec<bool>,
     ways: [Points; 2],
@@ -256,7 +258,12 @@ impl<'a> Finder<'a> {
         }
     }
 
-    pub(super) fn depart(&self, (clip, frame): (usize, u32)) -> Option<Departed> {
+    /// Samples what the tests need of the motion that is left one frame after a frame of a clip. It depends on no target.
+    pub(super) fn depart(
+        &self,
+        (clip, frame): (usize, u32),
+        sampler: &mut FrameSampler<'_>,
+    ) -> Option<Departed> {
         let (graph, clip) = (self.graph, ClipId(clip as u32));
         let (edge, edge_frame) = self.places.find(clip, frame)?;
         let before = Playhead {
@@ -271,6 +278,7 @@ impl<'a> Finder<'a> {
             clip,
             now,
             before,
+            left: sampler.left(before),
             stance: Stance::of_frame(graph, self.facing, Node { clip, frame: at }),
             standing: (0..legs)
                 .map(|leg| graph.feet().stands(clip, leg, at))
@@ -280,30 +288,19 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds entries of a frame of a clip.
-    fn entries(
-        &self,
-        place: (usize, u32),
-        most: usize,
-        scratch: &mut Scratch<'_>,
-    ) -> Vec<KnownEntry> {
+    fn entries(&self, from: &Departed, most: usize, examiner: &mut Examiner) -> Vec<KnownEntry> {
         let mut found = Vec::new();
-        let Some(from) = self.depart(place) else {
-            return found;
-        };
-        let left = scratch.sampler.left(from.before);
         for target in spread(self.targets.len()) {
             if found.len() == most {
                 break;
             }
-            let Some(aligned) = self.align(&from, target) else {
+            let Some(aligned) = self.align(from, target) else {
                 continue;
             };
             if !aligned.goes_on {
                 continue;
             }
-            let Some((blend, fastest)) =
-                self.plausible((&from, &left), (target, aligned), &mut scratch.examiner)
-            else {
+            let Some((blend, fastest)) = self.plausible(from, (target, aligned), examiner) else {
                 continue;
             };
             let how = (blend, aligned.pin, fastest);
@@ -374,7 +371,7 @@ impl<'a> Finder<'a> {
     /// The first plausible blend of a cut, and the fastest plausible rate.
     pub(super) fn plausible(
         &self,
-        (from, left): (&Departed, &LeftMotion),
+        from: &Departed,
         (target, aligned): (usize, Aligned),
         examiner: &mut Examiner,
     ) -> Option<(usize, usize)> {
@@ -382,7 +379,7 @@ impl<'a> Finder<'a> {
         let cut = |rate: usize| Cut {
             graph: self.graph,
             limits: self.limits,
-            left,
+            left: &from.left,
             entered: &entered[rate],
             align: aligned.align,
             stands: from.standing.contains(&true),

@@ -1,6 +1,7 @@
 //! Search for the exits of all moments.
 
-use super::find::{Aligned, Finder, Scratch};
+use super::examine::Examiner;
+use super::find::{Aligned, Departed, Finder, Scratch};
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::ClipId;
@@ -25,7 +26,10 @@ impl EntryTable {
             }
         }
         let found = in_parallel(threads, places.len(), |number| {
-            exits.exits(places[number].1, &mut Scratch::new(graph))
+            let mut scratch = Scratch::new(graph);
+            let from = exits.depart(places[number].1, &mut scratch.sampler);
+            let found = from.map(|from| exits.exits(&from, &mut scratch.examiner));
+            found.unwrap_or_default()
         });
         let mut found = places
             .iter()
@@ -45,7 +49,7 @@ impl EntryTable {
 
 impl Finder<'_> {
     /// Finds exits of a frame of a clip, the least departure first.
-    pub(super) fn exits(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
+    pub(super) fn exits(&self, from: &Departed, examiner: &mut Examiner) -> Vec<KnownEntry> {
         /// Maximum number of exits of a moment.
         const MOST: usize = 3;
         /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
@@ -54,13 +58,9 @@ impl Finder<'_> {
         /// Exits of one moment lead to frames so far apart in their clip, at least.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
-        let Some(from) = self.depart(place) else {
-            return found;
-        };
-        let left = scratch.sampler.left(from.before);
         let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
             .filter_map(|target| {
-                let aligned = self.align(&from, target)?;
+                let aligned = self.align(from, target)?;
                 Some((aligned.cost, target, aligned))
             })
             .collect();
@@ -77,7 +77,7 @@ impl Finder<'_> {
             if found.iter().any(is_alike) {
                 continue;
             }
-            let how = self.plausible((&from, &left), (target, aligned), &mut scratch.examiner);
+            let how = self.plausible(from, (target, aligned), examiner);
             found.extend(
                 how.map(|(blend, _)| KnownEntry::new(target as u16, (blend, aligned.pin, 0))),
             );

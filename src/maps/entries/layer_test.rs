@@ -9,7 +9,7 @@ use super::BLENDS;
 use super::examine::Examiner;
 use super::frames::{FrameSampler, turns};
 use super::joint_steps::{JointLimits, JointSteps};
-use super::limits::{MotionLimits, departure, departures, head};
+use super::limits::{MotionLimits, goes_on, head};
 use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{ClipId, MotionGraph, Playhead, layer_tilt};
 
@@ -184,11 +184,7 @@ impl<'a> LayerTest<'a> {
 
     fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
         let limits = layered.limits.head_departure;
-        let mut both = departures(self.rate).into_iter().zip(limits);
-        both.all(|(frames, limit)| {
-            let ends = [0, 1, 1 + frames].map(|frame| self.head(layered, frame));
-            departure(ends, frames).length() <= limit
-        })
+        goes_on(self.rate, limits, |frame| self.head(layered, frame))
     }
 
     fn head(&mut self, layered: Layered<'_>, frame: usize) -> Vec3 {

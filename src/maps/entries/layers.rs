@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::find::{Finder, spread};
+use super::find::{Departed, Finder, spread};
 use super::layer_test::LayerTest;
 use super::limits::{MotionLimits, head};
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
@@ -82,14 +82,11 @@ impl Finder<'_> {
     /// Finds the layered evasions of a frame of a clip, among the targets of the evasions that can be layered.
     pub(super) fn layers(
         &self,
-        place: (usize, u32),
+        from: &Departed,
         source: &LayerSource<'_>,
         test: &mut LayerTest<'_>,
     ) -> Vec<KnownEntry> {
         let mut found = Vec::new();
-        let Some(from) = self.depart(place) else {
-            return found;
-        };
         let base = test.base(from.before, &source.limits);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {

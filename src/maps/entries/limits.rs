@@ -102,6 +102,15 @@ pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
     DEPARTURES.map(|seconds| (seconds * frame_rate).round() as usize)
 }
 
+/// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
+pub(super) fn goes_on(rate: f32, limits: [f32; 2], mut point: impl FnMut(usize) -> Vec3) -> bool {
+    let mut both = departures(rate).into_iter().zip(limits);
+    both.all(|(frames, limit)| {
+        let ends = [0, 1, 1 + frames].map(&mut point);
+        departure(ends, frames).length() <= limit
+    })
+}
+
 /// The part of a clip's frame that the limits depend on.
 #[derive(Clone, Debug, Default)]
 struct Sample {

@@ -7,47 +7,15 @@ use super::frames::FrameSampler;
 use super::layer_test::LayerTest;
 use super::limits::{MotionLimits, departure, departures, head};
 use super::targets::ClipFrame;
+use crate::anim::bodies::biped;
 use crate::anim::{
-    Clip, ClipDesc, Envelope, Event, EventKind, Joint, JointId, JointKind, Pose, Skeleton,
-    forward_kinematics,
+    Clip, ClipDesc, Envelope, Event, EventKind, JointId, Pose, Skeleton, forward_kinematics,
 };
 use crate::graph::{
     ClipSource, EdgeMotion, Entry, GraphSettings, Layer, Motion, MotionGraph, Playhead, build,
     rotation_vector,
 };
 use crate::math::Rigid2;
-
-fn skeleton() -> Skeleton {
-    let (up, side) = (Vec3::Y * 0.2, Vec3::X * 0.2);
-    let joints = [
-        ("Hips", None, Vec3::ZERO),
-        ("Spine", Some(0), up),
-        ("Chest", Some(1), up),
-        ("Neck", Some(2), up),
-        ("Head", Some(3), up),
-        ("LeftArm", Some(2), side),
-        ("LeftForeArm", Some(5), side),
-        ("LeftHand", Some(6), side),
-        ("RightArm", Some(2), -side),
-        ("RightForeArm", Some(8), -side),
-        ("RightHand", Some(9), -side),
-        ("LeftUpLeg", Some(0), side * 0.4),
-        ("LeftLeg", Some(11), -up * 2.0),
-        ("LeftFoot", Some(12), -up * 2.0),
-        ("LeftToe", Some(13), Vec3::Z * 0.15),
-        ("RightUpLeg", Some(0), -side * 0.4),
-        ("RightLeg", Some(15), -up * 2.0),
-        ("RightFoot", Some(16), -up * 2.0),
-        ("RightToe", Some(17), Vec3::Z * 0.15),
-    ];
-    let joint = |&(name, parent, offset): &(&str, Option<u16>, Vec3)| Joint {
-        name: name.into(),
-        parent: parent.map(JointId),
-        offset,
-        kind: JointKind::Moving,
-    };
-    Skeleton::new(joints.iter().map(joint).collect()).unwrap()
-}
 
 /// A body that sways with a period of two seconds: each joint by its own amplitude and phase.
 fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {
@@ -84,7 +52,7 @@ fn clip(skeleton: &Skeleton, moves_joints: bool) -> Clip {
 }
 
 fn graph(moves_joints: bool) -> MotionGraph {
-    let skeleton = skeleton();
+    let skeleton = biped();
     let clips = [clip(&skeleton, moves_joints)];
     let event = Event {
         clip: 0,
