@@ -1,5 +1,6 @@
 //! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
-//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes).
+//! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes); with `plot=FILE.svg` the growth
+//! of bakes is drawn.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -7,6 +8,8 @@
 //! transitions would grow with the square of its length.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+#[path = "common/growth.rs"]
+mod growth;
 #[path = "common/library.rs"]
 mod library;
 #[path = "common/stages.rs"]
@@ -16,7 +19,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use growth::Bake;
 use library::{Library, MadeClips};
+use sabaki::anim::Clip;
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
@@ -58,7 +63,16 @@ fn main() {
     let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
     set.add_mirrored().unwrap();
     match std::env::args().any(|arg| arg == "bake") {
-        true => bakes(&set, &minutes),
+        true => {
+            let bakes = bakes(&set, &minutes);
+            println!();
+            growth::print(&bakes);
+            let plot =
+                std::env::args().find_map(|arg| arg.strip_prefix("plot=").map(PathBuf::from));
+            if let Some(path) = plot {
+                growth::draw(&path, &bakes).unwrap();
+            }
+        }
         false => searches(&set, &minutes),
     }
 }
@@ -74,20 +88,23 @@ fn library(set: &ClipSet) -> Library<'_> {
     }
 }
 
-/// Prints what whole bakes take.
-fn bakes(set: &ClipSet, minutes: &[f64]) {
+/// Prints and returns what whole bakes take.
+fn bakes(set: &ClipSet, minutes: &[f64]) -> Vec<Bake> {
     StageClock::install();
     let path = std::env::temp_dir().join(format!("library-{}.sabaki", std::process::id()));
-    for &minutes in minutes {
+    let one = minutes.iter().map(|&minutes| {
         let made = library(set).of(60.0 * minutes);
         println!("\n{minutes} minutes, {} clips:", made.clips.len());
-        whole_bake(set, &made, &path);
-        println!("peak memory: {:.0} MB", peak_memory());
-    }
+        let bake = whole_bake(set, &made, &path);
+        println!("peak memory: {:.0} MB", bake.memory);
+        bake
+    });
+    let bakes = one.collect();
     let _ = std::fs::remove_file(path);
+    bakes
 }
 
-fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) {
+fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
     let source = ClipSource {
         skeleton: &set.skeleton,
         clips: &made.clips,
@@ -117,9 +134,10 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) {
     stage("baked");
     archive::write(path, &baked).unwrap();
     stage("written");
+    let seconds = started.elapsed().as_secs_f64();
+    let bytes = std::fs::metadata(path).unwrap().len();
     println!(
-        "file {} bytes, {} evasions, {} paths",
-        std::fs::metadata(path).unwrap().len(),
+        "file {bytes} bytes, {} evasions, {} paths",
         baked.evasions().len(),
         baked.paths().report().kept
     );
@@ -127,12 +145,20 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) {
     print_stages();
     let started = Instant::now();
     let baked = archive::read(path).unwrap();
-    println!("loaded in {:.2} s", started.elapsed().as_secs_f64());
+    let load = started.elapsed().as_secs_f64();
+    println!("loaded in {load:.2} s");
     print_stages();
     queries(&baked);
     let started = Instant::now();
     let _ = Characters::new(Arc::new(baked), CharacterSettings::default()).unwrap();
     println!("steering table in {:.2} s", started.elapsed().as_secs_f64());
+    Bake {
+        minutes: made.clips.iter().map(Clip::duration).sum::<f64>() / 60.0,
+        seconds,
+        memory: peak_memory(),
+        file: bytes as f64 / 1e6,
+        load,
+    }
 }
 
 fn print_stages() {
