@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
 
 /// What the bake of one library took.
 pub struct Bake {
@@ -73,6 +74,9 @@ pub fn draw(path: &Path, bakes: &[Bake]) -> Result<(), Box<dyn std::error::Error
     let values = || CURVES.iter().flat_map(|curve| bakes.iter().map(curve.of));
     let least = values().fold(f64::INFINITY, f64::min);
     let most = values().fold(0.0, f64::max);
+    // It measures the text; what shows the file has its own.
+    let font = epaint_default_fonts::UBUNTU_LIGHT;
+    let _ = register_font("sans-serif", FontStyle::Normal, font);
     let root = SVGBackend::new(path, (900, 560)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
@@ -89,6 +93,9 @@ pub fn draw(path: &Path, bakes: &[Bake]) -> Result<(), Box<dyn std::error::Error
         .x_desc("length of the library, minutes")
         .y_desc("seconds, megabytes")
         .label_style(("sans-serif", 15))
+        .light_line_style(TRANSPARENT)
+        .x_labels(4)
+        .x_label_formatter(&|minutes| format!("{minutes:.0}"))
         .draw()?;
     for curve in &CURVES {
         let points: Vec<_> = bakes.iter().map(|b| (b.minutes, (curve.of)(b))).collect();
@@ -104,11 +111,11 @@ pub fn draw(path: &Path, bakes: &[Bake]) -> Result<(), Box<dyn std::error::Error
     let ends = [first.minutes, last.minutes].map(|minutes| (minutes, bound(minutes)));
     chart
         .draw_series(DashedLineSeries::new(ends, 6, 5, BLACK.into()))?
-        .label("bake, s, if it grew as n^1.3")
+        .label("n^1.3 from the first bake ")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 24, y)], BLACK));
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(SeriesLabelPosition::LowerRight)
         .background_style(WHITE.filled())
         .border_style(BLACK)
         .label_font(("sans-serif", 15))
