@@ -13,6 +13,7 @@ pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, FootSlide, Plant};
 pub use crate::graph::motion::Layer;
+pub use crate::graph::record::{ClipMatch, GraphRecord};
 pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
@@ -29,7 +30,7 @@ pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
-pub use crate::maps::entries::{EntryReport, PlausibilitySettings, Stretches};
+pub use crate::maps::entries::{EntryRecord, EntryReport, PlausibilitySettings, Stretches};
 pub use crate::maps::fixed_transform::FixedTransform2;
 pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use crate::maps::map::{BitMap, Drawing, MapRect};

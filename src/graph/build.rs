@@ -3,12 +3,14 @@
 //! Source: Kovar, Gleicher & Pighin (2002), sections 3.1–3.3; Masaoka & Oshita, section 4.4. An
 //! event is one edge, and no transition blends it. Where events overlap, further edges play the parts between their ends.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use super::component::largest_component;
 use super::distance::Windows;
-use super::feet::{Aligner, DartTest};
-use super::links::{self, LinkSource};
+use super::feet::{Aligner, DartKey, DartTest};
+use super::links::{self, KnownLinks, LinkSource};
+use super::record::{ClipMatch, GraphRecord, KnownMinima};
 use super::report::{BuildCounts, BuiltGraphs};
 use super::search::{BandJobs, MapBand, PrunedSearch, SearchSettings, TransitionList};
 use super::source::ClipSource;
@@ -53,6 +55,17 @@ pub struct GraphBuilder<'a> {
     clouds: Vec<PointCloud>,
     windows: Vec<Windows>,
     feet: Feet,
+    record: GraphRecord,
+    known: Known,
+}
+
+/// Results of an earlier build.
+#[derive(Debug, Default)]
+struct Known {
+    clips: ClipMatch,
+    minima: KnownMinima,
+    darts: Vec<(DartKey, bool)>,
+    links: KnownLinks,
 }
 
 impl<'a> GraphBuilder<'a> {
@@ -80,6 +93,8 @@ impl<'a> GraphBuilder<'a> {
             .collect();
         let feet = Feet::new(source.skeleton, &clips, &settings.feet);
         Ok(Self {
+            record: GraphRecord::new(source, settings),
+            known: Known::default(),
             source,
             settings,
             feet,
@@ -88,6 +103,25 @@ impl<'a> GraphBuilder<'a> {
             clouds,
             windows,
         })
+    }
+
+    /// Takes over the results of an earlier build, so that only those of other clips are computed. The graph is the same.
+    #[must_use]
+    pub fn onto(mut self, earlier: GraphRecord) -> Self {
+        let clips = self.record.clips_of(&earlier);
+        self.known = Known {
+            minima: KnownMinima::new(clips.clone(), earlier.bands),
+            darts: earlier.darts,
+            links: KnownLinks::new(clips.clone(), earlier.links),
+            clips,
+        };
+        self
+    }
+
+    /// The clips whose results are taken over.
+    #[must_use]
+    pub fn clips_taken_over(&self) -> &ClipMatch {
+        &self.known.clips
     }
 
     /// Points of each clip. The search needs nothing else of the clips.
@@ -143,10 +177,21 @@ impl<'a> GraphBuilder<'a> {
             if part.is_empty() {
                 return Ok(list);
             }
-            let found = search.minima_of_jobs(&part, threads)?;
-            for (&band, found) in part.iter().flatten().zip(found) {
-                list.add(band, &found.minima)?;
-                list.count(found.computed);
+            let known = &self.known.minima;
+            let is_new = |band: &&MapBand| known.of(band).is_none();
+            let new = |job: &Vec<MapBand>| job.iter().filter(is_new).copied().collect();
+            let new: Vec<Vec<MapBand>> = part.iter().map(new).collect();
+            let mut found = search.minima_of_jobs(&new, threads)?.into_iter();
+            for &band in part.iter().flatten() {
+                let minima = match known.of(&band) {
+                    Some(minima) => Cow::Borrowed(minima),
+                    None => {
+                        let found = found.next().unwrap_or_default();
+                        list.count(found.computed);
+                        Cow::Owned(found.minima)
+                    }
+                };
+                list.add(band, &minima)?;
                 progress.done += band.pairs();
             }
             watch(progress)?;
@@ -158,12 +203,29 @@ impl<'a> GraphBuilder<'a> {
     /// # Errors
     /// The graph would have too many transitions, or the clips contain no cycle.
     pub fn build(self, found: TransitionList) -> Result<(MotionGraph, BuildReport), GraphError> {
+        let (graph, report, _) = self.build_recorded(found)?;
+        Ok((graph, report))
+    }
+
+    /// Builds the graph like [`GraphBuilder::build`], and returns a record for [`GraphBuilder::onto`], too.
+    ///
+    /// # Errors
+    /// The errors of [`GraphBuilder::build`].
+    pub fn build_recorded(
+        mut self,
+        mut found: TransitionList,
+    ) -> Result<(MotionGraph, BuildReport, GraphRecord), GraphError> {
+        let mut record = std::mem::take(&mut self.record);
+        record.bands = found.take_bands();
         let distances = found.distances();
         let mut transitions = found.finish()?;
         let by_clip = EventsByClip::new(&self.events, self.clips.len());
         transitions.retain(|transition| !by_clip.is_cut(transition));
         let under_threshold = transitions.len();
         let mut darts = self.dart_test();
+        if let Some(test) = &mut darts {
+            test.take_over(&self.known.clips, std::mem::take(&mut self.known.darts));
+        }
         let darting = match &mut darts {
             Some(test) => {
                 let _span = tracing::trace_span!("bake: test for darting feet").entered();
@@ -183,8 +245,12 @@ impl<'a> GraphBuilder<'a> {
         };
         let links = {
             let _span = tracing::trace_span!("bake: add links").entered();
-            links::add((source, &mut darts), &mut transitions)
+            let links;
+            (links, record.links) =
+                links::add((source, &mut darts), &self.known.links, &mut transitions);
+            links
         };
+        record.darts = darts.map_or_else(Vec::new, DartTest::into_results);
         let counts = BuildCounts {
             transitions: under_threshold,
             window_pairs: self.bands().map(|band| band.pairs()).sum(),
@@ -192,7 +258,8 @@ impl<'a> GraphBuilder<'a> {
             darting: darting + links.darting,
             links,
         };
-        self.assemble(&transitions, counts)
+        let (graph, report) = self.assemble(&transitions, counts)?;
+        Ok((graph, report, record))
     }
 
     fn aligner(&self) -> Aligner<'_> {

@@ -8,6 +8,7 @@ use super::bake_settings::{BakeError, BakeSettings};
 use super::baked::BakedParts;
 use super::collect::{DrawingOwner, DrawnMaps, Kind, MapCollector};
 use super::drawings::{self, DrawingSource, EventDrawings, TooHigh};
+use super::entries::{EarlierEntries, EntryRecord, EntrySearch};
 use super::raster;
 use super::retime::retimable_edges;
 use super::{
@@ -15,7 +16,7 @@ use super::{
     RegionAtlas, RegionId,
 };
 use crate::anim::EventKind;
-use crate::graph::{EdgeId, GraphEvent, MotionGraph};
+use crate::graph::{ClipMatch, EdgeId, GraphEvent, MotionGraph};
 use crate::math::{Rigid2, in_parallel};
 
 /// A bake whose drawings are prepared and whose maps are not yet drawn.
@@ -30,6 +31,7 @@ pub struct Baker {
     every_frame: Vec<Drawing>,
     any_frame: Vec<Drawing>,
     collector: MapCollector,
+    earlier: EarlierEntries,
 }
 
 impl Baker {
@@ -71,6 +73,7 @@ impl Baker {
             every_frame: Vec::new(),
             any_frame: Vec::new(),
             collector: MapCollector::new(maps),
+            earlier: EarlierEntries::default(),
             graph,
         };
         for (kind, drawings) in baker.events()? {
@@ -88,6 +91,16 @@ impl Baker {
             }
         }
         Ok(baker)
+    }
+
+    /// Takes over the tests of an earlier bake, which has `clips`, too. The baked graph is the same.
+    #[must_use]
+    #[doc(hidden)]
+    pub fn onto(self, record: EntryRecord, clips: ClipMatch) -> Self {
+        Self {
+            earlier: EarlierEntries { record, clips },
+            ..self
+        }
     }
 
     /// Prepares the drawings of all events, evasions first.
@@ -187,6 +200,16 @@ impl Baker {
     /// its drawing's.
     #[doc(hidden)]
     pub fn finish(self, maps: DrawnMaps) -> Result<BakedGraph, BakeError> {
+        let (baked, _) = self.finish_recorded(maps)?;
+        Ok(baked)
+    }
+
+    /// Finishes the bake like [`Baker::finish`], and returns a record for [`Baker::onto`], too.
+    ///
+    /// # Errors
+    /// The errors of [`Baker::finish`].
+    #[doc(hidden)]
+    pub fn finish_recorded(self, maps: DrawnMaps) -> Result<(BakedGraph, EntryRecord), BakeError> {
         let atlas = self.atlas(&maps)?;
         let placement = |edge: EdgeId| -> Rigid2 {
             let from = self.graph.node(self.graph.edge(edge).from);
@@ -210,10 +233,14 @@ impl Baker {
             .collect();
         let retimable = retimable_edges(&self.graph, &self.settings.retime);
         let evasions: Vec<Evasion> = evasions;
-        let how = (&self.settings.entries, self.settings.threads);
-        let entries = {
+        let search = EntrySearch {
+            settings: &self.settings.entries,
+            threads: self.settings.threads,
+            earlier: &self.earlier,
+        };
+        let (entries, record) = {
             let _span = tracing::trace_span!("bake: find entries").entered();
-            EntryTable::find(&self.graph, &evasions, how)
+            EntryTable::find(&self.graph, &evasions, search)
         };
         let parts = BakedParts {
             graph: self.graph,
@@ -224,11 +251,8 @@ impl Baker {
             attack_moves,
             entries,
         };
-        Ok(BakedGraph::new(
-            parts,
-            &self.settings.paths,
-            self.settings.grid,
-        ))
+        let baked = BakedGraph::new(parts, &self.settings.paths, self.settings.grid);
+        Ok((baked, record))
     }
 
     fn atlas(&self, maps: &DrawnMaps) -> Result<RegionAtlas, BakeError> {

@@ -3,11 +3,15 @@
 //! A transition may blend poses whose feet are far apart, for example a kick and a stance. The planned step between them may then be
 //! faster than any step of the clips. Such transitions are left out of the graph.
 
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
 use super::plan;
 use crate::anim::{Chain, Clip, Pose, Skeleton};
 use crate::graph::motion_graph::KnownRig;
 use crate::graph::{
-    ClipId, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId, Transition,
+    ClipId, ClipMatch, Edge, EdgeId, EdgeMotion, Feet, GraphSettings, MotionGraph, Node, NodeId,
+    Transition,
 };
 use crate::math::{Rigid2, in_parallel};
 
@@ -15,6 +19,14 @@ use crate::math::{Rigid2, in_parallel};
 const SAMPLES: u32 = 2;
 /// Maximum ratio of a toe's speed to that of the faster clip.
 const RATIO: f32 = 1.3;
+
+/// A transition, by its clips and frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub(in crate::graph) struct DartKey {
+    source: [u32; 2],
+    target: [u32; 2],
+    frames: u32,
+}
 
 /// Test of transitions.
 #[derive(Clone, Debug)]
@@ -26,6 +38,31 @@ pub(in crate::graph) struct DartTest {
     /// Speed up to which no foot darts, in metres per second.
     limit: f32,
     threads: usize,
+    /// Results of an earlier bake.
+    known: FxHashMap<DartKey, bool>,
+    /// Results of this one.
+    results: FxHashMap<DartKey, bool>,
+}
+
+impl DartKey {
+    fn of(transition: &Transition) -> Self {
+        let place = |clip: usize, frame: usize| [clip as u32, frame as u32];
+        Self {
+            source: place(transition.source_clip, transition.source_frame),
+            target: place(transition.target_clip, transition.target_frame),
+            frames: transition.frames as u32,
+        }
+    }
+
+    /// The same transition with the clips of this bake.
+    fn now(self, clips: &ClipMatch) -> Option<Self> {
+        let place = |[clip, frame]: [u32; 2]| Some([clips.now(clip)?, frame]);
+        Some(Self {
+            source: place(self.source)?,
+            target: place(self.target)?,
+            ..self
+        })
+    }
 }
 
 impl DartTest {
@@ -54,12 +91,49 @@ impl DartTest {
             graph,
             limit,
             threads: settings.threads,
+            known: FxHashMap::default(),
+            results: FxHashMap::default(),
         })
+    }
+
+    /// Takes over the results of an earlier bake.
+    pub(in crate::graph) fn take_over(&mut self, clips: &ClipMatch, results: Vec<(DartKey, bool)>) {
+        let known = results.into_iter();
+        let known = known.filter_map(|(key, darts)| Some((key.now(clips)?, darts)));
+        self.known = known.collect();
+    }
+
+    /// All results, sorted.
+    pub(in crate::graph) fn into_results(self) -> Vec<(DartKey, bool)> {
+        let mut results: Vec<(DartKey, bool)> = self.results.into_iter().collect();
+        results.sort_unstable();
+        results
     }
 
     /// For each of some transitions, whether a foot darts in it. `align` aligns a transition's target. The result does not depend on the
     /// number of threads.
     pub(in crate::graph) fn darts(
+        &mut self,
+        transitions: &[Transition],
+        align: impl Fn(&Transition) -> Rigid2 + Sync,
+    ) -> Vec<bool> {
+        let keys: Vec<DartKey> = transitions.iter().map(DartKey::of).collect();
+        let new: Vec<Transition> = { transitions.iter().zip(&keys) }
+            .filter(|(_, key)| !self.known.contains_key(key))
+            .map(|(transition, _)| *transition)
+            .collect();
+        let mut tested = self.test(&new, align).into_iter();
+        let result = |key: &DartKey| match self.known.get(key) {
+            Some(&known) => known,
+            None => tested.next().unwrap_or(false),
+        };
+        let darts: Vec<bool> = keys.iter().map(result).collect();
+        self.results
+            .extend(keys.into_iter().zip(darts.iter().copied()));
+        darts
+    }
+
+    fn test(
         &mut self,
         transitions: &[Transition],
         align: impl Fn(&Transition) -> Rigid2 + Sync,

@@ -4,6 +4,7 @@ use super::free_frames::FreeFrames;
 use super::lengths::Lengths;
 use super::margin::{EventMargin, Side};
 use super::parts::ClipParts;
+use super::record::{KnownLinks, LinkRecord};
 use super::source::LinkSource;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ use crate::math::in_parallel;
 
 /// Maximum number of links of one part of a clip. It bounds the search by the clips' duration, however many events there are, and is more
 /// than any goal of [`LinkSettings`](super::LinkSettings) asks for by default.
-const MOST: usize = 16;
+pub(super) const MOST: usize = 16;
 
 /// A possible link.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,12 @@ pub(super) struct Candidate {
     pub(super) cost: f32,
     /// Number of frames of the windows that its distance was measured of.
     pub(super) compared: usize,
+}
+
+/// Sorts the links of a part, which has one of each event at most, and keeps the closest.
+fn keep_closest(part: &mut Vec<Candidate>) {
+    part.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
+    part.truncate(MOST);
 }
 
 /// Finds possible links.
@@ -59,27 +66,77 @@ impl<'a> Candidates<'a> {
         side: Side,
         allowed: Option<&[bool]>,
     ) -> Vec<Candidate> {
-        let margins: Vec<EventMargin> = events
-            .iter()
-            .filter_map(|&event| self.margin(event, side))
-            .collect();
-        let clips = self.source.aligner.clouds.len();
-        let found = in_parallel(self.source.settings.threads, clips, |clip| {
-            self.of_clip(&margins, clip, allowed)
+        let margins = self.margins(events, side);
+        let margins: Vec<&EventMargin> = margins.iter().collect();
+        self.sorted(&self.of_clips(|clip| self.of_clip(&margins, clip, allowed)))
+    }
+
+    /// Finds the closest links before `events`, like [`Candidates::find`], and records them. Those that an earlier bake found are not
+    /// searched again.
+    pub(super) fn find_known(
+        &self,
+        events: &[usize],
+        known: &KnownLinks,
+    ) -> (Vec<Candidate>, LinkRecord) {
+        let margins = self.margins(events, Side::Before);
+        let all: Vec<&EventMargin> = margins.iter().collect();
+        let ranges = known.ranges(self, &margins);
+        let new: Vec<&EventMargin> = ranges.new.iter().map(|&index| &margins[index]).collect();
+        let found = self.of_clips(|clip| {
+            let Some(mut parts) = known.parts(self, (&margins, &ranges), clip) else {
+                return self.of_clip(&all, clip, None);
+            };
+            if !new.is_empty() {
+                let found = self.of_clip(&new, clip, None);
+                for (part, found) in parts.iter_mut().zip(found) {
+                    part.extend(found);
+                }
+            }
+            parts.iter_mut().for_each(keep_closest);
+            parts
         });
-        let mut found: Vec<Candidate> = found.into_iter().flatten().collect();
+        let record = LinkRecord::new(self, &margins, &found);
+        (self.sorted(&found), record)
+    }
+
+    /// The ranges beside events.
+    fn margins(&self, events: &[usize], side: Side) -> Vec<EventMargin> {
+        let events = events.iter();
+        events
+            .filter_map(|&event| self.margin(event, side))
+            .collect()
+    }
+
+    /// The links of each part of each clip.
+    fn of_clips(
+        &self,
+        of_clip: impl Fn(usize) -> Vec<Vec<Candidate>> + Sync,
+    ) -> Vec<Vec<Vec<Candidate>>> {
+        let clips = self.source.aligner.clouds.len();
+        in_parallel(self.source.settings.threads, clips, of_clip)
+    }
+
+    /// All links with their refined distances, closest first.
+    fn sorted(&self, found: &[Vec<Vec<Candidate>>]) -> Vec<Candidate> {
+        let refined = in_parallel(self.source.settings.threads, found.len(), |clip| {
+            let links = found[clip].iter().flatten();
+            links.filter_map(|&link| self.refined(link)).collect()
+        });
+        let mut found: Vec<Candidate> = { refined.into_iter() }
+            .flat_map(|links: Vec<_>| links)
+            .collect();
         // The sort is stable, so that ties keep the order of clips and frames.
         found.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.event.cmp(&b.event)));
         found
     }
 
-    /// Closest links between all ranges and each part of a clip.
+    /// Closest links between ranges and each part of a clip, before they are refined.
     fn of_clip(
         &self,
-        margins: &[EventMargin],
+        margins: &[&EventMargin],
         clip: usize,
         allowed: Option<&[bool]>,
-    ) -> Vec<Candidate> {
+    ) -> Vec<Vec<Candidate>> {
         // The clip's windows of each length that a range has.
         let mut windows: BTreeMap<usize, Cow<'_, Windows>> = BTreeMap::new();
         let own = Cow::Borrowed(&self.source.windows[clip]);
@@ -98,14 +155,8 @@ impl<'a> Candidates<'a> {
                 part.extend(found);
             }
         }
-        let closest = of_parts.into_iter().flat_map(|mut part| {
-            part.sort_by(|a: &Candidate, b| a.cost.total_cmp(&b.cost));
-            part.truncate(MOST);
-            part
-        });
-        closest
-            .filter_map(|candidate| self.refined(candidate))
-            .collect()
+        of_parts.iter_mut().for_each(keep_closest);
+        of_parts
     }
 
     /// Closest link between a range and each part of a clip, given the clip's windows of the range's length. Its distance is that of the

@@ -1,7 +1,6 @@
 //! Chooses the links that let more moments reach an evasion, closest links first.
 
 use super::candidates::Candidate;
-use super::margin::Side;
 use super::report::GoalReport;
 use super::search::LinkSearch;
 use super::settings::LinkGoal;
@@ -22,7 +21,8 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
             event.kind == EventKind::Evasion && event.first < event.last
         })
         .collect();
-    let mut candidates = search.candidates.find(&evasions, Side::Before, None);
+    let mut candidates;
+    (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
     let goals = search.settings.goals.clone();
     let mut before = Vec::new();
     for _ in 0..ROUNDS {

@@ -18,6 +18,7 @@ mod lengths;
 mod margin;
 mod nearest;
 mod parts;
+mod record;
 mod report;
 mod search;
 mod settings;
@@ -28,6 +29,7 @@ pub use settings::{LinkGoal, LinkSettings};
 
 use candidates::Candidates;
 use lengths::Lengths;
+pub(super) use record::{KnownLinks, LinkRecord};
 use search::LinkSearch;
 pub(super) use source::LinkSource;
 
@@ -37,13 +39,14 @@ use super::{PointCloud, Transition};
 
 /// Adds links to the transitions of a graph. It does nothing if the settings disable links.
 ///
-/// Links in which a foot darts are avoided.
+/// Links in which a foot darts are avoided. Returns what was added, and a record for a later bake.
 pub(super) fn add(
     (source, darts): (LinkSource<'_>, &mut Option<DartTest>),
+    known: &KnownLinks,
     transitions: &mut Vec<Transition>,
-) -> LinkReport {
+) -> (LinkReport, LinkRecord) {
     let Some(settings) = &source.settings.links else {
-        return LinkReport::default();
+        return Default::default();
     };
     let moments = Moments::new(source.aligner.clouds.iter().map(PointCloud::frames));
     let jumps: Vec<Jump> = transitions.iter().map(|t| moments.jump(t)).collect();
@@ -54,6 +57,8 @@ pub(super) fn add(
         moments,
         jumps,
         links: Vec::new(),
+        known,
+        record: LinkRecord::default(),
         darts,
         darting: 0,
     };
@@ -77,5 +82,5 @@ pub(super) fn add(
         unlinked,
     };
     transitions.append(&mut search.links);
-    report
+    (report, search.record)
 }

@@ -2,6 +2,7 @@
 
 use super::minima::{CloseMinima, Minimum};
 use super::{MapBand, SearchSettings};
+use crate::graph::record::BandRecord;
 use crate::graph::{GraphError, GraphSettings, Transition};
 
 /// Collects the minima of all bands and turns them into transitions, map by map.
@@ -15,6 +16,8 @@ pub struct TransitionList {
     transitions: Vec<Transition>,
     /// Number of distances that were computed for the minima.
     distances: u64,
+    /// Bands with minima.
+    bands: Vec<BandRecord>,
 }
 
 impl TransitionList {
@@ -25,6 +28,7 @@ impl TransitionList {
             minima: CloseMinima::new(settings.separation),
             transitions: Vec::new(),
             distances: 0,
+            bands: Vec::new(),
         }
     }
 
@@ -47,9 +51,20 @@ impl TransitionList {
             self.close_map()?;
             self.map = (band.a, band.b);
         }
+        if !minima.is_empty() {
+            self.bands.push(BandRecord {
+                at: BandRecord::place(&band),
+                minima: minima.to_vec(),
+            });
+        }
         minima
             .iter()
             .try_for_each(|&minimum| self.minima.push(minimum))
+    }
+
+    /// The bands that have minima, for a later bake.
+    pub(in crate::graph) fn take_bands(&mut self) -> Vec<BandRecord> {
+        std::mem::take(&mut self.bands)
     }
 
     /// All transitions.

@@ -8,6 +8,7 @@ use glam::{Quat, Vec3};
 use super::frames::{EnteredMotion, Frame, LeftMotion};
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, departures, goes_on, head};
+use super::slack::Slack;
 use crate::anim::{Chain, JointId, JointTransform, Pose, Skeleton};
 use crate::graph::{Decay, FootDecay, MotionGraph, Weights};
 use crate::math::Rigid2;
@@ -39,6 +40,8 @@ pub(super) struct Examiner {
     /// Weights of the offsets in each frame, and `None` where they are 0.
     weights: Vec<Option<Weights>>,
     poses: Vec<Pose>,
+    /// The comparisons of the tests with the limits.
+    pub(super) slack: Slack,
 }
 
 /// Offsets at a cut, in the space of the entered clip. Those of joints are computed when they are asked for.
@@ -74,6 +77,7 @@ impl Examiner {
             offsets: Offsets::default(),
             weights: Vec::new(),
             poses: Vec::new(),
+            slack: Slack::default(),
         }
     }
 
@@ -137,22 +141,35 @@ impl CutTest<'_> {
         });
         self.examiner.weights.clear();
         self.examiner.weights.extend(weights);
-        self.hips_go_on()
+        self.examiner.slack.start();
+        let is_plausible = self.hips_go_on()
             && self.joints_start()
             && self.head_goes_on()
             && self.joints_fit(frames + 3)
             && self.legs_fit(frames + 3)
-            && self.toes_fit(frames + 2)
+            && self.toes_fit(frames + 2);
+        if is_plausible {
+            self.examiner.slack.pass();
+        }
+        is_plausible
     }
 
-    fn hips_go_on(&self) -> bool {
+    fn hips_go_on(&mut self) -> bool {
         let limits = self.cut.limits.hip_departure;
-        goes_on(self.rate, limits, |frame| self.root(frame).with_y(0.0))
+        let mut slack = self.examiner.slack;
+        let fit = goes_on((self.rate, &mut slack), limits, |frame| {
+            self.root(frame).with_y(0.0)
+        });
+        self.examiner.slack = slack;
+        fit
     }
 
     fn head_goes_on(&mut self) -> bool {
         let limits = self.cut.limits.head_departure;
-        goes_on(self.rate, limits, |frame| self.head(frame))
+        let mut slack = self.examiner.slack;
+        let fit = goes_on((self.rate, &mut slack), limits, |frame| self.head(frame));
+        self.examiner.slack = slack;
+        fit
     }
 
     /// Whether the joints of no leg are plausible in the first frames, where an offset begins to fade out.
@@ -196,11 +213,13 @@ impl CutTest<'_> {
         mut visit: impl FnMut(usize, Quat),
     ) -> bool {
         let (mut steps, limits) = self.steps(joint);
-        frames.into_iter().all(|frame| {
+        let fit = frames.into_iter().all(|frame| {
             let rotation = self.rotation(joint, frame);
             visit(frame, rotation);
             steps.fits(rotation, limits)
-        })
+        });
+        self.examiner.slack = steps.slack;
+        fit
     }
 
     /// Whether the joints of the legs are plausible in all frames. Those of the others are known.
@@ -210,11 +229,14 @@ impl CutTest<'_> {
         for (frame, pose) in poses[..frames].iter_mut().enumerate().skip(2) {
             self.bend_legs(frame, pose);
         }
-        let fit = self.examiner.of_legs.iter().all(|&joint| {
+        let fit = (0..self.examiner.of_legs.len()).all(|index| {
+            let joint = self.examiner.of_legs[index];
             let (mut steps, limits) = self.steps(joint);
             let rotation = |pose: &Pose| pose.rotations[joint.index()];
             let mut later = poses[2..frames].iter();
-            later.all(|pose| steps.fits(rotation(pose), limits))
+            let fit = later.all(|pose| steps.fits(rotation(pose), limits));
+            self.examiner.slack = steps.slack;
+            fit
         });
         self.examiner.poses = poses;
         fit
@@ -229,6 +251,7 @@ impl CutTest<'_> {
                 JointId::ROOT => self.back.vector(turn),
                 _ => turn,
             },
+            slack: self.examiner.slack,
         };
         (steps, JointLimits::of(self.cut.limits, joint, self.rate))
     }
@@ -274,7 +297,7 @@ impl CutTest<'_> {
     }
 
     /// Whether the toes are plausible in so many frames, whose poses are known.
-    fn toes_fit(&self, frames: usize) -> bool {
+    fn toes_fit(&mut self, frames: usize) -> bool {
         let first = self.cut.left.frames[1].toes();
         let mut before: Vec<Vec3> = first.map(|toe| self.back.point(toe)).collect();
         let own = match self.cut.toe_slows {
@@ -291,13 +314,14 @@ impl CutTest<'_> {
                 longest = longest.max(way.length());
                 slower = slower.min(way.with_y(0.0).length());
             }
-            if longest * self.rate > fastest {
+            let speed = longest * self.rate;
+            if !self.examiner.slack.fits(speed, fastest) {
                 return false;
             }
             slide += slower;
             before = now;
         }
-        !(self.cut.stands && slide > self.cut.limits.slide)
+        !self.cut.stands || self.examiner.slack.fits(slide, self.cut.limits.slide)
     }
 
     /// Speed of the fastest toe before the cut.

@@ -7,6 +7,8 @@ use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
+use super::record::{EarlierEntries, EntryRecord, KnownTests, PairTest, TestBasis, TestTable};
+use super::slack::Slack;
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
 use super::{BLENDS, EXIT_BLENDS, EntrySettings, EntryTable, KnownEntry, RATES, Stance};
 use crate::anim::{Facing, JointId, Pose, forward_kinematics};
@@ -21,87 +23,167 @@ const FOOT_APART: f32 = 0.45;
 const STAYS: u32 = 4;
 
 impl EntryTable {
-    /// Finds all entries of a graph. The result does not depend on the number of threads.
+    /// Finds all entries of a graph, and records the tests for a later bake. The result does not depend on the number of threads, nor on
+    /// the tests that are taken over from an earlier bake.
     #[must_use]
     pub(crate) fn find(
         graph: &MotionGraph,
         evasions: &[Evasion],
-        (settings, threads): (&EntrySettings, usize),
-    ) -> Self {
+        EntrySearch {
+            settings,
+            threads,
+            earlier,
+        }: EntrySearch<'_>,
+    ) -> (Self, EntryRecord) {
         if settings.moment_step == 0 || evasions.is_empty() {
-            return Self::default();
+            return Default::default();
         }
+        let earlier = earlier.with(settings);
         let places = ClipPlaces::new(graph);
         let measured = MeasuredMotion::of(graph, threads);
         let limits = measured.limits(&settings.plausible);
         let targets = targets(graph, evasions, settings, &places);
+        let step = settings.moment_step;
         let mut table = Self {
-            step: settings.moment_step,
-            first_moment: vec![0],
+            step,
+            first_moment: first_moments(graph, step),
             ..Self::default()
         };
         let frames = targets
             .iter()
             .map(|target| ClipFrame::of(graph, target.edge, target.edge_frame));
         let how = (Ways::ENTRIES, threads);
-        let entries = Finder::new((graph, &limits), &places, frames.collect(), how);
+        let mut entries = Finder::new((graph, &limits), &places, frames.collect(), how);
         let how = (Ways::EXITS, threads);
         let frames = natural(graph, settings.target_step);
-        let exits = Finder::new((graph, &limits), &places, frames, how);
-        let layers = LayerSource::new((graph, evasions), &targets, &limits);
-        let clips = graph.clips().len();
-        let moments = |clip: usize| {
-            graph.clips()[clip]
-                .frames()
-                .div_ceil(settings.moment_step as usize)
+        let mut exits = Finder::new((graph, &limits), &places, frames, how);
+        let mut layers = LayerSource::new((graph, evasions), &targets, &limits);
+        let mut record = EntryRecord {
+            settings: Some(*settings),
+            first_moment: table.first_moment.clone(),
+            entries: TestTable::new(entries.basis()),
+            exits: TestTable::new(exits.basis()),
+            layers: TestTable::new(layers.basis(&entries)),
+            ..EntryRecord::default()
         };
-        let all: Vec<(usize, u32)> = (0..clips)
-            .flat_map(|clip| {
-                (0..moments(clip)).map(move |moment| (clip, moment as u32 * settings.moment_step))
-            })
-            .collect();
-        let batch = 16;
-        let found = in_parallel(threads, all.len().div_ceil(batch), |number| {
-            let mut scratch = Scratch::new(graph);
-            let own = &all[number * batch..((number + 1) * batch).min(all.len())];
-            own.iter()
-                .map(|&place| {
-                    let Some(from) = entries.depart(place, &mut scratch.sampler) else {
-                        return Default::default();
-                    };
-                    (
-                        entries.entries(&from, settings.most as usize, &mut scratch.examiner),
-                        exits.exits(&from, &mut scratch.examiner),
-                        entries.layers(&from, &layers, &mut scratch.layers),
-                    )
-                })
-                .collect::<Vec<(Vec<_>, Vec<_>, Vec<_>)>>()
-        });
-        for (entries, exits, layers) in found.into_iter().flatten() {
-            table.cut += u64::from(entries.len() == settings.most as usize);
-            table.entries.push(&entries);
-            table.exits.lists.push(&exits);
-            table.layers.push(&layers);
+        if let Some(earlier) = earlier {
+            entries.known = Some(earlier.known(&earlier.record.entries, entries.basis()));
+            exits.known = Some(earlier.known(&earlier.record.exits, exits.basis()));
+            layers.known = Some(earlier.known(&earlier.record.layers, layers.basis(&entries)));
+        }
+        let search = MomentSearch {
+            entries: &entries,
+            exits: &exits,
+            layers: &layers,
+            settings,
+        };
+        for found in search.all(threads) {
+            table.cut += u64::from(found.entries.len() == settings.most as usize);
+            table.entries.push(&found.entries);
+            table.exits.lists.push(&found.exits);
+            table.layers.push(&found.layers);
+            let [entries, exits, layers] = found.tests;
+            record.entries.push(entries);
+            record.exits.push(exits);
+            record.layers.push(layers);
         }
         table.exits.targets = exits
             .targets
             .iter()
             .map(|target| (target.edge, target.edge_frame).into())
             .collect();
-        for clip in 0..clips {
-            table
-                .first_moment
-                .push(table.first_moment[clip] + moments(clip) as u32);
-        }
         let utmost = measured.limits(&settings.plausible.utmost());
-        let exits = Finder {
+        let mut exits = Finder {
             limits: &utmost,
             toe_slows: true,
+            known: None,
             ..exits
         };
-        table.shorten_stretches(&exits, settings.unbranched, threads);
+        exits.known = earlier.map(|it| it.known(&it.record.last_exits, exits.basis()));
+        record.last_exits = table.shorten_stretches(&exits, settings.unbranched, threads);
         (table.limits, table.targets) = (limits, targets);
-        table
+        (table, record)
+    }
+}
+
+/// The first moment of each clip, and the number of moments.
+fn first_moments(graph: &MotionGraph, step: u32) -> Vec<u32> {
+    let mut firsts = vec![0];
+    for clip in graph.clips() {
+        let moments = clip.frames().div_ceil(step as usize) as u32;
+        firsts.push(firsts[firsts.len() - 1] + moments);
+    }
+    firsts
+}
+
+/// How entries are searched.
+#[derive(Clone, Copy)]
+pub(crate) struct EntrySearch<'a> {
+    pub(crate) settings: &'a EntrySettings,
+    /// Number of threads, 0 for one per CPU core.
+    pub(crate) threads: usize,
+    /// Tests of an earlier bake.
+    pub(crate) earlier: &'a EarlierEntries,
+}
+
+/// The search at each moment.
+struct MomentSearch<'a> {
+    entries: &'a Finder<'a>,
+    exits: &'a Finder<'a>,
+    layers: &'a LayerSource<'a>,
+    settings: &'a EntrySettings,
+}
+
+/// What was found at a moment.
+#[derive(Default)]
+struct MomentFound {
+    entries: Vec<KnownEntry>,
+    exits: Vec<KnownEntry>,
+    layers: Vec<KnownEntry>,
+    /// The tests of entries, exits and layers.
+    tests: [Vec<PairTest>; 3],
+}
+
+impl MomentSearch<'_> {
+    /// Searches all moments.
+    fn all(&self, threads: usize) -> impl Iterator<Item = MomentFound> + use<> {
+        /// Number of moments that share scratch.
+        const BATCH: usize = 16;
+        let (graph, step) = (self.entries.graph, self.settings.moment_step);
+        let frames = graph.clips().iter().map(|clip| clip.frames() as u32);
+        let moments: Vec<(usize, u32)> = { frames.enumerate() }
+            .flat_map(|(clip, frames)| {
+                (0..frames)
+                    .step_by(step as usize)
+                    .map(move |frame| (clip, frame))
+            })
+            .collect();
+        let found = in_parallel(threads, moments.len().div_ceil(BATCH), |batch| {
+            let mut scratch = Scratch::new(graph, step);
+            let end = ((batch + 1) * BATCH).min(moments.len());
+            let own = moments[batch * BATCH..end].iter();
+            own.map(|&place| self.at(place, &mut scratch))
+                .collect::<Vec<_>>()
+        });
+        found.into_iter().flatten()
+    }
+
+    fn at(&self, place: (usize, u32), scratch: &mut Scratch<'_>) -> MomentFound {
+        let Some(from) = self.entries.depart(place, &mut scratch.sampler) else {
+            return MomentFound::default();
+        };
+        let entries = { self.entries }.entries(&from, self.settings.most as usize, scratch);
+        let of_entries = std::mem::take(&mut scratch.tests);
+        let exits = self.exits.exits(&from, scratch);
+        let of_exits = std::mem::take(&mut scratch.tests);
+        let layers = self.entries.layers(&from, self.layers, scratch);
+        let of_layers = std::mem::take(&mut scratch.tests);
+        MomentFound {
+            entries,
+            exits,
+            layers,
+            tests: [of_entries, of_exits, of_layers],
+        }
     }
 }
 
@@ -144,11 +226,17 @@ pub(super) struct Scratch<'a> {
     pub(super) sampler: FrameSampler<'a>,
     pub(super) examiner: Examiner,
     pub(super) layers: LayerTest<'a>,
+    /// Interval of moments, in frames.
+    pub(super) step: u32,
+    /// Tests that a later bake may take over.
+    pub(super) tests: Vec<PairTest>,
 }
 
 impl<'a> Scratch<'a> {
-    pub(super) fn new(graph: &'a MotionGraph) -> Self {
+    pub(super) fn new(graph: &'a MotionGraph, step: u32) -> Self {
         Self {
+            step,
+            tests: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
             layers: LayerTest::new(graph),
@@ -192,13 +280,15 @@ pub(super) struct Finder<'a> {
     ways: Ways,
     /// The motion that starts at each target, by rate.
     entered: Vec<Vec<EnteredMotion>>,
+    /// The tests of an earlier bake.
+    known: Option<KnownTests<'a>>,
 }
 
 /// A frame of a clip that is left.
 pub(super) struct Departed {
     pub(super) clip: ClipId,
     /// The frame at which the cut is made.
-    now: u32,
+    pub(super) now: u32,
     /// The frame before it.
     pub(super) before: Playhead,
     left: LeftMotion,
@@ -255,6 +345,15 @@ impl<'a> Finder<'a> {
             ways,
             entered,
             targets,
+            known: None,
+        }
+    }
+
+    /// What the tests depend on.
+    pub(super) fn basis(&self) -> TestBasis<'_> {
+        TestBasis {
+            limits: self.limits,
+            targets: &self.targets,
         }
     }
 
@@ -288,7 +387,7 @@ impl<'a> Finder<'a> {
     }
 
     /// Finds entries of a frame of a clip.
-    fn entries(&self, from: &Departed, most: usize, examiner: &mut Examiner) -> Vec<KnownEntry> {
+    fn entries(&self, from: &Departed, most: usize, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
         let mut found = Vec::new();
         for target in spread(self.targets.len()) {
             if found.len() == most {
@@ -300,7 +399,7 @@ impl<'a> Finder<'a> {
             if !aligned.goes_on {
                 continue;
             }
-            let Some((blend, fastest)) = self.plausible(from, (target, aligned), examiner) else {
+            let Some((blend, fastest)) = self.plausible(from, (target, aligned), scratch) else {
                 continue;
             };
             let how = (blend, aligned.pin, fastest);
@@ -370,6 +469,28 @@ impl<'a> Finder<'a> {
 
     /// The first plausible blend of a cut, and the fastest plausible rate.
     pub(super) fn plausible(
+        &self,
+        from: &Departed,
+        (target, aligned): (usize, Aligned),
+        scratch: &mut Scratch<'_>,
+    ) -> Option<(usize, usize)> {
+        let stays = |entered: &EnteredMotion| entered.stays_in_clip;
+        if !from.left.stays_in_clip || !self.entered[target].iter().all(stays) {
+            return self.tested(from, (target, aligned), &mut scratch.examiner);
+        }
+        let moment = (from.clip, (from.now - 1) / scratch.step);
+        let known = self.known.as_ref();
+        let known = known.and_then(|known| known.find(moment, target));
+        let test = known.unwrap_or_else(|| {
+            scratch.examiner.slack = Slack::default();
+            let how = self.tested(from, (target, aligned), &mut scratch.examiner);
+            PairTest::new(target, how, &scratch.examiner.slack)
+        });
+        scratch.tests.push(test);
+        test.how()
+    }
+
+    fn tested(
         &self,
         from: &Departed,
         (target, aligned): (usize, Aligned),

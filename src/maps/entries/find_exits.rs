@@ -1,7 +1,7 @@
 //! Search for the exits of all moments.
 
-use super::examine::Examiner;
 use super::find::{Aligned, Departed, Finder, Scratch};
+use super::record::TestTable;
 use super::stretches::PlayedFrames;
 use super::{EntryTable, KnownEntry, MomentLists};
 use crate::graph::ClipId;
@@ -9,8 +9,13 @@ use crate::math::in_parallel;
 
 impl EntryTable {
     /// Finds exits of the moments of stretches without a branch point that are longer than `longest` seconds. The result does not depend on
-    /// the number of threads.
-    pub(super) fn shorten_stretches(&mut self, exits: &Finder<'_>, longest: f32, threads: usize) {
+    /// the number of threads. Returns the tests.
+    pub(super) fn shorten_stretches(
+        &mut self,
+        exits: &Finder<'_>,
+        longest: f32,
+        threads: usize,
+    ) -> TestTable {
         let (graph, step) = (exits.graph, self.step as usize);
         let longest = (f64::from(longest) * graph.frame_rate()) as usize;
         // Moments, and their clips and frames.
@@ -26,30 +31,37 @@ impl EntryTable {
             }
         }
         let found = in_parallel(threads, places.len(), |number| {
-            let mut scratch = Scratch::new(graph);
+            let mut scratch = Scratch::new(graph, self.step);
             let from = exits.depart(places[number].1, &mut scratch.sampler);
-            let found = from.map(|from| exits.exits(&from, &mut scratch.examiner));
-            found.unwrap_or_default()
+            let found = from.map(|from| exits.exits(&from, &mut scratch));
+            (found.unwrap_or_default(), scratch.tests)
         });
         let mut found = places
             .iter()
             .map(|&(moment, _)| moment)
             .zip(found)
             .peekable();
-        let mut lists = MomentLists::default();
+        let (mut lists, mut table) = (MomentLists::default(), TestTable::new(exits.basis()));
         for moment in 0..self.exits.lists.moments() as u32 {
             match found.next_if(|(at, _)| *at == moment) {
-                Some((_, list)) => lists.push(&list),
-                None => lists.push(self.exits.lists.of(moment)),
+                Some((_, (list, tests))) => {
+                    lists.push(&list);
+                    table.push(tests);
+                }
+                None => {
+                    lists.push(self.exits.lists.of(moment));
+                    table.push(Vec::new());
+                }
             }
         }
         self.exits.lists = lists;
+        table
     }
 }
 
 impl Finder<'_> {
     /// Finds exits of a frame of a clip, the least departure first.
-    pub(super) fn exits(&self, from: &Departed, examiner: &mut Examiner) -> Vec<KnownEntry> {
+    pub(super) fn exits(&self, from: &Departed, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
         /// Maximum number of exits of a moment.
         const MOST: usize = 3;
         /// Number of targets whose motion is examined, if one of them is plausible, and otherwise.
@@ -77,7 +89,7 @@ impl Finder<'_> {
             if found.iter().any(is_alike) {
                 continue;
             }
-            let how = self.plausible(from, (target, aligned), examiner);
+            let how = self.plausible(from, (target, aligned), scratch);
             found.extend(
                 how.map(|(blend, _)| KnownEntry::new(target as u16, (blend, aligned.pin, 0))),
             );

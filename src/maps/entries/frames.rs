@@ -25,12 +25,16 @@ pub(super) struct LeftMotion {
     pub(super) frames: [Frame; 3],
     /// Rotation vector of each joint between the first two frames.
     pub(super) turns: Vec<Vec3>,
+    /// Whether all frames are of one clip.
+    pub(super) stays_in_clip: bool,
 }
 
 /// A motion that is entered: its frames from the cut on.
 #[derive(Clone, Debug)]
 pub(super) struct EnteredMotion {
     pub(super) frames: Vec<Frame>,
+    /// Whether all frames are of one clip.
+    pub(super) stays_in_clip: bool,
 }
 
 /// Samples motions frame by frame.
@@ -40,6 +44,8 @@ pub(super) struct FrameSampler<'a> {
     graph: &'a MotionGraph,
     head: JointId,
     motion: Motion,
+    /// Whether all frames that were sampled since the start of the motion are of its clip.
+    stays_in_clip: bool,
 }
 
 /// A place on a clip, as a fraction of frames.
@@ -77,16 +83,21 @@ impl<'a> FrameSampler<'a> {
             graph,
             head: head(graph.skeleton()),
             motion: Motion::default(),
+            stays_in_clip: true,
         }
     }
 
     /// The motion that is left one frame after `before`, a whole frame of a clip.
     pub(super) fn left(&mut self, before: Playhead) -> LeftMotion {
         self.start(before, 2);
-        let frames = [0, 1, 2].map(|frame| self.frame(self.pose_after(before, frame)));
+        let frames = [0, 1, 2].map(|frame| {
+            let pose = self.pose_after(before, frame);
+            self.frame(pose)
+        });
         LeftMotion {
             turns: turns(&frames[0].pose, &frames[1].pose),
             frames,
+            stays_in_clip: self.stays_in_clip,
         }
     }
 
@@ -98,20 +109,35 @@ impl<'a> FrameSampler<'a> {
             .collect()
     }
 
+    /// Whether so many frames of the motion that goes on at a whole frame of a clip are of that clip.
+    pub(super) fn stays_in_clip(&mut self, from: Playhead, count: usize) -> bool {
+        self.start(from, count);
+        (0..count).all(|frame| {
+            let seconds = frame as f32 / self.graph.frame_rate() as f32;
+            self.is_at(seconds, self.place_after(from, frame))
+        })
+    }
+
     fn start(&mut self, from: Playhead, frames: usize) {
+        self.stays_in_clip = true;
         let seconds = frames as f32 / self.graph.frame_rate() as f32;
         self.motion.restart(self.graph, from, []);
         self.motion.extend(self.graph, seconds);
     }
 
     /// The pose so many frames after the start.
-    fn pose_after(&self, start: Playhead, frame: usize) -> Pose {
+    fn pose_after(&mut self, start: Playhead, frame: usize) -> Pose {
+        let place = self.place_after(start, frame);
+        self.pose(frame as f32 / self.graph.frame_rate() as f32, place)
+    }
+
+    /// The place so many frames after the start, if the motion stays in the clip.
+    fn place_after(&self, start: Playhead, frame: usize) -> Place {
         let from = self.graph.node(self.graph.edge(start.edge).from);
-        let place = Place {
+        Place {
             clip: from.clip,
             frame: from.frame as f32 + start.frame + frame as f32,
-        };
-        self.pose(frame as f32 / self.graph.frame_rate() as f32, place)
+        }
     }
 
     /// `count` frames of the motion that is entered at a frame of a clip, at a playback rate.
@@ -125,6 +151,7 @@ impl<'a> FrameSampler<'a> {
             rate,
             blend: start,
         };
+        self.stays_in_clip = true;
         self.motion.restart(self.graph, entry.playhead(), []);
         self.motion.enter(self.graph, start, &entry);
         self.motion
@@ -134,10 +161,12 @@ impl<'a> FrameSampler<'a> {
                 clip: at.clip,
                 frame: at.frame as f32 + frame as f32 * rate,
             };
-            self.frame(self.pose(start + frame as f32 / frame_rate, place))
+            let pose = self.pose(start + frame as f32 / frame_rate, place);
+            self.frame(pose)
         });
         EnteredMotion {
             frames: frames.collect(),
+            stays_in_clip: self.stays_in_clip,
         }
     }
 
@@ -146,21 +175,27 @@ impl<'a> FrameSampler<'a> {
     }
 
     /// The pose of the motion, without what fades out, at a time at which it is at `place` if it is still in that clip.
-    fn pose(&self, seconds: f32, place: Place) -> Pose {
-        /// Distance that rounding may put a motion off its frame, in frames.
-        const ROUNDING: f32 = 0.01;
-        let graph = self.graph;
-        let at = self.motion.playhead(graph, seconds);
-        let (edge, mut pose) = (graph.edge(at.edge), Pose::default());
-        let from = graph.node(edge.from);
-        let is_there = edge.motion == EdgeMotion::Clip
-            && from.clip == place.clip
-            && (from.frame as f32 + at.frame - place.frame).abs() < ROUNDING;
-        match is_there {
-            true => graph.clip(place.clip).sample(place.frame, &mut pose),
-            false => at.pose(graph, &mut pose),
+    fn pose(&mut self, seconds: f32, place: Place) -> Pose {
+        let (graph, mut pose) = (self.graph, Pose::default());
+        if self.is_at(seconds, place) {
+            graph.clip(place.clip).sample(place.frame, &mut pose);
+        } else {
+            self.stays_in_clip = false;
+            self.motion.playhead(graph, seconds).pose(graph, &mut pose);
         }
         pose
+    }
+
+    /// Whether the motion is at a place of a clip at a time.
+    fn is_at(&self, seconds: f32, place: Place) -> bool {
+        /// Distance that rounding may put a motion off its frame, in frames.
+        const ROUNDING: f32 = 0.01;
+        let at = self.motion.playhead(self.graph, seconds);
+        let edge = self.graph.edge(at.edge);
+        let from = self.graph.node(edge.from);
+        edge.motion == EdgeMotion::Clip
+            && from.clip == place.clip
+            && (from.frame as f32 + at.frame - place.frame).abs() < ROUNDING
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::limits::MotionLimits;
+use super::slack::Slack;
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
@@ -48,6 +49,8 @@ pub(super) struct JointSteps {
     pub(super) before: Quat,
     /// Rotation vector of the last step, in the space of the joint's parent.
     pub(super) turn: Vec3,
+    /// The comparisons so far.
+    pub(super) slack: Slack,
 }
 
 impl JointSteps {
@@ -56,7 +59,8 @@ impl JointSteps {
         let turn = small_turn(rotation * self.before.conjugate());
         let change = turn - self.turn;
         (self.before, self.turn) = (rotation, turn);
-        turn.length_squared() <= limits.step * limits.step
-            && change.length_squared() <= limits.change * limits.change
+        let slack = &mut self.slack;
+        slack.square_fits(turn.length_squared(), limits.step * limits.step)
+            && slack.square_fits(change.length_squared(), limits.change * limits.change)
     }
 }

@@ -10,6 +10,7 @@ use super::examine::Examiner;
 use super::frames::{FrameSampler, turns};
 use super::joint_steps::{JointLimits, JointSteps};
 use super::limits::{MotionLimits, goes_on, head};
+use super::slack::Slack;
 use crate::anim::{Envelope, JointId, Pose, slerp};
 use crate::graph::{ClipId, MotionGraph, Playhead, layer_tilt};
 
@@ -26,6 +27,8 @@ pub(super) struct LayerTest<'a> {
     sampler: FrameSampler<'a>,
     /// Frames whose spine is known.
     poses: Vec<Pose>,
+    /// The comparisons of the tests with the limits.
+    pub(super) slack: Slack,
 }
 
 /// The motion that goes on after a frame, without a layer.
@@ -33,8 +36,8 @@ pub(super) struct LayerBase {
     poses: Vec<Pose>,
     /// Rotation vector of each joint between the first two frames.
     turns: Vec<Vec3>,
-    /// Whether the joints that a layer does not move are plausible, for each of [`BLENDS`].
-    fits: [bool; BLENDS.len()],
+    /// Whether the joints that a layer does not move are plausible, for each of [`BLENDS`], and the comparisons that tell.
+    fits: [(bool, Slack); BLENDS.len()],
 }
 
 /// One layer on a motion.
@@ -66,6 +69,7 @@ impl<'a> LayerTest<'a> {
             kept,
             sampler: FrameSampler::new(graph),
             poses: Vec::new(),
+            slack: Slack::default(),
         }
     }
 
@@ -90,6 +94,11 @@ impl<'a> LayerTest<'a> {
         poses.collect()
     }
 
+    /// Whether the motion that goes on after a frame stays in its clip, as far as tests read it.
+    pub(super) fn stays_in_clip(&mut self, before: Playhead) -> bool {
+        self.sampler.stays_in_clip(before, Self::frames(self.rate))
+    }
+
     /// Samples the motion that goes on after a frame, without a layer.
     pub(super) fn base(&mut self, before: Playhead, limits: &MotionLimits) -> LayerBase {
         let rate = self.rate;
@@ -97,15 +106,16 @@ impl<'a> LayerTest<'a> {
         let mut base = LayerBase {
             turns: turns(&poses[0], &poses[1]),
             poses,
-            fits: [false; BLENDS.len()],
+            fits: Default::default(),
         };
         base.fits = BLENDS.map(|blend| {
-            let frames = self.tested(blend);
-            self.kept.iter().all(|&joint| {
+            let (frames, mut slack) = (self.tested(blend), Slack::default());
+            let fit = self.kept.iter().all(|&joint| {
                 let rotation = |frame: usize| base.poses[frame].rotations[joint.index()];
                 let limits = JointLimits::of(limits, joint, rate);
-                base.fits(joint, limits, (2..frames).map(rotation))
-            })
+                base.fits((joint, limits), (2..frames).map(rotation), &mut slack)
+            });
+            (fit, slack)
         });
         base
     }
@@ -135,19 +145,26 @@ impl<'a> LayerTest<'a> {
             },
         };
         let frames = self.tested(BLENDS[blend]);
-        base.fits[blend]
+        self.slack.start();
+        let (kept_fit, of_kept) = base.fits[blend];
+        let is_plausible = self.slack.join(kept_fit, &of_kept)
             && self.joints_fit(layered, FIRST)
             && self.head_goes_on(layered)
-            && self.joints_fit(layered, frames)
+            && self.joints_fit(layered, frames);
+        if is_plausible {
+            self.slack.pass();
+        }
+        is_plausible
     }
 
     /// Whether the joints that the layer moves are plausible in the first frames.
     fn joints_fit(&mut self, layered: Layered<'_>, frames: usize) -> bool {
         let rate = self.rate;
         let limits = |joint| JointLimits::of(layered.limits, joint, rate);
+        let slack = &mut self.slack;
         let failed = self.free.iter().position(|&joint| {
             let rotations = (2..frames).map(|frame| layered.rotation(joint, (frame, rate)));
-            !layered.base.fits(joint, limits(joint), rotations)
+            !layered.base.fits((joint, limits(joint)), rotations, slack)
         });
         if let Some(failed) = failed {
             // It will often fail again.
@@ -155,9 +172,10 @@ impl<'a> LayerTest<'a> {
             return false;
         }
         (2..frames).for_each(|frame| self.bend_spine(layered, frame));
+        let (slack, poses) = (&mut self.slack, &self.poses);
         self.graph.rig().spine().iter().all(|&joint| {
-            let rotations = (2..frames).map(|frame| self.poses[frame].rotations[joint.index()]);
-            layered.base.fits(joint, limits(joint), rotations)
+            let rotations = (2..frames).map(|frame| poses[frame].rotations[joint.index()]);
+            { layered.base }.fits((joint, limits(joint)), rotations, slack)
         })
     }
 
@@ -184,7 +202,12 @@ impl<'a> LayerTest<'a> {
 
     fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
         let limits = layered.limits.head_departure;
-        goes_on(self.rate, limits, |frame| self.head(layered, frame))
+        let (rate, mut slack) = (self.rate, self.slack);
+        let fit = goes_on((rate, &mut slack), limits, |frame| {
+            self.head(layered, frame)
+        });
+        self.slack = slack;
+        fit
     }
 
     fn head(&mut self, layered: Layered<'_>, frame: usize) -> Vec3 {
@@ -208,15 +231,18 @@ impl LayerBase {
     /// Whether a joint that has some rotations from the third frame on is plausible.
     fn fits(
         &self,
-        joint: JointId,
-        limits: JointLimits,
+        (joint, limits): (JointId, JointLimits),
         mut rotations: impl Iterator<Item = Quat>,
+        slack: &mut Slack,
     ) -> bool {
         let mut steps = JointSteps {
             before: self.poses[1].rotations[joint.index()],
             turn: self.turns[joint.index()],
+            slack: *slack,
         };
-        rotations.all(|rotation| steps.fits(rotation, limits))
+        let fit = rotations.all(|rotation| steps.fits(rotation, limits));
+        *slack = steps.slack;
+        fit
     }
 }
 

@@ -2,9 +2,11 @@
 
 use glam::{Quat, Vec3};
 
-use super::find::{Departed, Finder, spread};
-use super::layer_test::LayerTest;
+use super::find::{Departed, Finder, Scratch, spread};
+use super::layer_test::{LayerBase, LayerTest};
 use super::limits::{MotionLimits, head};
+use super::record::{KnownTests, PairTest, TestBasis};
+use super::slack::Slack;
 use super::{BLENDS, EntryTarget, KnownEntry, RATES};
 use crate::anim::{JointId, Pose, forward_kinematics};
 use crate::graph::{ClipId, MotionGraph, heading};
@@ -21,6 +23,8 @@ pub(super) struct LayerSource<'a> {
     /// Whether the upper body of each evasion leans or ducks by itself, without the pelvis.
     layerable: Vec<bool>,
     limits: MotionLimits,
+    /// The tests of an earlier bake.
+    pub(super) known: Option<KnownTests<'a>>,
 }
 
 impl<'a> LayerSource<'a> {
@@ -61,7 +65,32 @@ impl<'a> LayerSource<'a> {
             wanted: targets.iter().map(wanted).collect(),
             layerable,
             limits,
+            known: None,
         }
+    }
+
+    /// What the tests depend on. The targets are those of the entries.
+    pub(super) fn basis<'b>(&'b self, entries: &'b Finder<'_>) -> TestBasis<'b> {
+        TestBasis {
+            limits: &self.limits,
+            targets: &entries.targets,
+        }
+    }
+
+    /// The test of a target.
+    fn tested(&self, target: usize, base: &LayerBase, test: &mut LayerTest<'_>) -> PairTest {
+        test.slack = Slack::default();
+        let mut plausible = |blend: usize, rate: usize| {
+            test.is_plausible((base, &self.limits), &self.wanted[target][rate], blend)
+        };
+        let blend = (0..BLENDS.len()).find(|&blend| plausible(blend, 0));
+        let how = blend.map(|blend| {
+            let fastest = (1..RATES.len())
+                .take_while(|&rate| plausible(blend, rate))
+                .last();
+            (blend, fastest.unwrap_or(0))
+        });
+        PairTest::new(target, how, &test.slack)
     }
 }
 
@@ -84,10 +113,13 @@ impl Finder<'_> {
         &self,
         from: &Departed,
         source: &LayerSource<'_>,
-        test: &mut LayerTest<'_>,
+        scratch: &mut Scratch<'_>,
     ) -> Vec<KnownEntry> {
-        let mut found = Vec::new();
-        let base = test.base(from.before, &source.limits);
+        let (mut found, mut base) = (Vec::new(), None);
+        let test = &mut scratch.layers;
+        let stays = test.stays_in_clip(from.before);
+        let known = source.known.as_ref().filter(|_| stays);
+        let moment = (from.clip, (from.now - 1) / scratch.step);
         for target in spread(source.targets.len()) {
             if found.len() == MOST {
                 break;
@@ -97,19 +129,18 @@ impl Finder<'_> {
             if is_own || !source.layerable[evasion] {
                 continue;
             }
-            let mut plausible = |blend: usize, rate: usize| {
-                test.is_plausible((&base, &source.limits), &source.wanted[target][rate], blend)
-            };
-            let Some(blend) = (0..BLENDS.len()).find(|&blend| plausible(blend, 0)) else {
-                continue;
-            };
-            let fastest = (1..RATES.len())
-                .take_while(|&rate| plausible(blend, rate))
-                .last();
-            found.push(KnownEntry::new(
-                target as u16,
-                (blend, None, fastest.unwrap_or(0)),
-            ));
+            let known = known.and_then(|known| known.find(moment, target));
+            let tested = known.unwrap_or_else(|| {
+                let base = base.get_or_insert_with(|| test.base(from.before, &source.limits));
+                source.tested(target, base, test)
+            });
+            if stays {
+                scratch.tests.push(tested);
+            }
+            let how = tested.how();
+            found.extend(
+                how.map(|(blend, fastest)| KnownEntry::new(target as u16, (blend, None, fastest))),
+            );
         }
         found.sort_unstable_by_key(|layer| layer.target);
         found

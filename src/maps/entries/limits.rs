@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::frames::turns;
+use super::slack::Slack;
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;
@@ -79,6 +80,31 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 }
 
 impl MotionLimits {
+    /// Least and largest factor by which a limit differs from that of `earlier`. Where these are of another skeleton, it is infinite.
+    pub(super) fn change_since(&self, earlier: &Self) -> [f32; 2] {
+        let numbers = |limits: &Self| {
+            let joints = [&limits.joint_speed, &limits.joint_acceleration];
+            let mut all: Vec<f32> = joints.into_iter().flatten().copied().collect();
+            all.extend(limits.hip_departure.iter().chain(&limits.head_departure));
+            all.extend([limits.toe_speed, limits.slide]);
+            all
+        };
+        let (now, before) = (numbers(self), numbers(earlier));
+        if now.len() != before.len() {
+            return [0.0, f32::INFINITY];
+        }
+        let factors = now
+            .iter()
+            .zip(&before)
+            .map(|(now, before)| match now == before {
+                true => 1.0,
+                false => now / before,
+            });
+        factors.fold([1.0, 1.0], |[least, most], factor| {
+            [least.min(factor), most.max(factor)]
+        })
+    }
+
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
@@ -103,11 +129,15 @@ pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
 }
 
 /// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
-pub(super) fn goes_on(rate: f32, limits: [f32; 2], mut point: impl FnMut(usize) -> Vec3) -> bool {
+pub(super) fn goes_on(
+    (rate, slack): (f32, &mut Slack),
+    limits: [f32; 2],
+    mut point: impl FnMut(usize) -> Vec3,
+) -> bool {
     let mut both = departures(rate).into_iter().zip(limits);
     both.all(|(frames, limit)| {
         let ends = [0, 1, 1 + frames].map(&mut point);
-        departure(ends, frames).length() <= limit
+        slack.fits(departure(ends, frames).length(), limit)
     })
 }
 

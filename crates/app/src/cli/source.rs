@@ -11,6 +11,7 @@ use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki_app::demo;
 use serde_json::{Value, json};
 
+use super::bake::record::BakeRecord;
 use super::clip_sizes::ClipSizes;
 use super::figure::{Figure, FigureArgs};
 use super::maps::MapArgs;
@@ -192,6 +193,10 @@ pub(crate) struct Made {
     pub(crate) figure: Figure,
     /// Files that were left out, with the reasons.
     pub(crate) left_out: Vec<String>,
+    /// Number of clips whose results were taken over from an earlier bake.
+    pub(crate) taken_over: usize,
+    /// Results that a later bake takes over.
+    pub(crate) record: BakeRecord,
 }
 
 /// Finds the transitions of a graph: in this process, or in the shards of a plan.
@@ -258,7 +263,12 @@ impl BakeInput {
 
 /// Bakes the clips of `args`.
 pub(crate) fn from_clips(args: &ClipArgs) -> Result<Baked, Failure> {
-    from_clips_with(args, find_here)
+    from_clips_onto(args, BakeRecord::default())
+}
+
+/// Bakes the clips of `args` and takes over the results of an earlier bake.
+pub(crate) fn from_clips_onto(args: &ClipArgs, earlier: BakeRecord) -> Result<Baked, Failure> {
+    bake_clips(args, &find_here, earlier)
 }
 
 /// Bakes the clips of `args` with the transitions that `find` returns.
@@ -266,6 +276,10 @@ pub(crate) fn from_clips_with(
     args: &ClipArgs,
     find: impl Fn(&GraphBuilder<'_>) -> Result<TransitionList, Failure>,
 ) -> Result<Baked, Failure> {
+    bake_clips(args, &find, BakeRecord::default())
+}
+
+fn bake_clips(args: &ClipArgs, find: &Find<'_>, earlier: BakeRecord) -> Result<Baked, Failure> {
     let started = Instant::now();
     let input = BakeInput::read(args)?;
     let settings = BakeSettings {
@@ -278,8 +292,9 @@ pub(crate) fn from_clips_with(
         source: input.source(),
         graph: args.graph_settings(),
         settings,
+        earlier,
     }
-    .run(&find);
+    .run(find);
     // Not one of them is at fault, but the first says which of many runs it was.
     let mut baked = baked.map_err(|failure| match (failure, args.clips.as_slice()) {
         (failure @ Failure::Shards { .. }, _) | (failure, []) => failure,
@@ -312,6 +327,7 @@ pub(crate) fn embedded() -> Result<Baked, Failure> {
         },
         graph: GraphSettings::default(),
         settings: BakeSettings::default(),
+        earlier: BakeRecord::default(),
     }
     .run(&find_here)
 }
@@ -329,13 +345,15 @@ struct Bake<'a> {
     source: ClipSource<'a>,
     graph: GraphSettings,
     settings: BakeSettings,
+    earlier: BakeRecord,
 }
 
 impl Bake<'_> {
     fn run(self, find: &Find<'_>) -> Result<Baked, Failure> {
         cancel::listen();
         let started = Instant::now();
-        let builder = GraphBuilder::new(self.source, &self.graph)?;
+        let builder = GraphBuilder::new(self.source, &self.graph)?.onto(self.earlier.graph);
+        let clips = builder.clips_taken_over().clone();
         let transitions = find(&builder)?;
         let bar = output::progress("adding links", 4);
         let done = |stage: &str, next: &'static str| {
@@ -346,13 +364,14 @@ impl Bake<'_> {
             cancel::check()
         };
         done("transitions found", "adding links")?;
-        let (graph, report) = builder.build(transitions)?;
+        let (graph, report, of_graph) = builder.build_recorded(transitions)?;
         let feet = graph.foot_slide(MEASURED);
         done("links added and graph built", "drawing maps")?;
-        let baker = Baker::new(graph, self.settings)?;
+        let taken_over = clips.count();
+        let baker = Baker::new(graph, self.settings)?.onto(self.earlier.entries, clips);
         let maps = baker.draw_on_cpu();
         done("maps drawn", "filing paths and entries")?;
-        let graph = baker.finish(maps)?;
+        let (graph, entries) = baker.finish_recorded(maps)?;
         done("paths and grid made", "done")?;
         bar.finish_and_clear();
         let mut warnings = Vec::new();
@@ -372,6 +391,11 @@ impl Bake<'_> {
                 warnings,
                 figure: Figure::default(),
                 left_out: Vec::new(),
+                taken_over,
+                record: BakeRecord {
+                    graph: of_graph,
+                    entries,
+                },
             }),
         })
     }
@@ -417,6 +441,7 @@ pub(crate) fn statistics(baked: &Baked) -> Value {
         value["foot_slide"] = json!(made.feet);
         value["warnings"] = json!(made.warnings);
         value["left_out"] = json!(made.left_out);
+        value["clips_taken_over"] = json!(made.taken_over);
         value["fits"] = made.figure.to_json();
     }
     value

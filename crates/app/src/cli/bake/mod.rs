@@ -4,6 +4,7 @@ mod join;
 mod manifest;
 mod partition;
 mod plan;
+pub(super) mod record;
 mod sealed;
 mod shard;
 mod shared_bake;
@@ -18,6 +19,7 @@ use serde_json::json;
 use super::distances::DistanceFigure;
 use super::plot::Plot;
 use super::{Done, Failure, output, quality, source};
+use record::BakeRecord;
 
 /// Number of random attacks whose answers are measured.
 const ANSWERS: u64 = 200;
@@ -35,6 +37,13 @@ pub(crate) struct Args {
     /// Plots the distances between the frames of all clips, and the transitions: to a PNG or SVG file, or with - as letters to stdout.
     #[arg(long, value_name = "FILE")]
     plot: Option<Plot>,
+    /// Takes over what an earlier bake, whose graph file this is, computed of the same clips. The file that is written is the same as
+    /// without. It reads the record beside the file (FILE.record).
+    #[arg(long, value_name = "FILE")]
+    onto: Option<PathBuf>,
+    /// Writes no record for --onto beside the graph file.
+    #[arg(long)]
+    no_record: bool,
 }
 
 /// A step of a bake that several processes share.
@@ -69,13 +78,45 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     }
     Plot::check(args.plot.as_ref(), as_json)?;
     output::check_is_no_input("--out", out, &args.clips.files())?;
-    let baked = source::from_clips(&args.clips)?;
-    Report {
+    let (earlier, why) = match &args.onto {
+        Some(onto) => {
+            check_is_graph(onto)?;
+            BakeRecord::read(onto)
+        }
+        None => (BakeRecord::default(), None),
+    };
+    let mut baked = source::from_clips_onto(&args.clips, earlier)?;
+    if let Some(made) = &mut baked.made {
+        made.warnings.extend(why);
+    }
+    let report = Report {
         baked: &baked,
         out,
         as_json,
+    };
+    let mut done = report.done(&args.clips, args.plot.as_ref())?;
+    let Some(made) = baked.made.as_ref().filter(|_| !args.no_record) else {
+        return Ok(done);
+    };
+    let (path, bytes) = made.record.write(out)?;
+    if !as_json {
+        let megabytes = bytes as f64 * 1e-6;
+        done.text += &format!(
+            "wrote {}, {megabytes:.1} MB, for bake --onto\n",
+            path.display()
+        );
     }
-    .done(&args.clips, args.plot.as_ref())
+    Ok(done)
+}
+
+/// Checks that a file is there and begins like a graph file.
+fn check_is_graph(path: &Path) -> Result<(), Failure> {
+    archive::open_regular(path)
+        .map(drop)
+        .map_err(|source| Failure::Open {
+            path: path.to_owned(),
+            source,
+        })
 }
 
 /// A finished bake, which is written and described.

@@ -31,6 +31,8 @@ pub(super) enum Kind {
     Points,
     /// Minima of a shard's bands.
     Shard,
+    /// Record of a bake.
+    Record,
 }
 
 /// Length of mark, plan and checksum, in bytes.
@@ -54,6 +56,7 @@ impl Kind {
         match self {
             Self::Points => b"sabakip\n",
             Self::Shard => b"sabakis\n",
+            Self::Record => b"sabakir\n",
         }
     }
 }

@@ -1,0 +1,142 @@
+//! The closest links of each clip, kept for a later bake.
+
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
+use super::candidates::{Candidate, Candidates, MOST};
+use super::margin::EventMargin;
+use crate::graph::ClipMatch;
+
+/// The closest links between the ranges before evasions and each part of each clip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(in crate::graph) struct LinkRecord {
+    /// The evasions whose ranges were compared.
+    ranges: Vec<EventFrames>,
+    /// For each clip and each of its parts, closest first, before their distances are refined.
+    clips: Vec<Vec<Vec<NearLink>>>,
+}
+
+/// An event: its clip and frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+struct EventFrames {
+    clip: u32,
+    first: u32,
+    last: u32,
+}
+
+/// A link, whose blend follows from its distance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct NearLink {
+    /// Index of the range that it leads to.
+    range: u32,
+    source_frame: u32,
+    target_frame: u32,
+    distance: f32,
+}
+
+/// The links that an earlier bake found.
+#[derive(Debug, Default)]
+pub(in crate::graph) struct KnownLinks {
+    clips: ClipMatch,
+    record: LinkRecord,
+}
+
+/// Which ranges of a bake an earlier one had.
+pub(super) struct KnownRanges {
+    /// For each range of the record its index among those of this bake.
+    now: Vec<Option<usize>>,
+    /// Indices of the ranges that the record lacks.
+    pub(super) new: Vec<usize>,
+}
+
+impl KnownLinks {
+    pub(in crate::graph) fn new(clips: ClipMatch, record: LinkRecord) -> Self {
+        Self { clips, record }
+    }
+
+    pub(super) fn ranges(
+        &self,
+        candidates: &Candidates<'_>,
+        ranges: &[EventMargin],
+    ) -> KnownRanges {
+        let places: FxHashMap<EventFrames, usize> = { ranges.iter().enumerate() }
+            .map(|(index, range)| (EventFrames::of(candidates, range), index))
+            .collect();
+        let place = |range: &EventFrames| {
+            let clip = self.clips.now(range.clip)?;
+            places.get(&EventFrames { clip, ..*range }).copied()
+        };
+        let now: Vec<Option<usize>> = self.record.ranges.iter().map(place).collect();
+        let mut is_known = vec![false; ranges.len()];
+        for &index in now.iter().flatten() {
+            is_known[index] = true;
+        }
+        KnownRanges {
+            now,
+            new: (0..ranges.len())
+                .filter(|&index| !is_known[index])
+                .collect(),
+        }
+    }
+
+    /// The closest links of each part of a clip to the ranges that the record has; `None` if the clip is new, or if a part may lack links,
+    /// because those to evasions that are gone took their places.
+    pub(super) fn parts(
+        &self,
+        candidates: &Candidates<'_>,
+        (ranges, known): (&[EventMargin], &KnownRanges),
+        clip: usize,
+    ) -> Option<Vec<Vec<Candidate>>> {
+        let parts = self.record.clips.get(self.clips.earlier(clip)? as usize)?;
+        let candidate = |link: &NearLink| {
+            let range = &ranges[known.now.get(link.range as usize).copied().flatten()?];
+            let beside = (link.target_frame as usize + 1).checked_sub(range.window)?;
+            let start = link.source_frame as usize + 1;
+            candidates.candidate(range, beside, (clip, start), link.distance)
+        };
+        let of_part = |part: &Vec<NearLink>| {
+            let found: Vec<Candidate> = part.iter().filter_map(candidate).collect();
+            (found.len() == part.len() || part.len() < MOST).then_some(found)
+        };
+        parts.iter().map(of_part).collect()
+    }
+}
+
+impl EventFrames {
+    fn of(candidates: &Candidates<'_>, range: &EventMargin) -> Self {
+        let event = &candidates.source.events[range.event];
+        Self {
+            clip: event.clip.0,
+            first: event.first,
+            last: event.last,
+        }
+    }
+}
+
+impl LinkRecord {
+    /// The record of the closest links of each part of each clip.
+    pub(super) fn new(
+        candidates: &Candidates<'_>,
+        ranges: &[EventMargin],
+        clips: &[Vec<Vec<Candidate>>],
+    ) -> Self {
+        let link = |candidate: &Candidate| {
+            let range = ranges.partition_point(|range| range.event < candidate.event);
+            NearLink {
+                range: range as u32,
+                source_frame: candidate.link.source_frame as u32,
+                target_frame: candidate.link.target_frame as u32,
+                distance: candidate.link.distance,
+            }
+        };
+        let of_part = |part: &Vec<Candidate>| part.iter().map(link).collect();
+        let of_clip = |parts: &Vec<Vec<Candidate>>| parts.iter().map(of_part).collect();
+        Self {
+            ranges: ranges
+                .iter()
+                .map(|range| EventFrames::of(candidates, range))
+                .collect(),
+            clips: clips.iter().map(of_clip).collect(),
+        }
+    }
+}
