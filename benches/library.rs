@@ -1,6 +1,6 @@
 //! The search for transitions in libraries of growing length, and with `bake` whole bakes of them, stage by stage:
 //! `cargo bench --bench library -- 10 60 600`, `cargo bench --bench library -- bake 10 60` (minutes); with `plot=FILE.svg` the growth
-//! of bakes is drawn.
+//! of bakes is drawn. `cargo bench --bench library -- onto 60` adds one clip to a bake.
 //!
 //! No library of hours is at hand: these are made of the clips in `SABAKI_MOCAP/fight` and their mirror images, by cutting, by
 //! changes of speed, and by turning each joint about a random axis, in each pass over the clips by other angles of 12° in the mean
@@ -25,7 +25,9 @@ use sabaki::anim::Clip;
 use sabaki::archive;
 use sabaki::character::{CharacterSettings, Characters};
 use sabaki::graph::{ClipSource, GraphSettings};
-use sabaki::internal::{BandJobs, DistanceMap, GraphBuilder, PrunedSearch, Windows};
+use sabaki::internal::{
+    BandJobs, DistanceMap, EntryRecord, GraphBuilder, GraphRecord, PrunedSearch, Windows,
+};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker};
 use sabaki::query::cull::cpu;
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
@@ -62,7 +64,13 @@ fn main() {
     let events = folder.join("events.json");
     let mut set = read_clips(&[folder], Some(&events), &ReadOptions::default()).unwrap();
     set.add_mirrored().unwrap();
-    match std::env::args().any(|arg| arg == "bake") {
+    let asked = |word: &str| std::env::args().any(|arg| arg == word);
+    if asked("onto") {
+        StageClock::install();
+        minutes.iter().for_each(|&minutes| onto(&set, minutes));
+        return;
+    }
+    match asked("bake") {
         true => {
             let bakes = bakes(&set, &minutes);
             println!();
@@ -159,6 +167,57 @@ fn whole_bake(set: &ClipSet, made: &MadeClips, path: &Path) -> Bake {
         file: bytes as f64 / 1e6,
         load,
     }
+}
+
+/// Bakes a library without one of its clips, and then with it: from nothing, and onto the first bake.
+fn onto(set: &ClipSet, minutes: f64) {
+    let all = library(set).of(60.0 * minutes);
+    let left_out = all.clips.len() / 2;
+    let mut most = MadeClips {
+        clips: all.clips.clone(),
+        events: all.events.clone(),
+    };
+    most.clips.remove(left_out);
+    most.events.retain(|event| event.clip != left_out);
+    for event in &mut most.events {
+        event.clip -= usize::from(event.clip > left_out);
+    }
+    println!("\n{minutes} minutes, {} clips:", all.clips.len());
+    let bake = |name: &str, made: &MadeClips, earlier: (GraphRecord, EntryRecord)| {
+        let source = ClipSource {
+            skeleton: &set.skeleton,
+            clips: &made.clips,
+            events: &made.events,
+        };
+        let settings = GraphSettings {
+            memory: MEMORY,
+            ..GraphSettings::default()
+        };
+        let started = Instant::now();
+        let builder = GraphBuilder::new(source, &settings)
+            .unwrap()
+            .onto(earlier.0);
+        let clips = builder.clips_taken_over().clone();
+        let found = { builder.find_transitions(|_| Ok::<_, sabaki::graph::GraphError>(())) };
+        let (graph, _, of_graph) = builder.build_recorded(found.unwrap()).unwrap();
+        let baker = Baker::new(graph, BakeSettings::default()).unwrap();
+        let baker = baker.onto(earlier.1, clips);
+        let maps = baker.draw_on_cpu();
+        let (baked, of_entries) = baker.finish_recorded(maps).unwrap();
+        let seconds = started.elapsed().as_secs_f64();
+        println!("{name}: {seconds:.2} s");
+        print_stages();
+        (
+            archive::to_bytes(&baked).unwrap(),
+            (of_graph, of_entries),
+            seconds,
+        )
+    };
+    let (_, record, _) = bake("without the clip", &most, Default::default());
+    let (bytes, _, from_nothing) = bake("with it, from nothing", &all, Default::default());
+    let (same, _, onto) = bake("with it, onto the first", &all, record);
+    assert!(bytes == same, "the files differ");
+    println!("{:.1}% of the time", 100.0 * onto / from_nothing);
 }
 
 fn print_stages() {

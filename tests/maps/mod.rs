@@ -1,6 +1,7 @@
 //! Tests of `sabaki::maps`.
 mod attack_grid;
 mod grid;
+mod onto;
 mod paths;
 mod regions;
 mod slices;

@@ -10,6 +10,7 @@ mod figure;
 mod lod;
 mod measure;
 mod notes;
+mod onto;
 mod plots;
 mod refusals;
 mod render;

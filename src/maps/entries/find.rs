@@ -7,6 +7,7 @@ use super::frames::{EnteredMotion, FrameSampler, LeftMotion};
 use super::layer_test::LayerTest;
 use super::layers::LayerSource;
 use super::limits::{DEPARTURES, MeasuredMotion, MotionLimits, head};
+use super::near_stances::NearStances;
 use super::record::{EarlierEntries, EntryRecord, KnownTests, PairTest, TestBasis, TestTable};
 use super::slack::Slack;
 use super::targets::{ClipFrame, ClipPlaces, natural, targets};
@@ -230,6 +231,8 @@ pub(super) struct Scratch<'a> {
     pub(super) step: u32,
     /// Tests that a later bake may take over.
     pub(super) tests: Vec<PairTest>,
+    /// Whether each target is near.
+    pub(super) near: Vec<bool>,
 }
 
 impl<'a> Scratch<'a> {
@@ -237,6 +240,7 @@ impl<'a> Scratch<'a> {
         Self {
             step,
             tests: Vec::new(),
+            near: Vec::new(),
             sampler: FrameSampler::new(graph),
             examiner: Examiner::new(graph),
             layers: LayerTest::new(graph),
@@ -275,6 +279,7 @@ pub(super) struct Finder<'a> {
     head: JointId,
     facing: Facing,
     stances: Vec<Stance>,
+    near: NearStances,
     /// Hips and head of each target after the last of [`DEPARTURES`].
     points: Vec<Points>,
     ways: Ways,
@@ -331,6 +336,10 @@ impl<'a> Finder<'a> {
             let frame = (target.frame + after.round() as u32).min(last);
             Points::of((graph, head), target.clip, frame)
         };
+        let stances: Vec<Stance> = { targets.iter() }
+            .map(|target| Stance::of_frame(graph, facing, target.node()))
+            .collect();
+        let legs = graph.feet().legs().len().min(Stance::LEGS);
         Self {
             graph,
             limits,
@@ -338,9 +347,8 @@ impl<'a> Finder<'a> {
             places,
             head,
             facing,
-            stances: { targets.iter() }
-                .map(|target| Stance::of_frame(graph, facing, target.node()))
-                .collect(),
+            near: NearStances::new(&stances, legs, [ROOT_APART, FOOT_APART]),
+            stances,
             points: targets.iter().map(points).collect(),
             ways,
             entered,
@@ -389,9 +397,13 @@ impl<'a> Finder<'a> {
     /// Finds entries of a frame of a clip.
     fn entries(&self, from: &Departed, most: usize, scratch: &mut Scratch<'_>) -> Vec<KnownEntry> {
         let mut found = Vec::new();
+        self.find_near(from, &mut scratch.near);
         for target in spread(self.targets.len()) {
             if found.len() == most {
                 break;
+            }
+            if !scratch.near[target] {
+                continue;
             }
             let Some(aligned) = self.align(from, target) else {
                 continue;
@@ -407,6 +419,18 @@ impl<'a> Finder<'a> {
         }
         found.sort_unstable_by_key(|entry| entry.target);
         found
+    }
+
+    /// Writes for each target whether [`Finder::align`] may align it.
+    pub(super) fn find_near(&self, from: &Departed, near: &mut Vec<bool>) {
+        match self.near.is_empty() {
+            false => self.near.find(&from.stance, &from.standing, near),
+            // A body without feet.
+            true => {
+                near.clear();
+                near.resize(self.targets.len(), true);
+            }
+        }
     }
 
     /// Aligns a target, or returns `None` if it is where the motion goes anyway or too far away.

@@ -70,7 +70,10 @@ impl Finder<'_> {
         /// Exits of one moment lead to frames so far apart in their clip, at least.
         const APART: u32 = 10;
         let mut found: Vec<KnownEntry> = Vec::new();
-        let mut nearest: Vec<(f32, usize, Aligned)> = (0..self.targets.len())
+        self.find_near(from, &mut scratch.near);
+        let near = scratch.near.iter().enumerate();
+        let near = near.filter_map(|(target, &near)| near.then_some(target));
+        let mut nearest: Vec<(f32, usize, Aligned)> = near
             .filter_map(|target| {
                 let aligned = self.align(from, target)?;
                 Some((aligned.cost, target, aligned))

@@ -103,8 +103,9 @@ mod tests {
             let before = [[first].as_slice(), &[second, first]].map(|v| test(&mut slack, v, 1.0));
             for change in [0.5, 0.9, 0.97, 1.0, 1.02, 1.1, 2.0] {
                 let needed = Slack::codes_needed([change, change]);
-                let suffices = { slack.codes().iter().zip(needed) }
-                    .all(|(&code, needed)| u16::from(code) >= needed);
+                let codes = slack.codes();
+                let mut both = codes.iter().zip(needed);
+                let suffices = both.all(|(&code, needed)| u16::from(code) >= needed);
                 let after = [[first].as_slice(), &[second, first]]
                     .map(|v| test(&mut Slack::default(), v, change));
                 kept[usize::from(suffices)] += 1;

@@ -463,6 +463,12 @@ pub(crate) fn describe(baked: &Baked) -> String {
         ),
         None => format!("{} clips; {kept}", graph.clips().len()),
     });
+    if let Some(made) = baked.made.as_ref().filter(|made| made.taken_over > 0) {
+        let (taken_over, clips) = (made.taken_over, made.report.clips);
+        line(format!(
+            "what the earlier bake computed of {taken_over} of {clips} clips was taken over"
+        ));
+    }
     line(ClipSizes::of(graph).text());
     line(format!(
         "{} nodes, {} edges ({} of them transitions)",

@@ -80,7 +80,7 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     output::check_is_no_input("--out", out, &args.clips.files())?;
     let (earlier, why) = match &args.onto {
         Some(onto) => {
-            check_is_graph(onto)?;
+            check_is_there(onto)?;
             BakeRecord::read(onto)
         }
         None => (BakeRecord::default(), None),
@@ -109,8 +109,8 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
     Ok(done)
 }
 
-/// Checks that a file is there and begins like a graph file.
-fn check_is_graph(path: &Path) -> Result<(), Failure> {
+/// Checks that a file can be opened.
+fn check_is_there(path: &Path) -> Result<(), Failure> {
     archive::open_regular(path)
         .map(drop)
         .map_err(|source| Failure::Open {

@@ -1,0 +1,152 @@
+//! A bake onto an earlier one writes the file of a bake from nothing to the byte, whatever has changed between them.
+
+use std::fs;
+use std::path::Path;
+
+use super::run::{clips, folder, sabaki};
+use serde_json::{Value, json};
+
+/// A folder with copies of the clips, and the events file beside it.
+fn library(folder: &Path) {
+    let (clips, events) = clips();
+    fs::create_dir(folder.join("clips")).unwrap();
+    for file in fs::read_dir(clips).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), folder.join("clips").join(file.file_name())).unwrap();
+    }
+    fs::copy(events, folder.join("events.json")).unwrap();
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let files = fs::read_dir(folder.join("clips")).unwrap();
+    let mut names: Vec<String> = files
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Removes a clip and its events.
+fn remove(folder: &Path, name: &str) {
+    fs::remove_file(folder.join("clips").join(name)).unwrap();
+    change_events(folder, |of_clips| {
+        of_clips.retain(|of_clip| of_clip["file"] != name);
+    });
+}
+
+fn change_events(folder: &Path, change: impl FnOnce(&mut Vec<Value>)) {
+    let path = folder.join("events.json");
+    let mut events: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    change(events["clips"].as_array_mut().unwrap());
+    fs::write(path, events.to_string()).unwrap();
+}
+
+/// Bakes to `out`, and returns the report.
+fn bake(folder: &Path, out: &str, more: &[&str]) -> Value {
+    let args = [
+        "bake",
+        "--clips",
+        "clips",
+        "--events",
+        "events.json",
+        "--out",
+        out,
+        "--json",
+    ];
+    sabaki(folder, &[&args[..], more].concat()).json(0)
+}
+
+/// Bakes from nothing and onto `old.sabaki`, and returns the number of clips that were taken over.
+fn bakes_the_same(folder: &Path, more: &[&str]) -> u64 {
+    bake(folder, "anew.sabaki", &[&["--no-record"], more].concat());
+    let report = bake(
+        folder,
+        "onto.sabaki",
+        &[&["--onto", "old.sabaki"], more].concat(),
+    );
+    let [anew, onto] = ["anew.sabaki", "onto.sabaki"].map(|file| fs::read(folder.join(file)));
+    assert!(anew.unwrap() == onto.unwrap());
+    assert!(!folder.join("anew.sabaki.record").exists());
+    report["clips_taken_over"].as_u64().unwrap()
+}
+
+#[test]
+fn clips_that_are_added_removed_or_changed_are_baked_as_from_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    library(at);
+    let names = files(at);
+    let count = names.len() as u64;
+    bake(at, "old.sabaki", &[]);
+    // Nothing changed.
+    assert_eq!(bakes_the_same(at, &[]), count);
+    // One removed, from the first and from the middle.
+    remove(at, &names[0]);
+    assert_eq!(bakes_the_same(at, &[]), count - 1);
+    remove(at, &names[names.len() / 2]);
+    assert_eq!(bakes_the_same(at, &[]), count - 2);
+    // One added at the end, whose motion another has, too.
+    fs::copy(at.join("clips").join(&names[1]), at.join("clips/zzz.bvh")).unwrap();
+    assert_eq!(bakes_the_same(at, &[]), count - 2);
+    // Added ones, onto fewer: they are compared with all.
+    bake(at, "old.sabaki", &[]);
+    library_again(at, &names);
+    assert_eq!(bakes_the_same(at, &[]), count - 1);
+    // Events that changed make a clip another one.
+    bake(at, "old.sabaki", &[]);
+    change_events(at, |of_clips| {
+        let event = &mut of_clips[0]["events"][0];
+        let end = event["end"].as_f64().unwrap();
+        event["end"] = json!(end - 0.1);
+    });
+    assert_eq!(bakes_the_same(at, &[]), count);
+}
+
+/// Puts back all clips and events.
+fn library_again(folder: &Path, names: &[String]) {
+    let (clips, events) = clips();
+    for name in names {
+        fs::copy(Path::new(clips).join(name), folder.join("clips").join(name)).unwrap();
+    }
+    fs::copy(events, folder.join("events.json")).unwrap();
+}
+
+#[test]
+fn nothing_is_taken_over_from_other_settings_or_a_record_that_cannot_be_used() {
+    let folder = folder();
+    let at = folder.path();
+    library(at);
+    bake(at, "old.sabaki", &[]);
+    assert_eq!(bakes_the_same(at, &["--threshold", "0.09"]), 0);
+    assert_eq!(bakes_the_same(at, &["--clip-error", "0.2"]), 0);
+    let record = at.join("old.sabaki.record");
+    let sound = fs::read(&record).unwrap();
+    let mut damaged = sound.clone();
+    damaged[sound.len() / 2] ^= 1;
+    fs::write(&record, damaged).unwrap();
+    assert_eq!(bakes_the_same(at, &[]), 0);
+    let args = ["--onto", "old.sabaki"];
+    let warned = |report: Value, word: &str| {
+        let warnings = report["warnings"].to_string();
+        assert!(
+            warnings.contains("old.sabaki.record") && warnings.contains(word),
+            "{warnings}"
+        );
+    };
+    warned(bake(at, "onto.sabaki", &args), "damaged");
+    fs::remove_file(&record).unwrap();
+    warned(bake(at, "onto.sabaki", &args), "missing");
+    let refused = sabaki(
+        at,
+        &[
+            "bake",
+            "--clips",
+            "clips",
+            "--out",
+            "never.sabaki",
+            "--onto",
+            "none.sabaki",
+        ],
+    );
+    refused.is_refused(&["none.sabaki"]);
+}
