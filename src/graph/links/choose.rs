@@ -22,7 +22,10 @@ pub(super) fn choose(search: &mut LinkSearch<'_>) -> Vec<GoalReport> {
         })
         .collect();
     let mut candidates;
-    (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
+    {
+        let _span = tracing::trace_span!("bake: find links").entered();
+        (candidates, search.record) = search.candidates.find_known(&evasions, search.known);
+    }
     let goals = search.settings.goals.clone();
     let mut before = Vec::new();
     for _ in 0..ROUNDS {

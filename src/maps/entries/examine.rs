@@ -155,7 +155,7 @@ impl CutTest<'_> {
     }
 
     fn hips_go_on(&mut self) -> bool {
-        let limits = self.cut.limits.hip_departure;
+        let limits = self.cut.limits.hips();
         let mut slack = self.examiner.slack;
         let fit = goes_on((self.rate, &mut slack), limits, |frame| {
             self.root(frame).with_y(0.0)
@@ -165,7 +165,7 @@ impl CutTest<'_> {
     }
 
     fn head_goes_on(&mut self) -> bool {
-        let limits = self.cut.limits.head_departure;
+        let limits = self.cut.limits.head();
         let mut slack = self.examiner.slack;
         let fit = goes_on((self.rate, &mut slack), limits, |frame| self.head(frame));
         self.examiner.slack = slack;
@@ -314,14 +314,15 @@ impl CutTest<'_> {
                 longest = longest.max(way.length());
                 slower = slower.min(way.with_y(0.0).length());
             }
-            let speed = longest * self.rate;
-            if !self.examiner.slack.fits(speed, fastest) {
+            let limit = (fastest, self.cut.limits.id_of_toe_speed());
+            if !self.examiner.slack.fits(longest * self.rate, limit) {
                 return false;
             }
             slide += slower;
             before = now;
         }
-        !self.cut.stands || self.examiner.slack.fits(slide, self.cut.limits.slide)
+        let limit = (self.cut.limits.slide, self.cut.limits.id_of_slide());
+        !self.cut.stands || self.examiner.slack.fits(slide, limit)
     }
 
     /// Speed of the fastest toe before the cut.

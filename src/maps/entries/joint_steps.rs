@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::limits::MotionLimits;
-use super::slack::Slack;
+use super::slack::{LimitId, Slack};
 use crate::anim::JointId;
 use crate::graph::rotation_vector;
 
@@ -27,17 +27,20 @@ fn small_turn(rotation: Quat) -> Vec3 {
 /// The limits of a joint.
 #[derive(Clone, Copy)]
 pub(super) struct JointLimits {
-    /// Rotation between two frames, in radians.
-    step: f32,
-    /// Difference between two such rotations, in radians.
-    change: f32,
+    /// Square of the rotation between two frames, in radians.
+    step: (f32, LimitId),
+    /// Square of the difference between two such rotations, in radians.
+    change: (f32, LimitId),
 }
 
 impl JointLimits {
     pub(super) fn of(limits: &MotionLimits, joint: JointId, rate: f32) -> Self {
+        let [speed, acceleration] = limits.id_of_joint(joint);
+        let step = limits.joint_speed[joint.index()] / rate;
+        let change = limits.joint_acceleration[joint.index()] / (rate * rate);
         Self {
-            step: limits.joint_speed[joint.index()] / rate,
-            change: limits.joint_acceleration[joint.index()] / (rate * rate),
+            step: (step * step, speed),
+            change: (change * change, acceleration),
         }
     }
 }
@@ -60,7 +63,7 @@ impl JointSteps {
         let change = turn - self.turn;
         (self.before, self.turn) = (rotation, turn);
         let slack = &mut self.slack;
-        slack.square_fits(turn.length_squared(), limits.step * limits.step)
-            && slack.square_fits(change.length_squared(), limits.change * limits.change)
+        slack.square_fits(turn.length_squared(), limits.step)
+            && slack.square_fits(change.length_squared(), limits.change)
     }
 }

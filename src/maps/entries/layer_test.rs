@@ -201,7 +201,7 @@ impl<'a> LayerTest<'a> {
     }
 
     fn head_goes_on(&mut self, layered: Layered<'_>) -> bool {
-        let limits = layered.limits.head_departure;
+        let limits = layered.limits.head();
         let (rate, mut slack) = (self.rate, self.slack);
         let fit = goes_on((rate, &mut slack), limits, |frame| {
             self.head(layered, frame)

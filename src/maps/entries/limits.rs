@@ -7,7 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::frames::turns;
-use super::slack::Slack;
+use super::slack::{LimitId, Slack};
 use crate::anim::{Clip, JointId, JointTransform, Pose, Skeleton, forward_kinematics};
 use crate::graph::MotionGraph;
 use crate::math::in_parallel;
@@ -80,43 +80,64 @@ pub(super) fn head(skeleton: &Skeleton) -> JointId {
 }
 
 impl MotionLimits {
-    /// Least and largest factor by which a limit differs from that of `earlier`. Where these are of another skeleton, it is infinite.
-    pub(super) fn change_since(&self, earlier: &Self) -> [f32; 2] {
-        let numbers = |limits: &Self| {
-            let joints = [&limits.joint_speed, &limits.joint_acceleration];
-            let mut all: Vec<f32> = joints.into_iter().flatten().copied().collect();
-            all.extend(limits.hip_departure.iter().chain(&limits.head_departure));
-            all.extend([limits.toe_speed, limits.slide]);
-            all
+    /// All limits: speeds of the joints, accelerations of the joints, departures of hips and head, speed of a toe, and slide.
+    pub(super) fn numbers(&self) -> Vec<f32> {
+        let joints = self.joint_speed.iter().chain(&self.joint_acceleration);
+        let departures = self.hip_departure.iter().chain(&self.head_departure);
+        let others = [self.toe_speed, self.slide];
+        joints.chain(departures).chain(&others).copied().collect()
+    }
+
+    /// The limit of a joint's speed or, shifted by the number of joints, of its acceleration.
+    pub(super) fn id_of_joint(&self, joint: JointId) -> [LimitId; 2] {
+        [joint.index(), self.joint_speed.len() + joint.index()].map(LimitId::new)
+    }
+
+    /// The limits of the hips' departure.
+    pub(super) fn hips(&self) -> DepartureLimits {
+        self.departures(self.hip_departure, 0)
+    }
+
+    /// The limits of the head's departure.
+    pub(super) fn head(&self) -> DepartureLimits {
+        self.departures(self.head_departure, 2)
+    }
+
+    fn departures(&self, [early, late]: [f32; 2], place: usize) -> DepartureLimits {
+        let id = |place: usize| LimitId::new(2 * self.joint_speed.len() + place);
+        [(early, id(place)), (late, id(place + 1))]
+    }
+
+    pub(super) fn id_of_toe_speed(&self) -> LimitId {
+        LimitId::new(2 * self.joint_speed.len() + 4)
+    }
+
+    pub(super) fn id_of_slide(&self) -> LimitId {
+        LimitId::new(2 * self.joint_speed.len() + 5)
+    }
+
+    /// The factor by which each limit differs from that of `earlier`; `None` if these are of another skeleton.
+    pub(super) fn change_since(&self, earlier: &Self) -> Option<Vec<f32>> {
+        let (now, before) = (self.numbers(), earlier.numbers());
+        let factor = |(now, before): (&f32, &f32)| match now == before {
+            true => 1.0,
+            false => now / before,
         };
-        let (now, before) = (numbers(self), numbers(earlier));
-        if now.len() != before.len() {
-            return [0.0, f32::INFINITY];
-        }
-        let factors = now
-            .iter()
-            .zip(&before)
-            .map(|(now, before)| match now == before {
-                true => 1.0,
-                false => now / before,
-            });
-        factors.fold([1.0, 1.0], |[least, most], factor| {
-            [least.min(factor), most.max(factor)]
-        })
+        (now.len() == before.len()).then(|| now.iter().zip(&before).map(factor).collect())
     }
 
     /// Whether the limits fit a skeleton. It checks limits that come from a file.
     #[must_use]
     pub(crate) fn is_sound(&self, skeleton: &Skeleton) -> bool {
-        let numbers = self.joint_speed.iter().chain(&self.joint_acceleration);
-        let ends = self.hip_departure.iter().chain(&self.head_departure);
-        let others = [self.toe_speed, self.slide];
         [&self.joint_speed, &self.joint_acceleration]
             .iter()
             .all(|list| list.len() == skeleton.len())
-            && { numbers.chain(ends).chain(&others) }.all(|&number| number >= 0.0)
+            && self.numbers().iter().all(|&number| number >= 0.0)
     }
 }
+
+/// The limits of a departure after each of [`DEPARTURES`].
+pub(super) type DepartureLimits = [(f32, LimitId); 2];
 
 /// Distance of a point from where its velocity between `before` and `now` would have taken it.
 pub(super) fn departure([before, now, then]: [Vec3; 3], frames: usize) -> Vec3 {
@@ -131,7 +152,7 @@ pub(super) fn departures(frame_rate: f32) -> [usize; 2] {
 /// Whether a point of a motion departs no further than the limits from where it goes at constant velocity between the first two frames.
 pub(super) fn goes_on(
     (rate, slack): (f32, &mut Slack),
-    limits: [f32; 2],
+    limits: DepartureLimits,
     mut point: impl FnMut(usize) -> Vec3,
 ) -> bool {
     let mut both = departures(rate).into_iter().zip(limits);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::EntrySettings;
 use super::limits::MotionLimits;
-use super::slack::Slack;
+use super::slack::{NeededCodes, Slack, SlackCode};
 use super::targets::ClipFrame;
 use crate::graph::{ClipId, ClipMatch};
 
@@ -51,8 +51,7 @@ pub(super) struct PairTest {
     target: u16,
     /// 0: not plausible.
     how: u8,
-    /// Codes of [`Slack`].
-    codes: [u8; 2],
+    slack: SlackCode,
 }
 
 impl PairTest {
@@ -61,7 +60,7 @@ impl PairTest {
         Self {
             target: target as u16,
             how: how.map_or(0, |(blend, rate)| (1 + blend + 4 * rate) as u8),
-            codes: slack.codes(),
+            slack: slack.code(),
         }
     }
 
@@ -109,7 +108,7 @@ pub(super) struct KnownTests<'a> {
     /// For each target of this bake its index in the earlier one.
     targets: Vec<Option<u16>>,
     /// Least codes with which a test is taken over.
-    needed: [u16; 2],
+    needed: NeededCodes,
 }
 
 /// What the tests of one kind depend on.
@@ -144,7 +143,9 @@ impl EarlierEntries {
             targets: { targets.iter() }
                 .map(|target| places.get(&place(target)).copied())
                 .collect(),
-            needed: Slack::codes_needed(limits.change_since(&table.limits)),
+            needed: limits
+                .change_since(&table.limits)
+                .map_or_else(NeededCodes::unknown, |factors| NeededCodes::new(&factors)),
             table,
         }
     }
@@ -158,12 +159,9 @@ impl KnownTests<'_> {
         let tests = self.table.of((first + moment) as usize);
         let at = tests.binary_search_by_key(&earlier, |test| test.target);
         let test = tests[at.ok()?];
-        let suffices = |(&code, needed): (&u8, u16)| u16::from(code) >= needed;
-        { test.codes.iter().zip(self.needed) }
-            .all(suffices)
-            .then_some(PairTest {
-                target: target as u16,
-                ..test
-            })
+        self.needed.suffices(test.slack).then_some(PairTest {
+            target: target as u16,
+            ..test
+        })
     }
 }

@@ -1,5 +1,21 @@
 //! How much the limits of plausible motion may change before the result of a test does.
 
+use serde::{Deserialize, Serialize};
+
+/// A limit of [`MotionLimits`](super::limits::MotionLimits), by its place in [`MotionLimits::numbers`](super::limits::MotionLimits::numbers).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(super) struct LimitId(u8);
+
+impl LimitId {
+    /// One of several limits.
+    const ANY: Self = Self(u8::MAX);
+
+    /// The limit at a place. Those beyond the numbers of a byte share one.
+    pub(super) fn new(place: usize) -> Self {
+        u8::try_from(place).map_or(Self::ANY, Self)
+    }
+}
+
 /// The comparisons of some tests with their limits. A ratio is the square of a value divided by that of its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slack {
@@ -7,8 +23,26 @@ pub(super) struct Slack {
     current: f32,
     /// Largest ratio of the tests that were passed, at most 1.
     passed: f32,
-    /// Smallest ratio by which a test failed.
-    failed: f32,
+    /// Smallest ratio by which a test failed, and the limit by which all tests failed that did.
+    failed: (f32, LimitId),
+}
+
+/// The result of comparisons as it is stored. The larger a code, the farther values are from their limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(super) struct SlackCode {
+    passed: u8,
+    failed: u8,
+    limit: LimitId,
+}
+
+/// The least codes with which results stay the same after a change of limits.
+#[derive(Clone, Debug)]
+pub(super) struct NeededCodes {
+    passed: u16,
+    /// Of each limit.
+    failed: Vec<u16>,
+    /// Of all limits.
+    any: u16,
 }
 
 impl Default for Slack {
@@ -16,17 +50,17 @@ impl Default for Slack {
         Self {
             current: 0.0,
             passed: 0.0,
-            failed: f32::INFINITY,
+            failed: (f32::INFINITY, LimitId::ANY),
         }
     }
 }
 
-impl Slack {
-    /// Steps of a code of a factor of two.
-    const STEPS: f32 = 32.0;
-    /// Relative error of a ratio, generously.
-    const ROUNDING: f32 = 1e-4;
+/// Steps of a code of a factor of two.
+const STEPS: f32 = 32.0;
+/// Relative error of a ratio, generously.
+const ROUNDING: f32 = 1e-4;
 
+impl Slack {
     /// Begins a test.
     pub(super) fn start(&mut self) {
         self.current = 0.0;
@@ -38,45 +72,90 @@ impl Slack {
     }
 
     /// Whether a value is within a limit.
-    pub(super) fn fits(&mut self, value: f32, limit: f32) -> bool {
+    pub(super) fn fits(&mut self, value: f32, (limit, id): (f32, LimitId)) -> bool {
         let share = value / limit;
-        self.note(value <= limit, share * share)
+        self.note(value <= limit, share * share, id)
     }
 
     /// Whether a value is within a limit, from their squares.
-    pub(super) fn square_fits(&mut self, square: f32, limit: f32) -> bool {
-        self.note(square <= limit, square / limit)
+    pub(super) fn square_fits(&mut self, square: f32, (limit, id): (f32, LimitId)) -> bool {
+        self.note(square <= limit, square / limit, id)
     }
 
-    /// Notes a comparison of another slack's test, which was passed or failed.
+    /// Notes the comparisons of another test, which was passed or failed.
     pub(super) fn join(&mut self, fits: bool, other: &Self) -> bool {
-        self.note(fits, if fits { other.current } else { other.failed })
+        let (failed, limit) = other.failed;
+        self.note(fits, if fits { other.current } else { failed }, limit)
     }
 
-    fn note(&mut self, fits: bool, ratio: f32) -> bool {
+    fn note(&mut self, fits: bool, ratio: f32, limit: LimitId) -> bool {
         // What cannot be compared is as close to its limit as can be.
-        let ratio = if ratio.is_nan() { 1.0 } else { ratio };
-        match fits {
-            true => self.current = self.current.max(ratio),
-            false => self.failed = self.failed.min(ratio),
+        let ratio = if ratio.is_nan() {
+            1.0
+        } else {
+            ratio.min(f32::MAX)
+        };
+        if fits {
+            self.current = self.current.max(ratio);
+            return true;
         }
-        fits
+        let (failed, by) = self.failed;
+        let is_first = failed == f32::INFINITY;
+        let by = if is_first || by == limit {
+            limit
+        } else {
+            LimitId::ANY
+        };
+        self.failed = (failed.min(ratio), by);
+        false
     }
 
-    /// Codes of the ratios of tests that were passed and failed: the larger a code, the farther from the limit.
-    pub(super) fn codes(&self) -> [u8; 2] {
-        [1.0 / self.passed, self.failed].map(|factor| (Self::STEPS * factor.log2()) as u8)
+    pub(super) fn code(&self) -> SlackCode {
+        let (failed, limit) = self.failed;
+        let code = |factor: f32| (STEPS * factor.log2()) as u8;
+        SlackCode {
+            passed: code(1.0 / self.passed),
+            failed: code(failed),
+            limit,
+        }
+    }
+}
+
+impl NeededCodes {
+    /// The codes after a change of each limit by a factor.
+    pub(super) fn new(factors: &[f32]) -> Self {
+        let least = factors.iter().copied().fold(1.0, f32::min);
+        let failed: Vec<u16> = factors.iter().map(|&factor| needed(factor)).collect();
+        Self {
+            passed: needed(1.0 / least),
+            any: failed.iter().copied().max().unwrap_or(0),
+            failed,
+        }
     }
 
-    /// The least codes with which results stay the same if all limits change by factors from `least` to `most`.
-    pub(super) fn codes_needed([least, most]: [f32; 2]) -> [u16; 2] {
-        if least == 1.0 && most == 1.0 {
-            return [0, 0];
+    /// The codes where nothing of the limits before is known: none suffices.
+    pub(super) fn unknown() -> Self {
+        Self {
+            passed: u16::MAX,
+            failed: Vec::new(),
+            any: u16::MAX,
         }
-        [1.0 / least, most].map(|factor| {
-            let ratio = factor * factor * (1.0 + Self::ROUNDING);
-            (Self::STEPS * ratio.log2()).ceil() as u16
-        })
+    }
+
+    /// Whether a result stays the same.
+    pub(super) fn suffices(&self, code: SlackCode) -> bool {
+        let failed = self.failed.get(usize::from(code.limit.0));
+        let failed = failed.filter(|_| code.limit != LimitId::ANY);
+        u16::from(code.passed) >= self.passed
+            && u16::from(code.failed) >= *failed.unwrap_or(&self.any)
+    }
+}
+
+/// The least code with which a comparison with a limit that grows by a factor stays the same.
+fn needed(factor: f32) -> u16 {
+    match factor {
+        1.0 => 0,
+        _ => (STEPS * (factor * factor * (1.0 + ROUNDING)).log2()).ceil() as u16,
     }
 }
 
@@ -84,35 +163,48 @@ impl Slack {
 mod tests {
     use super::*;
 
-    /// A test with some values: whether all are within their limits.
-    fn test(slack: &mut Slack, values: &[f32], limit: f32) -> bool {
-        slack.start();
-        let fits = values.iter().all(|&value| slack.fits(value, limit));
-        if fits {
-            slack.pass();
-        }
-        fits
+    const LIMITS: usize = 3;
+
+    /// Two tests, each with one value for each limit in turn.
+    fn results(slack: &mut Slack, values: [[f32; LIMITS]; 2], limits: [f32; LIMITS]) -> [bool; 2] {
+        values.map(|values| {
+            slack.start();
+            let mut places = (0..LIMITS).zip(values);
+            let fits = places
+                .all(|(place, value)| slack.fits(value, (limits[place], LimitId::new(place))));
+            if fits {
+                slack.pass();
+            }
+            fits
+        })
     }
 
     #[test]
     fn results_stay_while_the_codes_suffice() {
         let values = [0.2, 0.7, 0.93, 0.99, 1.0, 1.01, 1.2, 3.0, f32::NAN];
-        let mut kept = [0, 0];
-        for (first, second) in values.iter().flat_map(|&a| values.map(|b| (a, b))) {
+        let changes = [0.5, 0.9, 0.97, 1.0, 1.02, 1.1, 2.0];
+        let mut seed = 0_usize;
+        let mut draw = |count: usize| {
+            seed = seed * 7919 + 104_729;
+            (seed >> 7) % count
+        };
+        let (mut kept, mut changed) = ([0, 0], 0);
+        for _ in 0..50_000 {
+            let tests = [0; 2].map(|_| [0; LIMITS].map(|_| values[draw(values.len())]));
+            let factors = [0; LIMITS].map(|_| changes[draw(changes.len())]);
             let mut slack = Slack::default();
-            let before = [[first].as_slice(), &[second, first]].map(|v| test(&mut slack, v, 1.0));
-            for change in [0.5, 0.9, 0.97, 1.0, 1.02, 1.1, 2.0] {
-                let needed = Slack::codes_needed([change, change]);
-                let codes = slack.codes();
-                let mut both = codes.iter().zip(needed);
-                let suffices = both.all(|(&code, needed)| u16::from(code) >= needed);
-                let after = [[first].as_slice(), &[second, first]]
-                    .map(|v| test(&mut Slack::default(), v, change));
-                kept[usize::from(suffices)] += 1;
-                assert!(!suffices || before == after, "{first} {second} {change}");
-            }
+            let before = results(&mut slack, tests, [1.0; LIMITS]);
+            let after = results(&mut Slack::default(), tests, factors);
+            let suffices = NeededCodes::new(&factors).suffices(slack.code());
+            kept[usize::from(suffices)] += 1;
+            changed += usize::from(before != after);
+            assert!(!suffices || before == after, "{tests:?} {factors:?}");
+            assert!(!NeededCodes::unknown().suffices(slack.code()));
         }
-        assert!(kept.iter().all(|&count| count > 100), "{kept:?}");
-        assert_eq!(Slack::codes_needed([1.0, f32::INFINITY])[1], u16::MAX);
+        assert!(
+            kept.iter().all(|&count| count > 5000) && changed > 5000,
+            "{kept:?} {changed}"
+        );
+        assert_eq!(needed(f32::INFINITY), u16::MAX);
     }
 }
