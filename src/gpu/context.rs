@@ -76,7 +76,7 @@ impl Context {
             timestamp_bits: family.timestamp_valid_bits,
             report,
             driver,
-            limits: limits::allowed(&properties.limits, &desc.terms.without),
+            limits: limits::allowed(&properties.limits, &desc.terms),
             debug,
         })
     }
