@@ -64,7 +64,7 @@ pub use moving_sphere::MovingSphere;
 pub(crate) use paths::PathReport;
 pub use paths::PathSettings;
 pub(crate) use paths::{NodePath, PathId, PathTable};
-pub use prop::{LocalSphere, Prop};
+pub use prop::Prop;
 pub(crate) use raster::blocks_near;
 pub(crate) use region_maps::{RegionMaps, SlabMaps};
 pub(crate) use retime::Retimable;
