@@ -11,8 +11,10 @@ pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::build::{GraphBuilder, SearchProgress};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
-pub use crate::graph::feet::{Feet, FootSlide, Plant};
+pub use crate::graph::feet::{Feet, FeetSettings, FootSlide, Plant};
+pub use crate::graph::links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, UnlinkedEvent};
 pub use crate::graph::motion::Layer;
+pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,

@@ -19,6 +19,7 @@ pub struct GraphSettings {
     /// Weight of each joint in the distance. Default: empty, which weights all joints equally.
     pub joint_weights: Vec<f32>,
     /// Thresholds for planted feet, and whether transitions keep them planted.
+    #[doc(hidden)]
     pub feet: FeetSettings,
     /// Settings of links: transitions with a looser threshold that bring evasions within reach.
     /// `None` builds a graph of the transitions under `threshold` alone.

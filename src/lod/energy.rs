@@ -29,6 +29,7 @@ pub struct EnergySettings {
     /// Masses of the joints. Default: 70 kg in all, distributed by bone length.
     pub masses: Masses,
     /// Distribution of a bone's mass. Default: [`BoneShape::Rod`].
+    #[doc(hidden)]
     pub shape: BoneShape,
     /// Reference of the moment of inertia. Default: [`Inertia::Joint`].
     #[doc(hidden)]
@@ -37,6 +38,7 @@ pub struct EnergySettings {
     #[doc(hidden)]
     pub flexion: Flexion,
     /// Child bone to which the bend is measured. Default: [`Branch::Straightest`].
+    #[doc(hidden)]
     pub branch: Branch,
     /// Angle a, below which a joint counts as bent, in radians. Default π/2.
     pub threshold: f32,
