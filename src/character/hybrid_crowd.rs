@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::{
-    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
-    CrowdSettings, ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseSlice,
+    AnimationSet, AnimationSetError, Character, CharacterId, Crowd, CrowdError, CrowdSettings,
+    ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseSlice,
 };
 use crate::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
@@ -240,7 +240,7 @@ impl<'a> HybridCrowd<'a> {
         let last = (clip.frames() - 1) as f32 * (1.0 - f32::EPSILON);
         let frame = (from.frame as f32 + member.playhead.frame).min(last);
         let character = Character {
-            clip: ClipId(from.clip.0 as u16),
+            clip: from.clip,
             level: LevelId(member.detail as u16),
             blend: member.detail.fract(),
             time: frame / self.graph.frame_rate() as f32,

@@ -1,13 +1,12 @@
 use glam::Vec3;
 use thiserror::Error;
 
-use super::character::ClipId;
 use super::key_bank::{ClipRange, KeyBank, TrackPlaces};
 use super::level_clips::{LevelClips, Stored};
 use super::level_step::{LevelStep, steps};
 use super::quantise::keys_per_frame;
 use super::tracks::{MotionKeys, Tracks};
-use crate::anim::{Clip, JointId, Skeleton};
+use crate::anim::{Clip, ClipId, JointId, Skeleton};
 use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, LodError, Translations};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
@@ -227,7 +226,7 @@ impl AnimationSet {
     /// [`AnimationSetDesc::layers`]; `None` where there is no such layer.
     #[must_use]
     pub fn layer(&self, index: usize) -> Option<ClipId> {
-        (index < self.layers()).then(|| ClipId((self.clips + index) as u16))
+        (index < self.layers()).then(|| ClipId((self.clips + index) as u32))
     }
 
     /// Number of levels.

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
-use super::character::{Character, CharacterId, CharacterState, ClipId, Placement, clamped};
+use super::character::{Character, CharacterId, CharacterState, Placement, clamped};
 use super::debt::Debt;
 use super::history::History;
 use super::level_pass::FrameScratch;
@@ -12,6 +12,7 @@ use super::schedule::Schedule;
 use super::scratch::Scratch;
 use super::settings::{CrowdError, CrowdSettings};
 use super::slot::{self, NOWHERE};
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
 

@@ -78,9 +78,10 @@ mod take_over;
 mod tracks;
 mod write;
 
+pub use crate::anim::ClipId;
 pub use crate::lod::LevelId;
 pub use animation_set::{AnimationSet, AnimationSetDesc, AnimationSetError};
-pub use character::{Character, CharacterId, ClipId, ClipMix, Placement};
+pub use character::{Character, CharacterId, ClipMix, Placement};
 pub(crate) use external_pose::{ExternalGroups, ExternalPose, ExternalTarget};
 pub use frame_input::{Frame, FrameReport, Frustum};
 pub use instances::Crowd;

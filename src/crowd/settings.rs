@@ -53,7 +53,7 @@ pub enum CrowdError {
     #[error("there is no clip {clip}: the animations have {clips}")]
     NoSuchClip {
         /// The clip.
-        clip: u16,
+        clip: u32,
         /// How many there are.
         clips: usize,
     },
@@ -61,13 +61,13 @@ pub enum CrowdError {
     #[error("clip {clip} is no additive layer")]
     NotALayer {
         /// The clip.
-        clip: u16,
+        clip: u32,
     },
     /// An additive layer in place of a clip.
     #[error("clip {clip} is an additive layer and can only be added to others")]
     IsALayer {
         /// The clip.
-        clip: u16,
+        clip: u32,
     },
     /// A character that the crowd does not have.
     #[error("there is no character {id}: the crowd has {characters}")]

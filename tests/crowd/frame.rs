@@ -286,7 +286,7 @@ fn time_is_exact_after_a_day() {
     at_once.set_time(seconds);
     for ((&id, character), start) in ids.iter().zip(&by_steps).zip(&characters) {
         // Exactly: the clips have 119 and 46 intervals, 30 a second.
-        let duration = [119.0, 46.0][usize::from(start.clip.0)] / 30.0;
+        let duration = [119.0, 46.0][start.clip.index()] / 30.0;
         let exact = f64::from(start.time) + f64::from(start.speed) * seconds;
         let exact = exact.rem_euclid(duration);
         for found in [*character, at_once.character(id).unwrap()] {
