@@ -7,11 +7,12 @@ use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 
-/// A character of a [`Crowd`](super::Crowd): characters are numbered in the order in which they were added.
+/// A member of a [`Crowd`](super::Crowd) or a [`HybridCrowd`](crate::character::HybridCrowd): characters are numbered in the order in
+/// which they were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct CharacterId(pub u32);
+pub struct MemberId(pub u32);
 
-impl CharacterId {
+impl MemberId {
     pub(super) fn index(self) -> usize {
         self.0 as usize
     }

@@ -11,8 +11,8 @@ use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdError,
-    CrowdSettings, Form, Hold, LevelId, Output,
+    AnimationSet, Character, ClipId, ClipMix, Crowd, CrowdError, CrowdSettings, Form, Hold,
+    LevelId, MemberId, Output,
 };
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::math::{F32x16, Isa};
@@ -477,15 +477,18 @@ fn errors_say_what_is_missing() {
         ..Character::default()
     };
     let no_clip = CrowdError::NoSuchClip { clip: 3, clips: 3 };
-    assert_eq!(crowd.add(&stranger), Err(no_clip));
+    assert_eq!(crowd.add(&stranger), Err(no_clip.clone()));
     let id = crowd.add(&Character::default()).unwrap();
     assert_eq!(crowd.set(id, &stranger), Err(no_clip));
     let nobody = CrowdError::NoSuchCharacter {
         id: 1,
         characters: 1,
     };
-    assert_eq!(crowd.set_level(CharacterId(1), LevelId(0)), Err(nobody));
-    assert_eq!(crowd.pose_slice(CharacterId(1)), Err(nobody));
+    assert_eq!(
+        crowd.set_level(MemberId(1), LevelId(0)),
+        Err(nobody.clone())
+    );
+    assert_eq!(crowd.pose_slice(MemberId(1)), Err(nobody));
     let needed = crowd.output_len();
     let mut small = vec![F32x16::ZERO; needed - 1];
     let found = needed - 1;
@@ -500,8 +503,8 @@ fn errors_say_what_is_missing() {
         &[],
         &Levels::in_order(&skeleton, &[]).unwrap().levels,
     );
-    assert_eq!(none.unwrap_err(), AnimationSetError::NoClip);
+    assert_eq!(none.unwrap_err(), CrowdError::NoClip);
     let clip = swinging_clip(&skeleton, 3, 0.1);
     let none = AnimationSet::new(&skeleton, &[clip], &[]);
-    assert_eq!(none.unwrap_err(), AnimationSetError::NoLevel);
+    assert_eq!(none.unwrap_err(), CrowdError::NoLevel);
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use sabaki::anim::{Clip, JointId, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, AnimationSetDesc, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdSettings,
-    Form, Layout, LevelId, Output, Placement, PoseSlice, WriteMode,
+    AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Form, Layout,
+    LevelId, MemberId, Output, Placement, PoseSlice, WriteMode,
 };
 use sabaki::internal::LevelMotion;
 use sabaki::lod::{Level, Levels};
@@ -335,7 +335,7 @@ pub fn crowd_of(
     stage: &Stage,
     characters: &[Character],
     settings: CrowdSettings,
-) -> (Crowd, Vec<CharacterId>) {
+) -> (Crowd, Vec<MemberId>) {
     let mut crowd = Crowd::new(Arc::clone(&stage.animations), settings);
     let ids = characters
         .iter()
