@@ -12,8 +12,12 @@ pub use crate::graph::build::{GraphBuilder, SearchProgress};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
 pub use crate::graph::feet::{Feet, FeetSettings, FootSlide, Plant};
-pub use crate::graph::links::{GoalReport, LinkGoal, LinkObstacle, LinkReport, UnlinkedEvent};
+pub use crate::graph::inertia::Entry;
+pub use crate::graph::links::{
+    GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent,
+};
 pub use crate::graph::motion::Layer;
+pub use crate::graph::motion_edit::Played;
 pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
@@ -31,7 +35,7 @@ pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
-pub use crate::maps::entries::{EntryReport, PlausibilitySettings, Stretches};
+pub use crate::maps::entries::{EntryReport, EntrySettings, PlausibilitySettings, Stretches};
 pub use crate::maps::fixed_transform::FixedTransform2;
 pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use crate::maps::map::{BitMap, Drawing, MapRect};

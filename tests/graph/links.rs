@@ -8,9 +8,9 @@ use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::graph::{
-    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, LinkSettings, MotionGraph,
+    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph,
 };
-use sabaki::internal::{LinkGoal, LinkObstacle, LinkReport};
+use sabaki::internal::{LinkGoal, LinkObstacle, LinkReport, LinkSettings};
 use sabaki_app::demo;
 
 /// No node and no blend inside an event, and all that a graph promises.

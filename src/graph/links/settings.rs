@@ -8,7 +8,6 @@ pub struct LinkSettings {
     /// Goals, reached one after another. Default: an evasion within 1 s from 90% of the moments and
     /// within 1.5 s from 97%; four different evasions within 1 s from 80%, and eight within 0.7 s
     /// from 95%.
-    #[doc(hidden)]
     pub goals: Vec<LinkGoal>,
     /// Maximum distance of a link: root of the mean squared distance of joints, in metres, times
     /// window / blend if the blend is shorter than the graph's window. Default 0.35. Strides of a
