@@ -24,12 +24,12 @@ pub use crate::graph::search::{
     TransitionList,
 };
 pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::build::Carrier;
 pub use crate::lod::displacement::LevelError;
-pub use crate::lod::energy::{Branch, Flexion, Inertia, joint_energies};
+pub use crate::lod::energy::joint_energies;
 pub use crate::lod::level::Seated;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
+pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};
 pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
