@@ -94,6 +94,7 @@ pub use terms::Terms;
 pub mod internal {
     pub use super::error::{Named, within};
     pub use super::image::{Image, ImageDesc};
+    pub use super::pipelines::graphics_pipeline;
     pub use super::resources::{Buffer, BufferDesc, DeviceMemory};
     pub use super::shader_table::{
         Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words,
