@@ -4,7 +4,7 @@ use super::mass::BoneShape;
 use super::{LodError, Masses};
 use crate::anim::{JointId, Skeleton};
 
-/// Settings of [`Levels::build`].
+/// Settings of [`Levels::build`](super::Levels::build).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LevelSettings {
