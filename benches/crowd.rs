@@ -13,7 +13,7 @@ use divan::counter::ItemsCount;
 use glam::Vec3;
 use plain::PlainMemory;
 use sabaki::crowd::{
-    CharacterId, CrowdSettings, Form, Frame, Layout, LevelId, Output, PoseSlice, WriteMode,
+    CrowdSettings, Form, Frame, Layout, LevelId, MemberId, Output, PoseSlice, WriteMode,
 };
 use sabaki::math::{F32x16, Isa};
 use scene::Scene;
@@ -191,7 +191,7 @@ fn posed(layout: &str) -> (Vec<PoseSlice>, Vec<F32x16>) {
     let mut crowd = Scene::one_clip(1000).crowd(settings);
     let mut out = vec![F32x16::ZERO; crowd.output_len()];
     crowd.pose(&mut out).unwrap();
-    let ids = (0..1000).map(CharacterId);
+    let ids = (0..1000).map(MemberId);
     let slices = ids.map(|id| crowd.pose_slice(id).unwrap()).collect();
     (slices, out)
 }

@@ -9,20 +9,15 @@ use std::process::ExitCode;
 use common::report::Report;
 use common::{Motions, throws};
 use sabaki::query::cull::cpu;
-use sabaki::query::{
-    Answer, Enumerate, Evaluation, Lookup, Query, QueryContext, QuerySettings, Request,
-};
+use sabaki::query::{Answer, Enumerate, Evaluation, Query, QueryContext, QuerySettings, Request};
 
 const ATTACKS: u64 = 50;
 
 /// Where candidates come from.
 const SOURCES: [(&str, Enumerate); 4] = [
-    ("grid, nearest cell", Enumerate::Grid(Lookup::Nearest)),
-    (
-        "grid, nearest filed cell",
-        Enumerate::Grid(Lookup::NearestFiled),
-    ),
-    ("grid, cells around", Enumerate::Grid(Lookup::Union)),
+    ("grid, nearest cell", Enumerate::NearestCell),
+    ("grid, nearest filed cell", Enumerate::NearestFiledCell),
+    ("grid, cells around", Enumerate::TouchedCells),
     ("whole search", Enumerate::Whole),
 ];
 

@@ -11,26 +11,34 @@ pub use crate::gpu::stencil::{Batch, MapKind, Rasterizer, RasterizerDesc};
 pub use crate::graph::build::{GraphBuilder, SearchProgress};
 pub use crate::graph::cloud::PointCloud;
 pub use crate::graph::distance::{DistanceMap, WindowPair, Windows};
-pub use crate::graph::feet::{Feet, FootSlide, Plant};
+pub use crate::graph::feet::{Feet, FeetSettings, FootSlide, Plant};
+pub use crate::graph::inertia::Entry;
+pub use crate::graph::links::{
+    GoalReport, LinkGoal, LinkObstacle, LinkReport, LinkSettings, UnlinkedEvent,
+};
 pub use crate::graph::motion::Layer;
+pub use crate::graph::motion_edit::Played;
 pub use crate::graph::record::{ClipMatch, GraphRecord};
+pub use crate::graph::responsiveness::Responsiveness;
 pub use crate::graph::search::{
     BandJobs, BandMinima, MapBand, Minimum, PrunedSearch, SearchScratch, SearchSettings,
     TransitionList,
 };
 pub use crate::lod::blend::{Blend, affine};
-pub use crate::lod::build::Carrier;
 pub use crate::lod::displacement::LevelError;
-pub use crate::lod::energy::{Branch, Flexion, Inertia, joint_energies};
+pub use crate::lod::energy::joint_energies;
 pub use crate::lod::level::Seated;
 pub use crate::lod::mass::BoneShape;
 pub use crate::lod::motion::{LevelMotion, LevelTrack, Translations};
+pub use crate::lod::settings::{Branch, Carrier, Flexion, Inertia};
 pub use crate::lod::switching::Band;
 pub use crate::maps::atlas::RegionId;
 pub use crate::maps::attack_grid::{AttackGridReport, AttackOption, Contact};
 pub use crate::maps::collect::DrawnMaps;
 pub use crate::maps::disc::{Disc, SUB_TEXELS};
-pub use crate::maps::entries::{EntryRecord, EntryReport, PlausibilitySettings, Stretches};
+pub use crate::maps::entries::{
+    EntryRecord, EntryReport, EntrySettings, PlausibilitySettings, Stretches,
+};
 pub use crate::maps::fixed_transform::FixedTransform2;
 pub use crate::maps::grid::{CellColumn, Grid, GridSettings, TouchedCells};
 pub use crate::maps::map::{BitMap, Drawing, MapRect};

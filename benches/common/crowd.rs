@@ -45,7 +45,7 @@ impl Scene {
                 height: random.number(0.0, 1.0),
             };
             character.fade = (index % 10 == 0).then(|| ClipMix {
-                clip: ClipId(random.number(0.0, 8.0) as u16),
+                clip: ClipId(random.number(0.0, 8.0) as u32),
                 time: random.number(0.0, 60.0),
                 speed: 1.0,
                 weight: random.number(0.0, 1.0),
@@ -72,7 +72,7 @@ impl Scene {
         let mut random = Random(3);
         for character in &mut self.characters {
             character.fade = Some(ClipMix {
-                clip: ClipId(random.number(0.0, self.clips.len() as f32) as u16),
+                clip: ClipId(random.number(0.0, self.clips.len() as f32) as u32),
                 time: random.number(0.0, 60.0),
                 speed: 1.0,
                 weight: random.number(0.0, 1.0),
@@ -91,7 +91,7 @@ impl Scene {
         let animations = Arc::new(AnimationSet::new(&skeleton, &clips, &levels.levels).unwrap());
         let mut random = Random(1);
         let characters = (0..count).map(|_| Character {
-            clip: ClipId(random.number(0.0, clips.len() as f32) as u16),
+            clip: ClipId(random.number(0.0, clips.len() as f32) as u32),
             time: random.number(0.0, 60.0),
             speed: random.number(0.9, 1.1),
             ..Character::default()

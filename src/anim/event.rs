@@ -15,9 +15,9 @@ pub enum EventKind {
 /// A labelled time range of a clip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// Kind of the event.
+    /// Index of the clip in its set.
     pub clip: usize,
-    /// What happens.
+    /// Kind of the event.
     pub kind: EventKind,
     /// Start, in seconds from the clip's first frame.
     pub start: f64,

@@ -3,6 +3,7 @@
 #[cfg(test)]
 pub(crate) mod bodies;
 mod clip;
+mod clip_id;
 mod event;
 pub(crate) mod facing;
 mod ik;
@@ -20,6 +21,7 @@ mod skeleton;
 pub(crate) mod warp;
 
 pub use clip::{Clip, ClipDesc, ClipError};
+pub use clip_id::ClipId;
 pub use event::{Event, EventKind};
 pub(crate) use facing::Facing;
 pub(crate) use ik::{free_distance, reach};

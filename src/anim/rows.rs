@@ -63,9 +63,9 @@ pub(crate) fn unpack([x, y, z, w]: &Block, rotations: &mut [Quat]) {
 
 /// Normalised linear interpolation along the shorter arc, lane by lane.
 #[inline(always)]
-pub(super) fn nlerp<const N: usize>(a: &Rows<N>, b: &Rows<N>, weight: f32) -> Rows<N> {
+pub(super) fn nlerp(a: &Block, b: &Block, weight: f32) -> Block {
     let mut out = *a;
-    for lane in 0..N {
+    for lane in 0..LANES {
         let weight = if dot(a, b, lane) < 0.0 {
             -weight
         } else {

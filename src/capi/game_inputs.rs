@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::culler::SphereOut;
 use super::given_slice;
 use crate::character::{CharacterEvent, CharacterEventKind, CharacterId, Goal, Threat};
-use crate::maps::LocalSphere;
+use crate::math::Sphere;
 use crate::query::Obstacle;
 
 /// `sabaki_goal`.
@@ -87,8 +87,8 @@ impl ThreatIn {
     pub(super) unsafe fn threat(&self) -> Result<Threat, String> {
         // SAFETY: the caller vouches for the spheres.
         let spheres = unsafe { given_slice(self.spheres, self.sphere_count as usize, "spheres")? };
-        let sphere = |sphere: &SphereOut| LocalSphere {
-            offset: Vec3::from_array(sphere.center),
+        let sphere = |sphere: &SphereOut| Sphere {
+            centre: Vec3::from_array(sphere.center),
             radius: sphere.radius,
         };
         Ok(Threat {

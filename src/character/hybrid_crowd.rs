@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use crate::anim::{JointTransform, Pose, forward_kinematics};
 use crate::crowd::{
-    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, Crowd, CrowdError,
-    CrowdSettings, ExternalGroups, ExternalPose, ExternalTarget, LevelId, Placement, PoseSlice,
+    AnimationSet, Character, Crowd, CrowdError, CrowdSettings, ExternalGroups, ExternalPose,
+    ExternalTarget, LevelId, MemberId, Placement, PoseSlice,
 };
 use crate::graph::{EdgeMotion, Motion, MotionGraph, Playhead};
 use crate::lod::{Levels, Switching};
@@ -55,7 +55,7 @@ struct Member {
     /// Level of detail; the fraction blends to the next level.
     detail: f32,
     is_near: bool,
-    character: CharacterId,
+    character: MemberId,
     posed_by: PosedBy,
     /// Position among the members that the graph poses.
     single: usize,
@@ -76,7 +76,7 @@ impl<'a> HybridCrowd<'a> {
         graph: &'a MotionGraph,
         levels: &'a Levels,
         settings: HybridCrowdSettings,
-    ) -> Result<Self, AnimationSetError> {
+    ) -> Result<Self, CrowdError> {
         let animations = AnimationSet::new(graph.skeleton(), graph.clips(), &levels.levels)?;
         let animations = Arc::new(animations);
         Ok(Self {
@@ -110,7 +110,7 @@ impl<'a> HybridCrowd<'a> {
     ///
     /// # Errors
     /// A crowd that is full.
-    pub fn add(&mut self, playhead: Playhead) -> Result<CharacterId, CrowdError> {
+    pub fn add(&mut self, playhead: Playhead) -> Result<MemberId, CrowdError> {
         let character = self.crowd.add(&Character::default())?;
         self.crowd.deactivate(character)?;
         self.members.push(Member {
@@ -123,31 +123,31 @@ impl<'a> HybridCrowd<'a> {
             posed_by: PosedBy::Graph,
             single: 0,
         });
-        Ok(CharacterId(self.members.len() as u32 - 1))
+        Ok(MemberId(self.members.len() as u32 - 1))
     }
 
     /// The position of a member in graph and world, for example for a query.
     #[must_use]
-    pub fn playhead(&self, id: CharacterId) -> Option<Playhead> {
+    pub fn playhead(&self, id: MemberId) -> Option<Playhead> {
         Some(self.members.get(id.0 as usize)?.playhead)
     }
 
     /// The level of detail of a member. The fraction blends to the next level.
     #[must_use]
-    pub fn detail(&self, id: CharacterId) -> Option<f32> {
+    pub fn detail(&self, id: MemberId) -> Option<f32> {
         Some(self.members.get(id.0 as usize)?.detail)
     }
 
     /// Whether the graph poses a member in the next [`HybridCrowd::pose`], by itself and with all joints. Otherwise the crowd's
     /// kernels pose it on its level of detail.
     #[must_use]
-    pub fn is_posed_by_graph(&self, id: CharacterId) -> Option<bool> {
+    pub fn is_posed_by_graph(&self, id: MemberId) -> Option<bool> {
         Some(self.members.get(id.0 as usize)?.posed_by == PosedBy::Graph)
     }
 
     /// Starts a motion at the member's position, such as the answer to an attack. The graph poses the member while it plays; then the
     /// member goes on along natural edges. An unknown member is ignored.
-    pub fn play(&mut self, id: CharacterId, motion: &Motion) {
+    pub fn play(&mut self, id: MemberId, motion: &Motion) {
         if let Some(member) = self.members.get_mut(id.0 as usize) {
             member.motion.clone_from(motion);
             member.seconds = 0.0;
@@ -240,7 +240,7 @@ impl<'a> HybridCrowd<'a> {
         let last = (clip.frames() - 1) as f32 * (1.0 - f32::EPSILON);
         let frame = (from.frame as f32 + member.playhead.frame).min(last);
         let character = Character {
-            clip: ClipId(from.clip.0 as u16),
+            clip: from.clip,
             level: LevelId(member.detail as u16),
             blend: member.detail.fract(),
             time: frame / self.graph.frame_rate() as f32,
@@ -311,7 +311,7 @@ impl<'a> HybridCrowd<'a> {
     ///
     /// # Errors
     /// A member that is unknown, or was added since.
-    pub fn pose_slice(&mut self, id: CharacterId) -> Result<PoseSlice, CrowdError> {
+    pub fn pose_slice(&mut self, id: MemberId) -> Result<PoseSlice, CrowdError> {
         let Some(member) = self.members.get(id.0 as usize) else {
             return Err(CrowdError::NoSuchCharacter {
                 id: id.0,

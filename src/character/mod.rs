@@ -40,10 +40,10 @@
 //!
 //! ```no_run
 //! # use sabaki::character::HybridCrowd;
-//! # use sabaki::crowd::CharacterId;
+//! # use sabaki::crowd::MemberId;
 //! # use sabaki::maps::BakedGraph;
 //! # use sabaki::query::{Answer, Attack, Query, QueryContext, QuerySettings, Request};
-//! # fn frame(baked: &BakedGraph, attack: &Attack, crowd: &mut HybridCrowd<'_>, member: CharacterId)
+//! # fn frame(baked: &BakedGraph, attack: &Attack, crowd: &mut HybridCrowd<'_>, member: MemberId)
 //! # -> Result<(), Box<dyn std::error::Error>> {
 //! // A member is attacked: it plays the answer, near or far.
 //! let settings = QuerySettings::default();

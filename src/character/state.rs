@@ -261,8 +261,8 @@ impl CharacterState {
                 for ((from, to), part) in ends {
                     let radii = sphere.radius + part.radius;
                     let apart = [
-                        ways[0] + sphere.offset - *from,
-                        ways[1] + sphere.offset - *to,
+                        ways[0] + sphere.centre - *from,
+                        ways[1] + sphere.centre - *to,
                     ];
                     least = least.min(closest(apart, [radii; 2]).1);
                 }

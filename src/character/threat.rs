@@ -2,7 +2,8 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::ids::CharacterId;
-use crate::maps::{LocalSphere, SphereKey};
+use crate::maps::SphereKey;
+use crate::math::Sphere;
 
 /// A moving thing in the world that characters avoid.
 ///
@@ -17,8 +18,8 @@ pub struct Threat {
     pub velocity: Vec3,
     /// Acceleration downwards, in metres per second squared. Default 0.
     pub gravity: f32,
-    /// Spheres that move together, each by its offset from the position.
-    pub spheres: Vec<LocalSphere>,
+    /// Spheres that move together, each with its centre relative to the position.
+    pub spheres: Vec<Sphere>,
     /// Time for which it exists, in seconds. Default 10.
     pub seconds: f32,
     /// The character that has to avoid it; `None` for all.
@@ -46,10 +47,7 @@ impl Threat {
             position,
             velocity,
             gravity: 0.0,
-            spheres: vec![LocalSphere {
-                offset: Vec3::ZERO,
-                radius,
-            }],
+            spheres: vec![Sphere::new(Vec3::ZERO, radius)],
             seconds: 10.0,
             target: None,
         }
@@ -61,7 +59,7 @@ impl Threat {
         const FURTHEST: f32 = 5_000.0;
         const FASTEST: f32 = 1_000.0;
         let near = |v: Vec3, most: f32| v.is_finite() && v.length() < most;
-        let sphere = |s: &LocalSphere| near(s.offset, 100.0) && s.radius > 0.0 && s.radius < 50.0;
+        let sphere = |s: &Sphere| near(s.centre, 100.0) && s.radius > 0.0 && s.radius < 50.0;
         self.time.is_finite()
             && near(self.position, FURTHEST)
             && near(self.velocity, FASTEST)
@@ -85,7 +83,7 @@ impl Threat {
 
     /// Largest distance of a point of its spheres from its position, in metres.
     pub(super) fn radius(&self) -> f32 {
-        let reach = |s: &LocalSphere| s.offset.length() + s.radius;
+        let reach = |s: &Sphere| s.centre.length() + s.radius;
         self.spheres.iter().map(reach).fold(0.0, f32::max)
     }
 
@@ -154,7 +152,7 @@ impl Threat {
                 let t = window.start + (window.end - window.start) * share;
                 SphereKey {
                     t,
-                    center: self.at(from + f64::from(t)) + sphere.offset,
+                    center: self.at(from + f64::from(t)) + sphere.centre,
                     radius: sphere.radius + margin,
                 }
             };

@@ -1,14 +1,13 @@
 use glam::Vec3;
-use thiserror::Error;
 
-use super::character::ClipId;
+use super::error::CrowdError;
 use super::key_bank::{ClipRange, KeyBank, TrackPlaces};
 use super::level_clips::{LevelClips, Stored};
 use super::level_step::{LevelStep, steps};
 use super::quantise::keys_per_frame;
 use super::tracks::{MotionKeys, Tracks};
-use crate::anim::{Clip, JointId, Skeleton};
-use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, LodError, Translations};
+use crate::anim::{Clip, ClipId, JointId, Skeleton};
+use crate::lod::{Level, LevelId, LevelMotion, LevelTrack, Levels, Translations};
 
 /// What a crowd can play: clips of one skeleton on each of its levels, as the kernels read them.
 /// Immutable once made; share it by reference count.
@@ -48,16 +47,16 @@ pub struct AnimationSetDesc<'a> {
 }
 
 impl AnimationSetDesc<'_> {
-    fn check(&self) -> Result<(), AnimationSetError> {
+    fn check(&self) -> Result<(), CrowdError> {
         let (clips, levels) = (self.clips.len() + self.layers.len(), self.levels.len());
         if levels == 0 {
-            return Err(AnimationSetError::NoLevel);
+            return Err(CrowdError::NoLevel);
         }
         if clips.saturating_mul(levels) > AnimationSet::MOST_MOTIONS {
-            return Err(AnimationSetError::TooMany { clips, levels });
+            return Err(CrowdError::TooManyMotions { clips, levels });
         }
         if self.clips.is_empty() {
-            return Err(AnimationSetError::NoClip);
+            return Err(CrowdError::NoClip);
         }
         Ok(())
     }
@@ -85,31 +84,6 @@ fn additive(motion: LevelMotion) -> LevelMotion {
     }
 }
 
-/// Why an [`AnimationSet`] cannot be made.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum AnimationSetError {
-    /// There is no clip.
-    #[error("a crowd needs at least one clip")]
-    NoClip,
-    /// There is no level.
-    #[error("a crowd needs at least one level")]
-    NoLevel,
-    /// A clip or a level does not belong to the skeleton.
-    #[error(transparent)]
-    Lod(#[from] LodError),
-    /// More than [`AnimationSet::MOST_MOTIONS`].
-    #[error("{clips} clips on {levels} levels are more than {max} motions", max = AnimationSet::MOST_MOTIONS)]
-    TooMany {
-        /// How many clips.
-        clips: usize,
-        /// How many levels.
-        levels: usize,
-    },
-    /// The keys of all clips take more than 2^32 units of 16 bytes.
-    #[error("the keys of all clips take more than 64 GiB")]
-    TooLarge,
-}
-
 impl AnimationSet {
     /// Largest number of clips times levels.
     pub const MOST_MOTIONS: usize = 1 << 19;
@@ -118,11 +92,7 @@ impl AnimationSet {
     ///
     /// # Errors
     /// Those of [`AnimationSet::build`].
-    pub fn new(
-        skeleton: &Skeleton,
-        clips: &[Clip],
-        levels: &[Level],
-    ) -> Result<Self, AnimationSetError> {
+    pub fn new(skeleton: &Skeleton, clips: &[Clip], levels: &[Level]) -> Result<Self, CrowdError> {
         Self::build(&AnimationSetDesc {
             skeleton,
             clips,
@@ -136,7 +106,7 @@ impl AnimationSet {
     ///
     /// # Errors
     /// No clip, no level, or a clip or a level of another skeleton.
-    pub fn build(desc: &AnimationSetDesc<'_>) -> Result<Self, AnimationSetError> {
+    pub fn build(desc: &AnimationSetDesc<'_>) -> Result<Self, CrowdError> {
         desc.check()?;
         let AnimationSetDesc {
             skeleton,
@@ -167,7 +137,7 @@ impl AnimationSet {
         let places = TrackPlaces::new(&tracks);
         let keys = KeyBank::new(&tracks, &ranges, &places);
         if keys.rows.len() > u32::MAX as usize {
-            return Err(AnimationSetError::TooLarge);
+            return Err(CrowdError::TooManyKeys);
         }
         let stored = Stored {
             tracks: &tracks,
@@ -192,7 +162,7 @@ impl AnimationSet {
     ///
     /// # Errors
     /// No clip, or one of another skeleton.
-    pub fn without_levels(skeleton: &Skeleton, clips: &[Clip]) -> Result<Self, AnimationSetError> {
+    pub fn without_levels(skeleton: &Skeleton, clips: &[Clip]) -> Result<Self, CrowdError> {
         let levels = Levels::in_order(skeleton, &[])?;
         Self::new(skeleton, clips, &levels.levels)
     }
@@ -227,7 +197,7 @@ impl AnimationSet {
     /// [`AnimationSetDesc::layers`]; `None` where there is no such layer.
     #[must_use]
     pub fn layer(&self, index: usize) -> Option<ClipId> {
-        (index < self.layers()).then(|| ClipId((self.clips + index) as u16))
+        (index < self.layers()).then(|| ClipId((self.clips + index) as u32))
     }
 
     /// Number of levels.

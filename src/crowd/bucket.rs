@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::character::{CharacterState, ClipId};
+use super::character::CharacterState;
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 

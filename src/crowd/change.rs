@@ -1,13 +1,13 @@
 //! Changes of a character, in its lane of the present groups and of those that are being made.
 
-use super::character::{CharacterId, CharacterState};
+use super::character::{CharacterState, MemberId};
 use super::instances::Crowd;
 use super::schedule::GroupClock;
 use super::slot::{NOWHERE, PARKED, Slot};
 
 impl Crowd {
     /// Changes a character that exists, and its lane or its group.
-    pub(super) fn change(&mut self, id: CharacterId, change: impl FnOnce(&mut CharacterState)) {
+    pub(super) fn change(&mut self, id: MemberId, change: impl FnOnce(&mut CharacterState)) {
         let mut state = self.states[id.index()];
         self.store_detail(id, &mut state);
         let before = state.level();
@@ -43,7 +43,7 @@ impl Crowd {
     }
 
     /// Takes the level that a frame has chosen from the character's lane.
-    pub(super) fn store_detail(&self, id: CharacterId, state: &mut CharacterState) {
+    pub(super) fn store_detail(&self, id: MemberId, state: &mut CharacterState) {
         let slot = self.slots[id.index()];
         if slot & PARKED == 0 && !state.is_late {
             let Slot { group, lane } = Slot::of(slot);

@@ -3,24 +3,16 @@ use glam::Vec3;
 use super::animation_set::AnimationSet;
 use super::bucket::Mix;
 use super::group::{LaneClip, LaneClips};
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::Rigid2;
 
-/// A clip by its index in an [`AnimationSet`](super::AnimationSet).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ClipId(pub u16);
-
-/// A character of a [`Crowd`](super::Crowd): characters are numbered in the order in which they were added.
+/// A member of a [`Crowd`](super::Crowd) or a [`HybridCrowd`](crate::character::HybridCrowd): characters are numbered in the order in
+/// which they were added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct CharacterId(pub u32);
+pub struct MemberId(pub u32);
 
-impl ClipId {
-    pub(super) fn index(self) -> usize {
-        usize::from(self.0)
-    }
-}
-
-impl CharacterId {
+impl MemberId {
     pub(super) fn index(self) -> usize {
         self.0 as usize
     }

@@ -6,11 +6,11 @@
 
 use glam::Vec3;
 
-use super::character::{CharacterId, Placement};
+use super::character::{MemberId, Placement};
+use super::error::CrowdError;
 use super::frame_input::{Frame, FrameReport};
 use super::instances::Crowd;
 use super::level_pass::{FrameScratch, LevelPass};
-use super::settings::CrowdError;
 use super::slot::{NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 use crate::math::F32x16;
@@ -52,7 +52,7 @@ impl Crowd {
     /// Moves all characters: one placement for each, in the order of their numbers. Missing ones stay where they are.
     pub fn place_all(&mut self, placements: &[Placement]) {
         for (id, placement) in (0..self.len() as u32).zip(placements) {
-            self.change(CharacterId(id), |state| state.place(placement));
+            self.change(MemberId(id), |state| state.place(placement));
         }
     }
 
@@ -158,7 +158,7 @@ impl Crowd {
 
     /// Whether the last frame posed a character: not where it was outside the frustum or inactive.
     #[must_use]
-    pub fn is_posed(&self, id: CharacterId) -> bool {
+    pub fn is_posed(&self, id: MemberId) -> bool {
         match self.slots.get(id.index()) {
             None | Some(&NOWHERE) => false,
             Some(&slot) if slot & PARKED != 0 => false,

@@ -15,7 +15,7 @@ pub struct Frame<'a> {
     pub eye: Vec3,
     /// The camera's frustum. `None`, the default: all characters are posed.
     pub frustum: Option<Frustum>,
-    /// World positions by [`CharacterId`](super::CharacterId), in metres, that distances and culling are measured from. `None`, the default:
+    /// World positions by [`MemberId`](super::MemberId), in metres, that distances and culling are measured from. `None`, the default:
     /// the characters' placements.
     pub positions: Option<&'a [Vec3]>,
 }

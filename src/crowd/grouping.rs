@@ -1,12 +1,12 @@
 //! The groups of a crowd, and where they are in the output.
 
-use super::character::CharacterId;
+use super::character::MemberId;
 use super::debt::Debt;
+use super::error::CrowdError;
 use super::frame_input::FrameReport;
 use super::instances::{CHUNKS_OF_A_THREAD, Crowd, MOST_CHUNKS};
 use super::output::{Layout, PoseSlice, SlicePlace};
 use super::schedule::{Schedule, Sorting};
-use super::settings::CrowdError;
 use super::slot::{MOST_LATE, NOWHERE, PARKED, Slot};
 use crate::lod::LevelId;
 
@@ -105,7 +105,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that is not there, is out, or was added since.
-    pub fn pose_slice(&self, id: CharacterId) -> Result<PoseSlice, CrowdError> {
+    pub fn pose_slice(&self, id: MemberId) -> Result<PoseSlice, CrowdError> {
         self.check(id)?;
         let slot = self.slots[id.index()];
         if slot == NOWHERE {
@@ -139,7 +139,7 @@ impl Crowd {
     /// last one's, which the caller has kept. `None` if it was not posed then, or without
     /// [`CrowdSettings::keeps_previous`](super::CrowdSettings::keeps_previous).
     #[must_use]
-    pub fn previous_slice(&self, id: CharacterId) -> Option<PoseSlice> {
+    pub fn previous_slice(&self, id: MemberId) -> Option<PoseSlice> {
         self.history.previous(self.settings.output, id.index())
     }
 

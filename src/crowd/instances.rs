@@ -3,15 +3,17 @@
 use std::sync::{Arc, Mutex};
 
 use super::animation_set::AnimationSet;
-use super::character::{Character, CharacterId, CharacterState, ClipId, Placement, clamped};
+use super::character::{Character, CharacterState, MemberId, Placement, clamped};
 use super::debt::Debt;
+use super::error::CrowdError;
 use super::history::History;
 use super::level_pass::FrameScratch;
 use super::rebuild::Rebuild;
 use super::schedule::Schedule;
 use super::scratch::Scratch;
-use super::settings::{CrowdError, CrowdSettings};
+use super::settings::CrowdSettings;
 use super::slot::{self, NOWHERE};
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::{WorkerPool, thread_count};
 
@@ -131,7 +133,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A clip that does not exist; a crowd that is full.
-    pub fn add(&mut self, character: &Character) -> Result<CharacterId, CrowdError> {
+    pub fn add(&mut self, character: &Character) -> Result<MemberId, CrowdError> {
         if self.states.len() >= slot::MOST {
             return Err(CrowdError::Full);
         }
@@ -145,14 +147,14 @@ impl Crowd {
             // As vectors grow: seldom.
             self.capacity = (2 * self.capacity).max(self.states.len());
         }
-        Ok(CharacterId(id))
+        Ok(MemberId(id))
     }
 
     /// Replaces everything about a character, and activates it.
     ///
     /// # Errors
     /// A clip or a character that does not exist.
-    pub fn set(&mut self, id: CharacterId, character: &Character) -> Result<(), CrowdError> {
+    pub fn set(&mut self, id: MemberId, character: &Character) -> Result<(), CrowdError> {
         self.check(id)?;
         let state = self.state(character)?;
         self.change(id, |old| {
@@ -167,7 +169,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that does not exist.
-    pub fn place(&mut self, id: CharacterId, placement: &Placement) -> Result<(), CrowdError> {
+    pub fn place(&mut self, id: MemberId, placement: &Placement) -> Result<(), CrowdError> {
         self.check(id)?;
         self.change(id, |state| state.place(placement));
         Ok(())
@@ -177,7 +179,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that does not exist.
-    pub fn set_level(&mut self, id: CharacterId, level: LevelId) -> Result<(), CrowdError> {
+    pub fn set_level(&mut self, id: MemberId, level: LevelId) -> Result<(), CrowdError> {
         self.set_detail(id, level, 0.0)
     }
 
@@ -188,7 +190,7 @@ impl Crowd {
     /// A character that does not exist.
     pub fn set_detail(
         &mut self,
-        id: CharacterId,
+        id: MemberId,
         level: LevelId,
         blend: f32,
     ) -> Result<(), CrowdError> {
@@ -203,7 +205,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that does not exist.
-    pub fn deactivate(&mut self, id: CharacterId) -> Result<(), CrowdError> {
+    pub fn deactivate(&mut self, id: MemberId) -> Result<(), CrowdError> {
         self.check(id)?;
         self.change(id, |state| state.is_inactive = true);
         Ok(())
@@ -213,7 +215,7 @@ impl Crowd {
     ///
     /// # Errors
     /// A character that does not exist.
-    pub fn character(&self, id: CharacterId) -> Result<Character, CrowdError> {
+    pub fn character(&self, id: MemberId) -> Result<Character, CrowdError> {
         self.check(id)?;
         let mut state = self.states[id.index()];
         self.store_detail(id, &mut state);
@@ -254,7 +256,7 @@ impl Crowd {
         (self.time - self.base) as f32
     }
 
-    pub(super) fn check(&self, id: CharacterId) -> Result<(), CrowdError> {
+    pub(super) fn check(&self, id: MemberId) -> Result<(), CrowdError> {
         if id.index() < self.states.len() {
             Ok(())
         } else {
@@ -262,7 +264,7 @@ impl Crowd {
         }
     }
 
-    pub(super) fn no_such(&self, id: CharacterId) -> CrowdError {
+    pub(super) fn no_such(&self, id: MemberId) -> CrowdError {
         CrowdError::NoSuchCharacter {
             id: id.0,
             characters: self.len(),

@@ -3,11 +3,11 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::error::CrowdError;
 use super::instances::{Crowd, MOST_CHUNKS};
 use super::output::Layout;
 use super::run::{Level, Run, RunMemory, Turn};
 use super::schedule::Schedule;
-use super::settings::CrowdError;
 use crate::math::{F32x16, RowSet};
 
 /// What one chunk of the groups writes.

@@ -1,7 +1,4 @@
-use thiserror::Error;
-
 use super::output::Output;
-use super::slot;
 use crate::lod::LevelId;
 use crate::math::Isa;
 
@@ -44,54 +41,4 @@ impl Default for CrowdSettings {
             keeps_previous: false,
         }
     }
-}
-
-/// Why a character was not added or changed, or was not posed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum CrowdError {
-    /// A clip that the animations do not have.
-    #[error("there is no clip {clip}: the animations have {clips}")]
-    NoSuchClip {
-        /// The clip.
-        clip: u16,
-        /// How many there are.
-        clips: usize,
-    },
-    /// A clip that is no additive layer, as a layer.
-    #[error("clip {clip} is no additive layer")]
-    NotALayer {
-        /// The clip.
-        clip: u16,
-    },
-    /// An additive layer in place of a clip.
-    #[error("clip {clip} is an additive layer and can only be added to others")]
-    IsALayer {
-        /// The clip.
-        clip: u16,
-    },
-    /// A character that the crowd does not have.
-    #[error("there is no character {id}: the crowd has {characters}")]
-    NoSuchCharacter {
-        /// The character.
-        id: u32,
-        /// How many there are.
-        characters: usize,
-    },
-    /// A character that the last frame found outside the frustum.
-    #[error("character {id} is outside the frustum and was not posed")]
-    NotVisible {
-        /// The character.
-        id: u32,
-    },
-    /// The crowd is full.
-    #[error("a crowd has {max} characters at most", max = slot::MOST)]
-    Full,
-    /// The memory for the poses is too small; nothing was written.
-    #[error("the poses take {needed} lines of 64 bytes, the memory has {found}")]
-    TooSmall {
-        /// Lines that are needed.
-        needed: usize,
-        /// Lines that are there.
-        found: usize,
-    },
 }

@@ -7,11 +7,12 @@
 use std::ops::Range;
 
 use super::bucket::{GroupKind, Mix};
-use super::character::{CharacterState, ClipId};
+use super::character::CharacterState;
 use super::group::Group;
 use super::radix_sort;
 use super::schedule::{Schedule, Sorting};
 use super::slot::{ID_BITS, MOST, NOWHERE};
+use crate::anim::ClipId;
 use crate::lod::LevelId;
 use crate::math::F32x16;
 
@@ -230,7 +231,7 @@ impl Sorting<'_> {
         );
         GroupKind {
             level: LevelId((kind / Mix::COUNT) as u16),
-            near: Some(ClipId(clip as u16)),
+            near: Some(ClipId(clip as u32)),
             mix: Mix::of(kind % Mix::COUNT),
         }
     }
@@ -245,7 +246,7 @@ impl Sorting<'_> {
             return false;
         }
         let clip = plays(sixteen[0]) as usize % self.animations.clips();
-        let intervals = self.animations.range(ClipId(clip as u16)).intervals as u64;
+        let intervals = self.animations.range(ClipId(clip as u32)).intervals as u64;
         let time = |key: u64| key >> ID_BITS & ((1 << TIME_BITS) - 1);
         let between = time(sixteen[F32x16::LANES - 1]) - time(sixteen[0]);
         between * intervals <= NEAR << TIME_BITS

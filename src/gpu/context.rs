@@ -76,7 +76,7 @@ impl Context {
             timestamp_bits: family.timestamp_valid_bits,
             report,
             driver,
-            limits: limits::allowed(&properties.limits, &desc.terms.without),
+            limits: limits::allowed(&properties.limits, &desc.terms),
             debug,
         })
     }
@@ -131,7 +131,7 @@ impl Context {
         self.report.stencil_format.unwrap_or_default()
     }
 
-    /// The device's limits, as far as [`Terms::without`](super::terms::Terms::without) leaves them.
+    /// The device's limits, as far as the [`Terms`](super::Terms) leave them.
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
     }

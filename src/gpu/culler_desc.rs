@@ -131,8 +131,10 @@ pub struct ComputeSettings {
     /// Most bytes of maps that are bound at a time, where the device reads as many from one buffer (at least 128 MiB). Larger
     /// maps are bound in turn, evasion by evasion. Default: as many as the device reads.
     pub max_page: u64,
-    /// How the input reaches the shader. Default: staged.
-    pub input: InputWay,
+    /// Whether the shader reads the input where the host has written it, for devices that share the host's memory. Otherwise the
+    /// input is copied from a staging buffer; a device with memory of its own would read the attack across the bus for every
+    /// candidate. Default: no.
+    pub direct_input: bool,
 }
 
 impl Default for ComputeSettings {
@@ -141,18 +143,7 @@ impl Default for ComputeSettings {
             max_blocks: 32_768,
             max_groups: u32::MAX,
             max_page: u64::MAX,
-            input: InputWay::default(),
+            direct_input: false,
         }
     }
-}
-
-/// How the input of a cull reaches the shaders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum InputWay {
-    /// By a copy from a staging buffer. For devices with memory of their own: otherwise every candidate would read the attack
-    /// across the bus.
-    #[default]
-    Staged,
-    /// Shaders read the memory that the host has written. For devices that share the host's memory.
-    Direct,
 }

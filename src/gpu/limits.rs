@@ -5,7 +5,7 @@
 
 use ash::vk;
 
-use super::Without;
+use super::Terms;
 
 /// Those that matter here, as Vulkan guarantees them.
 macro_rules! guaranteed {
@@ -36,13 +36,13 @@ macro_rules! guaranteed {
     };
 }
 
-/// No more than what `without` leaves.
+/// No more than what the terms leave.
 pub(crate) fn allowed(
     offered: &vk::PhysicalDeviceLimits,
-    without: &Without,
+    terms: &Terms,
 ) -> vk::PhysicalDeviceLimits {
     let mut limits = *offered;
-    if !without.generous_limits {
+    if !terms.without_generous_limits {
         return limits;
     }
     macro_rules! lower {
@@ -96,15 +96,12 @@ mod tests {
             ..all(1 << 30)
         };
         assert!(are_enough(&generous));
-        assert_eq!(
-            allowed(&generous, &Without::default()).max_viewports,
-            1 << 30
-        );
-        let without = Without {
-            generous_limits: true,
-            ..Without::default()
+        assert_eq!(allowed(&generous, &Terms::default()).max_viewports, 1 << 30);
+        let terms = Terms {
+            without_generous_limits: true,
+            ..Terms::default()
         };
-        let least = allowed(&generous, &without);
+        let least = allowed(&generous, &terms);
         assert!(are_enough(&least));
         assert_eq!(least.max_image_dimension2_d, 4096);
         assert_eq!(least.max_viewports, 1);

@@ -76,7 +76,7 @@ pub use allocator::GpuAllocatorMemory;
 pub use context::Context;
 pub use context_desc::{ContextDesc, RawContextDesc};
 pub use culler::{BatchEntry, Culler, Ticket};
-pub use culler_desc::{ComputeSettings, Counting, CullerDesc, InputWay, StencilSettings};
+pub use culler_desc::{ComputeSettings, Counting, CullerDesc, StencilSettings};
 pub use error::GpuError;
 pub use features::Features;
 pub use memory::{Block, Memory, MemoryDesc, MemoryUse, Resource};
@@ -85,8 +85,8 @@ pub use passes::PassTime;
 pub use pipeline_cache::PipelineCache;
 pub use raw::{check_raw, command_buffer};
 pub use report::{PathReport, Report};
-pub use requirements::{Requirement, RequirementKind, requirements};
-pub use terms::{Terms, Without};
+pub use requirements::{Requirement, requirements};
+pub use terms::Terms;
 
 /// Building blocks of components that come with this crate and record into the same command buffers, such as
 /// `sabaki-draw`. Not covered by semantic versioning.
@@ -94,6 +94,7 @@ pub use terms::{Terms, Without};
 pub mod internal {
     pub use super::error::{Named, within};
     pub use super::image::{Image, ImageDesc};
+    pub use super::pipelines::graphics_pipeline;
     pub use super::resources::{Buffer, BufferDesc, DeviceMemory};
     pub use super::shader_table::{
         Binding, Shader, Stage, has_one_set, runs_anywhere, stride, words,

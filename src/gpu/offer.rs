@@ -110,10 +110,10 @@ impl Offer {
         if offer.version >= vk::API_VERSION_1_1 {
             // SAFETY: as above; both sides know Vulkan 1.1.
             unsafe { offer.ask_features(instance, physical_device) };
-            offer.features = offer.features.and(terms.without.features());
+            offer.features = offer.features.and(terms.features());
         }
         offer.stencil_format = STENCIL_FORMATS.into_iter().find(|&format| {
-            let allowed = !terms.without.forbids(format);
+            let allowed = !terms.forbid(format);
             // SAFETY: as above.
             allowed && unsafe { has_stencil(instance, physical_device, format) }
         });

@@ -314,7 +314,7 @@ impl Builder<'_> {
         ]);
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
             .stencil_attachment_format(self.context.stencil_format());
-        let info = [vk::GraphicsPipelineCreateInfo::default()
+        let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .vertex_input_state(&inputs)
             .input_assembly_state(&assembly)
@@ -324,16 +324,28 @@ impl Builder<'_> {
             .depth_stencil_state(&stencil)
             .dynamic_state(&dynamic)
             .layout(self.layout)
-            .push_next(&mut rendering)];
+            .push_next(&mut rendering);
         // SAFETY: modules and layout are of this device and fit each other: both come from the shader table.
-        let pipelines = unsafe {
-            let device = self.context.device();
-            device.create_graphics_pipelines(self.inputs.cache, &info, None)
-        };
-        match pipelines {
-            Ok(pipelines) => Ok(pipelines[0]),
-            Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
-        }
+        unsafe { graphics_pipeline(self.context.device(), self.inputs.cache, info) }
+    }
+}
+
+/// Creates a graphics pipeline.
+///
+/// # Errors
+/// The call fails.
+///
+/// # Safety
+/// Everything that `info` names is of the device and fits together.
+pub unsafe fn graphics_pipeline(
+    device: &ash::Device,
+    cache: vk::PipelineCache,
+    info: vk::GraphicsPipelineCreateInfo<'_>,
+) -> Result<vk::Pipeline, GpuError> {
+    // SAFETY: the caller vouches for it.
+    match unsafe { device.create_graphics_pipelines(cache, &[info], None) } {
+        Ok(pipelines) => Ok(pipelines[0]),
+        Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
     }
 }
 

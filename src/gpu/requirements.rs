@@ -2,26 +2,9 @@
 
 use crate::query::cull::CullPath;
 
-/// Kind of a [`Requirement`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RequirementKind {
-    /// A version of Vulkan: of the physical device, and of `VkApplicationInfo::apiVersion`.
-    Version,
-    /// What a queue family can do.
-    Queue,
-    /// A feature, which the caller enables on its device.
-    Feature,
-    /// A format with its uses.
-    Format,
-    /// Values of `VkPhysicalDeviceLimits`.
-    Limit,
-}
-
 /// Something that a device may offer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Requirement {
-    /// Its kind.
-    pub kind: RequirementKind,
     /// Its name in Vulkan.
     pub name: &'static str,
     /// Paths that cannot run without it.
@@ -59,29 +42,18 @@ pub(super) const ATOMICS: &str = "fragmentStoresAndAtomics";
 /// ([`GpuError::Limit`](super::GpuError::Limit): maps of the stencil path above `maxStorageBufferRange`).
 #[must_use]
 pub fn requirements() -> &'static [Requirement] {
-    use RequirementKind::{Feature, Format, Limit, Queue, Version};
     const BOTH: &[CullPath] = &[CullPath::Stencil, CullPath::Compute];
     const FOR_STENCIL: &[CullPath] = &[CullPath::Stencil];
     const FOR_COMPUTE: &[CullPath] = &[CullPath::Compute];
-    const fn required(
-        kind: RequirementKind,
-        name: &'static str,
-        needed_by: &'static [CullPath],
-    ) -> Requirement {
+    const fn required(name: &'static str, needed_by: &'static [CullPath]) -> Requirement {
         Requirement {
-            kind,
             name,
             needed_by,
             fallback: None,
         }
     }
-    const fn optional(
-        kind: RequirementKind,
-        name: &'static str,
-        fallback: &'static str,
-    ) -> Requirement {
+    const fn optional(name: &'static str, fallback: &'static str) -> Requirement {
         Requirement {
-            kind,
             name,
             needed_by: &[],
             fallback: Some(fallback),
@@ -89,31 +61,25 @@ pub fn requirements() -> &'static [Requirement] {
     }
     const {
         &[
-            required(Version, VERSION, BOTH),
-            required(Queue, GRAPHICS, FOR_STENCIL),
-            required(Queue, COMPUTE, FOR_COMPUTE),
-            required(Feature, RENDERING, FOR_STENCIL),
+            required(VERSION, BOTH),
+            required(GRAPHICS, FOR_STENCIL),
+            required(COMPUTE, FOR_COMPUTE),
+            required(RENDERING, FOR_STENCIL),
             // Part of Vulkan 1.3, where no feature has to be enabled for it.
-            required(Feature, DYNAMIC_STATE, FOR_STENCIL),
-            required(Format, STENCIL, FOR_STENCIL),
-            required(Limit, LIMITS, BOTH),
+            required(DYNAMIC_STATE, FOR_STENCIL),
+            required(STENCIL, FOR_STENCIL),
+            required(LIMITS, BOTH),
             optional(
-                Version,
                 CORE,
                 "for the stencil path: VK_KHR_dynamic_rendering and VK_EXT_extended_dynamic_state",
             ),
-            optional(Feature, SYNCHRONIZATION, "the barriers of Vulkan 1.0"),
-            optional(Format, S8, "D24_UNORM_S8_UINT, else D32_SFLOAT_S8_UINT"),
+            optional(SYNCHRONIZATION, "the barriers of Vulkan 1.0"),
+            optional(S8, "D24_UNORM_S8_UINT, else D32_SFLOAT_S8_UINT"),
             optional(
-                Feature,
                 PRECISE,
                 "the stencil path counts by fragment atomics, else it says any or none",
             ),
-            optional(
-                Feature,
-                ATOMICS,
-                "the stencil path counts by occlusion queries",
-            ),
+            optional(ATOMICS, "the stencil path counts by occlusion queries"),
         ]
     }
 }

@@ -4,54 +4,58 @@ use ash::vk;
 
 use super::Features;
 
-/// On which terms a device is used.
+/// On which terms a device is used. A host does without something that its device has to try a fallback, or to get around a
+/// driver's fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// `VkApplicationInfo::apiVersion` of the instance: what is used of Vulkan, however much more the device knows.
     /// Default 1.3.
     pub api_version: u32,
-    /// What is done without. Default: nothing.
-    pub without: Without,
+    /// Whether `occlusionQueryPrecise` is not used. Default: no.
+    pub without_precise_queries: bool,
+    /// Whether `fragmentStoresAndAtomics` is not used. Default: no.
+    pub without_fragment_atomics: bool,
+    /// Whether stencil targets of S8_UINT are not used. Default: no.
+    pub without_s8: bool,
+    /// Whether stencil targets of D24_UNORM_S8_UINT are not used. Default: no.
+    pub without_d24_s8: bool,
+    /// Whether limits above the minima that Vulkan guarantees are not used. Default: no.
+    pub without_generous_limits: bool,
 }
 
 impl Default for Terms {
     fn default() -> Self {
-        Self {
-            api_version: vk::API_VERSION_1_3,
-            without: Without::default(),
-        }
+        Self::new(vk::API_VERSION_1_3)
     }
 }
 
-/// What is done without, even where the device has it: to try a fallback, or to get around a driver's fault.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Without {
-    /// `occlusionQueryPrecise`.
-    pub precise_queries: bool,
-    /// `fragmentStoresAndAtomics`.
-    pub fragment_atomics: bool,
-    /// Stencil targets of S8_UINT.
-    pub s8: bool,
-    /// Stencil targets of D24_UNORM_S8_UINT.
-    pub d24_s8: bool,
-    /// Limits above the minima that Vulkan guarantees.
-    pub generous_limits: bool,
-}
+impl Terms {
+    /// The terms of an instance of this version. Everything that its devices have is used.
+    #[must_use]
+    pub const fn new(api_version: u32) -> Self {
+        Self {
+            api_version,
+            without_precise_queries: false,
+            without_fragment_atomics: false,
+            without_s8: false,
+            without_d24_s8: false,
+            without_generous_limits: false,
+        }
+    }
 
-impl Without {
-    /// What it leaves of all features.
+    /// What they leave of all features.
     pub(super) fn features(&self) -> Features {
         Features {
-            precise_queries: !self.precise_queries,
-            fragment_atomics: !self.fragment_atomics,
+            precise_queries: !self.without_precise_queries,
+            fragment_atomics: !self.without_fragment_atomics,
             ..Features::ALL
         }
     }
 
-    pub(super) fn forbids(&self, format: vk::Format) -> bool {
+    pub(super) fn forbid(&self, format: vk::Format) -> bool {
         match format {
-            vk::Format::S8_UINT => self.s8,
-            vk::Format::D24_UNORM_S8_UINT => self.d24_s8,
+            vk::Format::S8_UINT => self.without_s8,
+            vk::Format::D24_UNORM_S8_UINT => self.without_d24_s8,
             _ => false,
         }
     }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::anim::ClipId;
+
 macro_rules! index {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
@@ -18,10 +20,6 @@ macro_rules! index {
     };
 }
 
-index!(
-    /// Index of a clip in [`MotionGraph::clips`](super::MotionGraph::clips).
-    ClipId
-);
 index!(
     /// Index of a node in [`MotionGraph::nodes`](super::MotionGraph::nodes).
     NodeId

@@ -44,6 +44,7 @@ impl Motion {
 
     /// Starts where `played` is, with its speed, and loses the difference within `blend` seconds. An earlier blend at its start is
     /// replaced.
+    #[doc(hidden)]
     pub fn blend_from(&mut self, graph: &MotionGraph, played: Played<'_>, blend: f32) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;
@@ -56,7 +57,7 @@ impl Motion {
 
     /// Starts with two poses that were seen `seconds` apart: it goes on from the second one with their speed, and loses the difference
     /// within `blend` seconds.
-    pub fn blend_from_poses(
+    pub(crate) fn blend_from_poses(
         &mut self,
         graph: &MotionGraph,
         poses: [&Pose; 2],

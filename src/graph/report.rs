@@ -26,8 +26,10 @@ pub struct BuildReport {
     #[serde(default)]
     pub distances: u64,
     /// Statistics of the links that were added for events.
+    #[doc(hidden)]
     pub links: LinkReport,
     /// Share of moments that reach an evasion within 0.5, 1 and 1.5 s.
+    #[doc(hidden)]
     pub responsiveness: Vec<Responsiveness>,
     /// Motion that is not part of the largest strongly connected component.
     pub dropped: Dropped,

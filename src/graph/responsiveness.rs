@@ -21,6 +21,7 @@ impl MotionGraph {
     /// For all moments of the graph's clips, counts the evasions that can start within `seconds`
     /// after the next node is reached. Moments within an event count; they wait for its end.
     #[must_use]
+    #[doc(hidden)]
     pub fn responsiveness(&self, seconds: f64) -> Responsiveness {
         let limit = within(seconds, self.frame_rate);
         let (moments, jumps, played) = moments::of_graph(self);

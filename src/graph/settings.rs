@@ -19,9 +19,11 @@ pub struct GraphSettings {
     /// Weight of each joint in the distance. Default: empty, which weights all joints equally.
     pub joint_weights: Vec<f32>,
     /// Thresholds for planted feet, and whether transitions keep them planted.
+    #[doc(hidden)]
     pub feet: FeetSettings,
     /// Settings of links: transitions with a looser threshold that bring evasions within reach.
     /// `None` builds a graph of the transitions under `threshold` alone.
+    #[doc(hidden)]
     pub links: Option<LinkSettings>,
     /// Largest errors that compressing the clips may cause. `None` keeps them plain. The graph is built from the decoded
     /// clips. Default 0.1 mm at the joints and 0.3 mm at the ends.

@@ -24,6 +24,7 @@ pub struct Blend {
 impl Levels {
     /// The blend from a level to the next coarser one, or `None` for the last level.
     #[must_use]
+    #[doc(hidden)]
     pub fn blend(&self, level: LevelId) -> Option<Blend> {
         let (finer, coarser) = (
             self.levels.get(level.index())?,

@@ -4,116 +4,15 @@
 //! the root and the ends are left. [`Order::Error`] goes beyond the paper: it removes the joint whose removal displaces the points of the
 //! body least, together with all earlier removals.
 
-use serde::{Deserialize, Serialize};
-
 use super::attach::{Riders, Seat};
 use super::displacement::measure;
 use super::energy::Energies;
 use super::energy::joint_energies;
 use super::motion::check;
 use super::samples::Samples;
-use super::{EnergySettings, Level, Levels, LodError};
+use super::settings::{Carrier, LevelSettings, Order};
+use super::{Level, Levels, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
-
-/// Settings of [`Levels::build`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct LevelSettings {
-    /// Order in which joints are removed. Default: [`Order::Energy`].
-    pub order: Order,
-    /// How energies are computed.
-    pub energy: EnergySettings,
-    /// Joints that are never removed, besides the root and the ends: for example a weapon's, or those that inverse kinematics moves.
-    /// Default: none.
-    pub locked: Vec<JointId>,
-    /// Ends that are never removed. Default `None`: all joints without children, end sites included. Fingers whose ends may be removed
-    /// give further levels.
-    pub ends: Option<Vec<JointId>>,
-    /// Joint that carries the skin of a removed one. Default: [`Carrier::Nearest`].
-    #[doc(hidden)]
-    pub carrier: Carrier,
-    /// Thickness of the body around its bones, in metres. Without it a twist would count as no error. Default 0.05.
-    pub skin: f32,
-    /// Largest number of frames, spread evenly, to which attachments are fitted. Errors are measured on all frames. Default 500.
-    pub samples: usize,
-}
-
-/// Order in which joints are removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Order {
-    /// Least energy first, as in the paper.
-    Energy,
-    /// Least increase of the body's squared displacement first.
-    Error,
-}
-
-/// Joint that carries the skin of a removed one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Carrier {
-    /// The nearest kept ancestor or one of the nearest kept descendants, whichever displaces the skin less.
-    Nearest,
-    /// The nearest kept ancestor.
-    Parent,
-}
-
-impl Default for LevelSettings {
-    fn default() -> Self {
-        Self {
-            order: Order::Energy,
-            energy: EnergySettings::default(),
-            locked: Vec::new(),
-            ends: None,
-            carrier: Carrier::Nearest,
-            skin: 0.05,
-            samples: 500,
-        }
-    }
-}
-
-impl LevelSettings {
-    /// Largest number of joints of a skeleton. There is one level for each joint, and each visits all joints.
-    pub const MOST_JOINTS: usize = 1024;
-
-    /// Largest product of joints, joints and frames: about a quarter of an hour on one core.
-    pub const MOST_WORK: u64 = 1 << 32;
-
-    fn check(&self, skeleton: &Skeleton) -> Result<(), LodError> {
-        self.energy.check()?;
-        if !(self.skin.is_finite() && self.skin > 0.0) {
-            return Err(LodError::Setting {
-                setting: "skin",
-                value: self.skin,
-                must: "above 0",
-            });
-        }
-        let mut named = self.locked.iter().chain(self.ends.iter().flatten());
-        match named.find(|id| id.index() >= skeleton.len()) {
-            Some(unknown) => Err(LodError::UnknownJoint(unknown.0)),
-            None => Ok(()),
-        }
-    }
-
-    /// Whether each joint may be removed.
-    fn removable(&self, skeleton: &Skeleton) -> Vec<bool> {
-        let mut removable = match self.ends {
-            Some(_) => vec![true; skeleton.len()],
-            None => {
-                let mut has_child = vec![false; skeleton.len()];
-                for parent in skeleton.joints().iter().filter_map(|joint| joint.parent) {
-                    has_child[parent.index()] = true;
-                }
-                has_child
-            }
-        };
-        let stay = self.locked.iter().chain(self.ends.iter().flatten());
-        for id in stay.chain([&JointId::ROOT]) {
-            removable[id.index()] = false;
-        }
-        removable
-    }
-}
 
 impl Levels {
     /// Builds the levels of a skeleton from the clips that it plays. All clips share one order.
@@ -134,7 +33,7 @@ impl Levels {
         let mut builder = Builder {
             skeleton,
             settings,
-            energies: Energies::new(skeleton, clips, &settings.energy)?,
+            energies: Energies::new(skeleton, clips, settings)?,
             samples: Samples::of(skeleton, clips, (settings.samples, settings.skin)),
             riders: Riders::none(skeleton.len()),
             keeps: vec![true; skeleton.len()],
@@ -149,7 +48,7 @@ impl Levels {
             levels.push(level);
             seats.push(seat);
         }
-        let on_level = joint_energies(skeleton, clips, &levels[0], &settings.energy)?;
+        let on_level = joint_energies(skeleton, clips, &levels[0], settings)?;
         let mut energies = vec![0.0; skeleton.len()];
         for (id, energy) in levels[0].kept.iter().zip(on_level) {
             energies[id.index()] = energy;

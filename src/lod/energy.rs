@@ -4,7 +4,7 @@
 //! E_j = mean over frames of 1/2 I w² W, W = a / theta, a = pi/2.
 //!
 //! - w: angular speed of the local rotation between the previous frame and this one. Over several clips the mean is over their time.
-//! - I: moment of inertia of everything below the joint, about the joint, in this frame ([`Masses`]).
+//! - I: moment of inertia of everything below the joint, about the joint, in this frame ([`Masses`](super::Masses)).
 //! - theta: inner angle between the bone to the parent and the bone to a child; pi when they lie in a line.
 //!
 //! Differs: by the text, W *raises* the energy of a joint that is bent beyond the threshold. So the default is max(1, W); the equation to
@@ -13,104 +13,18 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 use super::frames::{Place, place_all};
-use super::mass::BoneShape;
 use super::mass::{Moments, moments_below};
 use super::motion::check;
-use super::{Level, LodError, Masses};
+use super::settings::{Branch, Flexion, Inertia, LevelSettings};
+use super::{Level, LodError};
 use crate::anim::{Clip, JointId, Skeleton};
 
-/// Settings of [`joint_energies`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct EnergySettings {
-    /// Masses of the joints. Default: 70 kg in all, distributed by bone length.
-    pub masses: Masses,
-    /// Distribution of a bone's mass. Default: [`BoneShape::Rod`].
-    pub shape: BoneShape,
-    /// Reference of the moment of inertia. Default: [`Inertia::Joint`].
-    #[doc(hidden)]
-    pub inertia: Inertia,
-    /// Weight of bending. Default: [`Flexion::Raised`].
-    #[doc(hidden)]
-    pub flexion: Flexion,
-    /// Child bone to which the bend is measured. Default: [`Branch::Straightest`].
-    pub branch: Branch,
-    /// Angle a, below which a joint counts as bent, in radians. Default π/2.
-    pub threshold: f32,
-    /// Smaller inner angles count as this one, in radians. Default π/18.
-    pub least_angle: f32,
-}
-
-/// Reference of a joint's moment of inertia.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Inertia {
-    /// The joint's position: the sum of mass times squared distance, for every axis of rotation.
-    Joint,
-    /// The axis of rotation in the frame: true kinetic energy, to which a limb's twist adds almost nothing.
-    Axis,
-}
-
-/// Weight of bending in a joint's energy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Flexion {
-    /// max(1, a / theta): raised beyond the threshold.
-    Raised,
-    /// a / theta, as in the equation: a straight joint counts half.
-    Literal,
-    /// Always 1.
-    Ignored,
-}
-
-/// Child bone to which the bend of a joint with several children is measured. Bones without length are ignored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Branch {
-    /// The straightest continuation in the frame: a chest is not bent because arms leave it sideways.
-    Straightest,
-    /// The child with the largest mass below it.
-    Heaviest,
-}
-
-impl Default for EnergySettings {
-    fn default() -> Self {
-        Self {
-            masses: Masses::default(),
-            shape: BoneShape::Rod,
-            inertia: Inertia::Joint,
-            flexion: Flexion::Raised,
-            branch: Branch::Straightest,
-            threshold: 0.5 * std::f32::consts::PI,
-            least_angle: std::f32::consts::PI / 18.0,
-        }
-    }
-}
-
-impl EnergySettings {
-    pub(super) fn check(&self) -> Result<(), LodError> {
-        let angles = [
-            ("threshold", self.threshold),
-            ("least_angle", self.least_angle),
-        ];
-        for (setting, value) in angles {
-            if !(value > 0.0 && value <= std::f32::consts::PI) {
-                let must = "above 0 and at most pi";
-                return Err(LodError::Setting {
-                    setting,
-                    value,
-                    must,
-                });
-            }
-        }
-        Ok(())
-    }
-
+impl LevelSettings {
+    /// Factor of a joint's energy by its bend.
     fn weight(&self, theta: f64) -> f64 {
-        let weight = f64::from(self.threshold) / theta.max(f64::from(self.least_angle));
+        let weight = f64::from(self.bend_threshold) / theta.max(f64::from(self.least_angle));
         match self.flexion {
             Flexion::Raised => weight.max(1.0),
             Flexion::Literal => weight,
@@ -130,7 +44,7 @@ pub fn joint_energies(
     skeleton: &Skeleton,
     clips: &[Clip],
     level: &Level,
-    settings: &EnergySettings,
+    settings: &LevelSettings,
 ) -> Result<Vec<f32>, LodError> {
     level.check(skeleton)?;
     let mut energies = Energies::new(skeleton, clips, settings)?;
@@ -142,7 +56,7 @@ pub fn joint_energies(
 pub(super) struct Energies<'a> {
     skeleton: &'a Skeleton,
     clips: &'a [Clip],
-    settings: &'a EnergySettings,
+    settings: &'a LevelSettings,
     /// Joint transforms of all frames, `[frame][joint]`; empty for more than [`MOST_KEPT`].
     places: Vec<Place>,
     /// Rotation from the previous frame, in the order of `places`.
@@ -179,9 +93,9 @@ impl<'a> Energies<'a> {
     pub(super) fn new(
         skeleton: &'a Skeleton,
         clips: &'a [Clip],
-        settings: &'a EnergySettings,
+        settings: &'a LevelSettings,
     ) -> Result<Self, LodError> {
-        settings.check()?;
+        settings.check_angles()?;
         clips.iter().try_for_each(|clip| check(skeleton, clip))?;
         let count = clips.iter().map(Clip::frames).sum::<usize>() * skeleton.len();
         let (mut places, mut frame_places) = (Vec::new(), Vec::new());
@@ -308,7 +222,7 @@ impl Changes {
 /// One pass over the frames, for one level.
 struct Pass<'a> {
     level: &'a Level,
-    settings: &'a EnergySettings,
+    settings: &'a LevelSettings,
     masses: Vec<f64>,
     moments: Vec<Moments>,
     changes: Changes,

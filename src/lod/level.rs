@@ -27,6 +27,7 @@ pub struct Level {
     /// Energy of `removed` on the next finer level, in joules; 0 at level 0.
     pub energy: f32,
     /// Attachment of each joint of the skeleton. A kept joint is attached to itself.
+    #[doc(hidden)]
     pub seats: Vec<Seated>,
     /// Displacement of the body.
     pub error: LevelError,

@@ -226,6 +226,7 @@ impl Switching {
 
     /// One band for each level but the first, at which that level starts.
     #[must_use]
+    #[doc(hidden)]
     pub fn bands(&self) -> &[Band] {
         &self.bands
     }

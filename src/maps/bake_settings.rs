@@ -18,6 +18,7 @@ pub struct BakeSettings {
     #[doc(hidden)]
     pub grid: GridSettings,
     /// Settings of the jumps into evasions that need no edge.
+    #[doc(hidden)]
     pub entries: EntrySettings,
     /// Spheres of the body. Default: spheres along the skeleton's bones ([`Body::from_bones`]).
     pub body: Option<Body>,

@@ -1,17 +1,8 @@
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::BodySphere;
 use crate::anim::{JointId, Skeleton};
-
-/// A sphere in the frame of a joint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LocalSphere {
-    /// Position of the centre, in metres.
-    pub offset: Vec3,
-    /// Radius, in metres.
-    pub radius: f32,
-}
+use crate::math::Sphere;
 
 /// An object that a joint holds, for example a staff, a sword or a shield. It attacks when its
 /// joint does.
@@ -20,7 +11,7 @@ pub struct Prop {
     /// Joint that the prop moves with.
     pub joint: JointId,
     /// Spheres of the prop, in the joint's frame.
-    pub spheres: Vec<LocalSphere>,
+    pub spheres: Vec<Sphere>,
     /// Whether attacks can hit the prop, which makes it part of the body.
     pub is_body: bool,
 }
@@ -30,9 +21,9 @@ impl Prop {
     pub fn body_spheres(&self) -> impl Iterator<Item = BodySphere> + '_ {
         self.spheres
             .iter()
-            .map(|&LocalSphere { offset, radius }| BodySphere {
+            .map(|&Sphere { centre, radius }| BodySphere {
                 joint: self.joint,
-                offset,
+                offset: centre,
                 radius,
             })
     }

@@ -4,8 +4,7 @@
 //! packing; T. Willhalm et al., "SIMD-Scan" (2009), the shuffle of bytes. Differs: eight codes of `w` bits fill exactly `w` bytes, so that every row begins at a byte.
 
 use super::Isa;
-#[cfg(target_arch = "x86_64")]
-use super::isa::{run_avx2, run_avx512};
+use super::isa::on_isa;
 
 /// Number of codes in a row.
 pub(crate) const CODES: usize = 8;
@@ -83,29 +82,11 @@ impl Isa {
     /// Runs a kernel compiled for this instruction set, or for [`Isa::Portable`] if the machine does not have it.
     #[inline]
     pub(crate) fn read_rows<K: RowKernel>(self, kernel: K) -> K::Out {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self <= Self::best() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx512(
-                        #[inline(always)]
-                        || kernel.run(ShuffledRows(())),
-                    )
-                }
-            }
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self <= Self::best() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx2(
-                        #[inline(always)]
-                        || kernel.run(ShuffledRows(())),
-                    )
-                }
-            }
-            _ => kernel.run(PortableRows(())),
-        }
+        on_isa!(self, {
+            Avx512 => kernel.run(ShuffledRows(())),
+            Avx2 => kernel.run(ShuffledRows(())),
+            Portable => kernel.run(PortableRows(())),
+        })
     }
 }
 

@@ -94,6 +94,36 @@ impl Isa {
     }
 }
 
+/// Evaluates the expression of an instruction set, compiled for it, or the last one if the machine does not have it.
+macro_rules! on_isa {
+    ($isa:expr, { Avx512 => $avx512:expr, Avx2 => $avx2:expr, Portable => $portable:expr, }) => {
+        match $isa {
+            #[cfg(target_arch = "x86_64")]
+            $crate::math::Isa::Avx512 if $isa <= $crate::math::Isa::best() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    $crate::math::isa::run_avx512(
+                        #[inline(always)]
+                        || $avx512,
+                    )
+                }
+            }
+            #[cfg(target_arch = "x86_64")]
+            $crate::math::Isa::Avx2 if $isa <= $crate::math::Isa::best() => {
+                // SAFETY: the machine has it.
+                unsafe {
+                    $crate::math::isa::run_avx2(
+                        #[inline(always)]
+                        || $avx2,
+                    )
+                }
+            }
+            _ => $portable,
+        }
+    };
+}
+pub(super) use on_isa;
+
 /// A kernel that looks up words in tables.
 pub(crate) trait Lookup {
     /// Result of the kernel.
@@ -115,29 +145,11 @@ impl Isa {
     /// of [`Words`].
     #[inline]
     pub(crate) fn look_up<K: Lookup>(self, kernel: K) -> K::Out {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 if self <= Self::best() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx512(
-                        #[inline(always)]
-                        || kernel.run(WordsAvx512(())),
-                    )
-                }
-            }
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 if self <= Self::best() => {
-                // SAFETY: the machine has it.
-                unsafe {
-                    run_avx2(
-                        #[inline(always)]
-                        || kernel.run(WordsAvx2(())),
-                    )
-                }
-            }
-            _ => kernel.run(WordsPortable(())),
-        }
+        on_isa!(self, {
+            Avx512 => kernel.run(WordsAvx512(())),
+            Avx2 => kernel.run(WordsAvx2(())),
+            Portable => kernel.run(WordsPortable(())),
+        })
     }
 }
 

@@ -1,11 +1,13 @@
 //! Spheres.
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A sphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sphere {
-    /// Position of the centre, in metres.
+    /// Position of the centre, in metres. Its key in files is `offset`.
+    #[serde(rename = "offset")]
     pub centre: Vec3,
     /// Radius, in metres.
     pub radius: f32,

@@ -8,10 +8,10 @@ use rustc_hash::FxHashSet;
 
 use super::ask::Query;
 use super::candidate::{Candidate, CandidateKind};
+use super::enumerate::Enumerate;
 use super::moves::SearchReport;
 use super::request::ActiveRequest;
 use super::retime::{Direction, Rate, rate};
-use super::settings::Lookup;
 use super::state::{LatePaths, QueryState};
 use crate::maps::{CellColumn, NodePath, PathId, TouchedCells};
 
@@ -19,8 +19,8 @@ use crate::maps::{CellColumn, NodePath, PathId, TouchedCells};
 #[derive(Clone, Copy)]
 pub(super) struct Gather<'a> {
     pub query: Query<'a>,
-    /// Cells of the node's grid that are looked up; `None` for all paths.
-    pub lookup: Option<Lookup>,
+    /// The set that candidates come from.
+    pub enumerate: Enumerate,
 }
 
 /// Scratch of the stage.
@@ -47,12 +47,15 @@ impl Gather<'_> {
         if list.list.is_empty() {
             list.add_nearly_in_time();
         }
-        if let Some(lookup) = self.lookup {
+        if self.enumerate.uses_grid() {
             list.touch_cells();
-            match lookup {
-                Lookup::Union => list.keep_filed_in_any(),
-                Lookup::Nearest | Lookup::NearestFiled => list.keep_filed_in_one(lookup),
+        }
+        match self.enumerate {
+            Enumerate::TouchedCells => list.keep_filed_in_any(),
+            Enumerate::NearestCell | Enumerate::NearestFiledCell => {
+                list.keep_filed_in_one(self.enumerate);
             }
+            Enumerate::Whole => {}
         }
         state.search = list.keep_different();
     }
@@ -173,7 +176,7 @@ impl<'a> Gathered<'a> {
 
     /// Keeps the candidates that vacate one cell: of the touched ones the nearest to the root, or the nearest that some candidate
     /// vacates.
-    fn keep_filed_in_one(&mut self, lookup: Lookup) {
+    fn keep_filed_in_one(&mut self, cell: Enumerate) {
         let grid = self.query.baked.grid();
         let root = self.request.root(self.query.baked);
         let vacates = |candidate: &Candidate, column: CellColumn| {
@@ -197,8 +200,8 @@ impl<'a> Gathered<'a> {
                 .then_with(|| place(&a.1).cmp(&place(&b.1)))
         });
         let list = &mut *self.list;
-        let found = match lookup {
-            Lookup::Nearest => nearest.first(),
+        let found = match cell {
+            Enumerate::NearestCell => nearest.first(),
             _ => nearest
                 .iter()
                 .find(|(_, cell)| list.iter().any(|candidate| vacates(candidate, *cell))),

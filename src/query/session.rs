@@ -17,12 +17,12 @@ use super::ask::Query;
 use super::candidate::Candidate;
 use super::context::{QueryContext, Scratch};
 use super::cull::{CullInput, Overlap, cpu};
+use super::enumerate::Enumerate;
 use super::gather::Gather;
 use super::place::PlaceCandidates;
 use super::report::Report;
 use super::request::Request;
 use super::select::select;
-use super::settings::{Enumerate, Lookup};
 use super::source::Source;
 use super::state::QueryState;
 use crate::maps::PathId;
@@ -100,13 +100,13 @@ impl<'a> Session<'a> {
             state,
             scratch,
         };
-        if let Enumerate::Grid(lookup) = query.settings.enumerate {
-            session.gather(Source::Grid, Some(lookup));
+        if query.settings.enumerate.uses_grid() {
+            session.gather(Source::Grid);
             if session.state.candidates.list.is_empty() {
-                session.gather(Source::NothingFiled, None);
+                session.gather(Source::NothingFiled);
             }
         } else {
-            session.gather(Source::Whole, None);
+            session.gather(Source::Whole);
         }
         session
     }
@@ -171,7 +171,7 @@ impl<'a> Session<'a> {
     pub fn submit_counted(&mut self, answer: &mut Answer) -> Step {
         let scratch = &mut self.scratch.evaluate;
         let Some(selection) = select(self.query, self.state, scratch, &mut answer.motion) else {
-            self.gather(Source::NothingClean, None);
+            self.gather(Source::NothingClean);
             return Step::Recount;
         };
         answer.fill(&Report {
@@ -240,13 +240,16 @@ impl<'a> Session<'a> {
     }
 
     /// Begins a round: finds its candidates and draws their maps.
-    fn gather(&mut self, source: Source, lookup: Option<Lookup>) {
+    fn gather(&mut self, source: Source) {
         let _span = tracing::trace_span!("query: gather", source = ?source).entered();
         self.state.round += 1;
         self.state.source = source;
         let gather = Gather {
             query: self.query,
-            lookup,
+            enumerate: match source {
+                Source::Grid => self.query.settings.enumerate,
+                Source::NothingFiled | Source::NothingClean | Source::Whole => Enumerate::Whole,
+            },
         };
         gather.run(self.state, &mut self.scratch.gather);
         self.state.candidates.put_known_last();

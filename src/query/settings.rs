@@ -4,39 +4,11 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::entry_use::EntryUse;
+use super::enumerate::Enumerate;
 use super::moves::MoveSettings;
 use super::retime::RateSettings;
 use super::score::Weights;
 use super::warp::WarpSettings;
-
-/// The cells of a node's grid that are looked up, of those that the attack touches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Lookup {
-    /// The cell nearest to the character's root, as in the paper.
-    Nearest,
-    /// The nearest cell that has a path in time.
-    NearestFiled,
-    /// All cells.
-    #[default]
-    Union,
-}
-
-/// The set that candidates come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Enumerate {
-    /// The grid of the node. If the cells have no paths in time, or no clean path: [`Enumerate::Whole`].
-    Grid(Lookup),
-    /// All paths from the node to an evasion, and moves if those could be better.
-    Whole,
-}
-
-impl Default for Enumerate {
-    fn default() -> Self {
-        Self::Grid(Lookup::default())
-    }
-}
 
 /// Settings of a query.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use common::small::small;
 use glam::{Affine3A, DVec3, Vec3};
 use sabaki::anim::{Pose, forward_kinematics};
 use sabaki::character::{HybridCrowd, HybridCrowdSettings};
-use sabaki::crowd::{CharacterId, CrowdSettings, Form};
+use sabaki::crowd::{CrowdSettings, Form, MemberId};
 use sabaki::graph::{EdgeId, Motion, MotionGraph, Playhead};
 use sabaki::internal::affine;
 use sabaki::lod::{LevelId, LevelSettings, Levels, Rule, SwitchSettings, Switching};
@@ -56,7 +56,7 @@ impl Scene {
     }
 
     /// Everywhere in the graph and on the ground.
-    fn fill(&self, crowd: &mut HybridCrowd<'_>, count: usize) -> Vec<CharacterId> {
+    fn fill(&self, crowd: &mut HybridCrowd<'_>, count: usize) -> Vec<MemberId> {
         let mut random = Random::new(9);
         let mut number = |most: f32| most * (random.next() >> 40) as f32 / (1 << 24) as f32;
         let edges = self.graph.edges().len() as f32;
@@ -97,7 +97,7 @@ impl Scene {
     fn check(
         &self,
         (crowd, out): (&mut HybridCrowd<'_>, &[F32x16]),
-        member: CharacterId,
+        member: MemberId,
         form: Form,
     ) -> (f64, bool) {
         let slice = crowd.pose_slice(member).unwrap();
@@ -203,15 +203,15 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
 fn strangers_and_small_memory_are_errors() {
     let scene = Scene::new();
     let mut crowd = scene.crowd(CrowdSettings::default());
-    assert!(crowd.is_empty() && crowd.pose_slice(CharacterId(0)).is_err());
-    assert_eq!(crowd.playhead(CharacterId(0)), None);
+    assert!(crowd.is_empty() && crowd.pose_slice(MemberId(0)).is_err());
+    assert_eq!(crowd.playhead(MemberId(0)), None);
     scene.fill(&mut crowd, 3);
     assert_eq!(crowd.len(), 3);
     let needed = crowd.lines();
     assert!(crowd.pose(&mut vec![F32x16::ZERO; needed - 1]).is_err());
     crowd.pose(&mut vec![F32x16::ZERO; needed]).unwrap();
-    let frozen = crowd.playhead(CharacterId(0));
+    let frozen = crowd.playhead(MemberId(0));
     crowd.advance(f32::NAN).unwrap();
     crowd.advance(-1.0).unwrap();
-    assert_eq!(crowd.playhead(CharacterId(0)), frozen);
+    assert_eq!(crowd.playhead(MemberId(0)), frozen);
 }

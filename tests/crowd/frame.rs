@@ -8,7 +8,7 @@ use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{Stage, crowd_of, settings};
 use glam::{Vec3, Vec4};
 use sabaki::crowd::{
-    Character, CharacterId, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout, Output,
+    Character, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout, MemberId, Output,
     Placement, PoseSlice,
 };
 use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
@@ -178,7 +178,7 @@ fn run(stage: &Stage, switching: &Switching, (isa, culls, index): (Isa, bool, us
 fn check_pose(
     stage: &Stage,
     (crowd, out): (&Crowd, &[F32x16]),
-    (id, found, frame): (CharacterId, &Character, usize),
+    (id, found, frame): (MemberId, &Character, usize),
 ) {
     let slice = crowd.pose_slice(id).unwrap();
     let form = sabaki::crowd::Form::Matrices;
@@ -286,7 +286,7 @@ fn time_is_exact_after_a_day() {
     at_once.set_time(seconds);
     for ((&id, character), start) in ids.iter().zip(&by_steps).zip(&characters) {
         // Exactly: the clips have 119 and 46 intervals, 30 a second.
-        let duration = [119.0, 46.0][usize::from(start.clip.0)] / 30.0;
+        let duration = [119.0, 46.0][start.clip.index()] / 30.0;
         let exact = f64::from(start.time) + f64::from(start.speed) * seconds;
         let exact = exact.rem_euclid(duration);
         for found in [*character, at_once.character(id).unwrap()] {
@@ -313,7 +313,7 @@ fn instances_stay_in_their_places_and_two_buffers_hold_two_frames() {
             ..settings(output, Isa::best(), 2)
         };
         let mut crowd = Crowd::with_capacity(Arc::clone(&stage.animations), settings, 400);
-        let ids: Vec<CharacterId> = characters.iter().map(|c| crowd.add(c).unwrap()).collect();
+        let ids: Vec<MemberId> = characters.iter().map(|c| crowd.add(c).unwrap()).collect();
         assert_eq!(crowd.capacity(), 400);
         let most = crowd.max_output_len(crowd.capacity());
         let mut buffers = [(); 2].map(|()| vec![F32x16::ZERO; most]);

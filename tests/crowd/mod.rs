@@ -1,4 +1,6 @@
 //! Tests of `sabaki::crowd`.
+mod errors;
+mod extremes;
 mod frame;
 mod pose;
 mod rebuild;

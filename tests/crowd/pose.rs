@@ -8,20 +8,16 @@ use std::path::PathBuf;
 
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, forms, furthest, joint_of, posed, settings};
-use glam::{Quat, Vec3};
-use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
-use sabaki::crowd::{
-    AnimationSet, AnimationSetError, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdError,
-    CrowdSettings, Form, Hold, LevelId, Output,
-};
+use sabaki::anim::JointId;
+use sabaki::crowd::{Character, ClipId, ClipMix, CrowdSettings, Form, Hold, LevelId, Output};
 use sabaki::lod::{LevelSettings, Levels};
 use sabaki::math::{F32x16, Isa};
 use sabaki_import::{ReadOptions, read_clip};
 
 /// Metres.
-const NEAR: f64 = 2e-4;
+pub(super) const NEAR: f64 = 2e-4;
 
-fn stage() -> Stage {
+pub(super) fn stage() -> Stage {
     let skeleton = small_skeleton();
     let clips = [
         swinging_clip(&skeleton, 120, 0.3),
@@ -31,7 +27,7 @@ fn stage() -> Stage {
     Stage::new(skeleton, clips.to_vec(), &[1, 3, 5])
 }
 
-fn default() -> CrowdSettings {
+pub(super) fn default() -> CrowdSettings {
     settings(Output::default(), Isa::best(), 1)
 }
 
@@ -96,63 +92,6 @@ fn layers_are_added_on_all_levels() {
         let apart = furthest(&stage, &marching, settings(Output::default(), isa, 1), 0.37);
         assert!(apart < NEAR, "{isa:?}: {apart} m");
     }
-}
-
-#[test]
-fn clips_and_layers_are_told_apart() {
-    let skeleton = small_skeleton();
-    let clips = [swinging_clip(&skeleton, 20, 0.3)];
-    let levels = Levels::in_order(&skeleton, &[]).unwrap();
-    let stage = Stage::with_layers(&skeleton, &clips, &clips, &levels);
-    let layer = stage.animations.layer(0).unwrap();
-    assert_eq!(stage.animations.layer(1), None);
-    let mut crowd = Crowd::new(stage.animations, default());
-    let mix = |clip| {
-        Some(ClipMix {
-            clip,
-            weight: 1.0,
-            ..ClipMix::default()
-        })
-    };
-    let fine = Character {
-        layer: mix(layer),
-        fade: mix(ClipId(0)),
-        ..Character::default()
-    };
-    let id = crowd.add(&fine).unwrap();
-    assert_eq!(crowd.character(id).unwrap(), fine);
-    let mut wrong = |character| crowd.set(id, &character).unwrap_err();
-    let is_layer = CrowdError::IsALayer { clip: layer.0 };
-    assert_eq!(
-        wrong(Character {
-            clip: layer,
-            ..fine
-        }),
-        is_layer
-    );
-    assert_eq!(
-        wrong(Character {
-            fade: mix(layer),
-            ..fine
-        }),
-        is_layer
-    );
-    let not = CrowdError::NotALayer { clip: 0 };
-    assert_eq!(
-        wrong(Character {
-            layer: mix(ClipId(0)),
-            ..fine
-        }),
-        not
-    );
-    let unknown = CrowdError::NoSuchClip { clip: 2, clips: 1 };
-    assert_eq!(
-        wrong(Character {
-            layer: mix(ClipId(2)),
-            ..fine
-        }),
-        unknown
-    );
 }
 
 #[test]
@@ -351,157 +290,4 @@ fn held_characters_are_a_few_frames_behind() {
         }
         assert!(held > 1000, "{held}");
     }
-}
-
-/// A chain or a comb of so many joints that all turn.
-fn long_skeleton(joints: u16) -> Skeleton {
-    let joint = |index: u16| Joint {
-        name: format!("joint {index}"),
-        parent: (index > 0).then(|| JointId(index - 1 - (index % 5).min(index - 1))),
-        offset: Vec3::new(0.01, 0.02, 0.005),
-        kind: JointKind::Moving,
-    };
-    Skeleton::new((0..joints).map(joint).collect()).unwrap()
-}
-
-#[test]
-fn one_joint_and_255() {
-    for joints in [1, 2, 255] {
-        let skeleton = long_skeleton(joints);
-        let clips = vec![swinging_clip(&skeleton, 40, 0.4)];
-        let stage = Stage::new(skeleton, clips, &[]);
-        let characters = stage.characters(40, 3);
-        for output in forms() {
-            let apart = furthest(&stage, &characters, settings(output, Isa::best(), 2), 0.2);
-            assert!(apart < NEAR, "{joints} joints, {output:?}: {apart} m");
-        }
-    }
-}
-
-#[test]
-fn a_clip_of_one_frame_and_of_two() {
-    for frames in [1, 2] {
-        let skeleton = small_skeleton();
-        let clips = vec![swinging_clip(&skeleton, frames, 0.4)];
-        let stage = Stage::new(skeleton, clips, &[2]);
-        let apart = furthest(&stage, &stage.characters(40, 3), default(), 0.2);
-        assert!(apart < NEAR, "{frames} frames: {apart} m");
-    }
-}
-
-#[test]
-fn fast_turns_get_keys_between() {
-    let skeleton = small_skeleton();
-    let turn = |frame: usize| Quat::from_rotation_y(frame as f32 * 1.4);
-    let desc = ClipDesc {
-        name: "spin".into(),
-        frame_rate: 30.0,
-        roots: vec![Vec3::Y; 12],
-        rotations: (0..12)
-            .flat_map(|frame| vec![turn(frame); skeleton.len()])
-            .collect(),
-        translations: Vec::new(),
-    };
-    let clip = Clip::new(&skeleton, desc).unwrap();
-    let stage = Stage::new(skeleton, vec![clip], &[]);
-    let mut characters = stage.characters(200, 3);
-    characters
-        .iter_mut()
-        .for_each(|character| character.fade = None);
-    for output in forms() {
-        let apart = furthest(&stage, &characters, settings(output, Isa::best(), 1), 0.2);
-        assert!(apart < NEAR, "{output:?}: {apart} m");
-    }
-}
-
-#[test]
-fn what_is_no_number_is_the_start() {
-    let stage = stage();
-    let strange = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    let mut characters = stage.characters(9, 4);
-    for (index, character) in characters.iter_mut().enumerate() {
-        character.fade = None;
-        character.time = strange[index % 3];
-        character.speed = [1.0, f32::NAN, f32::INFINITY][index / 3];
-    }
-    let plain = characters.iter().map(|character| Character {
-        time: 0.0,
-        speed: if character.speed.is_finite() {
-            character.speed
-        } else {
-            0.0
-        },
-        ..*character
-    });
-    let plain: Vec<Character> = plain.collect();
-    for isa in Isa::available() {
-        let settings = settings(Output::default(), isa, 1);
-        let (mut crowd, ids) = crowd_of(&stage, &characters, settings);
-        let (mut same, plain_ids) = crowd_of(&stage, &plain, settings);
-        // Over the moment at which the clocks are set back, too.
-        for _ in 0..3 {
-            crowd.advance(5.0);
-            same.advance(5.0);
-            let (out, plain_out) = (posed(&mut crowd), posed(&mut same));
-            for (&id, &plain_id) in ids.iter().zip(&plain_ids) {
-                let slice = crowd.pose_slice(id).unwrap();
-                let expected = same.pose_slice(plain_id).unwrap();
-                for joint in 0..slice.joints {
-                    let found = slice.number(&out, joint, 3);
-                    assert_eq!(found, expected.number(&plain_out, joint, 3), "{isa:?}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_level_beyond_the_last_is_the_last() {
-    let stage = stage();
-    let mut characters = stage.characters(20, 4);
-    for character in &mut characters {
-        character.level = LevelId(u16::MAX);
-    }
-    let (mut crowd, ids) = crowd_of(&stage, &characters, default());
-    posed(&mut crowd);
-    assert_eq!(crowd.pose_slice(ids[0]).unwrap().joints, 6);
-    assert!(furthest(&stage, &characters, default(), 0.1) < NEAR);
-}
-
-#[test]
-fn errors_say_what_is_missing() {
-    let stage = stage();
-    let mut crowd = Crowd::new(stage.animations.clone(), default());
-    let stranger = Character {
-        clip: ClipId(3),
-        ..Character::default()
-    };
-    let no_clip = CrowdError::NoSuchClip { clip: 3, clips: 3 };
-    assert_eq!(crowd.add(&stranger), Err(no_clip));
-    let id = crowd.add(&Character::default()).unwrap();
-    assert_eq!(crowd.set(id, &stranger), Err(no_clip));
-    let nobody = CrowdError::NoSuchCharacter {
-        id: 1,
-        characters: 1,
-    };
-    assert_eq!(crowd.set_level(CharacterId(1), LevelId(0)), Err(nobody));
-    assert_eq!(crowd.pose_slice(CharacterId(1)), Err(nobody));
-    let needed = crowd.output_len();
-    let mut small = vec![F32x16::ZERO; needed - 1];
-    let found = needed - 1;
-    assert_eq!(
-        crowd.pose(&mut small),
-        Err(CrowdError::TooSmall { needed, found })
-    );
-
-    let skeleton = small_skeleton();
-    let none = AnimationSet::new(
-        &skeleton,
-        &[],
-        &Levels::in_order(&skeleton, &[]).unwrap().levels,
-    );
-    assert_eq!(none.unwrap_err(), AnimationSetError::NoClip);
-    let clip = swinging_clip(&skeleton, 3, 0.1);
-    let none = AnimationSet::new(&skeleton, &[clip], &[]);
-    assert_eq!(none.unwrap_err(), AnimationSetError::NoLevel);
 }

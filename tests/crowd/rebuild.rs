@@ -7,7 +7,7 @@ use sabaki_testing as common;
 use common::clips::{small_skeleton, swinging_clip};
 use common::crowd::{DrawnAs, Stage, crowd_of, joint_of, settings};
 use common::random::Random;
-use sabaki::crowd::{Character, CharacterId, Crowd, CrowdError, Form, Frame, Layout, Output};
+use sabaki::crowd::{Character, Crowd, CrowdError, Form, Frame, Layout, MemberId, Output};
 use sabaki::lod::LevelId;
 use sabaki::math::{F32x16, Isa};
 
@@ -36,7 +36,7 @@ impl Changing {
     /// One character is described anew, moved, put on another level, taken out or added.
     fn change(&mut self, others: &[Character]) {
         let (index, other) = (self.index(), others[self.random.below(others.len())]);
-        let id = CharacterId(index as u32);
+        let id = MemberId(index as u32);
         let since = self.crowd.time();
         let told = &mut self.told[index];
         match self.random.below(5) {
@@ -73,7 +73,7 @@ impl Changing {
     }
 
     fn check(&self, stage: &Stage, out: &[F32x16]) {
-        for (id, told) in (0..).map(CharacterId).zip(&self.told) {
+        for (id, told) in (0..).map(MemberId).zip(&self.told) {
             let slice = match self.crowd.pose_slice(id) {
                 Ok(slice) => slice,
                 Err(error) => {

@@ -10,7 +10,7 @@ use common::cull_cases::{self, Way};
 use common::timed::{Bounds, atlas, attack, candidates};
 use common::{Random, desc, device, finish};
 use counting::allocations;
-use sabaki::gpu::{ComputeSettings, Culler, CullerDesc, InputWay};
+use sabaki::gpu::{ComputeSettings, Culler, CullerDesc};
 use sabaki::internal::{AttackDrawing, CullCandidate, MapRect};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{Counted, CullInput, Overlap};
@@ -165,14 +165,14 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
         (300, (7, 2_000_000)),
         (1000, (1, u64::MAX)),
     ];
-    for input_way in [InputWay::Staged, InputWay::Direct] {
+    for direct_input in [false, true] {
         for (max_candidates, (max_groups, max_page)) in shapes.into_iter().chain([(1000, all)]) {
             let desc = CullerDesc {
                 max_candidates,
                 compute: ComputeSettings {
                     max_groups,
                     max_page,
-                    input: input_way,
+                    direct_input,
                     ..ComputeSettings::default()
                 },
                 ..Way::COMPUTE.desc(&atlas)
@@ -185,7 +185,7 @@ fn any_number_of_dispatches_and_culls_and_either_way_of_the_input_agree() {
                 candidates: &candidates[..some],
             };
             let counts = device.cull(&mut culler, &input).unwrap();
-            let case = (input_way, max_candidates, max_groups, max_page);
+            let case = (direct_input, max_candidates, max_groups, max_page);
             assert_eq!(counts, counted(&input), "{case:?}");
             culler.destroy(device.memory().unwrap());
         }

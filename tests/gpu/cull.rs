@@ -8,7 +8,7 @@ use common::cull::{GRIDS, any_input, atlas, atlas_on, attack, candidates, counte
 use common::cull_cases::{self, Way};
 use common::maps::attack_of;
 use common::{FALLBACK_FORMATS, Random, device, device_on, drifting, finish};
-use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms, Without};
+use sabaki::gpu::{Counting, CullerDesc, GpuError, StencilSettings, Terms};
 use sabaki::internal::{AttackDrawing, CullCandidate, MapRect, RegionId, Slab};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{Counted, CullInput, Overlap};
@@ -246,10 +246,7 @@ fn every_stencil_format_agrees() {
 #[test]
 fn without_precise_queries_some_and_none_are_still_right() {
     let mut device = device_on(Terms {
-        without: Without {
-            precise_queries: true,
-            ..Without::default()
-        },
+        without_precise_queries: true,
         ..Terms::default()
     });
     let mut random = Random(5);

@@ -8,18 +8,20 @@ use common::cull::{any_input, atlas_on, culler, sliced};
 use common::cull_cases::Way;
 use common::{Random, device_on, drifting, finish};
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Culler, Terms, Without, check, requirements};
+use sabaki::gpu::{Culler, Terms, check, requirements};
 use sabaki::internal::{MapRect, Rasterizer, RasterizerDesc, raster};
 use sabaki::maps::MapGrid;
 use sabaki::query::cull::{CullInput, Overlap, cpu};
 use sabaki_app::headless::Headless;
 
-const EVERYTHING: Without = Without {
-    precise_queries: true,
-    fragment_atomics: true,
-    s8: true,
-    d24_s8: true,
-    generous_limits: true,
+/// Terms that do without all that is optional.
+const LEAST: Terms = Terms {
+    api_version: vk::API_VERSION_1_3,
+    without_precise_queries: true,
+    without_fragment_atomics: true,
+    without_s8: true,
+    without_d24_s8: true,
+    without_generous_limits: true,
 };
 
 /// Runs all components on a device of these terms, and holds them against the CPU's.
@@ -39,7 +41,7 @@ fn all_agree(terms: Terms) {
                 None
             }
         };
-        assert_eq!(atomics.is_none(), terms.without.fragment_atomics);
+        assert_eq!(atomics.is_none(), terms.without_fragment_atomics);
         for _ in 0..4 {
             let (attack, candidates) = any_input(&mut random, &atlas, 60);
             let input = CullInput {
@@ -57,7 +59,7 @@ fn all_agree(terms: Terms) {
             }
             let counts = device.cull(&mut stencil, &input).unwrap();
             let precise = device.context().unwrap().features().precise_queries;
-            assert_eq!(precise, !terms.without.precise_queries);
+            assert_eq!(precise, !terms.without_precise_queries);
             for (found, expected) in counts.iter().zip(&expected) {
                 let (found, expected) = match precise {
                     true => (*found, *expected),
@@ -108,35 +110,28 @@ fn maps_agree(device: &mut Headless) {
     rasterizer.destroy(device.memory().unwrap());
 }
 
-fn on(without: Without) -> Terms {
-    Terms {
-        without,
-        ..Terms::default()
-    }
-}
-
 #[test]
 fn without_fragments_that_count() {
-    all_agree(on(Without {
-        fragment_atomics: true,
-        ..Without::default()
-    }));
+    all_agree(Terms {
+        without_fragment_atomics: true,
+        ..Terms::default()
+    });
 }
 
 #[test]
 fn without_precise_queries() {
-    all_agree(on(Without {
-        precise_queries: true,
-        ..Without::default()
-    }));
+    all_agree(Terms {
+        without_precise_queries: true,
+        ..Terms::default()
+    });
 }
 
 #[test]
 fn within_the_limits_that_vulkan_guarantees() {
-    let terms = on(Without {
-        generous_limits: true,
-        ..Without::default()
-    });
+    let terms = Terms {
+        without_generous_limits: true,
+        ..Terms::default()
+    };
     let device = device_on(terms);
     let limits = device.context().unwrap().limits();
     assert_eq!(limits.max_push_constants_size, 128);
@@ -162,7 +157,7 @@ fn on_older_vulkan_with_extensions() {
 fn without_all_of_them_at_once() {
     let terms = Terms {
         api_version: vk::API_VERSION_1_1,
-        without: EVERYTHING,
+        ..LEAST
     };
     all_agree(terms);
 }
@@ -181,20 +176,20 @@ fn the_report_says_what_is_done_instead() {
     };
     assert!(lacks(Terms::default()).is_empty());
     assert_eq!(
-        lacks(on(EVERYTHING)),
+        lacks(LEAST),
         [
             "S8_UINT",
             "occlusionQueryPrecise",
             "fragmentStoresAndAtomics"
         ]
     );
-    let format = |s8, d24_s8| {
-        let without = Without {
-            s8,
-            d24_s8,
-            ..Without::default()
+    let format = |without_s8, without_d24_s8| {
+        let terms = Terms {
+            without_s8,
+            without_d24_s8,
+            ..Terms::default()
         };
-        report(on(without)).stencil_format.unwrap()
+        report(terms).stencil_format.unwrap()
     };
     assert_eq!(format(false, false), vk::Format::S8_UINT);
     assert_eq!(format(false, true), vk::Format::S8_UINT);

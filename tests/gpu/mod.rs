@@ -9,6 +9,7 @@ mod fallbacks;
 mod faults;
 mod memory;
 mod motions;
+mod needs;
 mod raster;
 mod shader_table;
 mod soak;

@@ -12,10 +12,9 @@ use common::captures::{self, captures};
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointTransform, Pose, Skeleton, forward_kinematics};
 use sabaki::graph::{
-    self, ClipId, ClipSource, EdgeId, EdgeMotion, FeetSettings, GraphSettings, MotionGraph,
-    blend_weight,
+    self, ClipId, ClipSource, EdgeId, EdgeMotion, GraphSettings, MotionGraph, blend_weight,
 };
-use sabaki::internal::Leg;
+use sabaki::internal::{FeetSettings, Leg};
 use sabaki::maps::BakedGraph;
 use sabaki::math::Rigid2;
 

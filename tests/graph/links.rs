@@ -8,9 +8,9 @@ use common::captures::{captures, source_of};
 use common::clips::{small_skeleton, swinging_clip};
 use sabaki::anim::{Clip, Event, EventKind};
 use sabaki::graph::{
-    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, LinkGoal, LinkObstacle,
-    LinkSettings, MotionGraph,
+    self, BuildReport, ClipSource, EdgeMotion, GraphError, GraphSettings, MotionGraph,
 };
+use sabaki::internal::{LinkGoal, LinkObstacle, LinkReport, LinkSettings};
 use sabaki_app::demo;
 
 /// No node and no blend inside an event, and all that a graph promises.
@@ -119,7 +119,7 @@ fn the_embedded_motions_reach_their_goals() {
         events: &motions.events,
     };
     let (plain, before) = graph::build(source, &without_links()).unwrap();
-    assert_eq!(before.links, graph::LinkReport::default());
+    assert_eq!(before.links, LinkReport::default());
     assert!(plain.edges().iter().all(|edge| match edge.motion {
         EdgeMotion::Clip => true,
         EdgeMotion::Transition { distance, .. } => distance < 0.1 && edge.frames == 10,

@@ -11,7 +11,7 @@ use common::random::Random;
 use glam::{DQuat, DVec3};
 use sabaki::anim::{Clip, ClipDesc, JointId, Pose, Skeleton};
 use sabaki::internal::{BoneShape, Branch, Flexion, Inertia, joint_energies};
-use sabaki::lod::{EnergySettings, Level, Levels, LodError, Masses};
+use sabaki::lod::{Level, LevelSettings, Levels, LodError, Masses};
 
 type Place = (DQuat, DVec3);
 
@@ -39,7 +39,7 @@ fn places(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<Place> {
 }
 
 /// The energies straight from the equations: every bone of every joint below, frame by frame.
-fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &EnergySettings) -> Vec<f64> {
+fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &LevelSettings) -> Vec<f64> {
     let Masses::Given(of_joints) = &settings.masses else {
         panic!("the oracle wants masses");
     };
@@ -134,7 +134,8 @@ fn naive(skeleton: &Skeleton, clip: &Clip, level: &Level, settings: &EnergySetti
                     .max_by(|a, b| weight_below(a.0).total_cmp(&weight_below(b.0))),
             };
             let theta = chosen.map_or(PI, |bend| bend.1);
-            let weight = f64::from(settings.threshold) / theta.max(f64::from(settings.least_angle));
+            let weight =
+                f64::from(settings.bend_threshold) / theta.max(f64::from(settings.least_angle));
             let weight = match settings.flexion {
                 Flexion::Raised => weight.max(1.0),
                 Flexion::Literal => weight,
@@ -163,19 +164,19 @@ fn assert_close(found: &[f32], expected: &[f64], what: &str) {
 }
 
 /// Every combination of the settings.
-fn all_settings(masses: &[f32]) -> Vec<EnergySettings> {
+fn all_settings(masses: &[f32]) -> Vec<LevelSettings> {
     let mut all = Vec::new();
     for shape in [BoneShape::Rod, BoneShape::Point] {
         for inertia in [Inertia::Joint, Inertia::Axis] {
             for flexion in [Flexion::Raised, Flexion::Literal, Flexion::Ignored] {
                 for branch in [Branch::Straightest, Branch::Heaviest] {
-                    all.push(EnergySettings {
+                    all.push(LevelSettings {
                         masses: Masses::Given(masses.to_vec()),
                         shape,
                         inertia,
                         flexion,
                         branch,
-                        ..EnergySettings::default()
+                        ..LevelSettings::default()
                     });
                 }
             }
@@ -256,9 +257,9 @@ fn mass_by_length_is_a_line_of_equal_density() {
         }
         let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
         let energies = |masses| {
-            let settings = EnergySettings {
+            let settings = LevelSettings {
                 masses,
-                ..EnergySettings::default()
+                ..LevelSettings::default()
             };
             joint_energies(&skeleton, std::slice::from_ref(&clip), level, &settings).unwrap()
         };
@@ -281,7 +282,7 @@ fn several_clips_weigh_by_their_time() {
     };
     let (slow, fast) = (rate(10.0), rate(40.0));
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
-    let settings = EnergySettings::default();
+    let settings = LevelSettings::default();
     let energies = |clips: &[Clip]| joint_energies(&skeleton, clips, level, &settings).unwrap();
     assert!(clip.frames() > 1);
     let (of_slow, of_fast) = (
@@ -309,8 +310,7 @@ fn without_motion_there_is_no_energy() {
     let still = Clip::new(&skeleton, desc).unwrap();
     let level = &Levels::in_order(&skeleton, &[]).unwrap().levels[0];
     for clips in [vec![still], Vec::new()] {
-        let energies =
-            joint_energies(&skeleton, &clips, level, &EnergySettings::default()).unwrap();
+        let energies = joint_energies(&skeleton, &clips, level, &LevelSettings::default()).unwrap();
         assert_eq!(energies, vec![0.0; skeleton.len()]);
     }
 }
@@ -319,18 +319,18 @@ fn without_motion_there_is_no_energy() {
 fn settings_that_make_no_sense_are_errors() {
     let (skeleton, clip) = random_case(&mut Random::new(13));
     let level = Levels::in_order(&skeleton, &[]).unwrap().levels.remove(0);
-    let fails = |change: &dyn Fn(&mut EnergySettings), level: &Level| {
-        let mut settings = EnergySettings::default();
+    let fails = |change: &dyn Fn(&mut LevelSettings), level: &Level| {
+        let mut settings = LevelSettings::default();
         change(&mut settings);
         let clips = std::slice::from_ref(&clip);
         joint_energies(&skeleton, clips, level, &settings).unwrap_err()
     };
     for wrong in [0.0, -1.0, f32::NAN, f32::INFINITY, 4.0] {
-        let threshold = fails(&|s| s.threshold = wrong, &level);
+        let threshold = fails(&|s| s.bend_threshold = wrong, &level);
         assert!(matches!(
             threshold,
             LodError::Setting {
-                setting: "threshold",
+                setting: "bend_threshold",
                 ..
             }
         ));

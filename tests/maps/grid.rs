@@ -11,7 +11,7 @@ use common::baked::embedded;
 use glam::Vec3;
 use sabaki::graph::NodeId;
 use sabaki::internal::{BodyTrack, CellColumn, PathId, TouchedCells};
-use sabaki::query::{Enumerate, Evaluation, Lookup, Query, QueryContext, QuerySettings, Source};
+use sabaki::query::{Enumerate, Evaluation, Query, QueryContext, QuerySettings, Source};
 use sabaki_app::demo::throw::{ThrowSettings, throw};
 
 type Cell = (i32, i32, u32);
@@ -107,11 +107,18 @@ fn a_narrower_lookup_finds_a_part_of_a_wider_one_and_none_loses_an_answer() {
         let throw = throw(baked, &ThrowSettings::default(), 23, index).unwrap();
         let whole = answer_throw(&Query::new(baked, &wide), &throw, Evaluation::Lazy);
         let mut found = Vec::new();
-        for lookup in [Lookup::Nearest, Lookup::NearestFiled, Lookup::Union] {
-            let settings = settings(Enumerate::Grid(lookup));
+        for enumerate in [
+            Enumerate::NearestCell,
+            Enumerate::NearestFiledCell,
+            Enumerate::TouchedCells,
+        ] {
+            let settings = settings(enumerate);
             let query = Query::new(baked, &settings);
             let answer = answer_throw(&query, &throw, Evaluation::Lazy);
-            assert_eq!(answer.avoided, whole.avoided, "{lookup:?}, attack {index}");
+            assert_eq!(
+                answer.avoided, whole.avoided,
+                "{enumerate:?}, attack {index}"
+            );
             from_grid += usize::from(answer.source == Source::Grid);
             let session = query.start(throw.request(), &mut context);
             if session.source() == Source::Grid {

@@ -10,8 +10,8 @@ use std::collections::BTreeSet;
 use common::baked::embedded;
 use common::small::small;
 use sabaki::graph::{Motion, NodeId, Playhead, Step};
-use sabaki::internal::{NodePath, PathId};
-use sabaki::maps::{BakeSettings, BakedGraph, Baker, EntrySettings, MapGrid, PathSettings};
+use sabaki::internal::{EntrySettings, NodePath, PathId};
+use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
 use sabaki::math::Rigid2;
 
 /// Everything that the table may know of a path: its evasion, frames, retimable frames and place.

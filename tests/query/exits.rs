@@ -3,8 +3,8 @@
 
 use sabaki::BakedGraph;
 use sabaki::anim::Pose;
-use sabaki::graph::{self, ClipSource, Entry, GraphSettings, Motion, Playhead};
-use sabaki::internal::EntryReport;
+use sabaki::graph::{self, ClipSource, GraphSettings, Motion, Playhead};
+use sabaki::internal::{Entry, EntryReport};
 use sabaki::maps::{BakeSettings, Baker};
 use sabaki::math::Rigid2;
 use sabaki_app::demo;

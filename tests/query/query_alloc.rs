@@ -6,7 +6,7 @@ use sabaki_testing::memory as counting;
 
 use common::baked::embedded;
 use counting::allocations;
-use sabaki::query::{Answer, Enumerate, Lookup, Query, QueryContext, QuerySettings};
+use sabaki::query::{Answer, Enumerate, Query, QueryContext, QuerySettings};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 
 #[test]
@@ -16,8 +16,8 @@ fn a_query_allocates_nothing() {
         .map(|index| throw(baked, &ThrowSettings::default(), 3, index).unwrap())
         .collect();
     for enumerate in [
-        Enumerate::Grid(Lookup::Union),
-        Enumerate::Grid(Lookup::Nearest),
+        Enumerate::TouchedCells,
+        Enumerate::NearestCell,
         Enumerate::Whole,
     ] {
         let settings = QuerySettings {

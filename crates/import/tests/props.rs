@@ -11,7 +11,8 @@ use common::shapes::Shape;
 use glam::{Quat, Vec3};
 use sabaki::anim::{JointId, JointTransform, Pose, forward_kinematics};
 use sabaki::archive::{from_bytes, to_bytes};
-use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, LocalSphere, Prop};
+use sabaki::maps::{BakeError, BakeSettings, BakedGraph, Baker, Prop};
+use sabaki::math::Sphere;
 use sabaki_import::fit::{FitSettings, Mesh};
 use sabaki_import::parse_obj;
 
@@ -209,10 +210,7 @@ fn props_are_kept_in_baked_files_and_checked() {
 
 #[test]
 fn a_prop_that_is_none_is_refused_by_number() {
-    let sphere = |radius| LocalSphere {
-        offset: Vec3::ZERO,
-        radius,
-    };
+    let sphere = |radius| Sphere::new(Vec3::ZERO, radius);
     let prop = |joint, spheres| Prop {
         joint: JointId(joint),
         spheres,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 use sabaki::anim::{Clip, JointId, Skeleton};
 use sabaki::crowd::{
-    AnimationSet, AnimationSetDesc, Character, CharacterId, ClipId, ClipMix, Crowd, CrowdSettings,
-    Form, Layout, LevelId, Output, Placement, PoseSlice, WriteMode,
+    AnimationSet, AnimationSetDesc, Character, ClipId, ClipMix, Crowd, CrowdSettings, Form, Layout,
+    LevelId, MemberId, Output, Placement, PoseSlice, WriteMode,
 };
 use sabaki::internal::LevelMotion;
 use sabaki::lod::{Level, Levels};
@@ -31,7 +31,7 @@ impl Oracle {
     /// World positions of a character's joints, some seconds after it was described.
     pub fn pose(&self, character: &Character, seconds: f64) -> Vec<DAffine3> {
         let at = |clip: ClipId, time: f32, speed: f32| {
-            let motion = &self.motions[usize::from(clip.0)];
+            let motion = &self.motions[clip.index()];
             (
                 motion,
                 moment(motion, f64::from(time) + f64::from(speed) * seconds),
@@ -229,7 +229,7 @@ impl Stage {
 
     fn character(&self, random: &mut Random) -> Character {
         let clips = self.animations.clips();
-        let clip = |random: &mut Random| ClipId(random.below(clips) as u16);
+        let clip = |random: &mut Random| ClipId(random.below(clips) as u32);
         let mut number = |from: f32, to: f32| from + (to - from) * unit(random);
         let placement = Placement {
             ground: Rigid2::new(number(-3.1, 3.1), number(-4.0, 4.0), number(-4.0, 4.0)),
@@ -335,7 +335,7 @@ pub fn crowd_of(
     stage: &Stage,
     characters: &[Character],
     settings: CrowdSettings,
-) -> (Crowd, Vec<CharacterId>) {
+) -> (Crowd, Vec<MemberId>) {
     let mut crowd = Crowd::new(Arc::clone(&stage.animations), settings);
     let ids = characters
         .iter()

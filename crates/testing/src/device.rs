@@ -1,8 +1,8 @@
 //! What the device's tests share: a headless device that listens to validation, and a small random
 //! generator.
 
+use sabaki::gpu::Terms;
 use sabaki::gpu::ash::vk;
-use sabaki::gpu::{Terms, Without};
 use sabaki::internal::{Disc, Drawing, MapRect, SUB_TEXELS};
 use sabaki_app::headless::{DeviceChoice, Headless, HeadlessDesc};
 
@@ -27,14 +27,9 @@ pub const FALLBACK_FORMATS: [(Terms, vk::Format); 2] = [
 
 const fn without_formats(d24_s8: bool) -> Terms {
     Terms {
-        api_version: vk::API_VERSION_1_3,
-        without: Without {
-            precise_queries: false,
-            fragment_atomics: false,
-            s8: true,
-            d24_s8,
-            generous_limits: false,
-        },
+        without_s8: true,
+        without_d24_s8: d24_s8,
+        ..Terms::new(vk::API_VERSION_1_3)
     }
 }
 

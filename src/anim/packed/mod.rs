@@ -91,6 +91,14 @@ struct Groups {
 }
 
 impl Groups {
+    /// Groups of the rotations of `lanes` joints and the translations of `moving` joints.
+    fn new(lanes: usize, moving: usize) -> Self {
+        Self {
+            rotations: lanes.div_ceil(CODES),
+            translations: moving.div_ceil(CODES),
+        }
+    }
+
     fn rows(self) -> [usize; 2] {
         [4 * self.rotations, 3 * self.translations]
     }
@@ -169,14 +177,7 @@ impl PackedClip {
 
 impl StoredPacked {
     fn groups(&self) -> Groups {
-        let of = |lanes: usize| lanes.div_ceil(CODES);
-        Groups {
-            rotations: of(self.lanes.len()),
-            translations: if self.moves_joints {
-                of(usize::from(self.joints))
-            } else {
-                0
-            },
-        }
+        let joints = usize::from(self.joints);
+        Groups::new(self.lanes.len(), if self.moves_joints { joints } else { 0 })
     }
 }

@@ -38,16 +38,12 @@ struct Segment {
 
 impl Source<'_> {
     fn groups(&self) -> Groups {
-        let joints = self.truth.skeleton.len();
-        let of = |lanes: usize| lanes.div_ceil(CODES);
-        Groups {
-            rotations: of(self.truth.lanes.len()),
-            translations: if self.truth.moves_joints {
-                of(joints)
-            } else {
-                0
-            },
-        }
+        let truth = self.truth;
+        let joints = truth.skeleton.len();
+        Groups::new(
+            truth.lanes.len(),
+            if truth.moves_joints { joints } else { 0 },
+        )
     }
 
     fn segments(&self) -> impl Iterator<Item = Segment> + '_ {

@@ -108,7 +108,7 @@ impl ComputePath {
         let maps = 8 * Self::planes(context, desc)?.words.len() as u64;
         let slots = u64::from(desc.frames_in_flight.max(1));
         let capacity = Self::capacity(context, desc);
-        Ok(maps + slots * Slot::bytes(&capacity, desc.compute.input))
+        Ok(maps + slots * Slot::bytes(&capacity, desc.compute.direct_input))
     }
 
     fn fill(&mut self, memory: &mut dyn Memory, desc: &CullerDesc<'_>) -> Result<(), GpuError> {
@@ -132,7 +132,7 @@ impl ComputePath {
             let desc = SlotDesc {
                 name: &name,
                 capacity: &self.capacity,
-                input: desc.compute.input,
+                direct_input: desc.compute.direct_input,
             };
             // Stored before it is filled, so that it is freed after a failure.
             parts.slots.push(Slot::default());

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::gathered::{Capacity, Gathered};
 use crate::gpu::{
-    Context, GpuError, InputWay, Memory, MemoryUse,
+    Context, GpuError, Memory, MemoryUse,
     counts::{Counts, CountsDesc, HEADER},
     passes::Passes,
     resources::{Buffer, BufferDesc, DeviceMemory},
@@ -32,7 +32,8 @@ pub(super) struct SlotDesc<'a> {
     /// Prefix of the names of its buffers.
     pub(super) name: &'a str,
     pub(super) capacity: &'a Capacity,
-    pub(super) input: InputWay,
+    /// Whether shaders read what the host has written.
+    pub(super) direct_input: bool,
 }
 
 impl Slot {
@@ -46,7 +47,7 @@ impl Slot {
         let SlotDesc {
             name,
             capacity,
-            input,
+            direct_input,
         } = *desc;
         let size = capacity.offsets().end;
         let mut buffer = |what: &str, usage, who| {
@@ -59,15 +60,12 @@ impl Slot {
             device.buffer(desc)
         };
         let usage = Usage::STORAGE_BUFFER | Usage::UNIFORM_BUFFER;
-        match input {
-            InputWay::Staged => {
-                self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
-                let usage = usage | Usage::TRANSFER_DST;
-                self.copy = buffer("input", usage, MemoryUse::Device)?;
-            }
-            InputWay::Direct => {
-                self.upload = buffer("input", usage, MemoryUse::Upload)?;
-            }
+        if direct_input {
+            self.upload = buffer("input", usage, MemoryUse::Upload)?;
+        } else {
+            self.upload = buffer("upload", Usage::TRANSFER_SRC, MemoryUse::Upload)?;
+            let usage = usage | Usage::TRANSFER_DST;
+            self.copy = buffer("input", usage, MemoryUse::Device)?;
         }
         let counts = CountsDesc {
             name: &format!("{name}: counts"),
@@ -79,11 +77,8 @@ impl Slot {
     }
 
     /// Bytes of a slot's buffers.
-    pub(super) fn bytes(capacity: &Capacity, way: InputWay) -> u64 {
-        let inputs = match way {
-            InputWay::Staged => 2,
-            InputWay::Direct => 1,
-        };
+    pub(super) fn bytes(capacity: &Capacity, direct_input: bool) -> u64 {
+        let inputs = if direct_input { 1 } else { 2 };
         inputs * capacity.offsets().end + HEADER + 4 * capacity.counts()
     }
 

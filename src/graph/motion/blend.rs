@@ -8,6 +8,7 @@ use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Step};
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
     /// during the entry's blend. The motion that was planned from there on is dropped.
+    #[doc(hidden)]
     pub fn enter(&mut self, graph: &MotionGraph, seconds: f32, entry: &Entry) {
         let mut scratch = std::mem::take(&mut self.scratch);
         let step = (1.0 / graph.frame_rate()) as f32;

@@ -197,6 +197,7 @@ impl BakedGraph {
 
     /// Entries into evasions at a moment of a motion, each as it would be played at rate 1.
     #[must_use]
+    #[doc(hidden)]
     pub fn entries_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let stance = self.stance_at(motion, seconds);
         let entry = |known: &KnownEntry| {
@@ -218,6 +219,7 @@ impl BakedGraph {
     /// Ways back into natural motion at a moment of a motion, also inside an evasion or an attack. The one that changes the motion least
     /// comes first. [`Motion::enter`] takes one.
     #[must_use]
+    #[doc(hidden)]
     pub fn exits_at(&self, motion: &Motion, seconds: f32) -> Vec<Entry> {
         let playhead = motion.playhead(&self.graph, seconds);
         if self.entries.exits_at(&self.graph, playhead).is_empty() {

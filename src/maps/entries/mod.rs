@@ -65,7 +65,6 @@ pub struct EntrySettings {
     /// clips show at least once, whatever the percentiles of `plausible`. Default 0.8.
     pub unbranched: f32,
     /// Limits of plausible motion.
-    #[doc(hidden)]
     pub plausible: PlausibilitySettings,
 }
 

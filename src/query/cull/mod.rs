@@ -24,5 +24,5 @@ pub(crate) use drawing::{AttackDrawing, AttackLayer, TimedDisc};
 pub(crate) use input::CullCandidate;
 pub use input::CullInput;
 pub use overlap::{Counted, Overlap};
-pub use path::{CullPath, UnknownCullPath};
+pub use path::CullPath;
 pub(super) use query_maps::QueryMaps;

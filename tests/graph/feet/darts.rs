@@ -1,7 +1,8 @@
 //! Toes in transitions, measured naively.
 
 use sabaki::anim::Pose;
-use sabaki::graph::{EdgeId, FeetSettings, GraphSettings, MotionGraph};
+use sabaki::graph::{EdgeId, GraphSettings, MotionGraph};
+use sabaki::internal::FeetSettings;
 
 use super::common::baked::embedded_graph;
 use super::{graphs, places, places_at, transitions};

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use sabaki::anim::{Joint, Pose, Skeleton};
-use sabaki::graph::{self, ClipSource, FeetSettings, GraphSettings, MotionGraph};
-use sabaki::internal::Leg;
+use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::internal::{FeetSettings, Leg};
 use serde_json::json;
 
 use super::common::clips::{small_skeleton, swinging_clip};

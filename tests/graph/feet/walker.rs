@@ -2,7 +2,8 @@
 
 use glam::{Quat, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, Skeleton};
-use sabaki::graph::{self, ClipSource, FeetSettings, GraphSettings, MotionGraph};
+use sabaki::graph::{self, ClipSource, GraphSettings, MotionGraph};
+use sabaki::internal::FeetSettings;
 
 use super::common::random::Random;
 

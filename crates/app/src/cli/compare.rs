@@ -4,7 +4,7 @@
 
 use super::map_quality::{GroundTruth, MapTally};
 use sabaki::maps::BakedGraph;
-use sabaki::query::{CullPath, Enumerate, Lookup, Source};
+use sabaki::query::{CullPath, Enumerate, Source};
 use sabaki_app::demo::throw::{Throw, ThrowSettings, throw};
 use sabaki_app::percentile::percentile;
 use serde_json::{Value, json};
@@ -124,9 +124,9 @@ fn throws(args: &Args, baked: &BakedGraph) -> Result<Vec<Throw>, Failure> {
 }
 
 /// All methods, attack by attack, so that what disturbs the machine disturbs all of them.
-fn measure(attacks: Attacks<'_>, lookup: Lookup, culling: &mut Culling) -> Result<Table, Failure> {
+fn measure(attacks: Attacks<'_>, grid: Enumerate, culling: &mut Culling) -> Result<Table, Failure> {
     let Attacks { baked, throws } = attacks;
-    let grids = [Enumerate::Whole, Enumerate::Grid(lookup)];
+    let grids = [Enumerate::Whole, grid];
     let paths = culling.paths();
     let methods = paths
         .iter()

@@ -24,7 +24,8 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = CullPath> {
         CullPath::Compute => "The maps as masks of bits, by a compute shader of the Vulkan device",
     };
     let values = CullPath::ALL.map(|path| PossibleValue::new(path.name()).help(help(path)));
-    PossibleValuesParser::new(values).try_map(|name| name.parse())
+    PossibleValuesParser::new(values)
+        .try_map(|name| CullPath::from_name(&name).ok_or("no culling path has this name"))
 }
 
 /// Which device to use.

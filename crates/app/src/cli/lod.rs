@@ -9,8 +9,7 @@ use sabaki::anim::{JointId, Pose, Skeleton};
 use sabaki::archive;
 use sabaki::internal::{Carrier, Flexion, Inertia};
 use sabaki::lod::{
-    EnergySettings, LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings,
-    Switching, View,
+    LevelSettings, Levels, LodError, Masses, Measure, Order, Rule, SwitchSettings, Switching, View,
 };
 use sabaki_app::demo;
 
@@ -199,18 +198,15 @@ impl Args {
                 OrderArg::Energy => Order::Energy,
                 OrderArg::Error => Order::Error,
             },
-            energy: EnergySettings {
-                masses,
-                flexion: match self.flexion {
-                    FlexionArg::Raised => Flexion::Raised,
-                    FlexionArg::Literal => Flexion::Literal,
-                    FlexionArg::Ignored => Flexion::Ignored,
-                },
-                inertia: match self.inertia {
-                    InertiaArg::Joint => Inertia::Joint,
-                    InertiaArg::Axis => Inertia::Axis,
-                },
-                ..EnergySettings::default()
+            masses,
+            flexion: match self.flexion {
+                FlexionArg::Raised => Flexion::Raised,
+                FlexionArg::Literal => Flexion::Literal,
+                FlexionArg::Ignored => Flexion::Ignored,
+            },
+            inertia: match self.inertia {
+                InertiaArg::Joint => Inertia::Joint,
+                InertiaArg::Axis => Inertia::Axis,
             },
             locked: locked?,
             carrier: match self.carrier {

@@ -1,7 +1,7 @@
 //! Culling paths and sources of candidates, as options.
 
 use clap::ValueEnum;
-use sabaki::query::{CullPath, Enumerate, Lookup, QuerySettings};
+use sabaki::query::{CullPath, Enumerate, QuerySettings};
 
 use super::culling::{Culling, path_parser};
 
@@ -41,12 +41,12 @@ pub(crate) enum LookupArg {
     Union,
 }
 
-impl From<LookupArg> for Lookup {
+impl From<LookupArg> for Enumerate {
     fn from(lookup: LookupArg) -> Self {
         match lookup {
-            LookupArg::Nearest => Self::Nearest,
-            LookupArg::NearestFiled => Self::NearestFiled,
-            LookupArg::Union => Self::Union,
+            LookupArg::Nearest => Self::NearestCell,
+            LookupArg::NearestFiled => Self::NearestFiledCell,
+            LookupArg::Union => Self::TouchedCells,
         }
     }
 }
@@ -70,9 +70,8 @@ impl MethodArgs {
             [] => vec![culling.best()],
             some => some.to_vec(),
         };
-        let lookup = Lookup::from(self.lookup);
         let grids = self.grid.iter().map(|grid| match grid {
-            GridArg::On => Enumerate::Grid(lookup),
+            GridArg::On => Enumerate::from(self.lookup),
             GridArg::Off => Enumerate::Whole,
         });
         let with = |cull: CullPath| {
@@ -100,9 +99,10 @@ impl Method {
     }
 
     pub(crate) fn grid_name(self) -> &'static str {
-        match self.enumerate {
-            Enumerate::Grid(_) => "on",
-            Enumerate::Whole => "off",
+        if self.enumerate.uses_grid() {
+            "on"
+        } else {
+            "off"
         }
     }
 }

@@ -3,7 +3,7 @@ use super::event::Event;
 use super::worker_request::WorkerResponse;
 use sabaki::graph::{Motion, Playhead};
 use sabaki::maps::{BakedGraph, MapGrid};
-use sabaki::query::{Answer, Enumerate, QuerySettings};
+use sabaki::query::{Answer, QuerySettings};
 use sabaki_draw::scene::{AnsweredAttack, Dodge, DodgeSettings};
 
 /// A thrown ball with the answer to it.
@@ -84,7 +84,7 @@ impl<'a> Throw<'a> {
             clean: counts.clean,
             cull: self.response.culling.name(),
             slab_height: self.maps.slab_height,
-            grid: matches!(self.settings.enumerate, Enumerate::Grid(_)),
+            grid: self.settings.enumerate.uses_grid(),
             query_ms: 1e3 * self.response.seconds,
         }
     }

@@ -10,7 +10,7 @@ use super::{Seen, View, WindowError};
 use crate::live::{Clock, Event, Fighter, MapChoice, map_name};
 use sabaki::maps::MapGrid;
 use sabaki::math::F32x16;
-use sabaki::query::{CullPath, Enumerate, Lookup, Source};
+use sabaki::query::{CullPath, Enumerate, Source};
 use sabaki_draw::StageDesc;
 use sabaki_draw::scene::{Camera, CrowdShot, MapStyle, Shot};
 
@@ -197,21 +197,20 @@ impl FighterView<'_> {
                 ui.selectable_value(&mut settings.culling, culling, culling.name());
             }
         });
-        let mut grid = matches!(settings.query.enumerate, Enumerate::Grid(_));
+        let enumerate = &mut settings.query.enumerate;
+        let mut grid = enumerate.uses_grid();
         ui.horizontal(|ui| {
             ui.checkbox(&mut grid, "grid");
             if !grid {
-                settings.query.enumerate = Enumerate::Whole;
+                *enumerate = Enumerate::Whole;
                 return;
             }
-            let mut lookup = match settings.query.enumerate {
-                Enumerate::Grid(lookup) => lookup,
-                Enumerate::Whole => Lookup::default(),
-            };
-            ui.selectable_value(&mut lookup, Lookup::Union, "all cells");
-            ui.selectable_value(&mut lookup, Lookup::NearestFiled, "nearest filed");
-            ui.selectable_value(&mut lookup, Lookup::Nearest, "nearest");
-            settings.query.enumerate = Enumerate::Grid(lookup);
+            if !enumerate.uses_grid() {
+                *enumerate = Enumerate::default();
+            }
+            ui.selectable_value(enumerate, Enumerate::TouchedCells, "all cells");
+            ui.selectable_value(enumerate, Enumerate::NearestFiledCell, "nearest filed");
+            ui.selectable_value(enumerate, Enumerate::NearestCell, "nearest");
         });
         let weights = &mut settings.query.weights;
         let mut slide = |value: &mut f32, text: &str| {

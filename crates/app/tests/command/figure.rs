@@ -105,7 +105,7 @@ fn bake_fits_a_body_and_a_staff_and_says_how_well() {
     let furthest = prop
         .spheres
         .iter()
-        .map(|sphere| sphere.offset.z)
+        .map(|sphere| sphere.centre.z)
         .fold(0.0, f32::max);
     assert!(furthest > 0.95, "turned by its grip, it reaches forwards");
 }

@@ -11,8 +11,8 @@ use thiserror::Error;
 use super::{Figure, Look, Skin};
 use sabaki::anim::{Clip, Skeleton};
 use sabaki::crowd::{
-    self, AnimationSet, AnimationSetError, Character, CharacterId, ClipId, CrowdError,
-    CrowdSettings, Layout, LevelId, Output, Placement, WriteMode,
+    self, AnimationSet, Character, ClipId, CrowdError, CrowdSettings, Layout, LevelId, MemberId,
+    Output, Placement, WriteMode,
 };
 use sabaki::lod::{LevelSettings, Levels, LodError};
 use sabaki::maps::Body;
@@ -57,10 +57,7 @@ pub enum FormationError {
     /// Levels cannot be built or switched.
     #[error(transparent)]
     Lod(#[from] LodError),
-    /// The clips cannot be converted to animations.
-    #[error(transparent)]
-    AnimationSet(#[from] AnimationSetError),
-    /// There are too many characters.
+    /// The clips cannot be converted to animations, or there are too many characters.
     #[error(transparent)]
     Crowd(#[from] CrowdError),
 }
@@ -85,7 +82,7 @@ pub struct Crowd {
 }
 
 pub(super) struct Standing {
-    pub(super) id: CharacterId,
+    pub(super) id: MemberId,
     pub(super) place: Vec3,
     pub(super) level: LevelId,
 }

@@ -10,7 +10,7 @@ use crate::shaders::{
     VIEW_BODY_FRAG, VIEW_BODY_VERT, VIEW_CROWD_VERT, VIEW_FLOOR_FRAG, VIEW_FLOOR_VERT,
     VIEW_LAYER_FRAG, VIEW_LAYER_VERT, VIEW_SKIN_FRAG, VIEW_SKIN_VERT, VIEW_SKY_FRAG, VIEW_SKY_VERT,
 };
-use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage};
+use sabaki::gpu::internal::{Named, Shader, Stage as ShaderStage, graphics_pipeline};
 use sabaki::gpu::{Context, GpuError};
 
 /// Format of the shadow map and the depth buffer.
@@ -369,7 +369,7 @@ impl Builder<'_> {
         }
         let dynamic = vk::PipelineDynamicStateCreateInfo::default()
             .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-        let info = [vk::GraphicsPipelineCreateInfo::default()
+        let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .vertex_input_state(&inputs)
             .input_assembly_state(&assembly)
@@ -380,16 +380,9 @@ impl Builder<'_> {
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
             .layout(self.layout)
-            .push_next(&mut rendering)];
+            .push_next(&mut rendering);
         // SAFETY: modules and layout are of this device and fit each other: `shaders.rs` holds both to the table.
-        let pipelines = unsafe {
-            let device = self.context.device();
-            device.create_graphics_pipelines(self.cache, &info, None)
-        };
-        match pipelines {
-            Ok(pipelines) => Ok(pipelines[0]),
-            Err((_, result)) => Err(result).call("vkCreateGraphicsPipelines"),
-        }
+        unsafe { graphics_pipeline(self.context.device(), self.cache, info) }
     }
 }
 

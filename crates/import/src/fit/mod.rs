@@ -48,7 +48,8 @@ use piece::Piece;
 pub use prop::fit_prop;
 pub use report::{FitReport, JointFit};
 use sabaki::anim::JointId;
-use sabaki::maps::{Body, BodySphere, LocalSphere};
+use sabaki::maps::{Body, BodySphere};
+use sabaki::math::Sphere;
 pub use settings::{FitError, FitSettings};
 use surface::Surface;
 
@@ -96,10 +97,7 @@ pub fn fit_body(
 ///
 /// # Errors
 /// A setting is out of range, or the mesh is too far from the joint.
-pub fn fit_held(
-    mesh: &Mesh,
-    settings: &FitSettings,
-) -> Result<(Vec<LocalSphere>, JointFit), FitError> {
+pub fn fit_held(mesh: &Mesh, settings: &FitSettings) -> Result<(Vec<Sphere>, JointFit), FitError> {
     check(settings)?;
     for &vertex in mesh.triangles().iter().flatten() {
         let metres = mesh.positions()[vertex as usize].length();
@@ -122,10 +120,7 @@ pub fn fit_held(
         vertices: piece.vertices(mesh, &vertices),
         ..piece.measure(&surface, &balls, settings)
     };
-    let sphere = |ball: &medial::Ball| LocalSphere {
-        offset: ball.centre,
-        radius: ball.radius,
-    };
+    let sphere = |ball: &medial::Ball| Sphere::new(ball.centre, ball.radius);
     Ok((balls.iter().map(sphere).collect(), fit))
 }
 

@@ -1,7 +1,7 @@
 //! How far held characters are from where they should be, on the screen.
 
 use glam::Vec3;
-use sabaki::crowd::{CharacterId, Crowd};
+use sabaki::crowd::{Crowd, MemberId};
 use sabaki::lod::View;
 use sabaki::math::F32x16;
 
@@ -54,7 +54,7 @@ impl Scene {
             };
             for (index, character) in self.characters.iter().enumerate().step_by(STRIDE) {
                 let distance = eye.distance(character.placement.position()).max(NEAREST);
-                let metres = difference(&held, &free, CharacterId(index as u32))?;
+                let metres = difference(&held, &free, MemberId(index as u32))?;
                 let off = metres * View::default().pixels_at_one_metre() / distance;
                 greatest = greatest.max(f64::from(off));
                 sum += f64::from(off);
@@ -69,7 +69,7 @@ impl Scene {
 }
 
 /// Largest distance between the same joint of the same character in two crowds, in metres.
-fn difference(held: &Posed, free: &Posed, id: CharacterId) -> Result<f32, Failure> {
+fn difference(held: &Posed, free: &Posed, id: MemberId) -> Result<f32, Failure> {
     let one = held.crowd.pose_slice(id).map_err(usage)?;
     let other = free.crowd.pose_slice(id).map_err(usage)?;
     let numbers = free.crowd.settings().output.form.position_numbers();

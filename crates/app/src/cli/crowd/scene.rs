@@ -80,7 +80,7 @@ impl Scene {
     /// In a column that walks towards the camera, each at a moment of its own.
     fn character(index: usize, animations: &AnimationSet, random: &mut impl Rng) -> Character {
         let (row, file) = (index / ABREAST, index % ABREAST);
-        let clip = ClipId(random.random_range(0..animations.clips()) as u16);
+        let clip = ClipId(random.random_range(0..animations.clips()) as u32);
         let seconds = animations.duration(clip).unwrap_or_default();
         Character {
             clip,

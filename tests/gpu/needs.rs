@@ -1,0 +1,133 @@
+//! Promise: each path runs on a device that has what it needs, and what a queue or a device lacks is said by name.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use sabaki_testing as common;
+use sabaki_testing::shim;
+
+use super::contract::device;
+use common::cull::{any_input, atlas_on, counted, sliced};
+use common::cull_cases::Way;
+use common::{Random, finish};
+use sabaki::gpu::ash::vk;
+use sabaki::gpu::{Context, Culler, Features, GpuError, Terms};
+use sabaki::maps::MapGrid;
+use sabaki::query::cull::{CullInput, CullPath};
+
+/// Each path runs where its own needs are met, whatever the other one lacks.
+#[test]
+fn a_path_runs_with_what_it_needs_alone() {
+    let atlas = atlas_on(MapGrid::PAPER, &mut Random(1), 4);
+    let (attack, candidates) = any_input(&mut Random(2), &atlas, 40);
+    let input = CullInput {
+        atlas: &atlas,
+        attack: &attack,
+        candidates: &candidates,
+    };
+    let none = Features::default();
+    let graphics = "a queue family with graphics";
+    let compute = "a queue family with compute";
+    let rendering = "dynamicRendering";
+    let cases = [
+        (
+            vk::QueueFlags::GRAPHICS,
+            Features::ALL,
+            vec![graphics],
+            vec![],
+        ),
+        (
+            vk::QueueFlags::COMPUTE,
+            Features::ALL,
+            vec![],
+            vec![compute],
+        ),
+        (vk::QueueFlags::empty(), none, vec![rendering], vec![]),
+        (
+            vk::QueueFlags::GRAPHICS,
+            none,
+            vec![graphics, rendering],
+            vec![],
+        ),
+    ];
+    for (hidden, features, stencil_lacks, compute_lacks) in cases {
+        let mut device = device();
+        let whole = device.context().unwrap().clone();
+        shim::hide_queue_flags(hidden);
+        let context = again(&whole, features).unwrap();
+        assert_eq!(context.report().stencil.lacks, stencil_lacks);
+        assert_eq!(context.report().compute.lacks, compute_lacks);
+        for way in Way::ALL {
+            let lacks = match way.path {
+                CullPath::Stencil => &stencil_lacks,
+                _ => &compute_lacks,
+            };
+            let made = Culler::new(&context, device.memory().unwrap(), &way.desc(&atlas));
+            let mut culler = match made {
+                Ok(culler) => culler,
+                Err(GpuError::Missing(names)) => {
+                    assert_eq!(names, *lacks);
+                    continue;
+                }
+                Err(other) => panic!("{other}"),
+            };
+            assert!(lacks.is_empty(), "{lacks:?}");
+            let counts = device.cull(&mut culler, &input).unwrap();
+            assert_eq!(counts, counted(&input), "{way:?}");
+            culler.destroy(device.memory().unwrap());
+        }
+        shim::hide_queue_flags(vk::QueueFlags::empty());
+        finish(device);
+    }
+    let device = device();
+    shim::hide_queue_flags(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE);
+    let error = again(device.context().unwrap(), Features::ALL).unwrap_err();
+    shim::hide_queue_flags(vk::QueueFlags::empty());
+    assert!(error.to_string().contains(graphics) && error.to_string().contains(compute));
+    finish(device);
+}
+
+/// The barriers of Vulkan 1.0 do what those of synchronization2 do.
+#[test]
+fn every_path_runs_without_synchronization2() {
+    let atlas = atlas_on(sliced(8), &mut Random(3), 8);
+    let mut device = device();
+    let whole = device.context().unwrap().clone();
+    let features = Features {
+        synchronization2: false,
+        ..Features::ALL
+    };
+    let context = again(&whole, features).unwrap();
+    for way in Way::ALL {
+        let mut culler =
+            Culler::new(&context, device.memory().unwrap(), &way.desc(&atlas)).unwrap();
+        let before = shim::barriers();
+        for seed in 4..7 {
+            let (attack, candidates) = any_input(&mut Random(seed), &atlas, 40);
+            let input = CullInput {
+                atlas: &atlas,
+                attack: &attack,
+                candidates: &candidates,
+            };
+            let counts = device.cull(&mut culler, &input).unwrap();
+            assert_eq!(counts, counted(&input), "{way:?}");
+        }
+        assert_eq!(shim::barriers(), before, "no barrier of synchronization2");
+        culler.destroy(device.memory().unwrap());
+    }
+    finish(device);
+}
+
+/// The same device, borrowed anew.
+fn again(context: &Context, features: Features) -> Result<Context, GpuError> {
+    // SAFETY: the handles are of a living headless device, which has all features enabled.
+    unsafe {
+        Context::new(&sabaki::gpu::ContextDesc {
+            instance: context.instance(),
+            physical_device: context.physical_device(),
+            device: context.device(),
+            queue_family: context.queue_family(),
+            features,
+            debug_utils: false,
+            terms: Terms::default(),
+        })
+    }
+}
