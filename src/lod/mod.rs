@@ -28,6 +28,7 @@ mod view;
 pub(crate) use blend::affine;
 pub use budget::{Budget, Cost, Plan, Planner};
 pub use cost_monitor::CostMonitor;
+pub use displacement::LevelError;
 pub use error::LodError;
 pub use level::{Level, LevelId, Levels};
 pub use mass::Masses;
