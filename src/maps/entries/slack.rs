@@ -185,8 +185,8 @@ mod tests {
         let changes = [0.5, 0.9, 0.97, 1.0, 1.02, 1.1, 2.0];
         let mut seed = 0_usize;
         let mut draw = |count: usize| {
-            seed = seed * 7919 + 104_729;
-            (seed >> 7) % count
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) % count
         };
         let (mut kept, mut changed) = ([0, 0], 0);
         for _ in 0..50_000 {
