@@ -161,6 +161,9 @@ fn needed(factor: f32) -> u16 {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg32;
+
     use super::*;
 
     const LIMITS: usize = 3;
@@ -183,11 +186,8 @@ mod tests {
     fn results_stay_while_the_codes_suffice() {
         let values = [0.2, 0.7, 0.93, 0.99, 1.0, 1.01, 1.2, 3.0, f32::NAN];
         let changes = [0.5, 0.9, 0.97, 1.0, 1.02, 1.1, 2.0];
-        let mut seed = 0_usize;
-        let mut draw = |count: usize| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 33) % count
-        };
+        let mut random = Pcg32::seed_from_u64(1);
+        let mut draw = |count: usize| random.random_range(0..count);
         let (mut kept, mut changed) = ([0, 0], 0);
         for _ in 0..50_000 {
             let tests = [0; 2].map(|_| [0; LIMITS].map(|_| values[draw(values.len())]));
