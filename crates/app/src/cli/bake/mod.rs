@@ -95,7 +95,9 @@ fn in_one_process(args: &Args, out: &Path, as_json: bool) -> Result<Done, Failur
         as_json,
     };
     let mut done = report.done(&args.clips, args.plot.as_ref())?;
-    let Some(made) = baked.made.as_ref().filter(|_| !args.no_record) else {
+    // A pipe has no neighbour.
+    let records = !args.no_record && out.is_file();
+    let Some(made) = baked.made.as_ref().filter(|_| records) else {
         return Ok(done);
     };
     let (path, bytes) = made.record.write(out)?;
