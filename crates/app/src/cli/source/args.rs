@@ -1,0 +1,143 @@
+//! Arguments that name clips, and how they are read and built into a graph.
+
+use std::path::{Path, PathBuf};
+
+use sabaki::anim::CompressionSettings;
+use sabaki::graph::GraphSettings;
+
+use super::super::Failure;
+use super::super::figure::FigureArgs;
+use super::super::maps::MapArgs;
+
+/// What motion files do not contain.
+#[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Clips")]
+pub(crate) struct ReadArgs {
+    /// Metres per unit of the files. Default: derived from the skeleton's height (glTF: 1).
+    #[arg(long, value_name = "METRES")]
+    scale: Option<f64>,
+    /// Up axis of the files: x, y or z.
+    #[arg(long, value_name = "AXIS", default_value = "y")]
+    up: sabaki_import::Up,
+    /// Frame rate of AMC files, which do not contain it, in frames per second.
+    #[arg(long, value_name = "HZ", default_value_t = sabaki_import::asf::AmcFile::USUAL_RATE)]
+    amc_rate: f64,
+}
+
+impl ReadArgs {
+    pub(crate) fn options(&self) -> sabaki_import::ReadOptions {
+        sabaki_import::ReadOptions {
+            scale: self.scale,
+            up: self.up,
+            amc_rate: Some(self.amc_rate),
+            keep_going: false,
+            retarget: false,
+        }
+    }
+}
+
+/// Bytes of the unit of `--memory`.
+const GB: f64 = (1u64 << 30) as f64;
+
+/// Clips, and the settings of the graph built from them.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Clips")]
+pub(crate) struct ClipArgs {
+    /// BVH, AMC or glTF files, or folders of them.
+    #[arg(long, num_args = 1.., value_name = "PATH")]
+    pub(crate) clips: Vec<PathBuf>,
+    /// Events file (JSON) that labels evasions and attacks in the clips.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) events: Option<PathBuf>,
+    /// Adds a mirrored copy of each clip and its events, left and right exchanged by the joints' names.
+    #[arg(long, requires = "clips")]
+    pub(crate) mirror: bool,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    /// Leaves out files that cannot be read, and files of other skeletons than the largest group's, and reports them (exit code 3
+    /// of `bake`). Default: all such files are listed and nothing is baked.
+    #[arg(long, requires = "clips")]
+    pub(crate) keep_going: bool,
+    /// Puts motions of other skeletons on that of the largest group of files, by the joints' names, and says what this costs.
+    #[arg(long, requires = "clips")]
+    pub(crate) retarget: bool,
+    /// Largest distance of the poses that a transition joins: root mean square over the joints, in
+    /// metres.
+    #[arg(long, value_name = "METRES", requires = "clips", default_value_t = GraphSettings::default().threshold)]
+    pub(crate) threshold: f32,
+    /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
+    /// leaves the clips as they are.
+    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1)]
+    pub(crate) clip_error: f32,
+    /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
+    #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
+    pub(crate) memory: f64,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) maps: MapArgs,
+}
+
+impl ClipArgs {
+    pub(super) fn graph_settings(&self) -> GraphSettings {
+        GraphSettings {
+            threshold: self.threshold,
+            compression: self.compression(),
+            memory: (self.memory * GB) as u64,
+            ..GraphSettings::default()
+        }
+    }
+
+    fn compression(&self) -> Option<CompressionSettings> {
+        let joint_error = 1e-3 * self.clip_error;
+        (self.clip_error != 0.0).then_some(CompressionSettings {
+            joint_error,
+            end_error: 3.0 * joint_error,
+        })
+    }
+
+    /// All files and folders that are read.
+    pub(crate) fn files(&self) -> Vec<&Path> {
+        let clips = self.clips.iter().chain(&self.events);
+        clips
+            .map(PathBuf::as_path)
+            .chain(self.figure.files())
+            .collect()
+    }
+
+    /// All files that are read, with those of the folders, sorted by name.
+    pub(crate) fn input_files(&self) -> Result<Vec<PathBuf>, Failure> {
+        let mut files = Vec::new();
+        for path in self.files() {
+            if !path.is_dir() {
+                files.push(path.to_owned());
+                continue;
+            }
+            let wrong = |source| Failure::Open {
+                path: path.to_owned(),
+                source,
+            };
+            let first = files.len();
+            for entry in std::fs::read_dir(path).map_err(wrong)? {
+                let file = entry.map_err(wrong)?.path();
+                if sabaki_import::is_motion_file(&file) && file.is_file() {
+                    files.push(file);
+                }
+            }
+            files[first..].sort();
+        }
+        Ok(files)
+    }
+
+    /// Lets relative paths start in `folder`.
+    pub(crate) fn start_in(&mut self, folder: &Path) {
+        let paths = self
+            .clips
+            .iter_mut()
+            .chain(&mut self.events)
+            .chain(self.figure.files_mut());
+        for path in paths {
+            *path = folder.join(&*path);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Where a graph comes from: a baked file, clips, or the embedded motions.
+
+mod args;
+mod bake;
+mod statistics;
+
+pub(crate) use args::{ClipArgs, ReadArgs};
+pub(crate) use bake::{BakeInput, embedded, from_clips, from_clips_onto, from_clips_with};
+pub(crate) use statistics::{describe, statistics};
+
+use std::path::{Path, PathBuf};
+
+use sabaki::archive;
+use sabaki::graph::BuildReport;
+use sabaki::internal::FootSlide;
+use sabaki::maps::BakedGraph;
+
+use super::Failure;
+use super::bake::record::BakeRecord;
+use super::figure::Figure;
+
+/// The graph to query.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct GraphArgs {
+    /// Graph written by `bake`. Default: --clips, or the embedded motions without them.
+    baked: Option<PathBuf>,
+    #[command(flatten)]
+    clips: ClipArgs,
+}
+
+impl GraphArgs {
+    pub(crate) fn load(&self) -> Result<Baked, Failure> {
+        match (&self.baked, self.clips.clips.is_empty()) {
+            (_, true) if self.clips.events.is_some() => {
+                Err(Failure::Usage("--events needs --clips".to_owned()))
+            }
+            (Some(_), false) => Err(Failure::Usage(
+                "either a baked graph or --clips, not both".to_owned(),
+            )),
+            (Some(path), true) => from_file(path),
+            (None, false) => from_clips(&self.clips),
+            (None, true) => embedded(),
+        }
+    }
+}
+
+/// A graph, with its build report if it was built now.
+pub(crate) struct Baked {
+    pub(crate) graph: BakedGraph,
+    pub(crate) made: Option<Made>,
+}
+
+/// How a graph was built.
+pub(crate) struct Made {
+    pub(crate) report: BuildReport,
+    pub(crate) feet: FootSlide,
+    pub(crate) seconds: f64,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) figure: Figure,
+    /// Files that were left out, with the reasons.
+    pub(crate) left_out: Vec<String>,
+    /// Number of clips whose results were taken over from an earlier bake.
+    pub(crate) taken_over: usize,
+    /// Results that a later bake takes over.
+    pub(crate) record: BakeRecord,
+}
+
+/// Reads a baked file.
+pub(crate) fn from_file(path: &Path) -> Result<Baked, Failure> {
+    Ok(Baked {
+        graph: archive::read(path)?,
+        made: None,
+    })
+}
