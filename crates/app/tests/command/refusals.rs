@@ -179,3 +179,24 @@ fn a_folder_with_unreadable_files_is_baked_only_if_asked_for() {
     assert_eq!(document["left_out"].as_array().unwrap().len(), 2);
     assert!(folder.path().join("g.sabaki").exists());
 }
+
+#[test]
+fn an_error_of_clips_that_is_none_is_refused_by_the_options_name() {
+    let folder = folder();
+    for error in ["-1", "0.001", "301", "NaN", "much"] {
+        let args = [
+            "bake",
+            "--clips",
+            clips().0,
+            "--clip-error",
+            error,
+            "--out",
+            "g.sabaki",
+        ];
+        let refused = sabaki(folder.path(), &args);
+        assert_eq!(refused.code, 2, "{}", refused.stderr);
+        for word in ["--clip-error", error, "0.01 to 300"] {
+            assert!(refused.stderr.contains(word), "{word}: {}", refused.stderr);
+        }
+    }
+}

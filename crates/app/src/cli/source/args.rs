@@ -67,7 +67,7 @@ pub(crate) struct ClipArgs {
     pub(crate) threshold: f32,
     /// Largest error that compressing the clips may cause at the joints, in millimetres; at the ends it may be three times as large. 0
     /// leaves the clips as they are.
-    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1)]
+    #[arg(long, value_name = "MM", requires = "clips", default_value_t = 0.1, value_parser = clip_error, allow_negative_numbers = true)]
     pub(crate) clip_error: f32,
     /// Memory that building the graph may take, in GB. Clips that would take more are rejected before the work begins.
     #[arg(long, value_name = "GB", requires = "clips", default_value_t = GraphSettings::MEMORY as f64 / GB)]
@@ -76,6 +76,12 @@ pub(crate) struct ClipArgs {
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
     pub(crate) maps: MapArgs,
+}
+
+fn clip_error(text: &str) -> Result<f32, String> {
+    let is_allowed = |&value: &f32| value == 0.0 || (0.01..=300.0).contains(&value);
+    let value = text.parse().ok().filter(is_allowed);
+    value.ok_or_else(|| "not 0, or millimetres from 0.01 to 300".to_owned())
 }
 
 impl ClipArgs {
