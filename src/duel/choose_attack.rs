@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::challenge::Challenge;
 use super::duel_state::Duel;
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::graph::{EdgeId, Motion, Playhead, Step};
+use crate::graph::{EdgeId, Motion, Playhead, MotionStep};
 use crate::maps::AttackOption;
 use crate::query::Attack;
 
@@ -100,7 +100,7 @@ impl Duel<'_> {
         let strike = *self.grid.attack_move(self.baked, option.path);
         let path: Vec<EdgeId> = self.grid.paths().edges(option.path).collect();
         let edges = path.iter().chain([&strike.edge]);
-        let steps: Vec<Step> = edges.map(|&edge| Step { edge, rate: 1.0 }).collect();
+        let steps: Vec<MotionStep> = edges.map(|&edge| MotionStep { edge, rate: 1.0 }).collect();
         let mut motion = me.branch(graph, self.now, &steps);
         let start = wait + f32::from(self.grid.paths().path(option.path).frames) / rate;
         // The transform of the attack's clip at that time.

@@ -1,7 +1,7 @@
 use super::challenge::Challenge;
 use super::fighter::Fighter;
 use super::opening::opening_edge;
-use super::record::{Exchange, Score, Settled};
+use super::record::{Exchange, Score};
 use super::rng::SplitMix64;
 use super::settings::{DuelError, DuelSettings};
 use super::side::Side;
@@ -143,8 +143,9 @@ impl<'a> Duel<'a> {
 
     /// Plays the attack and its answer. `answer` is the answer to [`Challenge::request`].
     ///
-    /// If the fighters would run into each other or leave the arena, the attack is called off, and the attacker keeps its turn.
-    pub fn settle(&mut self, challenge: &Challenge, answer: &Answer) -> Settled {
+    /// Returns `None` if the attack is called off because the fighters would run into each other or leave the arena. The attacker
+    /// then keeps its turn.
+    pub fn settle(&mut self, challenge: &Challenge, answer: &Answer) -> Option<&Exchange> {
         let (attacker, defender) = (challenge.attacker, challenge.attacker.other());
         let end = challenge.attack.end();
         let mut motion = answer.motion.clone();
@@ -156,17 +157,17 @@ impl<'a> Duel<'a> {
             self.called_off += 1;
             self.used.push(challenge.strike);
             self.footwork();
-            return Settled::CalledOff;
+            return None;
         }
         let clearance = self.clearance(&motion, &challenge.attack);
-        let exchange = Exchange::new(challenge, answer, clearance);
         let (graph, now) = (self.baked.graph(), self.now);
         self.fighters[defender.index()].play(graph, now, motion);
         self.now += end;
         self.used.push(challenge.strike);
-        self.exchanges.push(exchange.clone());
         self.turn = defender;
-        Settled::Fought(Box::new(exchange))
+        let exchange = Exchange::new(challenge, answer, clearance);
+        self.exchanges.push(exchange);
+        self.exchanges.last()
     }
 
     /// The exact clearance of an attack and a motion that start together.

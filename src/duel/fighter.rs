@@ -1,5 +1,5 @@
 use crate::anim::Pose;
-use crate::graph::{Motion, MotionGraph, Playhead, Step};
+use crate::graph::{Motion, MotionGraph, Playhead, MotionStep};
 use crate::math::Rigid2;
 
 /// The motion of one fighter, from the duel's start on.
@@ -69,7 +69,7 @@ impl Fighter {
     }
 
     /// The motion from `now` to the next node, and then `steps`.
-    pub(super) fn branch(&self, graph: &MotionGraph, now: f32, steps: &[Step]) -> Motion {
+    pub(super) fn branch(&self, graph: &MotionGraph, now: f32, steps: &[MotionStep]) -> Motion {
         let current = self.current(now);
         current.motion.branch(graph, now - current.from, steps)
     }

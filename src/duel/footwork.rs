@@ -7,7 +7,7 @@ use glam::Vec2;
 use super::duel_state::Duel;
 use super::side::Side;
 use crate::anim::EventKind;
-use crate::graph::{EdgeMotion, Motion, MotionGraph, NodeId, Step};
+use crate::graph::{EdgeMotion, Motion, MotionGraph, NodeId, MotionStep};
 use crate::math::Rigid2;
 use crate::query::MoveSettings;
 use crate::query::moves::MoveSpan;
@@ -79,7 +79,7 @@ impl Duel<'_> {
     }
 
     /// Paths from a node that differ from each other.
-    fn paths_from(&mut self, node: NodeId, seconds: f32) -> Vec<Vec<Step>> {
+    fn paths_from(&mut self, node: NodeId, seconds: f32) -> Vec<Vec<MotionStep>> {
         let settings = MoveSettings {
             width: 48,
             candidates: 192,
@@ -93,7 +93,7 @@ impl Duel<'_> {
         self.search.run(graph, span, &settings, |id| found.push(id));
         let steps = |id| {
             let edges = self.search.edges_backwards(id);
-            let mut steps: Vec<Step> = edges.map(|edge| Step { edge, rate: 1.0 }).collect();
+            let mut steps: Vec<MotionStep> = edges.map(|edge| MotionStep { edge, rate: 1.0 }).collect();
             steps.reverse();
             steps
         };
@@ -146,7 +146,7 @@ fn looks(graph: &MotionGraph, motion: &Motion, seconds: f32) -> f32 {
         EventKind::Attack => 1.0,
         EventKind::Evasion => 0.3,
     };
-    let of_step = |step: Step| match graph.edge(step.edge).motion {
+    let of_step = |step: MotionStep| match graph.edge(step.edge).motion {
         EdgeMotion::Clip => 0.0,
         EdgeMotion::Transition { distance, .. } => 0.02 + distance,
     };

@@ -27,6 +27,6 @@ pub(crate) mod trunk;
 pub use challenge::Challenge;
 pub use duel_state::Duel;
 pub use fighter::Fighter;
-pub use record::{Exchange, Score, Settled};
+pub use record::{Exchange, Score};
 pub use settings::{DuelError, DuelSettings};
 pub use side::Side;

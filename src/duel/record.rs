@@ -2,18 +2,9 @@ use serde::Serialize;
 
 use super::challenge::Challenge;
 use super::side::Side;
-use crate::graph::{EdgeId, Step};
+use crate::graph::{EdgeId, MotionStep};
 use crate::query::clearance::Clearance;
 use crate::query::{Answer, Attack, Counts, Source};
-
-/// The outcome of a challenge.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Settled {
-    /// Attack and answer were played.
-    Fought(Box<Exchange>),
-    /// The attack was called off: the fighters would have run into each other or left the arena.
-    CalledOff,
-}
 
 /// An attack and the answer to it.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +30,7 @@ pub struct Exchange {
     /// Edge of the evasion; `None` for a move.
     pub evasion: Option<EdgeId>,
     /// Steps of the answer, from the defender's next node on.
-    pub answer: Vec<Step>,
+    pub answer: Vec<MotionStep>,
     /// Set that the candidates came from.
     pub source: Source,
     /// Number of candidates by result.

@@ -45,7 +45,7 @@ pub use motion::Motion;
 pub(crate) use motion::{heading, layer_tilt};
 pub(crate) use motion_edit::Played;
 pub use motion_graph::{Edge, EdgeMotion, GraphEvent, MotionGraph, Node};
-pub use playhead::{Playhead, Step};
+pub use playhead::{Playhead, MotionStep};
 pub(crate) use record::ClipMatch;
 pub use report::{BuildReport, Dropped};
 pub(crate) use responsiveness::Responsiveness;

@@ -102,7 +102,7 @@ impl Playhead {
 
 /// One edge of a path, with its playback rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct MotionStep {
     /// Edge to play.
     pub edge: EdgeId,
     /// Playback rate, above 0. At rate 2 the edge plays twice as fast.

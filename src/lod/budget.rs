@@ -22,7 +22,7 @@ pub struct Budget {
     /// Error that is minimized.
     pub measure: Measure,
     /// Screen error of the previous frame, in pixels. The bands then move per frame at most as far as the camera of
-    /// [`super::BlendSettings`] or by 1% of their distance, whichever is more, so that a suddenly smaller budget is met some frames later.
+    /// [`SwitchSettings::camera_speed`] or by 1% of their distance, whichever is more, so that a suddenly smaller budget is met some frames later.
     /// `None`: the bands move at once.
     pub before: Option<f32>,
 }
@@ -167,7 +167,7 @@ impl Planner {
             // Each level keeps one joint less than the one before.
             let finer = self.nearer(band.end);
             nanoseconds += f64::from(finer) * f64::from(joint);
-            if settings.blend.is_some() {
+            if settings.blend_step.is_some() {
                 let within = finer - self.surely_nearer(band.start).min(finer);
                 nanoseconds += f64::from(within) * f64::from(blend);
             }
@@ -209,13 +209,12 @@ impl Budget {
         let Some(before) = self.before.filter(|&before| before > 0.0) else {
             return wanted;
         };
-        let blend = self.switching.blend.unwrap_or_default();
         let errors = levels
             .levels
             .iter()
             .map(|level| self.measure.of(&level.error));
         let worst = self.switching.view.pixels_at_one_metre() * errors.fold(0.0, f32::max);
-        let most = (blend.speed / blend.frame_rate / worst).max(Self::SHARE / before);
+        let most = (self.switching.travel() / worst).max(Self::SHARE / before);
         let inverse = (1.0 / wanted).clamp(1.0 / before - most, 1.0 / before + most);
         if inverse > 1.0 / PIXELS.1 {
             1.0 / inverse

@@ -34,5 +34,5 @@ pub use level::{Level, LevelId, Levels};
 pub use mass::Masses;
 pub(crate) use motion::{LevelMotion, LevelTrack, Translations};
 pub use settings::{LevelSettings, Order};
-pub use switching::{BlendSettings, Choice, Measure, Rule, SwitchSettings, Switching};
+pub use switching::{Choice, Measure, Rule, SwitchSettings, Switching};
 pub use view::View;

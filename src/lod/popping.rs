@@ -113,9 +113,8 @@ impl Levels {
     ) -> Result<f32, LodError> {
         check(skeleton, clip)?;
         let switching = Switching::new(self, settings)?;
-        let camera = settings.blend.unwrap_or_default();
         let points = Samples::of(skeleton, std::slice::from_ref(clip), (500, self.skin));
-        let travel = camera.speed / camera.frame_rate;
+        let travel = settings.travel();
         let (near, far) = (self.reach + NEAREST, switching.furthest() + 2.0 * travel);
         let walk = Walk {
             switching: &switching,
@@ -132,7 +131,7 @@ impl Levels {
                 continue;
             }
             let distance = walk.distance(frame);
-            let of_clip = frame as f64 / f64::from(camera.frame_rate) * clip.frame_rate();
+            let of_clip = frame as f64 / f64::from(settings.frame_rate) * clip.frame_rate();
             clip.pose(of_clip as usize % clip.frames(), &mut pose);
             forward_kinematics(skeleton, &pose, &mut joints);
             let matrices: Vec<Affine3A> = joints.iter().map(affine).collect();

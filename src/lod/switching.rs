@@ -25,8 +25,13 @@ pub struct SwitchSettings {
     pub rule: Rule,
     /// Share of the distance by which an approaching camera switches to the finer level later. Default 0.02.
     pub hysteresis: f32,
-    /// Blending between levels. `None` switches at once, as in the paper.
-    pub blend: Option<BlendSettings>,
+    /// Largest step of a point by blending from one frame to the next, in pixels; it sets the width of the bands. `None` switches at
+    /// once, as in the paper. Default 0.5.
+    pub blend_step: Option<f32>,
+    /// Speed of the camera relative to the character, in metres per second. Default 5.
+    pub camera_speed: f32,
+    /// Frame rate of the screen, in frames per second. Default 60.
+    pub frame_rate: f32,
 }
 
 /// Relation of distance and level.
@@ -66,18 +71,6 @@ impl Measure {
     }
 }
 
-/// Settings of the width of bands.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct BlendSettings {
-    /// Largest step of a point by blending from one frame to the next, in pixels. Default 0.5.
-    pub step: f32,
-    /// Speed of the camera relative to the character, in metres per second. Default 5.
-    pub speed: f32,
-    /// Frame rate of the screen, in frames per second. Default 60.
-    pub frame_rate: f32,
-}
-
 impl Default for SwitchSettings {
     /// A person of 1.7 m is 20 pixels high at L.
     fn default() -> Self {
@@ -88,34 +81,30 @@ impl Default for SwitchSettings {
                 furthest: view.distance(1.7, 20.0),
             },
             hysteresis: 0.02,
-            blend: Some(BlendSettings::default()),
-        }
-    }
-}
-
-impl Default for BlendSettings {
-    fn default() -> Self {
-        Self {
-            step: 0.5,
-            speed: 5.0,
+            blend_step: Some(0.5),
+            camera_speed: 5.0,
             frame_rate: 60.0,
         }
     }
 }
 
 impl SwitchSettings {
+    /// Distance that the camera travels in a frame, in metres.
+    pub(super) fn travel(&self) -> f32 {
+        self.camera_speed / self.frame_rate
+    }
+
     fn check(&self) -> Result<(), LodError> {
         self.view.check()?;
-        let blend = self.blend.unwrap_or_default();
         let rule = match self.rule {
             Rule::Energy { furthest } => ("furthest", furthest),
             Rule::ScreenError { pixels, .. } => ("pixels", pixels),
         };
         let above_0 = [
             rule,
-            ("step", blend.step),
-            ("speed", blend.speed),
-            ("frame_rate", blend.frame_rate),
+            ("blend_step", self.blend_step.unwrap_or(1.0)),
+            ("camera_speed", self.camera_speed),
+            ("frame_rate", self.frame_rate),
         ];
         for (setting, value) in above_0 {
             // An infinite error allows every level.
@@ -184,7 +173,7 @@ impl Switching {
     /// Settings out of range. The bands are then unchanged.
     pub fn update(&mut self, levels: &Levels, settings: &SwitchSettings) -> Result<(), LodError> {
         settings.check()?;
-        self.blends = settings.blend.is_some();
+        self.blends = settings.blend_step.is_some();
         self.bands.clear();
         let greatest = levels
             .levels
@@ -266,11 +255,10 @@ impl Switching {
 impl Band {
     /// Lower bound of width · (start − near) for a displacement of `step` metres, in square metres.
     fn least_area(step: f32, settings: &SwitchSettings) -> f32 {
-        let Some(blend) = settings.blend else {
+        let Some(blend_step) = settings.blend_step else {
             return 0.0;
         };
-        let travel = blend.speed / blend.frame_rate;
-        step * settings.view.pixels_at_one_metre() * travel / blend.step
+        step * settings.view.pixels_at_one_metre() * settings.travel() / blend_step
     }
 
     /// The narrowest band that ends at `end`, or the first one possible after `before`.

@@ -1,6 +1,6 @@
 use super::answer::{Answer, CandidateReport, EnteredAt};
 use super::retime::retimed;
-use crate::graph::{Motion, Playhead, Step};
+use crate::graph::{Motion, Playhead, MotionStep};
 use crate::maps::BakedGraph;
 
 impl Answer {
@@ -25,7 +25,7 @@ impl Answer {
             motion.set_layer(Some(layer));
         } else {
             let steps = retimed(baked, report.rate.ok()?, self.path(baked, report));
-            let evasion = report.evasion.map(|edge| Step { edge, rate: 1.0 });
+            let evasion = report.evasion.map(|edge| MotionStep { edge, rate: 1.0 });
             motion.restart(baked.graph(), playhead, steps.chain(evasion));
         }
         if let Some(warp) = report.warp {

@@ -11,7 +11,7 @@ use super::retime::retimed;
 use super::score::{Score, ScoreFacts};
 use super::state::QueryState;
 use crate::anim::EventKind;
-use crate::graph::{Motion, MotionGraph, Step};
+use crate::graph::{Motion, MotionGraph, MotionStep};
 
 /// Data of the candidates before the tests.
 #[derive(Clone, Copy)]
@@ -198,7 +198,7 @@ impl EvaluationInput<'_> {
             CandidateKind::Evasion { path, .. } => {
                 let steps = retimed(baked, candidate.rate, baked.paths().edges(path));
                 let evasion = baked.evasions()[baked.paths().path(path).evasion as usize];
-                let evasion = Step {
+                let evasion = MotionStep {
                     edge: evasion.edge,
                     rate: 1.0,
                 };
@@ -207,7 +207,7 @@ impl EvaluationInput<'_> {
             }
             CandidateKind::Move(path) => {
                 let backwards = self.state.moves.edges_backwards(path);
-                let steps = backwards.map(|edge| Step { edge, rate: 1.0 });
+                let steps = backwards.map(|edge| MotionStep { edge, rate: 1.0 });
                 motion.restart_backwards(graph, request.playhead, steps);
                 motion.continue_blend(&request.blend, 0.0);
             }

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::graph::{EdgeId, Step};
+use crate::graph::{EdgeId, MotionStep};
 use crate::maps::BakedGraph;
 
 /// Limits of the playback rate.
@@ -130,7 +130,7 @@ pub(super) fn retimed<'a>(
     baked: &'a BakedGraph,
     rate: Rate,
     edges: impl Iterator<Item = EdgeId> + 'a,
-) -> impl Iterator<Item = Step> + 'a {
+) -> impl Iterator<Item = MotionStep> + 'a {
     edges.map(move |edge| {
         let retimable = baked.retimable(edge);
         let is_changed = match rate.direction {
@@ -138,7 +138,7 @@ pub(super) fn retimed<'a>(
             Direction::Faster => retimable.faster,
             Direction::Slower => retimable.slower,
         };
-        Step {
+        MotionStep {
             edge,
             rate: if is_changed { rate.rate } else { 1.0 },
         }

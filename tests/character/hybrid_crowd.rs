@@ -172,7 +172,7 @@ fn an_answer_is_played_and_then_the_member_walks_on() {
     // Its own way, at another speed.
     let start = crowd.playhead(members[3]).unwrap();
     let graph = scene.graph;
-    let step = |edge| sabaki::graph::Step { edge, rate: 1.5 };
+    let step = |edge| sabaki::graph::MotionStep { edge, rate: 1.5 };
     let first = graph.natural_edge(start.next_node(graph));
     let second = graph.natural_edge(graph.edge(first).to);
     let motion = Motion::new(graph, start, &[step(first), step(second)]);

@@ -11,7 +11,7 @@ use sabaki::crowd::{
     Character, Crowd, CrowdError, CrowdSettings, Frame, Frustum, Hold, Layout, MemberId, Output,
     Placement, PoseSlice,
 };
-use sabaki::lod::{BlendSettings, LevelId, Levels, Rule, SwitchSettings, Switching};
+use sabaki::lod::{LevelId, Levels, Rule, SwitchSettings, Switching};
 use sabaki::math::{F32x16, Isa, Rigid2};
 use std::sync::Arc;
 
@@ -29,12 +29,12 @@ fn stage() -> (Stage, Levels) {
 }
 
 fn switchings(levels: &Levels) -> Vec<Switching> {
-    let rules = [None, Some(BlendSettings::default())];
-    let new = |blend| {
+    let rules = [None, Some(0.5)];
+    let new = |blend_step| {
         let settings = SwitchSettings {
             rule: Rule::Energy { furthest: 6.0 },
             hysteresis: 0.1,
-            blend,
+            blend_step,
             ..SwitchSettings::default()
         };
         Switching::new(levels, &settings).unwrap()

@@ -9,7 +9,7 @@ use glam::{Affine3A, Quat, Vec2, Vec3};
 use sabaki::anim::{Clip, ClipDesc, Joint, JointId, JointKind, JointTransform, Skeleton};
 use sabaki::internal::affine;
 use sabaki::lod::{
-    BlendSettings, Choice, Level, LevelId, LevelSettings, Levels, LodError, Measure, Order, Rule,
+    Choice, Level, LevelId, LevelSettings, Levels, LodError, Measure, Order, Rule,
     SwitchSettings, Switching, View,
 };
 
@@ -28,7 +28,7 @@ fn the_papers_distances_are_linear_in_energy() {
         let settings = SwitchSettings {
             rule: Rule::Energy { furthest: 50.0 },
             hysteresis: 0.0,
-            blend: None,
+            blend_step: None,
             ..SwitchSettings::default()
         };
         let switching = Switching::new(&levels, &settings).unwrap();
@@ -78,7 +78,7 @@ fn the_mean_error_asks_for_no_more_than_the_greatest() {
                     pixels: 2.0,
                     measure,
                 },
-                blend: None,
+                blend_step: None,
                 ..SwitchSettings::default()
             };
             Switching::new(&levels, &settings).unwrap()
@@ -268,7 +268,7 @@ fn largest_step(
 
 fn without_blend(settings: &SwitchSettings) -> SwitchSettings {
     SwitchSettings {
-        blend: None,
+        blend_step: None,
         ..*settings
     }
 }
@@ -343,10 +343,10 @@ fn the_screen_error_is_no_larger_than_allowed() {
         let frames = frames_of(&skeleton, &clip);
         let points = points_of(&skeleton, &frames, 0.05);
         for pixels in [0.3, 2.0, 20.0] {
-            for blend in [None, Some(BlendSettings::default())] {
+            for blend_step in [None, Some(0.5)] {
                 let settings = SwitchSettings {
                     rule: screen_error(pixels),
-                    blend,
+                    blend_step,
                     ..SwitchSettings::default()
                 };
                 let switching = Switching::new(&levels, &settings).unwrap();
@@ -375,26 +375,25 @@ fn the_screen_error_is_no_larger_than_allowed() {
 #[test]
 fn settings_that_make_no_sense_are_errors() {
     let (_, _, levels) = random_levels(1);
-    let fails = |change: &dyn Fn(&mut SwitchSettings, &mut BlendSettings)| {
-        let (mut settings, mut blend) = (SwitchSettings::default(), BlendSettings::default());
-        change(&mut settings, &mut blend);
-        settings.blend = Some(blend);
+    let fails = |change: &dyn Fn(&mut SwitchSettings)| {
+        let mut settings = SwitchSettings::default();
+        change(&mut settings);
         setting_of(Switching::new(&levels, &settings).unwrap_err())
     };
     for wrong in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
-        assert_eq!(fails(&|s, _| s.view.fov = wrong), "fov");
-        assert_eq!(fails(&|s, _| s.view.height = wrong), "height");
+        assert_eq!(fails(&|s| s.view.fov = wrong), "fov");
+        assert_eq!(fails(&|s| s.view.height = wrong), "height");
         assert_eq!(
-            fails(&|s, _| s.rule = Rule::Energy { furthest: wrong }),
+            fails(&|s| s.rule = Rule::Energy { furthest: wrong }),
             "furthest"
         );
-        assert_eq!(fails(&|s, _| s.rule = screen_error(wrong)), "pixels");
-        assert_eq!(fails(&|_, b| b.step = wrong), "step");
-        assert_eq!(fails(&|_, b| b.speed = wrong), "speed");
-        assert_eq!(fails(&|_, b| b.frame_rate = wrong), "frame_rate");
+        assert_eq!(fails(&|s| s.rule = screen_error(wrong)), "pixels");
+        assert_eq!(fails(&|s| s.blend_step = Some(wrong)), "blend_step");
+        assert_eq!(fails(&|s| s.camera_speed = wrong), "camera_speed");
+        assert_eq!(fails(&|s| s.frame_rate = wrong), "frame_rate");
     }
     for wrong in [-0.1, 1.0, f32::NAN] {
-        assert_eq!(fails(&|s, _| s.hysteresis = wrong), "hysteresis");
+        assert_eq!(fails(&|s| s.hysteresis = wrong), "hysteresis");
     }
 }
 

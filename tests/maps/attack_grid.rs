@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use common::baked::embedded;
 use glam::Vec3;
 use sabaki::anim::{Pose, forward_kinematics};
-use sabaki::graph::{Motion, NodeId, Playhead, Step};
+use sabaki::graph::{Motion, NodeId, Playhead, MotionStep};
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph, PathSettings};
 use sabaki::math::Rigid2;
 
@@ -194,9 +194,9 @@ fn the_limb_is_there_when_the_grid_says_so() {
                 frame: 0.0,
                 clip_to_world: baked.placement(node).inverse(),
             };
-            let steps: Vec<Step> = edges[1..]
+            let steps: Vec<MotionStep> = edges[1..]
                 .iter()
-                .map(|&edge| Step { edge, rate: 1.0 })
+                .map(|&edge| MotionStep { edge, rate: 1.0 })
                 .collect();
             let motion = Motion::new(graph, first, &steps);
             motion.sample(graph, grid.frames(blow) as f32 / rate, &mut pose);

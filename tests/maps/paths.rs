@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use common::baked::embedded;
 use common::small::small;
-use sabaki::graph::{Motion, NodeId, Playhead, Step};
+use sabaki::graph::{Motion, NodeId, Playhead, MotionStep};
 use sabaki::internal::{EntrySettings, NodePath, PathId};
 use sabaki::maps::{BakeSettings, BakedGraph, Baker, MapGrid, PathSettings};
 use sabaki::math::Rigid2;
@@ -146,7 +146,7 @@ fn ends_at(
     };
     let evasion = baked.evasions()[path.evasion as usize].edge;
     let steps = rest.iter().chain([&evasion]);
-    let steps: Vec<Step> = steps.map(|&edge| Step { edge, rate: 1.0 }).collect();
+    let steps: Vec<MotionStep> = steps.map(|&edge| MotionStep { edge, rate: 1.0 }).collect();
     let motion = Motion::new(baked.graph(), playhead, &steps);
     let seconds = f32::from(path.frames) / baked.graph().frame_rate() as f32;
     let end = motion

@@ -6,7 +6,7 @@ use sabaki_testing as common;
 
 use common::baked::embedded;
 use common::captures::fight;
-use sabaki::graph::{Motion, Step};
+use sabaki::graph::{Motion, MotionStep};
 use sabaki::internal::{ExactTest, Extent, MotionBody, Sampling};
 use sabaki::maps::BakedGraph;
 use sabaki::query::Attack;
@@ -24,7 +24,7 @@ fn walks(baked: &BakedGraph, count: u64) -> impl Iterator<Item = (Motion, Attack
         for turn in 0..12 {
             let edges: Vec<_> = graph.edges_from(node).collect();
             let edge = edges[(index * 7 + turn * 5) as usize % edges.len()];
-            steps.push(Step { edge, rate: 1.0 });
+            steps.push(MotionStep { edge, rate: 1.0 });
             node = graph.edge(edge).to;
         }
         let mut motion = Motion::new(graph, throw.playhead, &steps);

@@ -3,7 +3,7 @@
 use super::{Motion, Piece};
 use crate::anim::{EventKind, Warp};
 use crate::graph::inertia::{Entry, EntryScratch, Inertia};
-use crate::graph::{EdgeId, EdgeMotion, MotionGraph, Step};
+use crate::graph::{EdgeId, EdgeMotion, MotionGraph, MotionStep};
 
 impl Motion {
     /// Jumps to another position of the graph after `seconds`. The offset of the motion from that position, and its speed, fade out
@@ -67,7 +67,7 @@ impl Motion {
             if graph.edge(edge).motion != EdgeMotion::Clip {
                 break;
             }
-            self.push(graph, Step { edge, rate });
+            self.push(graph, MotionStep { edge, rate });
             pushed += 1;
         }
     }
@@ -158,7 +158,7 @@ impl Motion {
     /// Returns the rest of the edge that plays after `seconds`, followed by `steps`, which start at
     /// its end.
     #[must_use]
-    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[Step]) -> Self {
+    pub fn branch(&self, graph: &MotionGraph, seconds: f32, steps: &[MotionStep]) -> Self {
         let mut branch = self.rest(graph, seconds);
         branch.pieces.truncate(1);
         branch.entered = branch.inertias().partition_point(|one| one.start <= 0.0);

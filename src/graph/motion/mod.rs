@@ -8,7 +8,7 @@ pub use layer::Layer;
 pub(crate) use layer::{heading, layer_tilt};
 
 use super::inertia::{EntryScratch, Inertia};
-use super::{EdgeId, EventId, MotionGraph, Playhead, Step};
+use super::{EdgeId, EventId, MotionGraph, Playhead, MotionStep};
 use crate::anim::Warp;
 
 /// A continuous motion through the graph: the rest of an edge, then the steps of a path, then the
@@ -65,7 +65,7 @@ impl Motion {
     /// The first step must start at the playhead's next node, and each later step at the end of the
     /// step before it.
     #[must_use]
-    pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[Step]) -> Self {
+    pub fn new(graph: &MotionGraph, playhead: Playhead, steps: &[MotionStep]) -> Self {
         let mut motion = Self::default();
         motion.restart(graph, playhead, steps.iter().copied());
         motion
@@ -76,7 +76,7 @@ impl Motion {
         &mut self,
         graph: &MotionGraph,
         playhead: Playhead,
-        steps: impl IntoIterator<Item = Step>,
+        steps: impl IntoIterator<Item = MotionStep>,
     ) {
         let playhead = playhead.sanitized(graph);
         self.clear();
@@ -96,7 +96,7 @@ impl Motion {
         &mut self,
         graph: &MotionGraph,
         playhead: Playhead,
-        steps: impl IntoIterator<Item = Step>,
+        steps: impl IntoIterator<Item = MotionStep>,
     ) {
         self.restart(graph, playhead, []);
         // The edges and rates are final; the times and transforms are computed below.
@@ -117,7 +117,7 @@ impl Motion {
         }
     }
 
-    fn push(&mut self, graph: &MotionGraph, step: Step) {
+    fn push(&mut self, graph: &MotionGraph, step: MotionStep) {
         if let Some(last) = self.pieces.last() {
             let next = last.followed(graph, step.edge, step.rate);
             self.pieces.push(next);
@@ -127,7 +127,7 @@ impl Motion {
     /// Appends [`MotionGraph::natural_edge`] repeatedly until the motion lasts at least `seconds`.
     pub fn extend(&mut self, graph: &MotionGraph, seconds: f32) {
         while let Some(last) = self.pieces.last().filter(|last| last.end < seconds) {
-            let step = Step {
+            let step = MotionStep {
                 edge: graph.natural_edge(last.playhead.next_node(graph)),
                 rate: 1.0,
             };

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Motion;
 use crate::anim::Pose;
-use crate::graph::{EdgeId, MotionGraph, Playhead, Step};
+use crate::graph::{EdgeId, MotionGraph, Playhead, MotionStep};
 use crate::math::Rigid2;
 
 impl Motion {
@@ -79,8 +79,8 @@ impl Motion {
     }
 
     /// Steps after the first edge, which has already started.
-    pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
-        self.pieces.iter().skip(1).map(|piece| Step {
+    pub fn steps(&self) -> impl Iterator<Item = MotionStep> + '_ {
+        self.pieces.iter().skip(1).map(|piece| MotionStep {
             edge: piece.playhead.edge,
             rate: piece.rate,
         })

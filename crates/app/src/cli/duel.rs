@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use sabaki::duel::Fighter;
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled};
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score};
 use sabaki::graph::EdgeId;
 use sabaki::internal::AttackGridReport;
 use sabaki::maps::{AttackGrid, AttackGridSettings, BakedGraph};
@@ -141,7 +141,7 @@ impl BuiltGrid {
             let started = Instant::now();
             query.answer(challenge.request(), &mut context, &mut answer);
             let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-            if let Settled::Fought(_) = duel.settle(&challenge, &answer) {
+            if duel.settle(&challenge, &answer).is_some() {
                 query_ms.push(milliseconds);
                 bar.inc(1);
             }

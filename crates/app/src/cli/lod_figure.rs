@@ -76,7 +76,7 @@ impl Report {
             }
         };
         let at_once = SwitchSettings {
-            blend: None,
+            blend_step: None,
             hysteresis: 0.0,
             ..self.settings
         };

@@ -42,7 +42,7 @@ impl Report {
     /// Measures the steps at switches.
     pub(crate) fn measured(mut self) -> Result<Self, LodError> {
         let at_once = SwitchSettings {
-            blend: None,
+            blend_step: None,
             ..self.settings
         };
         let every = self.source.clips.len().div_ceil(MEASURED);

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::live::Event;
 use sabaki::anim::JointTransform;
-use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Settled, Side};
+use sabaki::duel::{Duel, DuelError, DuelSettings, Exchange, Score, Side};
 use sabaki::maps::{AttackGrid, BakedGraph};
 use sabaki::query::{Answer, Query, QueryContext, QuerySettings};
 use sabaki_draw::scene::{Bout, BoutSettings, Camera, Cut, Mesh, Outfit, Shot};
@@ -90,7 +90,7 @@ impl<'a> LiveDuel<'a> {
             Ok(challenge) => {
                 let (context, answer) = (&mut self.context, &mut self.answer);
                 query.answer(challenge.request(), context, answer);
-                if let Settled::CalledOff = self.duel.settle(&challenge, answer) {
+                if self.duel.settle(&challenge, answer).is_none() {
                     tracing::debug!("an attack was called off");
                 }
             }

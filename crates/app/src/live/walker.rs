@@ -1,6 +1,6 @@
 use glam::{Vec2, Vec3};
 
-use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Playhead, Step};
+use sabaki::graph::{EdgeId, EdgeMotion, Motion, MotionGraph, NodeId, Playhead, MotionStep};
 
 /// Walks a graph for ever: mostly along the clips, sometimes along a transition, and back home from far away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +66,7 @@ impl Walker {
         };
         let home = self.home;
         let away = |edge: EdgeId| {
-            let step = Step { edge, rate: 1.0 };
+            let step = MotionStep { edge, rate: 1.0 };
             let mut motion = Motion::new(graph, at_node, &[step]);
             motion.extend(graph, AHEAD);
             let root: Vec3 = motion.root(graph, AHEAD);

@@ -1,6 +1,6 @@
 //! A motion that leads to a given state of a character.
 
-use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead, Step};
+use sabaki::graph::{Edge, EdgeId, EdgeMotion, Motion, MotionGraph, Playhead, MotionStep};
 
 /// Motion that ends at `playhead` after at least `seconds`, and its duration.
 pub(super) fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> (Motion, f32) {
@@ -25,10 +25,10 @@ pub(super) fn lead_in(graph: &MotionGraph, playhead: Playhead, seconds: f32) -> 
         frame: 0.0,
         ..first
     };
-    let steps: Vec<Step> = edges
+    let steps: Vec<MotionStep> = edges
         .iter()
         .rev()
-        .map(|&edge| Step { edge, rate: 1.0 })
+        .map(|&edge| MotionStep { edge, rate: 1.0 })
         .collect();
     let motion = Motion::new(graph, first, &steps);
     (motion, lasts)
