@@ -12,10 +12,10 @@ use gpu_allocator::{
 
 use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource};
 
-/// The built-in memory: an allocator of its own, by gpu-allocator.
+/// The default [`Memory`], based on gpu-allocator.
 ///
-/// It must live until everything created with it has been destroyed. A host with an allocator implements [`Memory`] for it:
-/// `examples/common/plain_memory.rs`.
+/// It must outlive everything that is created with it. A host with an allocator of its own implements [`Memory`] for that one, as
+/// `examples/common/plain_memory.rs` does.
 #[derive(Debug)]
 pub struct GpuAllocatorMemory {
     allocator: Allocator,
@@ -24,7 +24,7 @@ pub struct GpuAllocatorMemory {
 }
 
 impl GpuAllocatorMemory {
-    /// Creates an allocator with small blocks: maps are small.
+    /// Creates an allocator with small blocks, because maps are small.
     ///
     /// # Errors
     /// [`GpuError::Memory`] with gpu-allocator's message.
@@ -48,7 +48,7 @@ impl GpuAllocatorMemory {
         })
     }
 
-    /// How many blocks have not been given back.
+    /// Number of blocks that have not been freed.
     #[must_use]
     pub fn live_blocks(&self) -> usize {
         self.live.len()

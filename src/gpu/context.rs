@@ -9,9 +9,9 @@ use ash::vk::{self, Handle};
 use super::{ContextDesc, Features, GpuError, Report, check_enabled, drivers, limits};
 use crate::query::cull::CullPath;
 
-/// A device that belongs to somebody else.
+/// The host's device.
 ///
-/// Its function tables are copies; the handles must outlive it and everything that is made from it.
+/// The function tables are copied. The handles must outlive the context and everything that is created from it.
 #[derive(Clone)]
 pub struct Context {
     instance: ash::Instance,
@@ -39,11 +39,11 @@ impl Context {
     /// Borrows the host's device.
     ///
     /// # Errors
-    /// [`GpuError::Missing`] when no path runs on it; [`check_enabled`] says the same beforehand.
+    /// [`GpuError::Missing`] if no path runs on the device; [`check_enabled`] tells this beforehand.
     ///
     /// # Safety
-    /// The handles are valid, belong together, and outlive the context and everything created from it; the features that
-    /// [`ContextDesc`] names are enabled as it says.
+    /// The handles are valid, belong together, and outlive the context and everything that is created from it. The features that
+    /// [`ContextDesc`] names are enabled.
     pub unsafe fn new(desc: &ContextDesc<'_>) -> Result<Self, GpuError> {
         // SAFETY: the caller vouches for the handles.
         let (report, properties, families) = unsafe {
@@ -99,19 +99,19 @@ impl Context {
         self.physical_device
     }
 
-    /// The family of the queue that will run what is recorded.
+    /// Family of the queue that runs the recorded commands.
     #[must_use]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
     }
 
-    /// What the device offers, of what the host has enabled.
+    /// Which paths run with what the host has enabled.
     #[must_use]
     pub fn report(&self) -> &Report {
         &self.report
     }
 
-    /// The features in use.
+    /// Features that are used.
     #[must_use]
     pub fn features(&self) -> Features {
         self.report.features
@@ -125,13 +125,13 @@ impl Context {
         }
     }
 
-    /// The format of stencil targets; `UNDEFINED` where the device has none.
+    /// Format of stencil targets; `UNDEFINED` if the device has none.
     #[must_use]
     pub fn stencil_format(&self) -> vk::Format {
         self.report.stencil_format.unwrap_or_default()
     }
 
-    /// The device's limits, as far as the [`Terms`](super::Terms) leave them.
+    /// Limits of the device, reduced as the [`Terms`](super::Terms) say.
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.limits
     }
@@ -147,7 +147,7 @@ impl Context {
         (self.timestamp_bits > 0).then_some((self.limits.timestamp_period.into(), mask))
     }
 
-    /// The largest side of a stencil target, texels.
+    /// Maximum side of a stencil target, in texels.
     #[must_use]
     pub fn max_target_side(&self) -> u32 {
         self.limits

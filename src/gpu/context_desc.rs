@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{Features, Terms};
 
-/// The host's objects, and what it enabled when it created them.
+/// The host's Vulkan objects, and what the host enabled when it created them.
 #[derive(Clone, Copy)]
 pub struct ContextDesc<'a> {
     /// Created with [`Terms::api_version`] as its `apiVersion`.
@@ -21,11 +21,11 @@ pub struct ContextDesc<'a> {
     pub features: Features,
     /// Whether `VK_EXT_debug_utils` is enabled on `instance`. Objects then have names, and passes labels.
     pub debug_utils: bool,
-    /// Version of the instance, and what is done without.
+    /// Version of the instance, and what must not be used.
     pub terms: Terms,
 }
 
-/// The same by raw handles, for a host that does not use `ash`, or uses another version of it.
+/// [`ContextDesc`] with raw handles, for hosts that do not use `ash` or use another version of it.
 ///
 /// A handle is its 64 bits: for `VkInstance`, `VkPhysicalDevice` and `VkDevice` those of a pointer (`Handle::as_raw` of any
 /// `ash`).

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::query::cull::{Counted, CullInput, CullPath, Overlap};
 
-/// A recorded cull.
+/// Identifies a recorded cull.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ticket {
     slot: u32,
@@ -25,15 +25,15 @@ pub struct Ticket {
 /// A cull of a batch.
 #[derive(Clone, Copy, Debug)]
 pub struct BatchEntry<'a> {
-    /// Slot that it is recorded into. Every entry has another one.
+    /// Slot that the cull is recorded into. No two entries have the same slot.
     pub slot: u32,
-    /// What is culled.
+    /// Attack maps and candidates.
     pub input: CullInput<'a>,
-    /// Ticket of the recorded cull; `None` before.
+    /// Ticket of the recorded cull; `None` before recording.
     pub ticket: Option<Ticket>,
 }
 
-/// Counts overlaps on the device, by the stencil path or the compute path.
+/// Counts overlaps of attack and candidate maps on the device, by the stencil path or the compute path.
 ///
 /// A slot is one cull in flight: [`Culler::record`] into a slot, submit, and [`Culler::poll`] until the counts are there.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ struct Slot {
 }
 
 impl Culler {
-    /// Creates pipelines and memory. Leaves nothing behind when it fails.
+    /// Creates pipelines and allocates memory. On failure everything is freed again.
     ///
     /// # Errors
     /// Those of Vulkan calls and of the allocator; [`GpuError::Limit`] where the maps or a maximum are more than the device
@@ -118,8 +118,8 @@ impl Culler {
         Ok(())
     }
 
-    /// Bytes of memory that a culler of a description takes, with the staging buffer of the maps, which
-    /// [`Culler::release_staging`] frees. An allocator rounds up. Query pools, descriptors and pipelines are the driver's.
+    /// Memory that a culler needs, in bytes, including the staging buffer of the maps, which [`Culler::release_staging`] frees. It leaves
+    /// out the allocator's rounding, and the driver's memory for query pools, descriptors and pipelines.
     ///
     /// # Errors
     /// As for [`Culler::new`], where the maps are more than the device offers.
@@ -131,13 +131,13 @@ impl Culler {
         }
     }
 
-    /// The path that culls.
+    /// The culling path.
     #[must_use]
     pub fn path(&self) -> CullPath {
         self.path
     }
 
-    /// How the stencil path counts; `None` for the compute path.
+    /// Counting method of the stencil path; `None` for the compute path.
     #[must_use]
     pub fn counting(&self) -> Option<Counting> {
         self.counting
@@ -150,13 +150,13 @@ impl Culler {
         self.counts_exact
     }
 
-    /// Most candidates of one cull.
+    /// Maximum number of candidates of a cull.
     #[must_use]
     pub fn max_candidates(&self) -> u32 {
         self.max_candidates
     }
 
-    /// Number of culls in flight at a time.
+    /// Maximum number of culls in flight.
     #[must_use]
     pub fn slots(&self) -> u32 {
         self.slots.len() as u32
@@ -167,7 +167,7 @@ impl Culler {
         self.counted = counted;
     }
 
-    /// What the next cull counts.
+    /// What the following culls count.
     #[must_use]
     pub fn counted(&self) -> Counted {
         self.counted
@@ -287,7 +287,7 @@ impl Culler {
         Ok(())
     }
 
-    /// Whether the counts of a cull are there. If so, `overlaps` holds them in the order of the candidates. Never waits.
+    /// Returns whether a cull has finished. If so, `overlaps` holds its counts, in the order of the candidates. Never waits.
     ///
     /// The device writes the number of a cull after its counts, and this function looks for the number. For Vulkan's full
     /// guarantee, poll after seeing the submission's fence or timeline semaphore.
@@ -336,7 +336,7 @@ impl Culler {
         }
     }
 
-    /// Frees everything. The device must be done with what was recorded.
+    /// Frees everything. No recorded cull may be in flight.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.implementation.destroy(memory);
         let stamps = self

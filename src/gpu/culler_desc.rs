@@ -15,19 +15,19 @@ use crate::{
 pub struct CullerDesc<'a> {
     /// Prefix of the names of Vulkan objects, for debuggers and validation. Default "sabaki".
     pub name: &'a str,
-    /// Maps of all evasions. They are copied.
+    /// Maps of all evasions, which are copied.
     pub atlas: &'a RegionAtlas,
     /// [`CullPath::Stencil`] or [`CullPath::Compute`].
     pub path: CullPath,
     /// What is counted. Default: everything.
     pub counted: Counted,
-    /// Most candidates of one cull. Default 1,024 for the stencil path, 4,096 for the compute path.
+    /// Maximum number of candidates of a cull. Default 1,024 for the stencil path, 4,096 for the compute path.
     pub max_candidates: u32,
-    /// Culls in flight at a time. Default 2.
+    /// Maximum number of culls in flight. Default 2.
     pub frames_in_flight: u32,
-    /// Whether the device notes the time of each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default: no.
+    /// Whether the device measures each pass, for [`Culler::pass_times`](super::Culler::pass_times). Default false.
     pub timestamps: bool,
-    /// Cache that pipelines are created with: the host's, or that of a [`PipelineCache`](super::PipelineCache). Default: none.
+    /// Cache that pipelines are created with: the host's own, or that of a [`PipelineCache`](super::PipelineCache). Default: none.
     pub pipeline_cache: vk::PipelineCache,
     /// Settings of the stencil path. The compute path ignores them.
     pub stencil: StencilSettings,
@@ -81,16 +81,16 @@ impl CullerDesc<'_> {
 pub struct StencilSettings {
     /// How samples are counted. Default: as is known to be fast on the driver; see [`Culler::counting`](super::Culler::counting).
     pub counting: Option<Counting>,
-    /// Most discs of an attack, over all slabs and slices. Where maps are timed, discs of the inner maps count twice,
-    /// because evasion maps are compared with all slices at once. Default 65,536.
+    /// Maximum number of discs of an attack, over all slabs and slices. If maps are timed, discs of the inner maps count twice, because
+    /// evasion maps are compared with all slices at once. Default 65,536.
     pub max_discs: u32,
-    /// Most boxes of a cull. A candidate has one box for each of its maps (of all slabs and slices) that the attack is near.
+    /// Maximum number of boxes of a cull. A candidate has one box for each of its maps (of all slabs and slices) that the attack is near.
     /// Default 65,536.
     pub max_boxes: u32,
-    /// Occlusion queries of a pool. A cull with more of them renders several times. Default 4,096.
+    /// Number of occlusion queries of a pool. A cull that needs more renders several times. Default 4,096.
     pub max_queries: u32,
-    /// Columns and rows of the stencil target in texels, as far as the device allows. Where an attack does not fit the
-    /// eight planes of the target, a cull renders several passes. Default 1,024 × 1,024.
+    /// Columns and rows of the stencil target, in texels, limited by the device. If an attack does not fit the eight planes of the target,
+    /// a cull renders several passes. Default 1,024 × 1,024.
     pub target: [u32; 2],
 }
 
@@ -125,15 +125,13 @@ pub struct ComputeSettings {
     /// are counted over all slabs, clocks and slices, of inner and outer maps, and once more for the inner maps of all slices
     /// together. Default 32,768.
     pub max_blocks: u32,
-    /// Most work groups of one dispatch, where the device takes as many. A larger cull is recorded as several dispatches.
-    /// Default: as many as the device takes.
+    /// Maximum number of work groups of a dispatch. A larger cull is recorded as several dispatches. Default: the device's limit.
     pub max_groups: u32,
-    /// Most bytes of maps that are bound at a time, where the device reads as many from one buffer (at least 128 MiB). Larger
-    /// maps are bound in turn, evasion by evasion. Default: as many as the device reads.
+    /// Maximum size of the maps that are bound at once, in bytes. Larger maps are bound in turn, evasion by evasion. Default: the device's
+    /// limit on storage buffers, which is at least 128 MiB.
     pub max_page: u64,
-    /// Whether the shader reads the input where the host has written it, for devices that share the host's memory. Otherwise the
-    /// input is copied from a staging buffer; a device with memory of its own would read the attack across the bus for every
-    /// candidate. Default: no.
+    /// Whether the shader reads the input directly from host-visible memory. This is for devices that share the host's memory; others would
+    /// read the attack across the bus for every candidate. Otherwise the input is copied from a staging buffer. Default false.
     pub direct_input: bool,
 }
 

@@ -2,43 +2,43 @@ use ash::vk;
 
 use crate::query::cull::CullPath;
 
-/// What can go wrong between the host and a device.
+/// An error of a Vulkan component.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call} failed: {result}")]
     Call {
-        /// Its name.
+        /// Name of the function.
         call: &'static str,
-        /// What it returned.
+        /// Result of the call.
         result: vk::Result,
     },
-    /// Something is larger than what was asked for when the component was made, or than the device allows.
+    /// An input exceeds a maximum of the component's description or a limit of the device.
     #[error("{limit}: {needed} needed, {most} is the most")]
     Limit {
-        /// Which limit: a field of a `*Desc`, or a Vulkan limit.
+        /// The limit: a field of a `*Desc`, or a Vulkan limit.
         limit: &'static str,
-        /// What the input needs.
+        /// Value that the input needs.
         needed: u64,
-        /// What there is.
+        /// Value of the limit.
         most: u64,
     },
-    /// The device lacks things that cannot be done without.
+    /// The device lacks required features.
     #[error("the device lacks {}", .0.join(", "))]
     Missing(
         /// Names of features, formats or versions, as in [`requirements`](super::requirements()).
         Vec<&'static str>,
     ),
-    /// Memory could not be had.
+    /// Memory could not be allocated.
     #[error("no memory for {name}: {reason}")]
     Memory {
         /// Name of the buffer or image.
         name: String,
-        /// The allocator's words.
+        /// Message of the allocator.
         reason: String,
     },
-    /// Memory that must be mapped is not.
+    /// Memory that must be mapped is not mapped.
     #[error("the memory of {name} is not mapped, though the host reads or writes it")]
     NotMapped {
         /// Name of the buffer.
@@ -47,64 +47,64 @@ pub enum GpuError {
     /// A candidate's region is not in the atlas that was uploaded.
     #[error("candidate {candidate} names region {region}, the uploaded atlas has {regions}")]
     NoSuchRegion {
-        /// Position among the candidates.
+        /// Index of the candidate.
         candidate: usize,
-        /// What it names.
+        /// Index of the region.
         region: u32,
-        /// How many there are.
+        /// Number of regions of the atlas.
         regions: usize,
     },
     /// A culling path that does not run on a device.
     #[error("the {0} path does not run on a device")]
     NotADevicePath(
-        /// Which.
+        /// The path.
         CullPath,
     ),
     /// A slot that does not exist.
     #[error("slot {slot} of {slots}")]
     NoSuchSlot {
-        /// Which was named.
+        /// Index of the slot.
         slot: u32,
-        /// How many there are.
+        /// Number of slots.
         slots: u32,
     },
-    /// A ticket of another culler, or one whose slot has been recorded anew.
+    /// The ticket is of another culler, or its slot has been recorded again since.
     #[error("the ticket's slot has been recorded anew, or it is another culler's")]
     StaleTicket,
-    /// A drawing whose frame ends do not divide its discs.
+    /// The frame ends of a drawing do not divide its discs.
     #[error("drawing {drawing}: its frame ends do not divide its discs")]
     FrameEnds {
-        /// Position among the drawings.
+        /// Index of the drawing.
         drawing: usize,
     },
-    /// No Vulkan loader on this machine.
+    /// There is no Vulkan loader on this machine.
     #[error("no Vulkan loader: {0}")]
     NoLoader(String),
-    /// No device fits.
+    /// No device matches.
     #[error("no device is {wanted}; there is {}", if .found.is_empty() { "none".to_owned() } else { .found.join(", ") })]
     NoDevice {
-        /// What was looked for.
+        /// Name or kind that was searched for.
         wanted: String,
         /// Names of the devices of this machine.
         found: Vec<String>,
     },
-    /// A layer that was asked for is not installed.
+    /// A requested layer is not installed.
     #[error("the layer {0} is not installed")]
     NoLayer(&'static str),
-    /// The device says that it has finished, but results are not there.
+    /// The device reports that it has finished, but there are no results.
     #[error("the device has finished without writing its results")]
     Unfinished,
     /// The device did not finish in time.
     #[error("the device did not finish within {seconds} s")]
     Timeout {
-        /// How long was waited.
+        /// Waiting time, in seconds.
         seconds: u64,
     },
 }
 
 impl GpuError {
-    /// Whether the caller's device is lost. Then everything on it is to be destroyed; after every other error the device,
-    /// and the component that reports it, can go on.
+    /// Whether the host's device is lost, so that everything on it must be destroyed. After any other error, device and component remain
+    /// usable.
     #[must_use]
     pub fn is_device_lost(&self) -> bool {
         let lost = vk::Result::ERROR_DEVICE_LOST;

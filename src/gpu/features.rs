@@ -1,6 +1,6 @@
 //! Features of a device that matter here.
 
-/// Features that matter here: offered by a device, or enabled by its host.
+/// Vulkan features that the culling paths use, as offered by a device or enabled by its host.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
     /// `dynamicRendering`.
@@ -16,7 +16,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// All of them.
+    /// All features.
     pub const ALL: Self = Self {
         dynamic_rendering: true,
         synchronization2: true,
@@ -25,7 +25,7 @@ impl Features {
         fragment_atomics: true,
     };
 
-    /// Those that both have.
+    /// Features that both have.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{Block, Context, GpuError, Memory, MemoryDesc, MemoryUse, Resource, error::Named};
 
-/// What an image is for.
+/// Description of an image.
 #[derive(Clone, Copy)]
 pub struct ImageDesc<'a> {
     /// Name for debuggers and validation.
@@ -15,15 +15,15 @@ pub struct ImageDesc<'a> {
     pub side: [u32; 2],
     /// Format of the texels.
     pub format: vk::Format,
-    /// Samples a texel.
+    /// Number of samples of a texel.
     pub samples: vk::SampleCountFlags,
-    /// What the device uses it for.
+    /// Usage by the device.
     pub usage: vk::ImageUsageFlags,
-    /// Of the view.
+    /// Aspect of the view.
     pub aspect: vk::ImageAspectFlags,
 }
 
-/// Null handles by default; destroying those does nothing.
+/// An image with its view and memory. By default the handles are null; destroying those does nothing.
 #[derive(Debug, Default)]
 pub struct Image {
     /// The Vulkan object.
@@ -36,7 +36,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// Leaves nothing behind when it fails.
+    /// Creates an image. On failure everything is freed again.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -106,7 +106,7 @@ impl Image {
         Ok(())
     }
 
-    /// Frees all; the device must be done with it.
+    /// Frees image, view and memory. The device must not use them any more.
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handles are null or were made from this device, and the caller knows that the device is done with them.
         unsafe {

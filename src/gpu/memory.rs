@@ -6,25 +6,25 @@ use ash::vk;
 
 use super::GpuError;
 
-/// Who reads and writes a piece of memory.
+/// Access to a block of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MemoryUse {
-    /// The device alone.
+    /// Only the device reads and writes.
     Device,
-    /// The host writes, the device reads: must be mapped.
+    /// The host writes and the device reads. The block must be mapped.
     Upload,
-    /// The device writes, the host reads: must be mapped, better cached.
+    /// The device writes and the host reads. The block must be mapped and should be cached.
     Readback,
 }
 
 /// A request for memory.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryDesc<'a> {
-    /// Name of the buffer or image that it is for.
+    /// Name of the buffer or image.
     pub name: &'a str,
-    /// Requirements of that buffer or image.
+    /// Memory requirements of the buffer or image.
     pub requirements: vk::MemoryRequirements,
-    /// Who reads and writes it.
+    /// Access by host and device.
     pub usage: MemoryUse,
     /// The buffer or image, for `VkMemoryDedicatedAllocateInfo`.
     pub resource: Resource,
@@ -32,38 +32,38 @@ pub struct MemoryDesc<'a> {
     pub prefers_dedicated: bool,
 }
 
-/// A buffer or image that gets memory.
+/// A buffer or image that memory is allocated for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resource {
-    /// A buffer: linear.
+    /// A buffer, which is linear.
     Buffer(vk::Buffer),
-    /// An image of optimal tiling: not linear.
+    /// An image of optimal tiling, which is not linear.
     Image(vk::Image),
 }
 
 impl Resource {
-    /// Whether it is linear, for allocators that keep both kinds apart (`bufferImageGranularity`).
+    /// Whether the resource is linear, for allocators that separate both kinds (`bufferImageGranularity`).
     #[must_use]
     pub fn is_linear(self) -> bool {
         matches!(self, Self::Buffer(_))
     }
 }
 
-/// A piece of device memory.
+/// A block of device memory.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// What to bind.
+    /// Memory object that the resource is bound to.
     pub memory: vk::DeviceMemory,
-    /// Where the piece starts in it.
+    /// Offset of the block in the memory object, in bytes.
     pub offset: u64,
-    /// At least what was asked for.
+    /// Size in bytes, at least the required one.
     pub size: u64,
-    /// The piece's first byte, for [`MemoryUse::Upload`] and [`MemoryUse::Readback`].
+    /// Mapped address of the block, for [`MemoryUse::Upload`] and [`MemoryUse::Readback`].
     pub mapped: Option<NonNull<u8>>,
-    /// Whether the host's and the device's writes are seen without flush and invalidate. Where they are not, the piece
-    /// starts and ends on multiples of `nonCoherentAtomSize`, or with its memory.
+    /// Whether the memory is host-coherent. Otherwise the block starts and ends at multiples of `nonCoherentAtomSize` or at the ends of the
+    /// memory object.
     pub coherent: bool,
-    /// For the allocator to know it again.
+    /// Identifies the block to its allocator.
     pub token: u64,
 }
 
@@ -74,12 +74,12 @@ unsafe impl Sync for Block {}
 
 /// An allocator of device memory.
 pub trait Memory {
-    /// Gives memory that suits the wish.
+    /// Allocates a block.
     ///
     /// # Errors
-    /// [`GpuError::Memory`] when there is none.
+    /// [`GpuError::Memory`] if no memory is available.
     fn allocate(&mut self, desc: &MemoryDesc<'_>) -> Result<Block, GpuError>;
 
-    /// Takes back what [`Memory::allocate`] gave. Nothing is bound to it any more.
+    /// Frees a block of [`Memory::allocate`]. No resource that is bound to it is used any more.
     fn free(&mut self, block: Block);
 }

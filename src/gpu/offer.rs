@@ -23,10 +23,10 @@ const EXTENSIONS: [&CStr; 5] = [
     ash::khr::create_renderpass2::NAME,
 ];
 
-/// Asks a physical device for everything in [`requirements`]. [`check_enabled`] says what of it the host has enabled.
+/// Checks what a physical device offers of [`requirements`]. [`check_enabled`] checks what the host has enabled.
 ///
 /// # Safety
-/// `physical_device` belongs to `instance`, and both are valid; the instance was made with the version that `terms` has.
+/// `physical_device` belongs to `instance`, and both are valid. The instance was created with the version of `terms`.
 #[must_use]
 pub unsafe fn check(
     instance: &ash::Instance,
@@ -37,7 +37,7 @@ pub unsafe fn check(
     unsafe { Offer::of(instance, physical_device, terms) }.report()
 }
 
-/// The same for what the host has enabled on its device, and for its queue family.
+/// Checks what the host has enabled of [`requirements`] on its device and for its queue family.
 ///
 /// # Safety
 /// The instance and the physical device of `desc` are as [`check`] has them. Its device may be anything.

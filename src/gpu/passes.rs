@@ -10,9 +10,9 @@ use super::{Context, GpuError, error::Named};
 /// Time of a pass on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PassTime {
-    /// Name of the pass, as its label has it.
+    /// Name of the pass, which is also its debug label.
     pub name: &'static str,
-    /// Sum over the renderings and dispatches of this name.
+    /// Total time of the renderings and dispatches of this name.
     pub time: Duration,
 }
 

@@ -7,7 +7,7 @@ use super::{Context, GpuError, error::Named};
 /// Bytes of `VkPipelineCacheHeaderVersionOne`.
 const HEADER: usize = 16 + vk::UUID_SIZE;
 
-/// A pipeline cache from bytes of an earlier run. A host with its own cache passes that one instead.
+/// A pipeline cache that is saved to bytes and loaded in a later run. A host with its own cache does not need it.
 #[derive(Debug)]
 pub struct PipelineCache {
     context: Context,
@@ -16,10 +16,10 @@ pub struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// Creates a cache from the bytes of an earlier one, or an empty one where they are of another device or driver, or damaged.
+    /// Creates a cache from saved bytes. The cache is empty if they are damaged or of another device or driver.
     ///
     /// # Errors
-    /// That of `vkCreatePipelineCache`.
+    /// The error of `vkCreatePipelineCache`.
     pub fn new(context: &Context, bytes: &[u8]) -> Result<Self, GpuError> {
         // SAFETY: the context's handles are valid.
         let properties = unsafe {
@@ -42,29 +42,29 @@ impl PipelineCache {
         })
     }
 
-    /// The cache, for [`CullerDesc::pipeline_cache`](super::CullerDesc::pipeline_cache) and for pipelines of the host.
+    /// Handle of the cache, for [`CullerDesc::pipeline_cache`](super::CullerDesc::pipeline_cache) and for pipelines of the host.
     #[must_use]
     pub fn handle(&self) -> vk::PipelineCache {
         self.handle
     }
 
-    /// Whether the bytes that it was created from are of this device and driver.
+    /// Whether the cache was created from bytes of this device and driver.
     #[must_use]
     pub fn was_accepted(&self) -> bool {
         self.was_accepted
     }
 
-    /// The bytes to keep for the next run.
+    /// Bytes to save for the next run.
     ///
     /// # Errors
-    /// That of `vkGetPipelineCacheData`.
+    /// The error of `vkGetPipelineCacheData`.
     pub fn bytes(&self) -> Result<Vec<u8>, GpuError> {
         let device = self.context.device();
         // SAFETY: the cache is of this device.
         unsafe { device.get_pipeline_cache_data(self.handle) }.call("vkGetPipelineCacheData")
     }
 
-    /// Frees the cache. Pipelines do not need it any more.
+    /// Frees the cache. Pipelines that were created with it remain valid.
     pub fn destroy(self) {
         // SAFETY: the cache is of this device, and no pipeline is being created with it: that borrows nothing of it.
         unsafe {

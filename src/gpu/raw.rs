@@ -6,16 +6,16 @@ use ash::vk::{self, Handle};
 
 use super::{Context, ContextDesc, GpuError, RawContextDesc, Report, check, check_enabled};
 
-/// `VkCommandBuffer` by the 64 bits of its pointer, for hosts that use another `ash`, or none.
+/// A `VkCommandBuffer` from the 64 bits of its pointer, for hosts that do not use `ash` or use another version of it.
 #[must_use]
 pub fn command_buffer(raw: u64) -> vk::CommandBuffer {
     vk::CommandBuffer::from_raw(raw)
 }
 
-/// [`check`](super::check()) by raw handles where [`RawContextDesc::device`] is 0, otherwise [`check_enabled`].
+/// [`check_enabled`] with raw handles, or [`check`](super::check()) if [`RawContextDesc::device`] is 0.
 ///
 /// # Errors
-/// [`GpuError::Missing`] where another handle or the function is null.
+/// [`GpuError::Missing`] if another handle or the function is null.
 ///
 /// # Safety
 /// As for [`check`](super::check()), and `get_instance_proc_addr` is null or the function that the instance was created with.
@@ -36,10 +36,10 @@ pub unsafe fn check_raw(desc: &RawContextDesc) -> Result<Report, GpuError> {
 }
 
 impl Context {
-    /// Borrows a device by its raw handles.
+    /// Borrows the host's device by its raw handles.
     ///
     /// # Errors
-    /// As for [`Context::new`]; [`GpuError::Missing`] too where a handle or the function is null.
+    /// As for [`Context::new`], and [`GpuError::Missing`] if a handle or the function is null.
     ///
     /// # Safety
     /// As for [`Context::new`], and `get_instance_proc_addr` is null or the function that the instance was created with.

@@ -7,31 +7,31 @@ use ash::vk;
 use super::{Features, Requirement, requirements};
 use crate::query::cull::CullPath;
 
-/// What a device offers of [`requirements`], or what its host has enabled of them.
+/// Which culling paths run on a device, by what it offers or by what its host has enabled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// Whether the stencil path runs.
+    /// Report of the stencil path.
     pub stencil: PathReport,
-    /// Whether the compute path runs.
+    /// Report of the compute path.
     pub compute: PathReport,
-    /// Missing optional things, with what happens instead.
+    /// Optional requirements that are missing, with their fallbacks.
     pub fallbacks: Vec<Requirement>,
-    /// Device extensions that the host enables for the stencil path, besides the features. None on Vulkan 1.3, and none on 1.0,
-    /// where nothing runs.
+    /// Device extensions that the host must enable for the stencil path, besides the features. Empty on Vulkan 1.3, and on 1.0, where no
+    /// path runs.
     pub extensions: Vec<&'static CStr>,
-    /// The stencil format that will be used.
+    /// Stencil format that is used.
     pub stencil_format: Option<vk::Format>,
-    /// Features that are there. A host that creates a device enables these.
+    /// Available features. A host that creates a device should enable these.
     pub features: Features,
 }
 
 /// Whether one path runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PathReport {
-    /// Missing things that the path cannot run without. Empty: it runs.
+    /// Names of missing requirements of the path. The path runs if this is empty.
     pub lacks: Vec<&'static str>,
-    /// Whether the path counts. Otherwise it says none (0) or some (not 0), which is enough to remove candidates, but not to score
-    /// them.
+    /// Whether counts are exact. Otherwise a count is 0 for no overlap and not 0 for some overlap, which is enough to remove candidates but
+    /// not to score them.
     pub counts_exact: bool,
 }
 
@@ -44,7 +44,7 @@ impl PathReport {
 }
 
 impl Report {
-    /// Whether some path runs.
+    /// Whether any path runs.
     #[must_use]
     pub fn is_usable(&self) -> bool {
         self.stencil.runs() || self.compute.runs()
@@ -60,7 +60,7 @@ impl Report {
         }
     }
 
-    /// Everything that some path lacks, in the order of [`requirements`].
+    /// Names of all missing requirements of both paths, in the order of [`requirements`].
     #[must_use]
     pub fn missing(&self) -> Vec<&'static str> {
         let paths = [&self.stencil, &self.compute];

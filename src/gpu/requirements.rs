@@ -2,19 +2,19 @@
 
 use crate::query::cull::CullPath;
 
-/// Something that a device may offer.
+/// A feature, format, version or limit that a culling path uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Requirement {
-    /// Its name in Vulkan.
+    /// Name in Vulkan.
     pub name: &'static str,
     /// Paths that cannot run without it.
     pub needed_by: &'static [CullPath],
-    /// What happens without it, if it is optional.
+    /// Fallback without it; `None` for what is required.
     pub fallback: Option<&'static str>,
 }
 
 impl Requirement {
-    /// Whether some path cannot run without it.
+    /// Whether any path cannot run without it.
     #[must_use]
     pub fn is_required(&self) -> bool {
         !self.needed_by.is_empty()
@@ -34,7 +34,7 @@ pub(super) const S8: &str = "S8_UINT";
 pub(super) const PRECISE: &str = "occlusionQueryPrecise";
 pub(super) const ATOMICS: &str = "fragmentStoresAndAtomics";
 
-/// Everything that is looked for, required things first.
+/// All requirements, those that are not optional first.
 ///
 /// No limit is needed above the minimum that Vulkan guarantees. Where an input needs more than a device offers, the work is
 /// divided (targets by `maxImageDimension2D`, dispatches by `maxComputeWorkGroupCount`, maps of the compute path by

@@ -10,7 +10,7 @@ use super::{
     image::{Image, ImageDesc},
 };
 
-/// The device that resources are created on, and the allocator that their memory comes from.
+/// The device that resources are created on, and the allocator of their memory.
 pub struct DeviceMemory<'a> {
     /// The device.
     pub context: &'a Context,
@@ -30,16 +30,16 @@ impl DeviceMemory<'_> {
     }
 }
 
-/// What a buffer is for.
+/// Description of a buffer.
 #[derive(Clone, Copy)]
 pub struct BufferDesc<'a> {
     /// Name for debuggers and validation.
     pub name: &'a str,
-    /// Bytes; 0 is taken for 4, as a buffer cannot be empty.
+    /// Size in bytes. 0 counts as 4, because a buffer cannot be empty.
     pub size: u64,
-    /// What the device uses it for.
+    /// Usage by the device.
     pub usage: vk::BufferUsageFlags,
-    /// Which side writes and which reads.
+    /// Access by host and device.
     pub memory: MemoryUse,
 }
 
@@ -54,7 +54,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// One that shaders may read the whole of. Leaves nothing behind when it fails.
+    /// Creates a buffer that shaders may read as a whole. On failure everything is freed again.
     pub fn new(
         context: &Context,
         memory: &mut dyn Memory,
@@ -67,7 +67,7 @@ impl Buffer {
         Self::paged(context, memory, desc)
     }
 
-    /// One that is bound a part at a time, where shaders read it. Leaves nothing behind when it fails.
+    /// Creates a buffer of which shaders read one bound part at a time. On failure everything is freed again.
     pub fn paged(
         context: &Context,
         memory: &mut dyn Memory,
@@ -124,7 +124,7 @@ impl Buffer {
             .call("vkBindBufferMemory")
     }
 
-    /// Frees both; the device must be done with them.
+    /// Frees buffer and memory. The device must not use them any more.
     pub fn destroy(&mut self, context: &Context, memory: &mut dyn Memory) {
         // SAFETY: the handle is null or was made from this device, and the caller knows that the device is done with it.
         unsafe { context.device().destroy_buffer(self.handle, None) };
@@ -134,7 +134,7 @@ impl Buffer {
         }
     }
 
-    /// Copies bytes into a mapped buffer, and hands them to the device.
+    /// Copies bytes into a mapped buffer and flushes them.
     pub fn write(&self, context: &Context, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         within("size of a buffer", offset + bytes.len() as u64, self.size)?;
         if bytes.is_empty() {
@@ -149,7 +149,7 @@ impl Buffer {
         self.flush(context)
     }
 
-    /// Hands what the host wrote to the device.
+    /// Makes the host's writes visible to the device.
     pub fn flush(&self, context: &Context) -> Result<(), GpuError> {
         let (block, _) = self.mapped()?;
         if block.coherent {
@@ -161,7 +161,7 @@ impl Buffer {
             .call("vkFlushMappedMemoryRanges")
     }
 
-    /// Makes what the device wrote visible to the host.
+    /// Makes the device's writes visible to the host.
     pub fn invalidate(&self, context: &Context) -> Result<(), GpuError> {
         let (block, _) = self.mapped()?;
         if block.coherent {
@@ -184,7 +184,7 @@ impl Buffer {
         Ok(unsafe { std::slice::from_raw_parts(mapped.as_ptr(), size as usize) })
     }
 
-    /// A word of a mapped buffer that the device may be writing at this moment.
+    /// A word of a mapped buffer, which the device may be writing at the same time.
     pub fn word(&self, offset: u64) -> Result<u32, GpuError> {
         within("size of a buffer", offset + 4, self.size)?;
         let (_, mapped) = self.mapped()?;

@@ -4,22 +4,20 @@ use ash::vk;
 
 use super::Features;
 
-/// On which terms a device is used. A host does without something that its device has to try a fallback, or to get around a
-/// driver's fault.
+/// Restrictions on the use of a device. A host sets them to try a fallback or to work around a driver's fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
-    /// `VkApplicationInfo::apiVersion` of the instance: what is used of Vulkan, however much more the device knows.
-    /// Default 1.3.
+    /// `VkApplicationInfo::apiVersion` of the instance, the newest version of Vulkan that is used. Default 1.3.
     pub api_version: u32,
-    /// Whether `occlusionQueryPrecise` is not used. Default: no.
+    /// Do not use `occlusionQueryPrecise`. Default false.
     pub without_precise_queries: bool,
-    /// Whether `fragmentStoresAndAtomics` is not used. Default: no.
+    /// Do not use `fragmentStoresAndAtomics`. Default false.
     pub without_fragment_atomics: bool,
-    /// Whether stencil targets of S8_UINT are not used. Default: no.
+    /// Do not use stencil targets of S8_UINT. Default false.
     pub without_s8: bool,
-    /// Whether stencil targets of D24_UNORM_S8_UINT are not used. Default: no.
+    /// Do not use stencil targets of D24_UNORM_S8_UINT. Default false.
     pub without_d24_s8: bool,
-    /// Whether limits above the minima that Vulkan guarantees are not used. Default: no.
+    /// Do not use limits above the minima that Vulkan guarantees. Default false.
     pub without_generous_limits: bool,
 }
 
@@ -30,7 +28,7 @@ impl Default for Terms {
 }
 
 impl Terms {
-    /// The terms of an instance of this version. Everything that its devices have is used.
+    /// No restrictions, for an instance of this version.
     #[must_use]
     pub const fn new(api_version: u32) -> Self {
         Self {

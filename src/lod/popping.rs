@@ -101,8 +101,7 @@ impl Levels {
     }
 
     /// The largest step of any point of the body on the screen when levels are switched, in pixels. The camera has the settings' view,
-    /// looks at the root from the root's height, and moves at the speed and frame rate of the settings' blending, or of the default
-    /// blending if there is none.
+    /// looks at the root from the root's height, and moves at the settings' speed and frame rate.
     ///
     /// # Errors
     /// A clip of another skeleton, settings out of range.

@@ -23,15 +23,14 @@ use crate::{
     query::cull::CullPath,
 };
 
-/// How a [`Rasterizer`] is made.
+/// Settings of a [`Rasterizer`].
 #[derive(Clone, Copy, Debug)]
 pub struct RasterizerDesc<'a> {
-    /// For debuggers and validation.
+    /// Prefix of the names of Vulkan objects, for debuggers and validation.
     pub name: &'a str,
-    /// Side of the target that maps are packed into, texels: the largest side of a map. Default 1,024.
+    /// Side of the target that maps are packed into, in texels. It is the maximum side of a map. Default 1,024.
     pub side: u32,
-    /// Discs in one batch: the most that one drawing can have. Default 262,144 (10 MiB: the first frame's are
-    /// drawn twice).
+    /// Maximum number of discs of a batch, and so of a drawing. Default 262,144 (10 MiB, because the first frame's discs are drawn twice).
     pub max_discs: u32,
     /// Cache that pipelines are created with. Default: none.
     pub pipeline_cache: vk::PipelineCache,
@@ -48,7 +47,7 @@ impl Default for RasterizerDesc<'_> {
     }
 }
 
-/// Which maps are drawn.
+/// Kind of the maps that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapKind {
     /// Body and evasion maps: [`raster::every_frame`](crate::maps::raster::every_frame).
@@ -80,7 +79,7 @@ pub(super) struct Parts {
 }
 
 impl Rasterizer {
-    /// Makes pipelines and memory. Leaves nothing behind when it fails.
+    /// Creates pipelines and allocates memory. On failure everything is freed again.
     ///
     /// # Errors
     /// A Vulkan call's, the allocator's, [`GpuError::Limit`] when the device has no target of that side,
@@ -144,15 +143,15 @@ impl Rasterizer {
         Ok(())
     }
 
-    /// Deals drawings out to batches that fit the target.
+    /// Distributes drawings to batches that fit the target.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when one drawing alone is too large, [`GpuError::FrameEnds`] when its frame ends are wrong.
+    /// [`GpuError::Limit`] if a drawing is too large for a batch, [`GpuError::FrameEnds`] if its frame ends are wrong.
     pub fn plan(&self, drawings: &[Drawing]) -> Result<Vec<Batch>, GpuError> {
         packing::plan(drawings, self.room)
     }
 
-    /// Records the drawing of one batch, and the copy of its texels to where the host reads them.
+    /// Records the drawing of a batch, and the copy of its texels to memory that the host reads.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the batch is of other drawings; a flush that failed.
@@ -261,7 +260,7 @@ impl Rasterizer {
         }
     }
 
-    /// Frees everything. The device must be done with what was recorded.
+    /// Frees everything. No recorded batch may be in flight.
     pub fn destroy(mut self, memory: &mut dyn Memory) {
         self.free(memory);
     }
