@@ -11,7 +11,7 @@ use super::graph::Graph;
 use super::status::{Failure, NOT_YET, OK, Status, call};
 use super::{given, given_mut};
 use crate::anim::{JointTransform, Pose, forward_kinematics};
-use crate::gpu::{self, CullerDesc, GpuAllocatorMemory, GpuError, Ticket, command_buffer};
+use crate::gpu::{self, CullerDesc, GpuError, Memory, Ticket, command_buffer};
 use crate::graph::{EdgeId, Playhead};
 use crate::maps::{BakedGraph, SphereKey};
 use crate::math::Rigid2;
@@ -89,7 +89,7 @@ struct Slot {
 pub(super) struct Culler {
     baked: Arc<BakedGraph>,
     settings: QuerySettings,
-    memory: GpuAllocatorMemory,
+    memory: Box<dyn Memory>,
     device: gpu::Culler,
     slots: Vec<Slot>,
 }
@@ -106,15 +106,17 @@ unsafe extern "C" fn sabaki_culler_create(
 ) -> Status {
     call(|| {
         // SAFETY: the caller's graph, device with valid handles, and place for the culler.
-        let (graph, context, out) = unsafe {
+        let (graph, context, mut memory, out) = unsafe {
             let device = given(device, "device")?;
+            let context = device.context()?;
+            let memory = device.memory(&context)?;
             (
                 given(graph, "graph")?,
-                device.context()?,
+                context,
+                memory,
                 given_mut(culler, "culler")?,
             )
         };
-        let mut memory = GpuAllocatorMemory::new(&context)?;
         let atlas = graph.baked.atlas();
         let path = match path {
             0 => CullPath::Stencil,
@@ -125,7 +127,7 @@ unsafe extern "C" fn sabaki_culler_create(
             frames_in_flight: slots.max(1),
             ..CullerDesc::new(path, atlas)
         };
-        let device = gpu::Culler::new(&context, &mut memory, &desc)?;
+        let device = gpu::Culler::new(&context, memory.as_mut(), &desc)?;
         *out = Box::into_raw(Box::new(Culler {
             baked: Arc::clone(&graph.baked),
             settings: QuerySettings::default(),
@@ -149,7 +151,7 @@ unsafe extern "C" fn sabaki_culler_destroy(culler: *mut Culler) {
     let Culler {
         device, mut memory, ..
     } = *culler;
-    device.destroy(&mut memory);
+    device.destroy(memory.as_mut());
 }
 
 /// # Safety

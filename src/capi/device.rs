@@ -3,8 +3,11 @@
 use std::ffi::{c_char, c_void};
 
 use super::given;
+use super::memory::{self, Allocator};
 use super::status::{Failure, OK, Status, call};
-use crate::gpu::{Context, Features, PathReport, RawContextDesc, Report, Terms, check_raw};
+use crate::gpu::{
+    Context, Features, GpuError, Memory, PathReport, RawContextDesc, Report, Terms, check_raw,
+};
 
 /// `sabaki_device`.
 #[repr(C)]
@@ -20,6 +23,7 @@ pub(super) struct Device {
     dynamic_rendering: u32,
     synchronization2: u32,
     extended_dynamic_state: u32,
+    allocator: *const Allocator,
 }
 
 impl Device {
@@ -50,6 +54,13 @@ impl Device {
     pub(super) unsafe fn context(&self) -> Result<Context, Failure> {
         // SAFETY: the caller vouches for the handles.
         Ok(unsafe { Context::from_raw(&self.raw()) }?)
+    }
+
+    /// # Safety
+    /// The allocator is null or valid.
+    pub(super) unsafe fn memory(&self, context: &Context) -> Result<Box<dyn Memory>, GpuError> {
+        // SAFETY: the caller vouches for the pointer.
+        memory::memory(unsafe { self.allocator.as_ref() }, context)
     }
 }
 

@@ -11,6 +11,7 @@ mod game_inputs;
 mod game_state;
 mod graph;
 mod log;
+mod memory;
 mod status;
 
 use std::ffi::{CStr, c_char};

@@ -62,6 +62,43 @@ const char *sabaki_graph_joint_name(const sabaki_graph *graph, uint32_t joint);
 
 /* ---- Your device ---- */
 
+/* Access to a block of memory. */
+typedef enum sabaki_memory_usage {
+    SABAKI_MEMORY_DEVICE = 0,  /* only the device reads and writes */
+    SABAKI_MEMORY_UPLOAD = 1,  /* the host writes and the device reads: the block must be mapped */
+    SABAKI_MEMORY_READBACK = 2 /* the device writes and the host reads: the block must be mapped and should be cached */
+} sabaki_memory_usage;
+
+/* A request for memory. It is valid during the call. */
+typedef struct sabaki_memory_desc {
+    const char *name;           /* of the buffer or image */
+    uint64_t size;              /* as in VkMemoryRequirements, bytes */
+    uint64_t alignment;         /* as in VkMemoryRequirements, bytes */
+    uint32_t memory_type_bits;  /* as in VkMemoryRequirements */
+    uint32_t usage;             /* sabaki_memory_usage */
+    uint64_t buffer;            /* VkBuffer, for VkMemoryDedicatedAllocateInfo; 0 for an image */
+    uint64_t image;             /* VkImage of optimal tiling; 0 for a buffer */
+    uint32_t prefers_dedicated; /* 1: the driver prefers an allocation for this resource alone, at offset 0 */
+} sabaki_memory_desc;
+
+/* A block of device memory. */
+typedef struct sabaki_block {
+    uint64_t memory;   /* VkDeviceMemory */
+    uint64_t offset;   /* of the block in `memory`, bytes */
+    uint64_t size;     /* at least the required one, bytes */
+    void *mapped;      /* mapped address of the block; NULL if it is not mapped */
+    uint32_t coherent; /* 1: host-coherent. 0: the block starts and ends at multiples of nonCoherentAtomSize, or with `memory` */
+    uint64_t token;    /* yours: it is passed back to `release` */
+} sabaki_block;
+
+/* Your allocator of device memory. Only the calls that create and destroy cullers use it, on their own thread. */
+typedef struct sabaki_allocator {
+    void *user; /* passed to both functions */
+    /* Writes `*block`, and returns SABAKI_OK; SABAKI_ERROR if there is no memory. */
+    sabaki_status (*allocate)(void *user, const sabaki_memory_desc *desc, sabaki_block *block);
+    void (*release)(void *user, const sabaki_block *block);
+} sabaki_allocator;
+
 typedef struct sabaki_device {
     void *get_instance_proc_addr; /* PFN_vkGetInstanceProcAddr */
     void *instance;               /* VkInstance */
@@ -75,6 +112,8 @@ typedef struct sabaki_device {
     uint32_t dynamic_rendering;      /* dynamicRendering: the stencil path needs it */
     uint32_t synchronization2;       /* synchronization2 */
     uint32_t extended_dynamic_state; /* extendedDynamicState: the stencil path needs it below Vulkan 1.3 */
+    /* Allocator of device memory; NULL for gpu-allocator. It is copied. */
+    const sabaki_allocator *allocator;
 } sabaki_device;
 
 /* Whether some path runs: SABAKI_OK, or SABAKI_ERROR with a message that names what is missing. If `device->device` is NULL, this
@@ -124,7 +163,7 @@ typedef struct sabaki_joint {
 
 typedef struct sabaki_culler sabaki_culler;
 
-/* Creates pipelines and memory (with gpu-allocator) on your device, for `slots` queries in flight. `*culler` is set on success
+/* Creates pipelines and memory on your device, for `slots` queries in flight. `*culler` is set on success
  * only; a failure leaves nothing behind. */
 sabaki_status sabaki_culler_create(const sabaki_graph *graph, const sabaki_device *device, sabaki_path path,
                                    uint32_t slots, sabaki_culler **culler);

@@ -69,7 +69,7 @@ impl Attack {
     pub const FURTHEST: f32 = 10_000.0;
     /// Largest radius, metres. Every radius is above 0.
     pub const WIDEST: f32 = 100.0;
-    /// Largest number of keys of all spheres together. A query with this many takes seconds and some 200 MB.
+    /// Largest number of keys of all spheres together. A query with this many takes up to a minute and some 200 MB.
     pub const MOST_KEYS: usize = 1 << 18;
 
     /// No spheres: memory for copies.

@@ -1,5 +1,5 @@
 //! Promise: a program in C, built with `cc` against the header and the static library, opens a baked graph, dodges on its own
-//! Vulkan device by both paths, and gets the CPU's answer; one in C++ loads the graph from memory; others
+//! Vulkan device by both paths, with sabaki's allocator and its own, and gets the CPU's answer; one in C++ loads the graph from memory; others
 //! walk by keys among walls, dodge, save and load.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
@@ -94,6 +94,7 @@ fn programs_in_c_and_cpp_read_and_dodge() {
     println!("{said}");
     assert!(said.contains("24 joints, the first is Hips"), "{said}");
     assert_eq!(said.matches("avoided 1").count(), 2, "{said}");
+    assert_eq!(said.matches(" blocks").count(), 2, "{said}");
 
     let reader = program("c++", "-std=c++11", "reader.cpp", folder.path());
     let said = output_of(Command::new(reader).args([&file, &damaged]));

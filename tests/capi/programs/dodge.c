@@ -22,6 +22,8 @@ typedef struct { uint32_t type; const void *next; uint32_t flags, family; } Pool
 typedef struct { uint32_t type; const void *next; uint64_t pool; uint32_t level, count; } BufferInfo;
 typedef struct { uint32_t type; const void *next; uint32_t flags; const void *inheritance; } BeginInfo;
 typedef struct { uint32_t type; const void *next; uint32_t waits; const void *w; const void *stages; uint32_t buffers; void *const *b; uint32_t signals; const void *s; } SubmitInfo;
+typedef struct { uint32_t type; const void *next; uint64_t size; uint32_t index; } MemoryInfo;
+typedef struct { uint32_t count; struct { uint32_t flags, heap; } types[32]; uint32_t heaps; struct { uint64_t size; uint32_t flags; } h[16]; } MemoryProperties;
 enum { FEATURES = 55, PRECISE = 23, ATOMICS = 26 }; /* booleans of VkPhysicalDeviceFeatures, and positions of occlusionQueryPrecise and fragmentStoresAndAtomics */
 
 static void *instance, *physical_device, *device;
@@ -77,6 +79,50 @@ static sabaki_device make_device(void) {
     check(sabaki_check(&host, text, sizeof text), "sabaki_check");
     if (!strstr(text, "stencil: runs")) fail("the stencil path");
     return host;
+}
+
+/* An allocator of the renderer's own: a VkDeviceMemory for each block, which host and device see alike. */
+typedef struct { int live, most; } Blocks;
+
+static sabaki_status allocate(void *user, const sabaki_memory_desc *desc, sabaki_block *block) {
+    Blocks *blocks = user;
+    MemoryProperties properties;
+    uint32_t type = 0;
+    const uint32_t visible_and_coherent = 2 | 4;
+    if (desc->usage > SABAKI_MEMORY_READBACK || !desc->name[0] || !desc->buffer == !desc->image) fail("a request for memory");
+    if (blocks->live == blocks->most) return SABAKI_ERROR;
+    CALL("vkGetPhysicalDeviceMemoryProperties", physical_device, &properties);
+    while (type < properties.count && !(desc->memory_type_bits >> type & 1 && (properties.types[type].flags & visible_and_coherent) == visible_and_coherent)) type++;
+    if (type == properties.count) return SABAKI_ERROR;
+    MemoryInfo info = {5, 0, desc->size, type};
+    check(CALL("vkAllocateMemory", device, &info, (void *)0, &block->memory), "vkAllocateMemory");
+    check(CALL("vkMapMemory", device, block->memory, (uint64_t)0, ~(uint64_t)0, 0, &block->mapped), "vkMapMemory");
+    block->size = desc->size;
+    block->coherent = 1;
+    block->token = (uint64_t)++blocks->live;
+    return SABAKI_OK;
+}
+
+static void release(void *user, const sabaki_block *block) {
+    if (!block->token) fail("a block of somebody else");
+    ((Blocks *)user)->live--;
+    CALL("vkFreeMemory", device, block->memory, (void *)0);
+}
+
+/* Memory that ends at any block is an error, and leaves none behind. */
+static void run_out_of_memory(const sabaki_graph *graph, sabaki_device host, sabaki_path path) {
+    Blocks blocks = {0, 0};
+    const sabaki_allocator allocator = {&blocks, allocate, release};
+    sabaki_culler *culler = 0;
+    host.allocator = &allocator;
+    while (sabaki_culler_create(graph, &host, path, 1, &culler) != SABAKI_OK) {
+        if (culler || blocks.live || !strstr(sabaki_last_error(), "allocator")) fail("out of memory");
+        if (++blocks.most > 64) fail("enough memory");
+    }
+    printf("%d blocks\n", blocks.live);
+    if (blocks.live != blocks.most) fail("the number of blocks");
+    sabaki_culler_destroy(culler);
+    if (blocks.live) fail("blocks that were not released");
 }
 
 /* One query from question to answer. Returns whether the ball is avoided. */
@@ -158,7 +204,14 @@ int main(int count, char **arguments) {
     check(sabaki_graph_open(arguments[1], &graph), "sabaki_graph_open");
     printf("%u joints, the first is %s\n", sabaki_graph_joints(graph), sabaki_graph_joint_name(graph, 0));
     sabaki_device host = make_device();
-    int avoided = dodge(graph, &host, SABAKI_STENCIL) && dodge(graph, &host, SABAKI_COMPUTE);
+    int avoided = dodge(graph, &host, SABAKI_STENCIL);
+    Blocks blocks = {0, 64};
+    const sabaki_allocator allocator = {&blocks, allocate, release};
+    host.allocator = &allocator;
+    avoided = dodge(graph, &host, SABAKI_COMPUTE) && avoided;
+    if (blocks.live) fail("blocks that were not released");
+    run_out_of_memory(graph, host, SABAKI_STENCIL);
+    run_out_of_memory(graph, host, SABAKI_COMPUTE);
     sabaki_graph_close(graph);
     CALL("vkDestroyDevice", device, (void *)0);
     CALL("vkDestroyInstance", instance, (void *)0);
